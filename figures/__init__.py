@@ -1,0 +1,1 @@
+"""Figures that come with the program, read by their names."""

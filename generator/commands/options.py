@@ -1,0 +1,68 @@
+"""Option values that a figure gives a meaning: `JOINT=a,b,c` and `X,Y,Z`."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
+
+from generator.animation.displayed import meant_number, unit_of
+from generator.commands.answer import UsageError
+from generator.errors import nearest
+from generator.figure import Factor, Figure, Vector
+from generator.posture.free_root import FREE_CHAIN
+
+Chains = Mapping[str, Sequence[Factor]]
+
+
+def chains_of(figure: Figure, *, free_root: bool = False) -> Chains:
+    """The chains that values can be given for, by name: the joints'.
+
+    With a free root also the moving segments', of which one will fly.
+    """
+    free = dict.fromkeys(figure.bodies, FREE_CHAIN) if free_root else {}
+    return {**free, **{name: joint.chain for name, joint in figure.joints.items()}}
+
+
+def displacements_given(option: str, texts: Iterable[str], chains: Chains) -> dict[str, tuple[float, ...]]:
+    """What `JOINT=a,b,c` says, by joint [rad or m, or their rates]; degrees and cm are written.
+
+    Raises UsageError for what cannot be read or does not fit a chain.
+    """
+    given: dict[str, tuple[float, ...]] = {}
+    for text in texts:
+        name, equals, values = text.partition("=")
+        name = name.strip()
+        if not equals:
+            raise UsageError(f"{option} {text}: expected JOINT=a,b,c")
+        if name not in chains:
+            hint = nearest(name, chains)
+            raise UsageError(f"{option} {text}: the figure has no joint `{name}`; {hint}")
+        if name in given:
+            raise UsageError(f"{option} {text}: `{name}` was given before")
+        parts, chain = values.split(","), chains[name]
+        if len(parts) != len(chain):
+            units = ",".join(map(unit_of, chain))
+            raise UsageError(
+                f"{option} {text}: `{name}` takes {len(chain)} values ({units}), not {len(parts)}"
+            )
+        given[name] = tuple(
+            _meant(option, text, part.strip(), unit_of(factor))
+            for part, factor in zip(parts, chain, strict=True)
+        )
+    return given
+
+
+def vector_given(option: str, text: str) -> Vector:
+    """What `X,Y,Z` says. Raises UsageError unless it is three finite numbers."""
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise UsageError(f"{option} {text}: expected three numbers, X,Y,Z") from None
+    if not all(map(isfinite, (x, y, z))):
+        raise UsageError(f"{option} {text}: the numbers must be finite")
+    return x, y, z
+
+
+def _meant(option: str, text: str, part: str, unit: str) -> float:
+    try:
+        return meant_number(part, unit)
+    except (ValueError, OverflowError):
+        raise UsageError(f"{option} {text}: `{part}` is no finite number") from None

@@ -1,0 +1,153 @@
+"""`mover simulate`: from a figure to the files of its motion."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from generator.animation import UnknownFormatError, format_of, write_recording
+from generator.animation.whole_file import reason_of, why_not_writable
+from generator.commands.answer import Answer, ExitCode, UsageError
+from generator.commands.inputs import figure_of, insist_on_motion, springs_of
+from generator.commands.options import chains_of, displacements_given, vector_given
+from generator.commands.summary import summary_data, summary_text
+from generator.engine.plan import Plan
+from generator.engine.simulate import Progress
+from generator.engine.simulate import simulate as run
+from generator.errors import Fault, InputError, error, errors_among
+from generator.figure import Figure
+from generator.reader.loads_file import examine_loads
+from springs import Joining
+
+MOST_FRAMES = 1_000_000
+"""A recording of more frames would fill the memory."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """The command line of `mover simulate`; None where an option is not given.
+
+    Times in s, `tolerance` in rad; `displacements` and `velocities` are of the form `JOINT=a,b,c`
+    in degrees or cm (a second), `gravity` of the form `X,Y,Z` in m/s^2.
+    """
+
+    figure: str
+    stop: float | None = None
+    start: float | None = None
+    frame: float | None = None
+    tolerance: float | None = None
+    step: float | None = None
+    springs: str | None = None
+    law: str | None = None
+    gravity: str | None = None
+    free_root: bool = False
+    displacements: Sequence[str] = ()
+    velocities: Sequence[str] = ()
+    loads: Path | None = None
+    python_torques: bool = False
+    wall_limit: float | None = None
+    outputs: Sequence[Path] = ()
+
+
+def simulate(request: Request, watch: Callable[[Progress], None] | None = None) -> Answer:
+    """Run what is asked for and write the files.
+
+    Args:
+        request: the command line.
+        watch: told the progress after every frame.
+
+    Raises:
+        UsageError: an option cannot be read or does not fit the figure.
+        InputError: the figure, its springs or loads are wrong, or a file cannot be written.
+        MoverError: the figure cannot be built as asked.
+    """
+    plan = _bare_plan(request)
+    _check_formats(request.outputs)
+    figure, warnings = figure_of(request.figure)
+    insist_on_motion(figure, warnings)
+    plan, more = _whole_plan(plan, request, figure)
+    _check_writable(request.outputs)
+    recording = run(figure, plan, watch)
+    for path in request.outputs:
+        try:
+            write_recording(recording, figure, path)
+        except OSError as failure:
+            raise InputError((_unwritable(path, reason_of(failure)),)) from None
+    return Answer(
+        text=summary_text(recording, request.outputs),
+        data=summary_data(request.figure, recording, request.outputs),
+        faults=(*warnings, *more),
+        code=ExitCode.GOOD if recording.outcome.succeeded else ExitCode.RUN_FAILED,
+    )
+
+
+def _bare_plan(request: Request) -> Plan:
+    """The part of the plan that needs no figure. Raises UsageError."""
+    if request.step is not None and request.tolerance is not None:
+        raise UsageError("--step fixes the step, so --tolerance has no meaning beside it")
+    given: dict[str, Any] = {
+        "stop": request.stop,
+        "start": request.start,
+        "frame": request.frame,
+        "tolerance": request.tolerance,
+        "step": request.step,
+        "wall_limit": request.wall_limit,
+    }
+    given = {name: value for name, value in given.items() if value is not None}
+    for name, value in given.items():
+        if not isfinite(value):
+            raise UsageError(f"--{name.replace('_', '-')} {value}: the number must be finite")
+    if request.gravity is not None:
+        given["gravity"] = vector_given("--gravity", request.gravity)
+    if request.law is not None:
+        given["joining"] = Joining(request.law)
+    try:
+        plan = Plan(free_root=request.free_root, python_torques=request.python_torques, **given)
+    except ValueError as failure:
+        raise UsageError(str(failure)) from None
+    if (plan.stop - plan.start) / plan.frame > MOST_FRAMES:
+        raise UsageError(f"the run would have more than {MOST_FRAMES:,} frames; use a longer one")
+    return plan
+
+
+def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tuple[Fault, ...]]:
+    """The plan with all that needs the figure, and warnings."""
+    springs, faults = springs_of(figure, request.springs, plan.joining)
+    loads = ()
+    if request.loads is not None:
+        reading = examine_loads(request.loads, figure)
+        if errors_among(reading.faults):
+            raise InputError((*faults, *reading.faults))
+        loads, faults = reading.loads, (*faults, *reading.faults)
+    whole = replace(
+        plan,
+        springs=springs,
+        loads=loads,
+        displacements=displacements_given("--set", request.displacements, chains_of(figure)),
+        velocities=displacements_given(
+            "--velocity", request.velocities, chains_of(figure, free_root=plan.free_root)
+        ),
+    )
+    return whole, faults
+
+
+def _check_formats(paths: Sequence[Path]) -> None:
+    """Raise UsageError for a suffix that names no format."""
+    for path in paths:
+        try:
+            format_of(path)
+        except UnknownFormatError as failure:
+            raise UsageError(str(failure)) from None
+
+
+def _check_writable(paths: Sequence[Path]) -> None:
+    """Raise InputError for files that cannot be written."""
+    reasons = [(path, why_not_writable(path)) for path in paths]
+    faults = [_unwritable(path, reason) for path, reason in reasons if reason is not None]
+    if faults:
+        raise InputError(faults)
+
+
+def _unwritable(path: Path, reason: str) -> Fault:
+    return error(f"`{path}` cannot be written: {reason}")

@@ -1,0 +1,179 @@
+"""The figure as a live Exudyn system, spoken of by the figure's own names."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from generator.engine.bodies import add_bodies, add_marker
+from generator.engine.exudyn_api import Index, MainSystem, exu
+from generator.engine.joints import Constraint, add_constraints
+from generator.engine.loads import add_loads, written_loads
+from generator.engine.passive import Connector, add_springs
+from generator.engine.plan import Plan
+from generator.engine.redundancy import needed_locks
+from generator.errors import MoverError
+from generator.figure import Figure
+from generator.loads import TimedLoad
+from generator.posture.assemble import assemble as close_loops
+from generator.posture.assemble import consistent_rates
+from generator.posture.free_root import let_go
+from generator.posture.placement import Displacements, Placement, drawn_displacements
+from generator.posture.tree import hang
+from springs import SpringSet
+
+
+class UnknownJointError(MoverError):
+    """Values are given for a joint that the figure lacks, or not as many as it has freedoms."""
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A figure built into an Exudyn system, before its first step.
+
+    Attributes:
+        mbs: the live Exudyn main system.
+        container: the Exudyn container that owns it; None when the caller brought the system.
+        placement: the figure's start, in the world.
+        bodies: object index of each segment; parts of the ground share the ground's.
+        sites: marker index of each site, by "segment.site"; axes are the site's.
+        joints: constraint items of each joint (none for a joint that is free, or whose locks the
+            rest of a loop implies).
+        springs: connectors of each joint that has springs.
+        loads: each load with its marker.
+        spring_set: the springs that were built.
+        plan: the plan that it was built for.
+    """
+
+    mbs: MainSystem
+    container: Any
+    placement: Placement
+    bodies: Mapping[str, Index]
+    sites: Mapping[str, Index]
+    joints: Mapping[str, tuple[Constraint, ...]]
+    springs: Mapping[str, tuple[Connector, ...]]
+    loads: tuple[tuple[TimedLoad, Index, Any], ...]
+    spring_set: SpringSet
+    plan: Plan
+
+    @property
+    def figure(self) -> Figure:
+        """The figure that was built; with a free root, the one that was let go."""
+        return self.placement.tree.figure
+
+
+def start_of(figure: Figure, plan: Plan) -> tuple[Placement, Mapping[str, Any]]:
+    """Where a run starts: the placement with closed loops, and the rates that were asked for.
+
+    Raises:
+        UnknownJointError: the plan names a joint that the figure lacks.
+        OpenLoopError: the pose opens a loop that cannot be closed.
+        ChainError: a joint's chain is none that one joint can hold.
+    """
+    tree = hang(figure)
+    displacements = {**drawn_displacements(tree), **_by_joint(figure, plan.displacements)}
+    placement = close_loops(tree, displacements, held=set(plan.displacements))
+    if plan.free_root:
+        freed, moved = let_go(figure, placement.displacements)
+        placement = close_loops(hang(freed), moved, held=set(moved))
+    rates = {
+        name: np.zeros(j.degrees_of_freedom) for name, j in placement.tree.figure.joints.items()
+    }
+    rates.update(_by_joint(placement.tree.figure, plan.velocities))
+    return placement, rates
+
+
+def _by_joint(figure: Figure, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values as arrays, checked against the joints."""
+    checked: dict[str, Any] = {}
+    for name, numbers in values.items():
+        joint = figure.joints.get(name)
+        if joint is None:
+            raise UnknownJointError(f"the figure has no joint {name}")
+        array = np.asarray(numbers, dtype=float)
+        if array.shape != (joint.degrees_of_freedom,):
+            raise UnknownJointError(
+                f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"
+            )
+        if not np.all(np.isfinite(array)):
+            raise UnknownJointError(f"a value given for joint {name} is not finite")
+        checked[name] = array
+    return checked
+
+
+def build(
+    figure: Figure,
+    plan: Plan,
+    springs: SpringSet,
+    mbs: MainSystem | None = None,
+) -> Assembly:
+    """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads.
+
+    Args:
+        figure: what to build.
+        plan: start pose, velocities, gravity, loads, kind of torques.
+        springs: the springs to hang on the joints; those of joints that are not there are left out.
+        mbs: a system to build into, which the caller then assembles himself together with what else
+            he puts there; None makes a new one and assembles it.
+
+    Raises:
+        MoverError: the figure or the plan cannot be built; the message says why.
+    """
+    placement, asked = start_of(figure, plan)
+    return _build(placement, asked, plan, springs, mbs)
+
+
+def _build(
+    placement: Placement,
+    asked: Displacements,
+    plan: Plan,
+    springs: SpringSet,
+    mbs: MainSystem | None,
+) -> Assembly:
+    figure = placement.tree.figure
+    container = None
+    if mbs is None:
+        container = exu.SystemContainer()
+        mbs = container.AddSystem()
+    rates = consistent_rates(placement, asked, held=set(plan.velocities))
+    bodies, _ = add_bodies(mbs, placement, rates, plan.gravity)
+    sites = {
+        f"{segment.name}.{site.name}": add_marker(
+            mbs, placement, bodies, segment.name, site.pose_in_segment
+        )
+        for segment in figure.segments.values()
+        for site in segment.sites.values()
+    }
+    locks = needed_locks(placement)
+    moving = {
+        name: joint
+        for name, joint in figure.joints.items()
+        if not {joint.parent.segment, joint.child.segment} <= figure.ground
+    }
+    joints = {
+        name: add_constraints(mbs, placement, bodies, joint, locks[name])
+        for name, joint in moving.items()
+    }
+    joining = plan.joining or springs.joining
+    connectors = {
+        name: add_springs(
+            mbs,
+            placement,
+            bodies,
+            moving[name],
+            joint_springs,
+            joining,
+            python=plan.python_torques,
+        )
+        for name, joint_springs in springs.joints.items()
+        if name in moving
+    }
+    loads = [*written_loads(figure, plan.start, plan.stop), *plan.loads]
+    moved = [load for load in loads if load.site.segment not in figure.ground]
+    added = add_loads(mbs, placement, bodies, moved)
+    if container is not None:
+        cast("Any", mbs).Assemble()
+    return Assembly(
+        mbs, container, placement, bodies, sites, joints, connectors, added, springs, plan
+    )

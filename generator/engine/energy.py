@@ -1,0 +1,55 @@
+"""The energy book of a run, from the states of its frames."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from generator.engine.assembly import Assembly
+from generator.engine.motion import JointMotion
+from generator.engine.trace import Trace
+from generator.frames import Array
+from springs import Joining, conservative_energy, total_energy
+
+
+def energy_book(
+    assembly: Assembly, trace: Trace, joints: Mapping[str, JointMotion]
+) -> dict[str, Array]:
+    """Energy by kind at every frame, shape (n,) each [J].
+
+    `spring` is the stored energy of the springs; for the weighted law, which stores none, the work
+    done against the elastic torques since the start. `gravity` is counted from the world's origin.
+    """
+    bodies = list(assembly.figure.bodies.values())
+    masses = np.array([body.mass for body in bodies], dtype=float)
+    inertias = np.array([body.inertia for body in bodies], dtype=float)
+    own_spins = (np.swapaxes(trace.rotations, -1, -2) @ trace.spins[..., None])[..., 0]
+    kinetic = 0.5 * np.sum(masses * np.sum(trace.velocities**2, axis=-1), axis=-1)
+    kinetic += 0.5 * np.sum(inertias * own_spins**2, axis=(-1, -2))
+    gravity = -np.sum(masses * (trace.positions @ np.asarray(assembly.plan.gravity)), axis=-1)
+    return {
+        "kinetic": kinetic,
+        "gravity": gravity,
+        "spring": _spring_energy(assembly, trace, joints),
+        "dissipated": trace.dissipated,
+        "work": trace.load_work,
+    }
+
+
+def _spring_energy(assembly: Assembly, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
+    joining = assembly.plan.joining or assembly.spring_set.joining
+    stored = np.zeros(len(trace))
+    connectors = [(name, c) for name, cs in assembly.springs.items() for c in cs]
+    if joining is Joining.WEIGHTED and any(c.kind == "ball" for _, c in connectors):
+        return trace.spring_work
+    for name, connector in connectors:
+        chain = assembly.placement.tree.chains[name]
+        moved = joints[name]
+        if connector.kind == "ball":
+            stored += conservative_energy(connector.springs, moved.rotation_vectors)
+        elif connector.kind == "hinge":
+            angle = moved.displacements[:, chain.turns[0]]
+            stored += total_energy(connector.springs[0].elastic, angle)
+        else:
+            offset = moved.between[:, :3, 3] @ np.asarray(connector.springs[0].direction)
+            stored += total_energy(connector.springs[0].elastic, offset)
+    return stored

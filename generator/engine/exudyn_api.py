@@ -1,0 +1,45 @@
+"""Exudyn as this project sees it: the one file where its untyped surface is cast.
+
+Importing it takes about a second. Exudyn talks to the console and knows only global switches for
+that; they are set here, once.
+"""
+
+from typing import Any, cast
+
+import exudyn
+from exudyn import advancedUtilities, itemInterface, rigidBodyUtilities
+
+exu: Any = exudyn
+items: Any = itemInterface
+symbols: Any = exu.symbolic
+rigid: Any = rigidBodyUtilities
+
+MainSystem = Any
+"""An Exudyn `mbs`."""
+
+Index = Any
+"""An Exudyn item index (ObjectIndex, MarkerIndex, SensorIndex, ...)."""
+
+SolverError: type[Exception] = cast("type[Exception]", exu.SolverError)
+
+exu.config.printToConsole = False
+exu.config.suppressWarnings = True
+
+
+def symbolic_user_function(mbs: MainSystem, function: Any, field: str, item: str) -> Any:
+    """Record a Python user function as an expression tree that C++ evaluates.
+
+    Args:
+        mbs: the system in which it will be used.
+        function: a function with exactly the documented arguments, in symbolic operations.
+        field: the item's parameter that takes it (`springTorqueUserFunction`, ...).
+        item: the item type's name (`ObjectConnectorTorsionalSpringDamper`, ...).
+
+    Returns:
+        The symbolic function; it must be kept alive as long as the system.
+    """
+    create = cast("Any", advancedUtilities).CreateSymbolicUserFunction
+    try:
+        return create(mbs, function, field, itemTypeName=item)
+    finally:
+        symbols.SetRecording(False)

@@ -1,0 +1,294 @@
+"""One pass: the integrator goes from frame to frame with a fixed number of steps in each.
+
+Exudyn's trapezoidal rule with constraints on velocity level (index 2) is restarted at each frame,
+which it does without loss, and at the corners of spring laws where an earlier pass met them: a step
+across a corner would spoil the order that the extrapolation lives on. Between frames the pass can
+stop: for Ctrl-C, for the wall clock, for a joint that went through 180 deg. The step is never
+halved, so no pass can crawl.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from generator.engine.assembly import Assembly
+from generator.engine.exudyn_api import SolverError, exu
+from generator.engine.joints import Constraint
+from generator.engine.meters import Flip, Meters
+from generator.engine.trace import Trace, rotations_from_parameters, spins_from_parameters
+from generator.frames import Array
+from generator.recording import Ending, Outcome
+
+_SHORTEST = 0.05
+"""Cuts nearer to each other than this part of a step are not worth a step of their own."""
+
+FRAMES_A_READING = 10
+"""Frames between two readings of the meters: reading each costs as much as many steps."""
+
+_HALF_TURN_SUSPECT = 2.8
+"""A solver that fails with a sprung joint beyond this angle [rad] failed for that joint."""
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What one pass left, and how it ended.
+
+    Attributes:
+        trace: the frames up to the end.
+        outcome: how it ended.
+        step: largest step [s].
+        steps: number of steps taken.
+        wall_time: time spent stepping [s].
+        corners: times at which springs passed corners of their laws [s].
+    """
+
+    trace: Trace
+    outcome: Outcome
+    step: float
+    steps: int
+    wall_time: float
+    corners: Sequence[float] = ()
+
+
+Watch = Callable[[float], None]
+"""Called with the simulated time [s] after every frame."""
+
+
+def frame_times(start: float, stop: float, frame: float) -> Array:
+    """Times of the frames [s]: every `frame` from `start`, and `stop` itself."""
+    count = max(1, ceil((stop - start) / frame - 1e-9))
+    return np.append(start + frame * np.arange(count), stop)
+
+
+def march(
+    assembly: Assembly,
+    times: Array,
+    step: float,
+    newton: float,
+    deadline: float,
+    watch: Watch,
+    corners: Sequence[float] = (),
+) -> Pass:
+    """Integrate an assembly over the frames.
+
+    Args:
+        assembly: a fresh one; it is used up.
+        times: of the frames [s], shape (n,).
+        step: largest step [s]; each frame interval is cut into equal steps not longer than it.
+        newton: relative tolerance of Newton's method.
+        deadline: `time.monotonic()` after which the pass stops.
+        watch: told the time after each frame.
+        corners: times at which steps shall end, as an earlier pass found them [s].
+
+    Returns:
+        The pass; a failure is its outcome, never an exception.
+    """
+    meters = Meters(assembly)
+    log = _Log(assembly, float(times[0]))
+    settings = _settings(newton)
+    begun = time.monotonic()
+    steps, read = 0, 0
+    inner = np.sort(np.asarray(corners, dtype=float))
+    outcome = Outcome(Ending.DONE, "", float(times[-1]))
+    try:
+        for k, (here, there) in enumerate(pairwise(times)):
+            try:
+                for interval in _stretches(float(here), float(there), inner, step):
+                    count = max(1, ceil((interval[1] - interval[0]) / step - 1e-9))
+                    _advance(assembly, settings, interval, count, read < k or interval[0] > here)
+                    steps += count
+            except SolverError:
+                outcome = _failure(assembly, log, meters)
+                break
+            log.take(float(there))
+            if k + 1 - read == FRAMES_A_READING or there == times[-1]:
+                flip = meters.read(times[read + 1 : k + 2])
+                read = k + 1
+                if flip is not None:
+                    outcome = _turned_over(flip)
+                    break
+            watch(float(there))
+            if time.monotonic() > deadline and there < times[-1]:
+                outcome = _too_long(float(there))
+                break
+    except KeyboardInterrupt:
+        outcome = _interrupted(log.last_time)
+    reached = len(log)
+    if read + 1 < reached:
+        flip = meters.read(times[read + 1 : reached])
+        outcome = outcome if flip is None else _turned_over(flip)
+    spent = time.monotonic() - begun
+    trace = log.trace(meters)
+    if outcome.ending is Ending.TURNED_OVER:
+        trace = trace.first(int(np.searchsorted(times, outcome.last_time)))
+    last = float(trace.times[-1])
+    outcome = replace(outcome, last_time=last)
+    return Pass(trace, outcome, step, steps, spent, tuple(meters.corners))
+
+
+def _stretches(here: float, there: float, corners: Array, step: float) -> list[tuple[float, float]]:
+    """A frame interval cut at the corners in it that are not too near to another cut."""
+    cuts = [here]
+    for corner in corners[np.searchsorted(corners, here) : np.searchsorted(corners, there)]:
+        if corner - cuts[-1] > _SHORTEST * step and there - corner > _SHORTEST * step:
+            cuts.append(float(corner))
+    return list(pairwise([*cuts, there]))
+
+
+def _settings(newton: float) -> Any:
+    """Simulation settings that do not change during a pass."""
+    settings = exu.SimulationSettings()
+    integration = settings.timeIntegration
+    integration.adaptiveStep = False
+    integration.newton.useModifiedNewton = True
+    # A Jacobian costs as much as a dozen iterations: renew it once they gain less than this.
+    integration.newton.modifiedNewtonContractivity = 0.2
+    integration.newton.relativeTolerance = newton
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.solution.file.write = False
+    return settings
+
+
+def _advance(
+    assembly: Assembly,
+    settings: Any,
+    interval: tuple[float, float],
+    count: int,
+    goes_on: bool,
+) -> None:
+    """Take `count` steps from one frame to the next. Raises SolverError."""
+    integration = settings.timeIntegration
+    integration.startTime, integration.endTime = interval
+    integration.numberOfSteps = count
+    settings.solution.sensors.writePeriod = (interval[1] - interval[0]) / count / 2.0
+    settings.solution.sensors.append = goes_on
+    settings.solution.file.writeInitialValues = not goes_on and interval[0] == assembly.plan.start
+    assembly.mbs.SolveDynamic(
+        settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=True
+    )
+
+
+class _Log:
+    """The states at the frames of a pass."""
+
+    def __init__(self, assembly: Assembly, start: float) -> None:
+        """Begin with the state at the start."""
+        self._assembly = assembly
+        self._reference = np.asarray(
+            assembly.mbs.systemData.GetODE2Coordinates(
+                configuration=exu.ConfigurationType.Reference
+            )
+        )
+        self._times: list[float] = []
+        self._states: list[tuple[Array, Array]] = []
+        self._multipliers: list[dict[str, Array]] = []
+        self.take(start)
+
+    def __len__(self) -> int:
+        return len(self._multipliers)
+
+    @property
+    def last_time(self) -> float:
+        """Time of the last state [s]."""
+        return self._times[len(self) - 1]
+
+    def take(self, now: float) -> None:
+        """Keep the current state."""
+        data = self._assembly.mbs.systemData
+        coordinates = np.array(data.GetODE2Coordinates())
+        rates = np.array(data.GetODE2Coordinates_t())
+        self._times.append(now)
+        self._states.append((coordinates, rates))
+        self._multipliers.append(
+            {
+                name: np.array([_multipliers(self._assembly.mbs, c) for c in constraints])
+                for name, constraints in self._assembly.joints.items()
+            }
+        )
+
+    def fastest_joint(self) -> str:
+        """The joint whose segments turn fastest against each other at the last state."""
+        figure = self._assembly.figure
+        coordinates, rates = (part.reshape(-1, 7) for part in self._states[len(self) - 1])
+        parameters = (coordinates + self._reference.reshape(-1, 7))[:, 3:]
+        spins = dict.fromkeys(figure.ground, np.zeros(3))
+        spins.update(
+            zip(figure.bodies, spins_from_parameters(parameters, rates[:, 3:]), strict=True)
+        )
+        speeds = {
+            name: float(np.linalg.norm(spins[joint.child.segment] - spins[joint.parent.segment]))
+            for name, joint in figure.joints.items()
+        }
+        return max(speeds, key=lambda name: speeds[name])
+
+    def trace(self, meters: Meters) -> Trace:
+        """All states that are complete."""
+        count = min(len(self), len(meters.work))
+        bodies = len(self._assembly.figure.bodies)
+        q, rates = (
+            np.array([state[k] for state in self._states[:count]]).reshape(count, bodies, 7)
+            for k in range(2)
+        )
+        q = q + self._reference.reshape(bodies, 7)
+        work = np.array(meters.work[:count])
+        return Trace(
+            np.array(self._times[:count]),
+            q[..., :3],
+            rotations_from_parameters(q[..., 3:]),
+            rates[..., :3],
+            spins_from_parameters(q[..., 3:], rates[..., 3:]),
+            {
+                name: np.array([row[name] for row in self._multipliers[:count]])
+                for name in self._assembly.joints
+            },
+            work[:, 0],
+            work[:, 1],
+            work[:, 2],
+        )
+
+
+def _multipliers(mbs: Any, constraint: Constraint) -> Array:
+    """Force (of a ball joint in world axes) and rotation multipliers of a joint, shape (6,)."""
+    kinds = exu.OutputVariableType
+    if constraint.is_ball:
+        return np.append(np.asarray(mbs.GetObjectOutput(constraint.item, kinds.Force)), np.zeros(3))
+    force = mbs.GetObjectOutput(constraint.item, kinds.ForceLocal)
+    about = mbs.GetObjectOutput(constraint.item, kinds.TorqueLocal)
+    return np.concatenate([np.asarray(force), np.asarray(about)])
+
+
+def _failure(assembly: Assembly, log: _Log, meters: Meters) -> Outcome:
+    """The solver gave up: which joint was worst."""
+    near = meters.nearest_half_turn()
+    if near is not None and near[1] > _HALF_TURN_SUSPECT:
+        return _turned_over(Flip(near[0], log.last_time))
+    joint = log.fastest_joint()
+    return Outcome(
+        Ending.SOLVER_FAILED,
+        f"the solver failed after {log.last_time:.4g} s, when joint {joint} moved fastest",
+        log.last_time,
+        joint,
+    )
+
+
+def _turned_over(flip: Flip) -> Outcome:
+    return Outcome(
+        Ending.TURNED_OVER,
+        f"joint {flip.joint} turned through 180 deg at {flip.time:.4g} s, where "
+        "the torque of its springs is not defined",
+        flip.time,
+        flip.joint,
+    )
+
+
+def _too_long(now: float) -> Outcome:
+    return Outcome(Ending.TOO_LONG, f"the wall time allowed was used up at {now:.4g} s", now)
+
+
+def _interrupted(now: float) -> Outcome:
+    return Outcome(Ending.INTERRUPTED, f"interrupted at {now:.4g} s", now)

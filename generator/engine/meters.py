@@ -1,0 +1,192 @@
+"""What is read at every step: the rates of springs and loads, for the work that they do.
+
+Sensors are C++ and cost next to nothing; they are emptied now and then, so that a long run does not
+keep every step in memory.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from generator.engine.assembly import Assembly
+from generator.engine.exudyn_api import Index, exu, items
+from generator.engine.passive import Connector
+from generator.frames import Array
+from generator.loads import LoadKind, TimedLoad
+from springs import AxisSpring, damping_torque, elastic_torque, total_torque
+
+_NEAR_HALF_TURN = 2.0
+"""Angle above which a rotation vector that changes sides has been through 180 deg [rad]."""
+
+
+@dataclass(frozen=True)
+class Flip:
+    """A spherical joint with springs went through 180 deg."""
+
+    joint: str
+    time: float
+
+
+class Meters:
+    """Sensors on the springs and loads of an assembly, and the integrals of their powers.
+
+    `work` holds the integrals since the start [J] at the frames that were read, each of shape (3,):
+    dissipated by damping, put into springs, done by loads; by the trapezoidal rule over the steps.
+    `corners` holds the times at which a spring passed a corner of its law [s].
+    """
+
+    def __init__(self, assembly: Assembly) -> None:
+        """Hang the sensors on the system and assemble it anew."""
+        self._assembly = assembly
+        self._last: tuple[float, Array] | None = None
+        self._last_rotations: dict[str, Array] = {}
+        self.work: list[Array] = [np.zeros(3)]
+        self.corners: list[float] = []
+        self._springs = [
+            (joint, connector, *self._connector_sensors(connector))
+            for joint, connectors in assembly.springs.items()
+            for connector in connectors
+        ]
+        self._loads = [(load, self._load_sensor(load)) for load, *_ in assembly.loads]
+        assembly.mbs.Assemble()
+
+    def _connector_sensors(self, connector: Connector) -> tuple[Index, Index]:
+        kinds = exu.OutputVariableType
+        position, rate = (
+            (kinds.DisplacementLocal, kinds.VelocityLocal)
+            if connector.kind == "slide"
+            else (kinds.Rotation, kinds.AngularVelocityLocal)
+        )
+        first, second = (
+            self._assembly.mbs.AddSensor(
+                items.SensorObject(
+                    objectNumber=connector.item, storeInternal=True, outputVariableType=kind
+                )
+            )
+            for kind in (position, rate)
+        )
+        return first, second
+
+    def _load_sensor(self, load: TimedLoad) -> Index:
+        figure = self._assembly.figure
+        kinds = exu.OutputVariableType
+        segment = figure.segments[load.site.segment]
+        centre = segment.centre_of_mass
+        assert centre is not None
+        point = figure.site(load.site).pose_in_segment[:3, 3] - centre
+        kind = {
+            LoadKind.GLOBAL_FORCE: kinds.Velocity,
+            LoadKind.LOCAL_FORCE: kinds.VelocityLocal,
+            LoadKind.GLOBAL_MOMENT: kinds.AngularVelocity,
+            LoadKind.LOCAL_MOMENT: kinds.AngularVelocityLocal,
+        }[load.kind]
+        return self._assembly.mbs.AddSensor(
+            items.SensorBody(
+                bodyNumber=self._assembly.bodies[load.site.segment],
+                localPosition=list(point),
+                storeInternal=True,
+                outputVariableType=kind,
+            )
+        )
+
+    def read(self, frames: Array) -> Flip | None:
+        """Take in the steps since the last reading.
+
+        Args:
+            frames: times of the frames since the last reading [s], shape (n,).
+
+        Returns:
+            The first joint that went through 180 deg in that time, if one did.
+        """
+        times: Array | None = None
+        powers: list[list[Array]] = [[], [], []]
+        flips: list[Flip] = []
+        for joint, connector, position_sensor, rate_sensor in self._springs:
+            position, rate = self._stored(position_sensor), self._stored(rate_sensor)
+            times = rate[:, 0]
+            damped, sprung = _powers(self._assembly, connector, position[:, 1:], rate[:, 1:])
+            powers[0].append(damped)
+            powers[1].append(sprung)
+            self.corners.extend(_corner_times(connector, times, position[:, 1:]))
+            if connector.kind == "ball" and any(axis.elastic for axis in connector.springs):
+                flips.extend(self._flips(joint, times, position[:, 1:]))
+        for load, sensor in self._loads:
+            rate = self._stored(sensor)
+            times = rate[:, 0]
+            powers[2].append(np.sum(load.at(times) * rate[:, 1:], axis=1))
+        if times is None:
+            self.work.extend(np.zeros(3) for _ in frames)
+        else:
+            summed = np.array([_total(power, times.size) for power in powers])
+            self._integrate(times, summed, frames)
+        return min(flips, key=lambda flip: flip.time, default=None)
+
+    def _stored(self, sensor: Index) -> Array:
+        """Rows (time, values) since the last reading."""
+        return np.atleast_2d(np.asarray(self._assembly.mbs.GetSensorStoredData(sensor)))
+
+    def _integrate(self, times: Array, powers: Array, frames: Array) -> None:
+        if self._last is not None:
+            times = np.concatenate([[self._last[0]], times])
+            powers = np.column_stack([self._last[1], powers])
+        strips = 0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times)
+        sums = np.column_stack([np.zeros(3), np.cumsum(strips, axis=1)])
+        slack = 1e-3 * (float(times[-1]) - float(times[0])) / times.size
+        places: list[int] = np.searchsorted(times, frames - slack).tolist()
+        start = self.work[-1]
+        self.work.extend(start + sums[:, place] for place in places)
+        self._last = (float(times[-1]), powers[:, -1])
+
+    def _flips(self, joint: str, times: Array, rotations: Array) -> list[Flip]:
+        """Where a rotation vector jumps to the other side."""
+        last = self._last_rotations.get(joint)
+        track = rotations if last is None else np.vstack([last, rotations])
+        self._last_rotations[joint] = rotations[-1]
+        turned = np.sum(track[1:] * track[:-1], axis=1) < 0.0
+        far = np.linalg.norm(track[1:], axis=1) > _NEAR_HALF_TURN
+        hits = np.nonzero(turned & far)[0]
+        return [Flip(joint, float(times[hits[0] + times.size - len(track)]))] if hits.size else []
+
+    def nearest_half_turn(self) -> tuple[str, float] | None:
+        """The sprung spherical joint that was last nearest to 180 deg, and its angle [rad]."""
+        angles = {name: float(np.linalg.norm(r)) for name, r in self._last_rotations.items()}
+        return max(angles.items(), key=lambda item: item[1]) if angles else None
+
+
+def _corner_times(connector: Connector, times: Array, position: Array) -> list[float]:
+    """When the springs of a connector passed corners of their laws, linear between steps [s]."""
+    found: list[float] = []
+    for spring in connector.springs:
+        value = position @ _reading_axis(connector, spring)
+        for corner in {corner for law in spring.elastic for corner in law.corners}:
+            off = value - corner
+            for k in np.nonzero(off[1:] * off[:-1] < 0.0)[0]:
+                part = off[k] / (off[k] - off[k + 1])
+                found.append(float(times[k] + part * (times[k + 1] - times[k])))
+    return found
+
+
+def _reading_axis(connector: Connector, spring: AxisSpring) -> Array:
+    """What turns a sensor's reading into the displacement along a spring."""
+    return np.ones(1) if connector.kind == "hinge" else np.asarray(spring.direction)
+
+
+def _total(powers: list[Array], count: int) -> Array:
+    return np.sum(powers, axis=0) if powers else np.zeros(count)
+
+
+def _powers(
+    assembly: Assembly, connector: Connector, position: Array, rate: Array
+) -> tuple[Array, Array]:
+    """Power taken by damping and power put into springs, shape (n,) each [W]."""
+    if connector.kind == "ball":
+        joining = assembly.plan.joining or assembly.spring_set.joining
+        damping = damping_torque(connector.springs, rate)
+        elastic = elastic_torque(joining, connector.springs, position)
+        return -np.sum(damping * rate, axis=1), -np.sum(elastic * rate, axis=1)
+    spring = connector.springs[0]
+    along = _reading_axis(connector, spring)
+    value, speed = position @ along, rate @ along
+    force: Callable[[Array], Array] = spring.damping.torque
+    return -force(speed) * speed, -np.asarray(total_torque(spring.elastic, value)) * speed

@@ -1,0 +1,184 @@
+"""From the states of the bodies to a motion in the figure's own terms."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from generator.chain import Chain
+from generator.engine.assembly import Assembly
+from generator.engine.trace import Trace
+from generator.figure import Joint, SiteRef
+from generator.frames import (
+    Array,
+    Sequence3,
+    homogeneous,
+    inverse_pose,
+    matrix_from_rotation_vector,
+    rotation_vector_from_matrix,
+)
+from springs import damping_torque, elastic_torque, total_torque
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """How a joint moved; n frames.
+
+    Attributes:
+        between: pose of the child's site in the parent's, shape (n, 4, 4).
+        motion: (angular, linear) velocity of the child's site relative to the parent's, in the
+            parent's site axes, shape (n, 6).
+        displacements: shape (n, dof) [rad or m].
+        rates: of the displacements, shape (n, dof).
+    """
+
+    between: Array
+    motion: Array
+    displacements: Array
+    rates: Array
+
+    @property
+    def rotation_vectors(self) -> Array:
+        """Rotation vectors of the child's site in the parent's, shape (n, 3) [rad]."""
+        return rotation_vector_from_matrix(self.between[:, :3, :3])
+
+
+class Motion:
+    """Poses and velocities of segments and joints over a trace."""
+
+    def __init__(self, assembly: Assembly, trace: Trace) -> None:
+        """Place the segments at every frame."""
+        self._figure = assembly.figure
+        self._trace = trace
+        self._assembly = assembly
+        self._places = {name: k for k, name in enumerate(self._figure.bodies)}
+        self.poses: Mapping[str, Array] = {name: self._pose(name) for name in self._figure.segments}
+
+    def _pose(self, segment: str) -> Array:
+        count = len(self._trace)
+        if segment not in self._places:
+            fixed = self._assembly.placement.poses[segment]
+            return np.broadcast_to(fixed, (count, 4, 4)).copy()
+        k = self._places[segment]
+        centre = self._figure.segments[segment].centre_of_mass
+        assert centre is not None
+        rotation = self._trace.rotations[:, k]
+        return homogeneous(rotation, self._trace.positions[:, k] - rotation @ centre)
+
+    def _velocity(self, segment: str, point: Array) -> tuple[Array, Array]:
+        """Angular velocity, and velocity of the material point at `point` (n, 3), world axes."""
+        if segment not in self._places:
+            return np.zeros_like(point), np.zeros_like(point)
+        k = self._places[segment]
+        spin = self._trace.spins[:, k]
+        arm = point - self._trace.positions[:, k]
+        return spin, self._trace.velocities[:, k] + np.cross(spin, arm)
+
+    def site(self, ref: SiteRef) -> Array:
+        """Pose of a site in the world, shape (n, 4, 4)."""
+        return self.poses[ref.segment] @ self._figure.site(ref).pose_in_segment
+
+    def joint(self, joint: Joint, start: Array) -> JointMotion:
+        """The motion of a joint; `start` is the displacement it was given at the start, (dof,)."""
+        parent, child = self.site(joint.parent), self.site(joint.child)
+        between = inverse_pose(parent) @ child
+        point = child[:, :3, 3]
+        spin, velocity = self._velocity(joint.child.segment, point)
+        base_spin, base_velocity = self._velocity(joint.parent.segment, point)
+        turn = np.swapaxes(parent[:, :3, :3], -1, -2)
+        angular = (turn @ (spin - base_spin)[..., None])[..., 0]
+        linear = (turn @ (velocity - base_velocity)[..., None])[..., 0]
+        motion = np.concatenate([angular, linear], axis=1)
+        chain = self._assembly.placement.tree.chains[joint.name]
+        displacements = _track(chain, between, start)
+        return JointMotion(
+            between, motion, displacements, _rates(chain, displacements, between, motion)
+        )
+
+    def passive_torque(self, joint: Joint, moved: JointMotion) -> Array:
+        """Torque of a joint's springs and damping on the child, parent's axes, (n, 3) [N m]."""
+        springs = self._assembly.spring_set.joints.get(joint.name)
+        chain = self._assembly.placement.tree.chains[joint.name]
+        count = len(self._trace)
+        if springs is None or not springs.axes or joint.name not in self._assembly.springs:
+            return np.zeros((count, 3))
+        if len(chain.turns) == 1:
+            axis = np.asarray(springs.axes[0].direction)
+            sign = float(np.sign(axis @ np.asarray(chain.turn_axes[0])))
+            angle = sign * moved.displacements[:, chain.turns[0]]
+            rate = moved.motion[:, :3] @ axis
+            spring = springs.axes[0]
+            size = total_torque(spring.elastic, angle) + spring.damping.torque(rate)
+            return size[:, None] * axis
+        joining = self._assembly.plan.joining or self._assembly.spring_set.joining
+        r = moved.rotation_vectors
+        half = matrix_from_rotation_vector(0.5 * r)
+        rate = (np.swapaxes(half, -1, -2) @ moved.motion[:, :3, None])[..., 0]
+        torque = elastic_torque(joining, springs.axes, r) + damping_torque(springs.axes, rate)
+        return (half @ torque[..., None])[..., 0]
+
+    def reaction(self, joint: Joint, moved: JointMotion) -> Array:
+        """Force and moment of the constraints on the child at its site, shape (n, 6) [N, N m]."""
+        total = np.zeros((len(self._trace), 6))
+        constraints = self._assembly.joints.get(joint.name, ())
+        for number, constraint in enumerate(constraints):
+            multipliers = self._trace.multipliers[joint.name][:, number]
+            lock = constraint.lock
+            turn = moved.between[:, :3, :3]
+            child = turn @ lock.frame
+            parent = np.broadcast_to(lock.frame, child.shape)
+            first, second = (child, parent) if lock.from_child else (parent, child)
+            if constraint.is_ball:
+                first = np.swapaxes(self.site(joint.parent)[:, :3, :3], -1, -2)
+            force = -(first @ multipliers[:, :3, None])[..., 0]
+            moment = np.zeros_like(force)
+            for u, v, k in _rotation_equations(lock.rotations):
+                across = np.cross(second[..., v], first[..., u])
+                moment -= multipliers[:, 3 + k, None] * across
+            if lock.from_child:
+                # The second marker is the parent's: turn the pair round, and move its point.
+                force, moment = -force, -moment
+                moment += np.cross(-moved.between[:, :3, 3], force)
+            total += np.concatenate([force, moment], axis=1)
+        return total
+
+
+def _rotation_equations(locks: tuple[int, int, int]) -> list[tuple[int, int, int]]:
+    """Exudyn's equations u0 . v1 = 0 of locked rotations: (axis u, axis v, multiplier)."""
+    x, y, z = 0, 1, 2
+    table = {
+        (1, 1, 1): [(z, y, 0), (z, x, 1), (x, y, 2)],
+        (0, 1, 1): [(x, y, 1), (x, z, 2)],
+        (1, 0, 1): [(y, x, 0), (y, z, 2)],
+        (1, 1, 0): [(z, x, 0), (z, y, 1)],
+        (1, 0, 0): [(y, z, 0)],
+        (0, 1, 0): [(x, z, 1)],
+        (0, 0, 1): [(x, y, 2)],
+        (0, 0, 0): [],
+    }
+    return table[locks]
+
+
+def _track(chain: Chain, between: Array, start: Array) -> Array:
+    """Displacements of a chain over the frames, continuous from one to the next, (n, dof)."""
+    rows: list[Array] = []
+    near: Array | None = None if _starts_at_pole(chain, between[0]) else start
+    for pose in between:
+        near = chain.displacements(pose, near)
+        rows.append(near)
+    return np.array(rows).reshape(len(between), len(chain.factors))
+
+
+def _starts_at_pole(chain: Chain, pose: Array) -> bool:
+    """Whether the first frame leaves the outer angles open (eq. 3.14 and 3.15 then share them)."""
+    return len(chain.turns) == 3 and Sequence3(chain.turn_axes).at_pole(pose[:3, :3])
+
+
+def _rates(chain: Chain, displacements: Array, between: Array, motion: Array) -> Array:
+    """Displacement rates of a relative motion, shape (n, dof)."""
+    rows: list[Array] = []
+    for values, pose, twist in zip(displacements, between, motion, strict=True):
+        columns = chain.twists(values)
+        columns[:, 3:] += np.cross(columns[:, :3], pose[:3, 3])
+        rows.append(np.asarray(np.linalg.pinv(columns.T, rcond=1e-10) @ twist))
+    return np.array(rows).reshape(displacements.shape)

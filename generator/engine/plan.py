@@ -1,0 +1,64 @@
+"""What to simulate: everything about a run that the figure does not say."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from generator.loads import TimedLoad
+from springs import Joining, SpringSet
+
+Vector = tuple[float, float, float]
+
+STANDARD_GRAVITY: Vector = (0.0, -9.81, 0.0)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A run, in SI units and radians.
+
+    Attributes:
+        stop: time at which the run ends [s].
+        start: time at which it begins [s].
+        frame: interval between recorded frames [s].
+        tolerance: largest joint-angle error asked for [rad]; ignored when `step` is given.
+        step: fixed step [s], or None to let the run choose by its own error estimate.
+        springs: the springs to use; None takes those that belong to the figure's file, and where
+            the figure has no file its own `stiff`, `rest`, `damp` and limits.
+        spring_choice: how to find them when `springs` is None: a path, "none" or "printed".
+        joining: how the axes of a spherical joint join; None takes the springs' own choice.
+        gravity: [m/s^2], world axes.
+        free_root: whether the joints to the ground are taken away.
+        displacements: by joint, replacing the figure's own [rad or m].
+        velocities: displacement rates by joint [rad/s or m/s]; zero where absent.
+        loads: forces and moments that vary in time.
+        python_torques: evaluate torques as Python functions instead of expression trees.
+        wall_limit: longest time the run may take [s].
+    """
+
+    stop: float = 1.0
+    start: float = 0.0
+    frame: float = 0.02
+    tolerance: float = 1e-3
+    step: float | None = None
+    springs: SpringSet | None = None
+    spring_choice: str | Path | None = None
+    joining: Joining | None = None
+    gravity: Vector = STANDARD_GRAVITY
+    free_root: bool = False
+    displacements: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
+    velocities: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
+    loads: Sequence[TimedLoad] = ()
+    python_torques: bool = False
+    wall_limit: float = 600.0
+
+    def __post_init__(self) -> None:
+        """Refuse times that make no run."""
+        if not self.stop > self.start:
+            raise ValueError(
+                f"the stop time {self.stop:g} s is not after the start {self.start:g} s"
+            )
+        for name in ("frame", "tolerance", "wall_limit"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive, not {getattr(self, name):g}")
+        if self.step is not None and not self.step > 0.0:
+            raise ValueError(f"the step must be positive, not {self.step:g} s")

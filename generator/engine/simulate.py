@@ -1,0 +1,180 @@
+"""A figure and a plan become a recording."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from generator.engine.accuracy import Refined, refine
+from generator.engine.assembly import Assembly, build
+from generator.engine.energy import energy_book
+from generator.engine.march import Pass, frame_times, march
+from generator.engine.motion import JointMotion, Motion
+from generator.engine.plan import Plan
+from generator.engine.trace import Trace
+from generator.errors import InputError
+from generator.figure import Figure
+from generator.frames import Array
+from generator.reader.passive import springs_for
+from generator.recording import Accuracy, Recording
+from springs import SpringSet
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is.
+
+    Attributes:
+        pass_number: from 1; later passes have smaller steps.
+        step: of the pass [s].
+        time: simulated time that the pass has reached [s].
+    """
+
+    pass_number: int
+    step: float
+    time: float
+
+
+def simulate(
+    figure: Figure, plan: Plan | None = None, watch: Callable[[Progress], None] | None = None
+) -> Recording:
+    """Let a figure move under gravity, loads and its passive joints.
+
+    Args:
+        figure: what moves; its springs are those of the plan, else those of its file.
+        plan: everything else; None for one second at the default tolerance.
+        watch: told the progress after every frame.
+
+    Returns:
+        The motion. A run that fails is an outcome in it, with the frames up to the last good time.
+
+    Raises:
+        MoverError: the figure or the plan cannot be built: the message says why.
+    """
+    plan = plan or Plan()
+    springs = plan.springs or springs_of(figure, plan)
+    times = frame_times(plan.start, plan.stop, plan.frame)
+    deadline = time.monotonic() + plan.wall_limit
+    runner = _Runner(figure, plan, springs, times, deadline, watch)
+    if plan.step is None:
+        refined = refine(
+            runner.first.figure, plan.tolerance, runner.run, float(times[1] - times[0]), deadline
+        )
+    else:
+        refined = _fixed(runner.run(plan.step))
+    return _record(runner, refined)
+
+
+def springs_of(figure: Figure, plan: Plan) -> SpringSet:
+    """The springs that a plan chooses for a figure.
+
+    Raises:
+        InputError: the springs' file has errors, or is not there; it holds all of them.
+    """
+    folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
+    reading = springs_for(figure, folder, stem, plan.spring_choice, plan.joining)
+    if reading.springs is None:
+        raise InputError(reading.faults)
+    return reading.springs
+
+
+class _Runner:
+    """Makes passes of one run, each on an assembly of its own."""
+
+    def __init__(
+        self,
+        figure: Figure,
+        plan: Plan,
+        springs: SpringSet,
+        times: Array,
+        deadline: float,
+        watch: Callable[[Progress], None] | None,
+    ) -> None:
+        self._figure, self._plan, self._springs = figure, plan, springs
+        self._times, self._deadline, self._watch = times, deadline, watch
+        self._passes = 0
+        begun = time.monotonic()
+        self.first: Assembly = build(figure, plan, springs)
+        self.build_time = time.monotonic() - begun
+
+    @property
+    def _newton(self) -> float:
+        """Relative tolerance of Newton's method: well below what the extrapolation must see."""
+        if self._plan.step is not None:
+            return 1e-9
+        return float(np.clip(1e-3 * self._plan.tolerance, 1e-11, 1e-6))
+
+    def run(self, step: float, corners: Sequence[float] = ()) -> Pass:
+        """One pass with a step [s] that ends steps at the times of corners [s]."""
+        assembly = self.first
+        if self._passes:
+            begun = time.monotonic()
+            assembly = build(self._figure, self._plan, self._springs)
+            self.build_time += time.monotonic() - begun
+        self._passes += 1
+        number, watch = self._passes, self._watch
+
+        def told(now: float) -> None:
+            if watch is not None:
+                watch(Progress(number, step, now))
+
+        return march(assembly, self._times, step, self._newton, self._deadline, told, corners)
+
+
+def _fixed(one: Pass) -> Refined:
+    """The result of a run whose step was given."""
+    last = float(one.trace.times[-1])
+    message = one.outcome.message or f"done at {last:.4g} s with a fixed step of {one.step:.3g} s"
+    accuracy = Accuracy(None, None, last, one.step, one.steps, np.full(len(one.trace), np.nan))
+    return Refined(one.trace, replace(one.outcome, message=message), accuracy, one.wall_time)
+
+
+def _record(runner: _Runner, refined: Refined) -> Recording:
+    """The motion in the figure's terms."""
+    assembly, trace = runner.first, refined.trace
+    figure = assembly.figure
+    motion = Motion(assembly, trace)
+    starts = assembly.placement.displacements
+    joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
+    return Recording(
+        times=trace.times,
+        poses=motion.poses,
+        chains={name: joint.chain for name, joint in figure.joints.items()},
+        displacements={name: moved.displacements for name, moved in joints.items()},
+        velocities={name: moved.rates for name, moved in joints.items()},
+        rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()},
+        reactions={
+            name: motion.reaction(joint, joints[name]) for name, joint in figure.joints.items()
+        },
+        passive_torques={
+            name: motion.passive_torque(joint, joints[name])
+            for name, joint in figure.joints.items()
+        },
+        centre_of_mass=_centre_of_mass(figure, trace),
+        energy=energy_book(assembly, trace, joints),
+        outcome=refined.outcome,
+        accuracy=refined.accuracy,
+        constraint_drift=_drift(assembly, joints),
+        wall_time=refined.wall_time,
+        build_time=runner.build_time,
+    )
+
+
+def _centre_of_mass(figure: Figure, trace: Trace) -> Array:
+    """Of all that moves (eq. 5.1), shape (n, 3) [m]."""
+    masses = np.array([body.mass for body in figure.bodies.values()], dtype=float)
+    return np.asarray(np.einsum("b,nbk->nk", masses, trace.positions) / np.sum(masses))
+
+
+def _drift(assembly: Assembly, joints: dict[str, JointMotion]) -> float:
+    """Largest distance by which sites part that a joint holds together [m]."""
+    worst = 0.0
+    for name, moved in joints.items():
+        chain = assembly.placement.tree.chains[name]
+        if not chain.slides:
+            worst = max(worst, float(np.max(np.linalg.norm(moved.between[:, :3, 3], axis=1))))
+        elif len(chain.slides) < 3:
+            gaps = [np.linalg.norm(chain.gap(pose)[3:]) for pose in moved.between]
+            worst = max(worst, float(np.max(gaps)))
+    return worst

@@ -1,0 +1,225 @@
+"""Rotations: matrices, rotation vectors, and angles about the axes of a joint.
+
+Matrices act on columns: `R_AB @ v_B` is `v_A`. Arrays may carry leading dimensions (one matrix a
+frame); angles are radians. The one decision on the order of a joint's chain stands in
+`matrix_from_chain_angles`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+PERPENDICULAR = 1e-9
+"""Largest cosine between two axes that count as perpendicular."""
+
+POLE = 1e-8
+"""Below this sine of the middle angle only the sum or difference of the outer two is known."""
+
+
+def unit(vector: ArrayLike) -> Array:
+    """`vector` scaled to length one, shape (3,). Raises ValueError for the zero vector."""
+    array = np.asarray(vector, dtype=float)
+    length = float(np.linalg.norm(array))
+    if length == 0.0:
+        raise ValueError("the zero vector has no direction")
+    return array / length
+
+
+def cross_matrix(vector: ArrayLike) -> Array:
+    """`[v]x`, so that `cross_matrix(v) @ w` is `v x w`; shape (..., 3) to (..., 3, 3)."""
+    v = np.asarray(vector, dtype=float)
+    zero = np.zeros_like(v[..., 0])
+    rows = [
+        [zero, -v[..., 2], v[..., 1]],
+        [v[..., 2], zero, -v[..., 0]],
+        [-v[..., 1], v[..., 0], zero],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def matrix_from_rotation_vector(vector: ArrayLike) -> Array:
+    """exp([r]x) for r = angle times axis [rad]; shape (..., 3) to (..., 3, 3)."""
+    v = np.asarray(vector, dtype=float)
+    flat = Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix()
+    return flat.reshape(*v.shape[:-1], 3, 3)
+
+
+def rotation_vector_from_matrix(matrix: ArrayLike) -> Array:
+    """The rotation vector, 0 to pi long [rad]; shape (..., 3, 3) to (..., 3)."""
+    m = np.asarray(matrix, dtype=float)
+    flat = Rotation.from_matrix(m.reshape(-1, 3, 3)).as_rotvec()
+    return flat.reshape(*m.shape[:-2], 3)
+
+
+def matrix_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
+    """Rotation by `angle` [rad] about a unit `axis`; shape of `angle` plus (3, 3)."""
+    angles = np.asarray(angle, dtype=float)
+    k = cross_matrix(np.asarray(axis, dtype=float))
+    sine, cosine = np.sin(angles)[..., None, None], np.cos(angles)[..., None, None]
+    return np.eye(3) + sine * k + (1.0 - cosine) * (k @ k)
+
+
+def matrix_from_xyz(a: float, b: float, c: float) -> Array:
+    """Peabody's `xyz(a, b, c)`: intrinsic X-Y-Z, the column matrix `Rx(a) Ry(b) Rz(c)`."""
+    x, y, z = np.eye(3)
+    return (
+        matrix_from_axis_angle(x, a) @ matrix_from_axis_angle(y, b) @ matrix_from_axis_angle(z, c)
+    )
+
+
+def homogeneous(rotation: ArrayLike, translation: ArrayLike) -> Array:
+    """The pose matrix of a rotation (..., 3, 3) and a translation (..., 3) [m]: (..., 4, 4)."""
+    r, t = np.asarray(rotation, dtype=float), np.asarray(translation, dtype=float)
+    pose = np.zeros((*r.shape[:-2], 4, 4))
+    pose[..., :3, :3] = r
+    pose[..., :3, 3] = t
+    pose[..., 3, 3] = 1.0
+    return pose
+
+
+def inverse_pose(pose: ArrayLike) -> Array:
+    """The inverse of a rigid pose (..., 4, 4): `X_BA` from `X_AB`."""
+    x = np.asarray(pose, dtype=float)
+    turned = np.swapaxes(x[..., :3, :3], -1, -2)
+    return homogeneous(turned, -(turned @ x[..., :3, 3:])[..., 0])
+
+
+def frame_with_z(axis: ArrayLike) -> Array:
+    """A rotation whose third column is the unit `axis` (the thesis's `zifyjoint`, figure 3.5).
+
+    z is turned onto the axis by the shortest way; for -z that is a half turn about x.
+    """
+    target = unit(axis)
+    turn = np.cross([0.0, 0.0, 1.0], target)
+    cosine = float(target[2])
+    if cosine < -1.0 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    k = cross_matrix(turn)
+    return np.eye(3) + k + k @ k / (1.0 + cosine)
+
+
+def wrapped(angle: Array) -> Array:
+    """The angle nearest to zero that differs from `angle` by whole turns, in [-pi, pi]."""
+    return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+
+
+def matrix_from_chain_angles(axes: Sequence[ArrayLike], angles: ArrayLike) -> Array:
+    """Orientation of the child's site frame in the parent's, shape (..., 3, 3).
+
+    `R(a1)*R(a2)*R(a3)` with angles (d1, d2, d3) is the column matrix `R(a3,d3) R(a2,d2) R(a1,d1)`:
+    the first factor is innermost, next to the child (Peabody's row-vector order).
+    """
+    values = np.asarray(angles, dtype=float)
+    matrix = np.broadcast_to(np.eye(3), (*values.shape[:-1], 3, 3))
+    for index, axis in enumerate(axes):
+        matrix = matrix_from_axis_angle(axis, values[..., index]) @ matrix
+    return matrix
+
+
+@dataclass(frozen=True)
+class Sequence3:
+    """Three rotation axes, each perpendicular to the next: angles for any orientation.
+
+    Contains the thesis's twelve sequences, with signs, and their turned copies. The axes are those
+    of the chain, so the first is innermost. Eq. 3.1-3.15, written for any such axes (Davenport's
+    angles; Shuster and Markley, J. Astronaut. Sci. 51, 2003): with the first axis carried into the
+    third by a turn `offset` about the second, the middle angle plus the offset is the angle between
+    the third axis and the turned first one.
+    """
+
+    axes: tuple[tuple[float, float, float], ...]
+
+    def __post_init__(self) -> None:
+        """Refuse axes that cannot reach every orientation."""
+        first, middle, last = (unit(axis) for axis in self.axes)
+        if max(abs(float(first @ middle)), abs(float(middle @ last))) > PERPENDICULAR:
+            raise ValueError("each axis must be perpendicular to the next")
+
+    @property
+    def _frame(self) -> tuple[Array, float]:
+        """Rows e1 (middle axis), e2, e3 (last axis), and the offset that turns e3 into a1."""
+        first, middle, last = (unit(axis) for axis in self.axes)
+        side = np.cross(last, middle)
+        offset = float(np.arctan2(-(first @ side), first @ last))
+        return np.stack([middle, side, last]), offset
+
+    def matrix(self, angles: ArrayLike) -> Array:
+        """The orientation at `angles` (..., 3) [rad]."""
+        return matrix_from_chain_angles(self.axes, angles)
+
+    def angles(self, matrix: ArrayLike, near: ArrayLike | None = None) -> Array:
+        """Angles (3,) of one orientation (3, 3) [rad].
+
+        Without `near`: the middle angle whose polar angle lies in [0, pi] (cos theta >= 0 in
+        eq. 3.8), and at a pole the outer two share the turn equally (eq. 3.14 and the corrected
+        3.15). With `near`: of all triples that give the orientation, whole turns included, the
+        nearest to it.
+        """
+        m = np.asarray(matrix, dtype=float)
+        frame, offset = self._frame
+        turned = frame @ m @ unit(self.axes[0])
+        sine = float(np.hypot(turned[0], turned[1]))
+        polar = float(np.arctan2(sine, turned[2]))
+        if sine < POLE:
+            return self._at_pole(m, frame, offset, 0.0 if turned[2] > 0 else np.pi, near)
+        triples: list[Array] = []
+        for flip in (1.0, -1.0):
+            last = float(np.arctan2(flip * turned[0], -flip * turned[1]))
+            middle = flip * polar - offset
+            triples.append(np.array([self._first(m, middle, last), middle, last]))
+        return _choose(triples, near)
+
+    def at_pole(self, matrix: ArrayLike) -> bool:
+        """Whether only the sum or the difference of the outer angles is known."""
+        frame, _ = self._frame
+        turned = frame @ np.asarray(matrix, dtype=float) @ unit(self.axes[0])
+        return bool(np.hypot(turned[0], turned[1]) < POLE)
+
+    def _first(self, matrix: Array, middle: float, last: float) -> float:
+        """The innermost angle once the other two are known."""
+        outer = matrix_from_chain_angles(self.axes[1:], [middle, last])
+        return _angle_about(unit(self.axes[0]), outer.T @ matrix)
+
+    def _at_pole(
+        self, matrix: Array, frame: Array, offset: float, polar: float, near: ArrayLike | None
+    ) -> Array:
+        """Only `last + sign * first` is known: share it, or stay nearest to `near`."""
+        sign = 1.0 if polar == 0.0 else -1.0
+        middle = float(wrapped(np.asarray(polar - offset)))
+        total = _angle_about(frame[2], matrix @ matrix_from_axis_angle(frame[0], middle).T)
+        if near is None:
+            return np.array([sign * total / 2.0, middle, total / 2.0])
+        previous = np.asarray(near, dtype=float)
+        rest = float(wrapped(np.asarray(total - previous[2] - sign * previous[0])))
+        middle = middle + 2.0 * np.pi * round((previous[1] - middle) / (2.0 * np.pi))
+        return np.array([previous[0] + sign * rest / 2.0, middle, previous[2] + rest / 2.0])
+
+
+def _angle_about(axis: Array, matrix: Array) -> float:
+    """The angle of a rotation that is known to be about `axis` [rad]."""
+    sine = 0.5 * float(
+        axis
+        @ np.array(
+            [
+                matrix[2, 1] - matrix[1, 2],
+                matrix[0, 2] - matrix[2, 0],
+                matrix[1, 0] - matrix[0, 1],
+            ]
+        )
+    )
+    cosine = 0.5 * (float(np.trace(matrix)) - 1.0)
+    return float(np.arctan2(sine, cosine))
+
+
+def _choose(triples: list[Array], near: ArrayLike | None) -> Array:
+    """The conventional triple, or the one nearest to `near` after whole turns."""
+    if near is None:
+        return np.asarray(wrapped(triples[0]))
+    previous = np.asarray(near, dtype=float)
+    moved = [previous + wrapped(triple - previous) for triple in triples]
+    return min(moved, key=lambda triple: float(np.linalg.norm(triple - previous)))

@@ -1,0 +1,260 @@
+"""Forces and moments that vary in time, from a file of comma-separated values (`docs/loads.md`).
+
+The first line that is no comment names the columns, in any order: `site`, `kind`, `time [s]`, and
+x, y, z with the unit `[N]`, `[N m]`, or `[N or N m]` for a file that holds forces and moments.
+"""
+
+import re
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+from generator.errors import Fault, InputError, nearest
+from generator.figure import Figure, SiteRef
+from generator.loads import LoadKind, TimedLoad
+from generator.reader.findings import EnoughFaults, Findings
+from generator.reader.text_file import read_text, unified
+from generator.reader.vocabulary import shown
+from generator.source import Source, Span
+
+TIME_UNIT = "[s]"
+FORCE_UNIT = "[N]"
+MOMENT_UNIT = "[N m]"
+BOTH_UNIT = "[N or N m]"
+
+UNITS: Mapping[str, tuple[str, ...]] = {
+    "site": ("",),
+    "kind": ("",),
+    "time": (TIME_UNIT,),
+    "x": (FORCE_UNIT, MOMENT_UNIT, BOTH_UNIT),
+    "y": (FORCE_UNIT, MOMENT_UNIT, BOTH_UNIT),
+    "z": (FORCE_UNIT, MOMENT_UNIT, BOTH_UNIT),
+}
+"""The columns, with the units that each may have."""
+
+NUMBERS = ("time", "x", "y", "z")
+
+EXAMPLE = "site,kind,time [s],x [N],y [N],z [N]"
+
+_TITLE = re.compile(r"(\S*)\s*(.*)", re.DOTALL)
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class LoadsReading:
+    """What came of reading loads; `loads` is empty when `faults` holds an error."""
+
+    loads: tuple[TimedLoad, ...]
+    faults: tuple[Fault, ...]
+
+
+@dataclass(frozen=True)
+class _Column:
+    place: int
+    unit: str
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One row that could be read: values [N or N m] at a time [s]."""
+
+    site: SiteRef
+    kind: LoadKind
+    time: float
+    values: tuple[float, float, float]
+    place: Span
+
+
+def read_loads(path: str | Path, figure: Figure) -> tuple[TimedLoad, ...]:
+    """The loads in a file for a figure. Raises InputError, with all faults, when any is wrong."""
+    reading = examine_loads(path, figure)
+    if not reading.loads:
+        raise InputError(reading.faults)
+    return reading.loads
+
+
+def examine_loads(path: str | Path, figure: Figure) -> LoadsReading:
+    """The loads in a file for a figure, with all faults; bad input raises nothing."""
+    source, fault = read_text(Path(path), str(path))
+    if fault is not None:
+        return LoadsReading((), (fault,))
+    return parse_loads(source.text, figure, source.name)
+
+
+def parse_loads(text: str, figure: Figure, name: str = "<text>") -> LoadsReading:
+    """The loads that `text` describes, with all faults; `name` is what they call the text."""
+    source, findings = Source(name, unified(text)), Findings()
+    loads: tuple[TimedLoad, ...] = ()
+    with suppress(EnoughFaults):
+        lines = _lines(source)
+        if not lines:
+            findings.error("there are no loads in this file", Span(source, 0, 1), EXAMPLE)
+        else:
+            columns = _columns(lines[0], findings)
+            if not findings.has_errors:
+                rows = [_row(line, columns, figure, findings) for line in lines[1:]]
+                loads = _joined([row for row in rows if row is not None], figure, findings)
+                if not rows:
+                    findings.error("the table has no rows", lines[0])
+    return LoadsReading(() if findings.has_errors else loads, findings.in_order())
+
+
+def _lines(source: Source) -> list[Span]:
+    """The lines that say something: not blank, no comment."""
+    spans: list[Span] = []
+    start = 0
+    for line in source.text.split("\n"):
+        if line.strip() and not line.lstrip().startswith("#"):
+            spans.append(Span(source, start, start + len(line)))
+        start += len(line) + 1
+    return spans
+
+
+def _cells(line: Span) -> list[Span]:
+    """What stands between the commas of a line, without the blanks around it."""
+    cells: list[Span] = []
+    start = line.start
+    for text in line.text.split(","):
+        lead = len(text) - len(text.lstrip())
+        stripped = text.strip()
+        begin = start + (lead if stripped else 0)
+        cells.append(Span(line.source, begin, begin + len(stripped)))
+        start += len(text) + 1
+    return cells
+
+
+def _columns(line: Span, findings: Findings) -> dict[str, _Column]:
+    """Where each column is, by name."""
+    columns: dict[str, _Column] = {}
+    cells = _cells(line)
+    if len(cells) == 1 and ";" in line.text:
+        findings.error("columns are separated by commas", line, EXAMPLE)
+        return columns
+    for place, cell in enumerate(cells):
+        match = _TITLE.fullmatch(cell.text)
+        name, unit = (match[1], " ".join(match[2].split())) if match else ("", "")
+        if name not in UNITS:
+            hint = nearest(name, UNITS)
+            findings.error(f"unknown column `{shown(cell.text)}`", cell, hint)
+        elif name in columns:
+            findings.error(f"a second column `{name}`", cell)
+        elif unit not in UNITS[name]:
+            expected = " or ".join(f"`{name} {known}`".replace(" `", "`") for known in UNITS[name])
+            what = "has an unknown unit" if unit else "has no unit"
+            findings.error(f"column `{name}` {what}", cell, f"write {expected}")
+            columns[name] = _Column(place, unit)
+        else:
+            columns[name] = _Column(place, unit)
+    missing = [name for name in UNITS if name not in columns]
+    if missing and not findings.has_errors:
+        findings.error(f"there is no column {', '.join(f'`{m}`' for m in missing)}", line, EXAMPLE)
+    units = {columns[name].unit for name in ("x", "y", "z") if name in columns}
+    if len(units) > 1 and not findings.has_errors:
+        findings.error("x, y and z have different units", line, EXAMPLE)
+    return columns
+
+
+def _row(
+    line: Span, columns: Mapping[str, _Column], figure: Figure, findings: Findings
+) -> _Row | None:
+    """What a line says; None, with the faults noted, when it says nothing."""
+    cells = _cells(line)
+    if len(cells) != len(columns):
+        findings.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
+        return None
+    by_name = {name: cells[column.place] for name, column in columns.items()}
+    site = _site(by_name["site"], figure, findings)
+    kind = _kind(by_name["kind"], columns["x"].unit, findings)
+    numbers = [_number(by_name[name], name, findings) for name in NUMBERS]
+    if site is None or kind is None:
+        return None
+    time, *values = (number for number in numbers if number is not None)
+    if len(values) != 3:
+        return None
+    x, y, z = values
+    return _Row(site, kind, time, (x, y, z), by_name["time"])
+
+
+def _site(cell: Span, figure: Figure, findings: Findings) -> SiteRef | None:
+    known = {
+        f"{segment.name}.{site}": SiteRef(segment.name, site)
+        for segment in figure.segments.values()
+        for site in segment.sites
+    }
+    if cell.text in known:
+        return known[cell.text]
+    findings.error(
+        f"the figure has no site `{shown(cell.text)}`",
+        cell,
+        nearest(cell.text, known),
+    )
+    return None
+
+
+def _kind(cell: Span, unit: str, findings: Findings) -> LoadKind | None:
+    kinds = {kind.value: kind for kind in LoadKind}
+    kind = kinds.get(cell.text)
+    if kind is None:
+        findings.error(
+            f"unknown kind of load `{shown(cell.text)}`", cell, nearest(cell.text, kinds)
+        )
+        return None
+    needed = FORCE_UNIT if kind.is_force else MOMENT_UNIT
+    if unit not in (needed, BOTH_UNIT):
+        findings.error(
+            f"`{kind.value}` is in {needed}, but the columns are in {unit}",
+            cell,
+            f"a file with forces and moments names them `x {BOTH_UNIT}`",
+        )
+        return None
+    return kind
+
+
+def _number(cell: Span, column: str, findings: Findings) -> float | None:
+    if _NOT_FINITE.fullmatch(cell.text):
+        findings.error(f"`{shown(cell.text)}` is not finite", cell)
+        return None
+    if not _NUMBER.fullmatch(cell.text):
+        said = f"`{shown(cell.text)}` is not a number" if cell.text else "a number is missing"
+        findings.error(f"{said} (column `{column}`)", cell)
+        return None
+    number = float(cell.text)
+    if not isfinite(number):
+        findings.error(f"`{shown(cell.text)}` is beyond the largest number", cell)
+        return None
+    return number
+
+
+def _joined(rows: list[_Row], figure: Figure, findings: Findings) -> tuple[TimedLoad, ...]:
+    """One load for each site and kind, in the order in which they first appear."""
+    groups: dict[tuple[SiteRef, LoadKind], list[_Row]] = {}
+    for row in rows:
+        earlier = groups.setdefault((row.site, row.kind), [])
+        if earlier and row.time <= earlier[-1].time:
+            findings.error(
+                f"the time {row.time:g} s is not after {earlier[-1].time:g} s, "
+                f"the one before of `{row.kind.value}` at `{row.site}`",
+                row.place,
+                "for a jump leave a thousandth of a second between two rows",
+            )
+        earlier.append(row)
+    if findings.has_errors:
+        return ()
+    for (site, kind), group in groups.items():
+        if len(group) == 1:
+            findings.warning(
+                f"`{kind.value}` at `{site}` has one row, so it acts for no time",
+                group[0].place,
+                "a load is linear between its rows and zero outside them",
+            )
+        if site.segment in figure.ground:
+            findings.warning(
+                f"`{site}` is on the ground, where a load moves nothing", group[0].place
+            )
+    return tuple(
+        TimedLoad(site, kind, tuple(row.time for row in group), tuple(row.values for row in group))
+        for (site, kind), group in groups.items()
+    )

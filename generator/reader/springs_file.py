@@ -1,0 +1,261 @@
+"""Our own form of spring data, `STEM.springs.toml`: one `[[spring]]` for each curve.
+
+The unit of every number is part of its key. Several joints may share a curve: its angle is that of
+each joint's declared axis, so the mirror image needs no second table.
+"""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from generator.errors import Fault, nearest
+from generator.reader.findings import EnoughFaults, Findings
+from generator.reader.joint_axes import AXES
+from generator.reader.text_file import unified
+from generator.reader.toml_places import Places, locate
+from generator.reader.toml_values import TABLE, TableReader, number_text
+from generator.reader.vocabulary import shown
+from generator.source import Source, Span
+from springs import Coefficients, Damping, Joining
+from springs.stop import ONSET, STIFFNESS
+
+SUFFIX = ".springs.toml"
+
+LONGEST_TEXT = 200_000
+LONGEST_LINE = 1_000
+"""A file of a thousand springs stays below both; `tomllib` needs minutes for some longer ones."""
+
+TEXT_KEYS = ("motion", "reference", "why")
+CUBIC_KEYS = ("sense", "dead_zone_deg")
+LAW_KEYS = (
+    "coefficients_Nm_rad",
+    "stiffness_Nm_rad",
+    "viscous_Nms_rad",
+    "coulomb_Nm",
+    "stop_stiffness_Nm_rad",
+    "stop_onset_deg",
+)
+SPRING_KEYS = ("joints", "axis", "rest_deg", *CUBIC_KEYS, *LAW_KEYS, *TEXT_KEYS)
+FILE_KEYS = ("figure", "law", TABLE)
+
+NO_DEAD_ZONE = "none"
+"""`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
+
+_POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of document)\)$")
+
+
+@dataclass(frozen=True)
+class SpringEntry:
+    """A `[[spring]]` table, in SI.
+
+    Attributes:
+        joints: the joints that have this spring.
+        axis: "x", "y" or "z" of the joint frame, or None for the only axis of a joint.
+        coefficients: c0..c3 of a cubic [N m, N m/rad, N m/rad^2, N m/rad^3], or None.
+        sense: sense of the cubic when the file states it.
+        dead_zone: edges of the cubic's dead zone, counted from `rest` [rad].
+        dead_zone_stated: whether the file says what the dead zone is, or that there is none.
+        stiffness: of a linear spring instead of a cubic [N m/rad], or None.
+        rest: displacement at which the cubic's angle is zero and a linear spring is slack [rad].
+        damping: viscous and Coulomb damping.
+        stop_stiffness: of the stops at the figure's limits [N m/rad].
+        stop_onset: angle over which they grow [rad].
+        motion: name of a positive angle.
+        reference: where the numbers are from.
+        why: why they are read as they are.
+        origins: places of the keys' values; "spring" is the table, "joints.0" the first joint.
+    """
+
+    joints: tuple[str, ...]
+    axis: str | None = None
+    coefficients: Coefficients | None = None
+    sense: int | None = None
+    dead_zone: tuple[float, float] | None = None
+    dead_zone_stated: bool = False
+    stiffness: float | None = None
+    rest: float = 0.0
+    damping: Damping = field(default_factory=Damping)
+    stop_stiffness: float = STIFFNESS
+    stop_onset: float = ONSET
+    motion: str = ""
+    reference: str = ""
+    why: str = ""
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class SpringsFile:
+    """What a springs file says: the figure it was written for, the law, the springs."""
+
+    entries: tuple[SpringEntry, ...]
+    figure: str | None = None
+    law: Joining | None = None
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class SpringsReading:
+    """What came of reading a springs file.
+
+    `content` is None for a text that is no TOML. Where `faults` holds an error it has what could
+    be read, so that it can be checked further; it is then not fit for use.
+    """
+
+    content: SpringsFile | None
+    faults: tuple[Fault, ...]
+
+
+def parse_springs(text: str, name: str = "<text>") -> SpringsReading:
+    """The springs that `text` describes, with all faults; `name` is what they call the text."""
+    findings = Findings()
+    content = None
+    with suppress(EnoughFaults):
+        content = springs_in(Source(name, unified(text)), findings)
+    return SpringsReading(content, findings.in_order())
+
+
+def springs_in(source: Source, findings: Findings) -> SpringsFile | None:
+    """The springs of a text; faults go to `findings`, which may raise EnoughFaults."""
+    document = _document(source, findings)
+    return None if document is None else _content(document, locate(source), findings)
+
+
+def _document(source: Source, findings: Findings) -> Mapping[str, Any] | None:
+    """The TOML document; None, with the fault noted, when the text is none."""
+    place = _excess(source)
+    if place is not None:
+        findings.error(
+            "this is too long for a springs file",
+            place,
+            f"at most {LONGEST_TEXT:,} characters in all and {LONGEST_LINE:,} in a line",
+        )
+        return None
+    try:
+        return tomllib.loads(source.text, parse_float=number_text)
+    except RecursionError:
+        findings.error("brackets are nested too deeply", Span(source, 0, 1), "a list holds no list")
+    except tomllib.TOMLDecodeError as failure:
+        message, span = _syntax_fault(str(failure), source)
+        findings.error(message, span, "a springs file is written in TOML")
+    except ValueError:  # tomllib lets pass what `int` says of a number of 5000 digits
+        findings.error("a whole number is too long", Span(source, 0, 1), "a number must be finite")
+    return None
+
+
+def _excess(source: Source) -> Span | None:
+    """Where the text becomes longer than is read."""
+    if len(source.text) > LONGEST_TEXT:
+        return Span(source, LONGEST_TEXT, LONGEST_TEXT + 1)
+    start = 0
+    for line in source.text.split("\n"):
+        if len(line) > LONGEST_LINE:
+            return Span(source, start + LONGEST_LINE, start + LONGEST_LINE + 1)
+        start += len(line) + 1
+    return None
+
+
+def _syntax_fault(message: str, source: Source) -> tuple[str, Span]:
+    """What `tomllib` says, without its position, and the position as a span."""
+    match = _POSITION.search(message)
+    said = _POSITION.sub("", message)
+    said = f"{said[:1].lower()}{said[1:]}".replace("\\n", "end of line")
+    if match is None or match[1] is None:
+        end = len(source.text.rstrip())
+        return said, Span(source, max(end - 1, 0), max(end, 1))
+    line, column = int(match[1]), int(match[2])
+    before = source.text.split("\n")[: line - 1]
+    offset = sum(len(text) + 1 for text in before) + column - 1
+    last = sum(len(text) + 1 for text in before) + max(len(source.line(line)) - 1, 0)
+    offset = min(offset, last)
+    return said, Span(source, offset, offset + 1)
+
+
+def _content(document: Mapping[str, Any], places: Places, findings: Findings) -> SpringsFile:
+    top = TableReader(document, "", 0, places, findings)
+    top.refuse_unknown(FILE_KEYS, "springs file")
+    figure, law = top.text("figure"), None
+    if (said := top.text("law")) is not None:
+        laws = [joining.value for joining in Joining]
+        if said in laws:
+            law = Joining(said)
+        else:
+            findings.error(f"unknown law `{shown(said)}`", top.place("law"), nearest(said, laws))
+    tables: Any = document.get(TABLE, [])
+    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
+        findings.error("springs are tables", top.place(TABLE), "write `[[spring]]` above each")
+        tables = []
+    read = [
+        _entry(TableReader(table, TABLE, index, places, findings))
+        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
+    ]
+    if not document:
+        findings.error("there is no spring in this file", places.table(""), "write `[[spring]]`")
+    origins = {key: top.place(key) for key in FILE_KEYS if key in document}
+    return SpringsFile(tuple(entry for entry in read if entry), figure, law, origins)
+
+
+def _entry(table: TableReader) -> SpringEntry | None:
+    """One `[[spring]]`; None, with a fault noted, when it says nothing that can be used."""
+    table.refuse_unknown(SPRING_KEYS, "spring")
+    joints = table.names("joints")
+    axis = table.choice("axis", (*AXES, "joint"))
+    coefficients = table.numbers("coefficients_Nm_rad", 4)
+    stiffness = table.number("stiffness_Nm_rad", negative=False)
+    _check_combination(table)
+    zone = None
+    if table.content.get("dead_zone_deg") != NO_DEAD_ZONE:
+        zone = table.numbers("dead_zone_deg", 2)
+    if zone is not None and zone[0] > zone[1]:
+        table.error("dead_zone_deg", "the dead zone ends before it begins", "[lower, upper]")
+    sense = table.sign("sense")
+    viscous = table.number("viscous_Nms_rad", negative=False)
+    coulomb = table.number("coulomb_Nm", negative=False)
+    stop_stiffness = table.number("stop_stiffness_Nm_rad", negative=False, zero=False)
+    stop_onset = table.number("stop_onset_deg", negative=False, zero=False)
+    rest = table.number("rest_deg")
+    said = {key: table.text(key) or "" for key in TEXT_KEYS}
+    if not joints:
+        return None
+    origins = {key: table.place(key) for key in table.content} | {"spring": table.header}
+    origins |= {f"joints.{k}": table.place("joints", k) for k in range(len(joints))}
+    return SpringEntry(
+        joints=joints,
+        axis=None if axis == "joint" else axis,
+        coefficients=cast("Coefficients | None", coefficients),
+        sense=sense,
+        dead_zone=cast("tuple[float, float] | None", zone),
+        dead_zone_stated="dead_zone_deg" in table.content,
+        stiffness=stiffness,
+        rest=rest or 0.0,
+        damping=Damping(viscous or 0.0, coulomb or 0.0),
+        stop_stiffness=stop_stiffness or STIFFNESS,
+        stop_onset=stop_onset or ONSET,
+        motion=said["motion"],
+        reference=said["reference"],
+        why=said["why"],
+        origins=origins,
+    )
+
+
+def _check_combination(table: TableReader) -> None:
+    """A table says something, and nothing that its law does not take."""
+    content = table.content
+    if not any(key in content for key in LAW_KEYS):
+        table.findings.error(
+            "this spring has no law", table.header, f"it needs one of: {', '.join(LAW_KEYS)}"
+        )
+    cubic, linear = "coefficients_Nm_rad" in content, "stiffness_Nm_rad" in content
+    if cubic and linear:
+        table.error(
+            "stiffness_Nm_rad",
+            "a spring is a cubic or linear, not both",
+            "`coefficients_Nm_rad` or `stiffness_Nm_rad`",
+        )
+    for key in CUBIC_KEYS:
+        if key in content and not cubic:
+            table.error(key, f"`{key}` belongs to a cubic", "with `coefficients_Nm_rad`")
+    if "rest_deg" in content and not cubic and not linear:
+        table.error("rest_deg", "`rest_deg` belongs to an elastic law", "a cubic or a stiffness")

@@ -1,0 +1,302 @@
+"""The grammar: from tokens to the syntax tree of one figure.
+
+    file      := "figure" NAME? "{" statement* "}"
+    statement := block | arrow | connect | field
+    block     := ("attribute" | "segment" | "joint" | "site") NAME "{" statement* "}"
+    arrow     := "site" NAME "->" field
+    connect   := "connect" NAME "." NAME "to" NAME "." NAME ";"
+    field     := NAME "=" value ";"
+
+Values are in `value_syntax.py`. Which block may stand in which keeps the recursion at three levels.
+After a fault the parser goes on at the next statement, so that all faults are found at once.
+"""
+
+from generator.errors import closest, nearest
+from generator.reader.findings import Findings
+from generator.reader.stream import Stream
+from generator.reader.tokens import Kind, Token
+from generator.reader.tree import Block, Connect, Field, Reference, Statement, Word
+from generator.reader.value_syntax import parse_value
+from generator.reader.vocabulary import BLOCKS, home_of, known_in, shown
+from generator.source import Source, Span
+
+
+def parse(source: Source, findings: Findings) -> Block | None:
+    """The figure block of `source`; None when there is none.
+
+    Raises EnoughFaults when too much is wrong to go on.
+    """
+    return _Parser(source, findings).file()
+
+
+class _Parser:
+    """Recursive descent over the blocks. `_open` are the blocks around the present place."""
+
+    def __init__(self, source: Source, findings: Findings) -> None:
+        self._stream = Stream(source, findings)
+        self._findings = findings
+        self._open: list[tuple[str, str]] = []
+        self._closed, self._closed_kind = "", ""
+
+    def file(self) -> Block | None:
+        """`"figure" NAME? "{" statement* "}"` and then the end."""
+        stream = self._stream
+        first = stream.here
+        if first.kind is Kind.END:
+            self._findings.malformation(
+                "there is no figure in this file", stream.span(first), "it starts with `figure {`"
+            )
+            return None
+        if not first.is_name("figure"):
+            loose = first.kind is Kind.NAME and first.text in known_in("figure")
+            self._findings.malformation(
+                f"a figure file starts with `figure {{`, not with {first}",
+                stream.span(first),
+                "all blocks stand in `figure { ... }`" if loose else _meant(first),
+            )
+            if loose:
+                return self._rest_of_file(Block(Word("figure", stream.span(first)), None, (), None))
+            opens = 2 if stream.peek(1).kind is Kind.NAME else 1
+            if first.kind is not Kind.NAME or not stream.peek(opens).is_mark("{"):
+                return None
+        figure = self._block()
+        return figure and self._rest_of_file(figure)
+
+    def _rest_of_file(self, figure: Block) -> Block:
+        """What stands after the figure's `}` is out of place, but read as part of the figure."""
+        stream, strays = self._stream, list[Statement]()
+        told = figure.opening is None
+        self._open.append(("figure", ""))
+        while stream.here.kind is not Kind.END:
+            here = stream.here
+            if here.is_mark("}"):
+                self._findings.malformation(
+                    "this `}` closes nothing", stream.span(here), self._closed
+                )
+                stream.take()
+                continue
+            if not told:
+                told = True
+                self._findings.malformation(
+                    f"{here} stands after the end of the figure", stream.span(here), self._closed
+                )
+            statement = self._statement("figure")
+            if statement:
+                strays.append(statement)
+        return Block(figure.kind, figure.name, (*figure.body, *strays), figure.opening)
+
+    def _block(self) -> Block | None:
+        """`KIND NAME "{" statement* "}"`; the name of a figure may be left out."""
+        stream = self._stream
+        kind = self._word()
+        name = self._name(kind) if stream.here.kind is Kind.NAME else self._no_name(kind)
+        known = kind.text if kind.text in BLOCKS else "figure"
+        title = shown(f"{kind.text} {name.text}" if name else kind.text)
+        opening = stream.here
+        if not stream.expect("{", f"`{title}`") and not (
+            stream.at_statement and opening.text in known_in(known)
+        ):
+            stream.skip_statement()
+            return None
+        span = stream.span(opening) if opening.is_mark("{") else kind.span
+        self._open.append((known, title))
+        body: list[Statement] = []
+        while not stream.here.is_mark("}"):
+            if stream.here.kind is Kind.END or self._belongs_outside(known, title, span):
+                closing = None
+                break
+            statement = self._statement(known)
+            if statement:
+                body.append(statement)
+        else:
+            closing = stream.span(stream.take())
+            self._closed = (
+                f"the `}}` in line {closing.line} closed the `{{` of `{title}` in line {span.line}"
+            )
+            self._closed_kind = known
+        self._open.pop()
+        if closing is None and stream.here.kind is Kind.END:
+            self._findings.malformation(
+                f"the `{{` of `{title}` is never closed", span, self._closed
+            )
+        return Block(kind, name, tuple(body), span)
+
+    def _no_name(self, kind: Word) -> Word | None:
+        """A block without a bare name: fine for a figure, a fault elsewhere."""
+        if self._stream.here.kind in (Kind.STRING, Kind.NUMBER):
+            return self._name(kind)
+        if kind.text != "figure":
+            self._findings.malformation(f"this {kind.text} has no name", kind.span)
+        return None
+
+    def _name(self, kind: Word) -> Word:
+        """The name of a block; a string or a number in its place is a fault."""
+        token = self._stream.take()
+        span = self._stream.span(token)
+        if token.kind is not Kind.NAME:
+            self._findings.malformation(
+                f"{token} cannot be the name of a {kind.text}",
+                span,
+                "a name is made of letters, digits and `_`, starts with no digit, and has no "
+                "quotes",
+            )
+        return Word(token.text + token.unit, span)
+
+    def _belongs_outside(self, kind: str, title: str, opening: Span) -> bool:
+        """Whether a block starts here that can only stand further out: a `}` is missing."""
+        here = self._stream.here
+        if here.kind is not Kind.NAME or here.text not in BLOCKS or here.text in known_in(kind):
+            return False
+        if self._stream.peek(1).is_mark("="):
+            return False
+        if not any(here.text in BLOCKS[around] for around, _ in self._open[:-1]):
+            return False
+        self._findings.malformation(
+            f"`{here.text}` cannot stand in `{title}`",
+            self._stream.span(here),
+            f"is a `}}` missing before it? The `{{` of `{title}` in line {opening.line} is open",
+        )
+        return True
+
+    def _statement(self, kind: str) -> Statement | None:
+        """One statement of a block of this kind; None when it could not be read."""
+        stream = self._stream
+        here, after = stream.here, stream.peek(1)
+        if here.kind is not Kind.NAME:
+            return self._no_statement(here)
+        if here.text == "connect" and not after.is_mark("="):
+            return self._in_place(here, kind, self._connect())
+        if after.is_mark("="):
+            return self._in_place(here, kind, self._field())
+        if here.text == "site" and after.kind is not Kind.MARK and stream.peek(2).is_mark("->"):
+            return self._in_place(here, kind, self._arrow())
+        if here.text in BLOCKS[kind]:
+            return self._block()
+        stream.take()
+        if after.is_mark("{") or stream.peek(1).is_mark("{"):
+            self._findings.malformation(
+                f"unknown block {here} in a {kind}",
+                stream.span(here),
+                _where(here.text, kind),
+            )
+        else:
+            self._findings.malformation(
+                f"`=` is missing after {here}" if home_of(here.text) else f"{here} begins nothing",
+                stream.span(here),
+                f"a field is written `{shown(here.text)} = VALUE;`"
+                if home_of(here.text)
+                else _where(here.text, kind),
+            )
+        stream.skip_statement()
+        return None
+
+    def _in_place(self, first: Token, kind: str, read: Statement | None) -> Statement | None:
+        """What was read, if a block of this kind may hold it; else a fault, and None.
+
+        Words that mean nothing anywhere are left to the next step, which knows what is near.
+        """
+        home = "segment" if isinstance(read, Block) else home_of(first.text)
+        if read is None or home is None or kind == "attribute" or first.text in known_in(kind):
+            return read
+        hint = f"it belongs in a {home}"
+        self._findings.malformation(
+            f"`{first.text}` cannot stand in a {kind}",
+            self._stream.span(first),
+            f"{hint}; {self._closed}" if home == self._closed_kind else hint,
+        )
+        return None
+
+    def _no_statement(self, here: Token) -> None:
+        """Something that begins no statement."""
+        if here.is_mark(";"):
+            self._stream.take()  # an empty statement says nothing and harms nothing
+            return
+        self._findings.malformation(
+            f"{here} cannot begin a statement",
+            self._stream.span(here),
+            "a block needs a kind and a name before its `{`" if here.is_mark("{") else "",
+        )
+        if not here.is_mark("{"):
+            self._stream.take()
+        self._stream.skip_statement()
+
+    def _arrow(self) -> Block:
+        """`"site" NAME "->" field`."""
+        kind = self._word()
+        name = self._name(kind)
+        self._stream.take()
+        if self._stream.here.kind is Kind.NAME and self._stream.peek(1).is_mark("="):
+            return Block(kind, name, (self._field(),), None)
+        self._findings.malformation(
+            f"a field is missing after `site {shown(name.text)}->`",
+            self._stream.after_last(),
+            f"write `site {shown(name.text)}->location = ...;`",
+        )
+        self._stream.skip_statement()
+        return Block(kind, name, (), None)
+
+    def _field(self) -> Field:
+        """`NAME "=" value ";"`."""
+        name = self._word()
+        self._stream.take()
+        value = parse_value(self._stream, f"`{shown(name.text)} =`")
+        if value is None:
+            self._stream.skip_statement()
+        elif not self._stream.take_mark(";"):
+            self._end_of_statement()
+        return Field(name, value)
+
+    def _connect(self) -> Connect | None:
+        """`"connect" NAME "." NAME "to" NAME "." NAME ";"`."""
+        stream = self._stream
+        name = self._word()
+        parent = self._reference()
+        if parent and stream.here.is_name("to"):
+            stream.take()
+            child = self._reference()
+            if child:
+                span = name.span.to(child.span)
+                if not stream.take_mark(";"):
+                    self._end_of_statement()
+                return Connect(name, parent, child, span)
+        self._findings.malformation(
+            f"`connect` cannot be read: {stream.here} stands where it breaks off",
+            stream.span(stream.here),
+            "write `connect SEGMENT.SITE to SEGMENT.SITE;`",
+        )
+        stream.skip_statement()
+        return None
+
+    def _reference(self) -> Reference | None:
+        """`NAME "." NAME`; None when it is not there."""
+        stream = self._stream
+        if stream.here.kind is not Kind.NAME or not stream.peek(1).is_mark("."):
+            return None
+        segment = self._word()
+        stream.take()
+        if stream.here.kind is not Kind.NAME:
+            return None
+        site = self._word()
+        return Reference(segment, site, segment.span.to(site.span))
+
+    def _end_of_statement(self) -> None:
+        """The `;` is missing: go on at the next statement."""
+        self._stream.expect(";", "this value")
+        if not self._stream.here.new_line:
+            self._stream.skip_statement()
+
+    def _word(self) -> Word:
+        """The next token, a name, as a word of the tree."""
+        token = self._stream.take()
+        return Word(token.text, self._stream.span(token))
+
+
+def _meant(first: Token) -> str:
+    """A hint for a first word that may be a slip of `figure`."""
+    return "did you mean `figure`?" if closest(first.text, ["figure"]) else ""
+
+
+def _where(word: str, kind: str) -> str:
+    """Where a word belongs that is unknown in this kind of block."""
+    homes = [outer for outer, inner in BLOCKS.items() if word in inner]
+    return f"a {word} stands in a {homes[0]}" if homes else nearest(word, known_in(kind))

@@ -1,0 +1,228 @@
+"""The words of a figure file: names, numbers with their units, strings and marks."""
+
+import re
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+from generator.reader.findings import EnoughFaults, Findings
+from generator.reader.vocabulary import shown
+from generator.source import Source, Span
+
+LONGEST_WORD = 200
+"""Longest name, number or string that is read."""
+
+MOST_TOKENS = 100_000
+"""A figure of five hundred segments stays below this; so many are read within a second."""
+
+
+class Kind(Enum):
+    """What a token is; the value is what a sentence calls it."""
+
+    NAME = "a name"
+    NUMBER = "a number"
+    STRING = "a string"
+    MARK = "a mark"
+    END = "the end of the file"
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """One word. `text` is what it says: a string without its quotes, a number without its unit.
+
+    `unit` is the unit glued to a number. `new_line` tells whether it is the first of its line.
+    """
+
+    kind: Kind
+    text: str
+    start: int
+    end: int
+    unit: str = ""
+    new_line: bool = False
+
+    def is_mark(self, mark: str) -> bool:
+        """Whether it is this mark."""
+        return self.kind is Kind.MARK and self.text == mark
+
+    def is_name(self, name: str) -> bool:
+        """Whether it is this name."""
+        return self.kind is Kind.NAME and self.text == name
+
+    def __str__(self) -> str:
+        """As a sentence names it."""
+        match self.kind:
+            case Kind.END:
+                return self.kind.value
+            case Kind.STRING:
+                return f'`"{shown(self.text)}"`'
+            case _:
+                return f"`{shown(self.text + self.unit)}`"
+
+
+_BLANK = re.compile(r"(?:[ \t\r\n\f\v]++|#[^\n]*+|/\*.*?\*/)*+", re.DOTALL)
+
+_BLANK_LINES = re.compile(r"(?:[ \t\r\n\f\v]++|#[^\n]*+|/\*[^\n]*+)*+")
+"""Blanks once it is known that no more comments are closed: `/*` then counts to the line's end."""
+
+_TOKEN = re.compile(
+    r"""
+      (?P<number> [+-]? \.? [0-9] (?: [\w.] | (?<=[0-9.][eE]) [+-] (?=[0-9]) )*+ )
+    | (?P<name>   [^\W0-9]\w*+ )
+    | (?P<string> "[^"\n]*+" )
+    | (?P<mark>   -> | [{}();,=*./] )
+    | (?P<bracket> [][] )
+    | (?P<quote>  "[^\n]*+ )
+    | (?P<signed> [+-]\w++ )
+    | (?P<odd>    [^\w\s{}();,=*./"\#[\]]++ | . )
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+
+_NUMBER = re.compile(
+    r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z][A-Za-z0-9]*)?"
+)
+
+_KINDS = {"name": Kind.NAME, "mark": Kind.MARK}
+
+_STAND_INS = {
+    "name": (Kind.NAME, "_"),
+    "number": (Kind.NUMBER, "0"),
+    "signed": (Kind.NUMBER, "0"),
+    "string": (Kind.STRING, ""),
+    "quote": (Kind.STRING, ""),
+}
+"""What takes the place of a word that is too long."""
+
+
+def tokenize(source: Source, findings: Findings) -> Iterator[Token]:
+    """The tokens of `source` one by one, the last being the end; faults go to `findings`.
+
+    Comments run from `#` to the end of the line or stand between `/*` and `*/`. What cannot be
+    read is reported and left out. Raises EnoughFaults where it gives up.
+    """
+    text, position, line_end, count, blank = source.text, 0, -1, 0, _BLANK
+    while True:
+        position = _blank_end(text, position, blank)
+        if text.startswith("/*", position):
+            findings.malformation(
+                "this comment is never closed",
+                Span(source, position, position + 2),
+                "a comment that starts with `/*` ends with `*/`",
+            )
+            blank = _BLANK_LINES
+            continue
+        match = _TOKEN.match(text, position)
+        if match is None:
+            break
+        count += 1
+        if count > MOST_TOKENS:
+            findings.malformation(
+                f"the file is too long: it has more than {MOST_TOKENS:,} words and marks",
+                Span(source, position, position + 1),
+                "a figure of five hundred segments is shorter; reading stopped here",
+            )
+            raise EnoughFaults
+        new_line = position > line_end
+        if new_line:
+            found = text.find("\n", position)
+            line_end = len(text) if found == -1 else found
+        token = _token(source, match, new_line, findings)
+        position = token.end if token else match.end()
+        if token is not None:
+            yield token
+    yield Token(Kind.END, "", position, position, new_line=True)
+
+
+def _blank_end(text: str, position: int, blank: re.Pattern[str]) -> int:
+    """Where the blanks and comments that start at `position` end."""
+    match = blank.match(text, position)
+    return match.end() if match else position
+
+
+def _token(
+    source: Source, match: re.Match[str], new_line: bool, findings: Findings
+) -> Token | None:
+    """The token of one match, or None after reporting what is wrong with it."""
+    group, word = match.lastgroup or "", match.group()
+    start, end = match.span()
+    span = Span(source, start, end)
+    if len(word) > LONGEST_WORD and group != "odd":
+        findings.malformation(
+            f"a word of {len(word):,} characters",
+            Span(source, start, start + 1),
+            f"the longest that is read has {LONGEST_WORD}",
+        )
+        kind, value = _STAND_INS[group]
+        return Token(kind, value, start, end, new_line=new_line)
+    match group:
+        case "name" | "mark":
+            if not word.isascii():
+                findings.malformation(
+                    f"`{shown(word)}` has characters that a name cannot have",
+                    span,
+                    "a name is made of the letters a-z and A-Z, digits and `_`",
+                )
+            return Token(_KINDS[group], word, start, end, new_line=new_line)
+        case "number":
+            return _number(span, word, new_line, findings)
+        case "string":
+            return Token(Kind.STRING, word[1:-1], start, end, new_line=new_line)
+        case "quote":
+            findings.malformation(
+                "this string is never closed", Span(source, start, start + 1), 'add the closing `"`'
+            )
+            value = word[1:].rstrip().removesuffix(";")
+            return Token(Kind.STRING, value, start, start + 1 + len(value), new_line=new_line)
+        case "bracket":
+            findings.malformation(
+                f"`{word}` is not part of the language",
+                span,
+                "lists stand in round brackets: `(1, 2, 3)`",
+            )
+            mark = "(" if word == "[" else ")"
+            return Token(Kind.MARK, mark, start, end, new_line=new_line)
+        case "signed":
+            findings.malformation(
+                f"`{shown(word)}` is not a number", span, "a number is finite and written in digits"
+            )
+            return Token(Kind.NUMBER, "0", start, end, new_line=new_line)
+        case _:
+            findings.malformation(
+                f"{_described(word)} is not part of the language", span, _odd_hint(word)
+            )
+            return None
+
+
+def _number(span: Span, word: str, new_line: bool, findings: Findings) -> Token:
+    """A number with the unit glued to it."""
+    parts = _NUMBER.fullmatch(word)
+    if parts is None:
+        findings.malformation(
+            f"`{shown(word)}` is not a number",
+            span,
+            "a number looks like `12`, `-0.5` or `1.5e-3`, a unit may follow: `12cm`",
+        )
+        return Token(Kind.NUMBER, "0", span.start, span.end, new_line=new_line)
+    return Token(
+        Kind.NUMBER, parts[1], span.start, span.end, unit=parts[2] or "", new_line=new_line
+    )
+
+
+def _described(word: str) -> str:
+    """What an odd stretch of characters is called."""
+    char = word[0]
+    if char.isprintable():
+        return f"`{shown(word)}`"
+    name = unicodedata.name(char, "a control character")
+    return f"the character U+{ord(char):04X} ({name.lower()})"
+
+
+def _odd_hint(word: str) -> str:
+    """What may have been meant by an odd stretch of characters."""
+    first = word[0]
+    if first in "'\u2018\u2019\u201c\u201d`":
+        return 'strings stand in straight double quotes: `"floor.pss"`'
+    if first in "-+":
+        return "the language has no sums; `site NAME->FIELD` is written with `->`"
+    return ""

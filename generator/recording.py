@@ -1,0 +1,118 @@
+"""The result of a run: numpy arrays by name, and how the run ended."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from generator.figure import Factor
+from generator.frames import Array
+
+
+class Ending(Enum):
+    """How a run ended."""
+
+    DONE = "done"
+    SOLVER_FAILED = "solver failed"
+    TURNED_OVER = "turned through 180 deg"
+    TOO_LONG = "wall time used up"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended, with the sentence that says it.
+
+    Attributes:
+        ending: which of the ways.
+        message: the sentence shown to the user; for a run that is done, what it held.
+        last_time: last recorded time [s].
+        joint: the joint to blame, where there is one.
+    """
+
+    ending: Ending
+    message: str
+    last_time: float
+    joint: str | None = None
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the run reached its stop time."""
+        return self.ending is Ending.DONE
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """What a run knows of its own error.
+
+    Attributes:
+        estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step.
+        asked: the tolerance asked for [rad]; None with a fixed step.
+        held_until: time up to which the estimate stays below the tolerance [s].
+        step: smallest step used [s].
+        steps: number of steps of all passes.
+        by_frame: error estimate of each frame [rad], shape (n,).
+    """
+
+    estimate: float | None
+    asked: float | None
+    held_until: float
+    step: float
+    steps: int
+    by_frame: Array
+
+
+ENERGY_KINDS = ("kinetic", "gravity", "spring", "dissipated", "work")
+"""Kinds of energy in a recording; kinetic + gravity + spring + dissipated - work is constant."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A motion. n frames; SI units and radians; joints and segments in figure order.
+
+    Attributes:
+        times: shape (n,) [s].
+        poses: of each segment in the world, shape (n, 4, 4); the ground's are constant.
+        chains: the factors of each joint with a row in `displacements`.
+        displacements: of each joint, shape (n, degrees of freedom) [rad or m], continuous in time.
+        velocities: rates of the displacements [rad/s or m/s], same shapes.
+        rotation_vectors: of the child's site in the parent's, shape (n, 3) [rad], 0 to pi long.
+        reactions: of each joint on its child at the child's site, shape (n, 6): force [N], moment
+            [N m], in the parent's site axes, springs not included.
+        passive_torques: of each joint's springs and damping on the child, shape (n, 3) [N m], in
+            the parent's site axes.
+        centre_of_mass: of all that moves, shape (n, 3) [m].
+        energy: by kind (`ENERGY_KINDS`), shape (n,) [J].
+        outcome: how the run ended.
+        accuracy: what the run knows of its error.
+        constraint_drift: largest distance by which any joint's sites parted [m].
+        wall_time: time spent stepping [s].
+        build_time: time spent building the system [s].
+        springs: where the springs are from, "none" without any.
+        law: how the axes of spherical joints join.
+    """
+
+    times: Array
+    poses: Mapping[str, Array]
+    chains: Mapping[str, tuple[Factor, ...]]
+    displacements: Mapping[str, Array]
+    velocities: Mapping[str, Array]
+    rotation_vectors: Mapping[str, Array]
+    reactions: Mapping[str, Array]
+    passive_torques: Mapping[str, Array]
+    centre_of_mass: Array
+    energy: Mapping[str, Array]
+    outcome: Outcome
+    accuracy: Accuracy
+    constraint_drift: float = 0.0
+    wall_time: float = 0.0
+    build_time: float = 0.0
+    springs: str = "none"
+    law: str = "conservative"
+
+    @property
+    def energy_balance(self) -> Array:
+        """Sum of what a run keeps: all kinds less the work of loads, shape (n,) [J]."""
+        gains = ("kinetic", "gravity", "spring", "dissipated")
+        return np.sum([self.energy[kind] for kind in gains], axis=0) - self.energy["work"]

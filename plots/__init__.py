@@ -1,0 +1,1 @@
+"""Claims about curves and motion, each measured and drawn."""

@@ -1,0 +1,44 @@
+"""Torque laws of joints: pure functions of angle and rate, without files or figures."""
+
+from springs.cubic import Coefficients, Cubic
+from springs.damping import Damping
+from springs.elastic import Elastic, total_energy, total_torque
+from springs.joint import AxisSpring, Joining, JointSprings, SpringSet
+from springs.linear import Linear
+from springs.operations import FLOATS, NUMPY, Operations, Real
+from springs.sense import NotRestoringError, passive_cubic, restoring_sense
+from springs.spherical import (
+    conservative_energy,
+    conservative_torque,
+    damping_torque,
+    elastic_torque,
+    weighted_torque,
+)
+from springs.stop import Stop
+
+__all__ = [
+    "FLOATS",
+    "NUMPY",
+    "AxisSpring",
+    "Coefficients",
+    "Cubic",
+    "Damping",
+    "Elastic",
+    "Joining",
+    "JointSprings",
+    "Linear",
+    "NotRestoringError",
+    "Operations",
+    "Real",
+    "SpringSet",
+    "Stop",
+    "conservative_energy",
+    "conservative_torque",
+    "damping_torque",
+    "elastic_torque",
+    "passive_cubic",
+    "restoring_sense",
+    "total_energy",
+    "total_torque",
+    "weighted_torque",
+]

@@ -1,0 +1,75 @@
+"""The springs of one joint: for each axis its elastic laws, its damping and where they are from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from springs.damping import Damping
+from springs.elastic import Elastic
+
+Vector = tuple[float, float, float]
+
+
+class Joining(Enum):
+    """How the axes' laws join into one law of a spherical joint (eq. 4.4, read in two ways)."""
+
+    CONSERVATIVE = "conservative"
+    WEIGHTED = "weighted"
+
+
+@dataclass(frozen=True)
+class AxisSpring:
+    """The passive law about one axis of a joint.
+
+    Attributes:
+        direction: unit axis in the joint's frame (the parent site's); positive turns are about it.
+        elastic: laws whose torques add.
+        damping: viscous and Coulomb damping of the rate about the axis.
+        motion: the anatomist's name of a positive angle ("flexion"), or "".
+        reference: where the numbers are from.
+        why: why they are read as they are.
+    """
+
+    direction: Vector
+    elastic: tuple[Elastic, ...] = ()
+    damping: Damping = field(default_factory=Damping)
+    motion: str = ""
+    reference: str = ""
+    why: str = ""
+
+    def turned(self) -> "AxisSpring":
+        """The same spring told about the opposite axis: direction and laws mirrored."""
+        x, y, z = self.direction
+        laws = tuple(law.mirrored() for law in self.elastic)
+        return replace(self, direction=(-x, -y, -z), elastic=laws)
+
+
+@dataclass(frozen=True)
+class JointSprings:
+    """The springs of a joint: about its axes, and along its slides.
+
+    For a chain of one rotation the only axis is that of the rotation. A slide's spring is an
+    `AxisSpring` along its direction, with metres, newtons and N/m in place of radians, N m and
+    N m/rad. Axes and slides without any law are left out.
+    """
+
+    joint: str
+    axes: tuple[AxisSpring, ...] = ()
+    slides: tuple[AxisSpring, ...] = ()
+
+
+@dataclass(frozen=True)
+class SpringSet:
+    """The springs of a figure by joint name, and the law that joins a spherical joint's axes."""
+
+    joints: Mapping[str, JointSprings] = field(default_factory=dict[str, JointSprings])
+    joining: Joining = Joining.CONSERVATIVE
+    origin: str = "none"
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """The references of all axes and slides, each once, in order of appearance."""
+        springs = (
+            spring for joint in self.joints.values() for spring in (*joint.axes, *joint.slides)
+        )
+        return tuple(dict.fromkeys(spring.reference for spring in springs if spring.reference))

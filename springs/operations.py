@@ -1,0 +1,117 @@
+"""The few functions a law needs beyond arithmetic, for arrays, single floats and symbols.
+
+A law is written once, with `+ - * / <` and the functions of an `Operations`: `NUMPY` serves arrays,
+`FLOATS` single numbers; an engine that builds expression trees brings its own. Expression trees are
+evaluated without sharing, so laws name vectors as wholes where a component would be read often.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+Real: TypeAlias = Any
+"""A float, a numpy array, or a symbol of an engine."""
+
+Vector: TypeAlias = Any
+"""Three Reals: a numpy array of shape (..., 3) or a symbolic vector; has `+`, `-` and `[]`."""
+
+
+class Operations(Protocol):
+    """What every kind of number must offer."""
+
+    def where(self, condition: Real, yes: Real, no: Real) -> Real:
+        """`yes` where the condition holds, else `no`."""
+        ...
+
+    def sin(self, value: Real) -> Real:
+        """Sine of an angle [rad]."""
+        ...
+
+    def tanh(self, value: Real) -> Real:
+        """Hyperbolic tangent."""
+        ...
+
+    def vector(self, parts: Sequence[Real]) -> Vector:
+        """A vector of three components."""
+        ...
+
+    def part(self, vector: Vector, index: int) -> Real:
+        """Component 0, 1 or 2."""
+        ...
+
+    def dot(self, one: Vector, other: Vector) -> Real:
+        """Scalar product."""
+        ...
+
+    def norm(self, vector: Vector) -> Real:
+        """Length of a vector."""
+        ...
+
+    def scaled(self, factor: Real, vector: Vector) -> Vector:
+        """A vector times a scalar."""
+        ...
+
+
+class _Numpy:
+    """Arrays; a vector holds its components along the last axis."""
+
+    def where(self, condition: Real, yes: Real, no: Real) -> Real:
+        return np.where(cast("Array", condition), cast("Array", yes), cast("Array", no))
+
+    def sin(self, value: Real) -> Real:
+        return np.sin(value)
+
+    def tanh(self, value: Real) -> Real:
+        return np.tanh(value)
+
+    def vector(self, parts: Sequence[Real]) -> Vector:
+        return np.stack(np.broadcast_arrays(*parts), axis=-1)
+
+    def part(self, vector: Vector, index: int) -> Real:
+        return vector[..., index]
+
+    def dot(self, one: Vector, other: Vector) -> Real:
+        return np.sum(cast("Array", one * other), axis=-1)
+
+    def norm(self, vector: Vector) -> Real:
+        return np.sqrt(self.dot(vector, vector))
+
+    def scaled(self, factor: Real, vector: Vector) -> Vector:
+        return np.asarray(factor)[..., None] * vector
+
+
+class _Floats:
+    """Single floats, several times faster than arrays of one; a vector is an array (3,)."""
+
+    def where(self, condition: Real, yes: Real, no: Real) -> Real:
+        return yes if condition else no
+
+    def sin(self, value: Real) -> Real:
+        return math.sin(value)
+
+    def tanh(self, value: Real) -> Real:
+        return math.tanh(value)
+
+    def vector(self, parts: Sequence[Real]) -> Vector:
+        return np.array(parts)
+
+    def part(self, vector: Vector, index: int) -> Real:
+        return float(vector[index])
+
+    def dot(self, one: Vector, other: Vector) -> Real:
+        return float(one @ other)
+
+    def norm(self, vector: Vector) -> Real:
+        return math.sqrt(self.dot(vector, vector))
+
+    def scaled(self, factor: Real, vector: Vector) -> Vector:
+        return factor * vector
+
+
+NUMPY: Operations = _Numpy()
+FLOATS: Operations = _Floats()

@@ -1,0 +1,124 @@
+"""Three axis laws joined into the law of a spherical joint (eq. 4.4 and its two mendings).
+
+Eq. 4.4 as printed is no function of the orientation: (A, alpha) and (-A, -alpha) are one rotation
+with two moments. Both laws here are functions of the rotation vector r = alpha A, and both reduce
+to the axis's own law for a turn about an axis. Torques act on the child and are components in the
+half-way frame, the parent's frame turned by r/2.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import add
+
+from springs.elastic import total_energy, total_torque
+from springs.joint import AxisSpring, Joining
+from springs.operations import NUMPY, Operations, Real, Vector
+
+_SMALL = 1e-2
+"""Angle below which (a/2)/sin(a/2) is taken from its series [rad]."""
+
+
+def conservative_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Vector:
+    """Minus the gradient, on the rotation group, of the sum of the axes' energies U_i(a_i . r).
+
+    In the half-way frame that is f = -dU/dr with its part across r scaled by (a/2)/sin(a/2), where
+    a = |r|: there the rate of r and the relative angular velocity differ by just that factor across
+    r, and not at all along it. With e = ((a/2)/sin(a/2) - 1)/a^2 it reads f + e (a^2 f - (r.f) r).
+
+    Args:
+        axes: the joint's axis springs.
+        r: rotation vector of the child in the parent [rad], shape (..., 3).
+        ops: functions of the kind of number in `r`.
+
+    Returns:
+        Torque on the child in the half-way frame [N m], shape (..., 3).
+    """
+    f = _joined(axes, lambda axis, x: total_torque(axis.elastic, x, ops), r, ops)
+    a = ops.norm(r)
+    small = a < _SMALL
+    safe = ops.where(small, 1.0, a)
+    series = 1.0 / 24.0 + (7.0 / 5760.0) * a * a
+    excess = ops.where(small, series, (0.5 / ops.sin(0.5 * safe) - 1.0 / safe) / safe)
+    across = ops.scaled(ops.dot(r, r), f) - ops.scaled(ops.dot(r, f), r)
+    return f + ops.scaled(excess, across)
+
+
+def conservative_energy(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Real:
+    """Stored energy U(r) = sum of U_i(a_i . r) [J]; zero without axes."""
+    terms = [total_energy(axis.elastic, _component(axis, r, ops), ops) for axis in axes]
+    return reduce(add, terms, ops.part(r, 0) * 0.0)
+
+
+def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Vector:
+    """The thesis's directional weighting (eq. 4.4), mended into a function of the orientation.
+
+    Each axis takes t_i(0) + |A_i| (t_i(sgn(A_i) a) - t_i(0)), t_i being its own torque law and
+    A = r/a: the law at the full angle, weighted by how far the turn is about that axis. It is no
+    gradient: round a closed loop of orientations it does work.
+
+    Arguments and result as `conservative_torque`.
+    """
+    a = ops.norm(r)
+    safe = ops.where(a < 1e-12, 1.0, a)
+
+    def size(axis: AxisSpring, x: Real) -> Real:
+        at_rest = float(total_torque(axis.elastic, 0.0))
+        backward = x < 0.0
+        at_angle = total_torque(axis.elastic, ops.where(backward, -a, a), ops)
+        return at_rest + ops.where(backward, -x, x) / safe * (at_angle - at_rest)
+
+    return _joined(axes, size, r, ops)
+
+
+def elastic_torque(
+    joining: Joining, axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY
+) -> Vector:
+    """Torque of the chosen law on the child in the half-way frame [N m], shape (..., 3)."""
+    law = conservative_torque if joining is Joining.CONSERVATIVE else weighted_torque
+    return law(axes, r, ops)
+
+
+def damping_torque(axes: Sequence[AxisSpring], rate: Vector, ops: Operations = NUMPY) -> Vector:
+    """Damping torque on the child in the half-way frame [N m], shape (..., 3).
+
+    `rate` is the child's angular velocity relative to the parent in that frame [rad/s].
+    """
+    return _joined(axes, lambda axis, w: axis.damping.torque(w, ops), rate, ops)
+
+
+def _aligned(axis: AxisSpring) -> int | None:
+    """Which of x, y, z the axis is, or None when it is none of them."""
+    place = [k for k in range(3) if axis.direction[k] == 1.0]
+    return place[0] if place and sum(map(abs, axis.direction)) == 1.0 else None
+
+
+def _positive(axis: AxisSpring) -> AxisSpring:
+    """The axis told about the positive coordinate axis where it is along a negative one."""
+    turned = axis.turned()
+    return turned if _aligned(turned) is not None else axis
+
+
+def _component(axis: AxisSpring, vector: Vector, ops: Operations) -> Real:
+    """Component of a vector along an axis."""
+    place = _aligned(axis)
+    if place is not None:
+        return ops.part(vector, place)
+    terms = [c * ops.part(vector, k) for k, c in enumerate(axis.direction) if c != 0.0]
+    return reduce(add, terms)
+
+
+def _joined(
+    axes: Sequence[AxisSpring],
+    size: Callable[[AxisSpring, Real], Real],
+    vector: Vector,
+    ops: Operations,
+) -> Vector:
+    """The sum of the axes' directions, each times the size that the component along it has."""
+    sums: list[Real] = [None, None, None]
+    for axis in map(_positive, axes):
+        value = size(axis, _component(axis, vector, ops))
+        for k, c in enumerate(axis.direction):
+            if c != 0.0:
+                term = value if c == 1.0 else c * value
+                sums[k] = term if sums[k] is None else sums[k] + term
+    return ops.vector([0.0 if part is None else part for part in sums])

@@ -1,0 +1,86 @@
+"""A stop: the joint limits `llimit` and `ulimit` of a figure file, as a stiff one-sided spring."""
+
+from dataclasses import dataclass
+from math import radians
+
+from springs.operations import NUMPY, Operations, Real
+
+STIFFNESS = 1000.0
+"""Default stiffness of a stop [N m/rad]."""
+
+ONSET = radians(1.0)
+"""Default angle over which a stop grows to its full stiffness [rad]."""
+
+SLIDE_STIFFNESS = 1e5
+"""Default stiffness of a stop along a translation [N/m]."""
+
+SLIDE_ONSET = 1e-3
+"""Default length over which a stop along a translation grows to its full stiffness [m]."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """No torque between the limits; beyond one, a spring whose stiffness grows from zero.
+
+    With x the angle beyond a limit: k x^2 / (2 onset) up to the onset, k (x - onset/2) after it, so
+    that torque and slope are continuous. A limit of None does not stop.
+
+    Attributes:
+        lower: smallest free angle [rad or m], or None.
+        upper: largest free angle [rad or m], or None.
+        stiffness: k [N m/rad or N/m].
+        onset: [rad or m].
+    """
+
+    lower: float | None
+    upper: float | None
+    stiffness: float = STIFFNESS
+    onset: float = ONSET
+
+    def __post_init__(self) -> None:
+        """Refuse limits that leave no range, and a stop that does not push back."""
+        if self.stiffness < 0.0 or self.onset <= 0.0:
+            raise ValueError("a stop's stiffness is not negative, and its onset is positive")
+        if self.lower is not None and self.upper is not None and self.lower > self.upper:
+            raise ValueError(f"the lower limit {self.lower:g} is above the upper {self.upper:g}")
+
+    def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child about the axis [N m] (force [N]) at `angle` [rad or m]."""
+        torque: Real = 0.0
+        if self.upper is not None:
+            torque = torque - self._push(angle - self.upper, ops)
+        if self.lower is not None:
+            torque = torque + self._push(self.lower - angle, ops)
+        return torque
+
+    def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Stored energy [J], zero between the limits."""
+        energy: Real = 0.0
+        if self.upper is not None:
+            energy = energy + self._work(angle - self.upper, ops)
+        if self.lower is not None:
+            energy = energy + self._work(self.lower - angle, ops)
+        return energy
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Where a stop begins and where its onset ends [rad or m]: its curvature jumps there."""
+        lower = () if self.lower is None else (self.lower - self.onset, self.lower)
+        upper = () if self.upper is None else (self.upper, self.upper + self.onset)
+        return lower + upper
+
+    def mirrored(self) -> "Stop":
+        """The law of the same joint when its angle is counted the other way."""
+        lower = None if self.upper is None else -self.upper
+        upper = None if self.lower is None else -self.lower
+        return Stop(lower, upper, self.stiffness, self.onset)
+
+    def _push(self, x: Real, ops: Operations) -> Real:
+        k, onset = self.stiffness, self.onset
+        full = k * (x - onset / 2.0)
+        return ops.where(x > onset, full, ops.where(x > 0.0, k / (2.0 * onset) * x * x, 0.0))
+
+    def _work(self, x: Real, ops: Operations) -> Real:
+        k, onset = self.stiffness, self.onset
+        full = k * (0.5 * x * (x - onset) + onset * onset / 6.0)
+        return ops.where(x > onset, full, ops.where(x > 0.0, k / (6.0 * onset) * x * x * x, 0.0))

@@ -1,0 +1,11 @@
+"""What all tests share: how hypothesis draws its examples."""
+
+import os
+
+from hypothesis import settings
+
+# No deadline: the time of an example tells of the machine, and nothing here measures speed. In CI
+# the examples are the same each time, so that a red run is red for everybody.
+settings.register_profile("here", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
+settings.load_profile("ci" if os.environ.get("CI") else "here")

@@ -1,0 +1,115 @@
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from springs import Cubic
+from springs.cubic import antiderivative, polynomial
+
+ELBOW = Cubic((1.014, 29.224, -6.13885, 214.423), -1, (0.0, 1.7))
+KNEE = Cubic((-15.5, 84.5, -124.0, 49.2), -1, (0.0, 1.553))
+
+coefficients = st.tuples(*[st.floats(-300.0, 300.0)] * 4)
+senses = st.sampled_from([-1, 1])
+rests = st.floats(-1.0, 1.0)
+zones = st.tuples(st.floats(-1.5, 0.0), st.floats(0.0, 1.5))
+plain = st.builds(lambda c, s, r: Cubic(c, s, None, r), coefficients, senses, rests)
+dead = st.builds(Cubic, coefficients, senses, zones, rests)
+cubics = st.one_of(plain, dead)
+angles = st.floats(-3.0, 3.0)
+
+
+@given(coefficients, angles)
+def test_the_polynomial_is_that_of_the_thesis(c, a):
+    assert polynomial(c, a) == pytest.approx(np.polyval(c[::-1], a), rel=1e-12, abs=1e-10)
+    whole = np.polyint(np.array(c[::-1]))
+    assert antiderivative(c, a) == pytest.approx(np.polyval(whole, a), rel=1e-12, abs=1e-10)
+
+
+@given(cubics, angles)
+def test_the_energy_difference_is_minus_the_work_of_the_torque(law, angle):
+    # Gauss-Legendre is exact for a cubic between the corners of the law.
+    corners = [] if law.dead_zone is None else [law.rest + edge for edge in law.dead_zone]
+    low, high = min(0.0, angle), max(0.0, angle)
+    ends = [low, *sorted(c for c in corners if low < c < high), high]
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    work = 0.0
+    for start, end in itertools.pairwise(ends):
+        x = 0.5 * (end - start) * nodes + 0.5 * (end + start)
+        work += 0.5 * (end - start) * float(weights @ law.torque(x))
+    work = work if angle >= 0.0 else -work
+    assert law.energy(angle) - law.energy(0.0) == pytest.approx(-work, rel=1e-10, abs=1e-9)
+
+
+@given(cubics, angles)
+def test_torque_is_minus_the_slope_of_energy(law, angle):
+    h = 1e-6
+    slope = (law.energy(angle + h) - law.energy(angle - h)) / (2.0 * h)
+    # Bounded by the law's steepest slope: a corner of the dead zone may lie within the step.
+    c = np.abs(law.coefficients)
+    steepest = c[1] + 2.0 * c[2] * 4.0 + 3.0 * c[3] * 16.0
+    assert abs(law.torque(angle) + slope) <= steepest * h + 1e-5
+
+
+@given(dead)
+def test_the_dead_zone_is_free_and_the_torque_grows_from_zero_at_its_edges(law):
+    low, high = (law.rest + edge for edge in law.dead_zone)
+    inside = np.linspace(low, high, 9)[1:-1]
+    assert not law.torque(inside).any()
+    assert not law.energy(inside).any()
+    c = np.abs(law.coefficients)
+    steepest = c[1] + 2.0 * c[2] * 3.0 + 3.0 * c[3] * 9.0
+    assert abs(law.torque(low - 1e-9)) <= steepest * 1e-8 + 1e-10
+    assert abs(law.torque(high + 1e-9)) <= steepest * 1e-8 + 1e-10
+
+
+@given(cubics, angles)
+def test_the_mirrored_law_is_the_same_seen_from_the_other_side(law, angle):
+    mirrored = law.mirrored()
+    assert mirrored.torque(-angle) == pytest.approx(-law.torque(angle), rel=1e-12, abs=1e-11)
+    assert mirrored.energy(-angle) == pytest.approx(law.energy(angle), rel=1e-12, abs=1e-11)
+    assert mirrored.mirrored() == law
+
+
+@given(st.builds(Cubic, coefficients, senses), angles)
+def test_the_sense_turns_the_law_round(law, angle):
+    other = Cubic(law.coefficients, -law.sense)
+    assert other.torque(angle) == -law.torque(angle)
+    assert other.energy(angle) == -law.energy(angle)
+
+
+def test_rest_is_where_the_angle_of_the_law_is_zero():
+    at_rest = Cubic((1.0, 2.0, 3.0, 4.0), -1, (-0.1, 0.2))
+    shifted = Cubic((1.0, 2.0, 3.0, 4.0), -1, (-0.1, 0.2), 0.5)
+    for angle in (-0.6, 0.0, 0.9):
+        assert shifted.torque(angle + 0.5) == pytest.approx(at_rest.torque(angle))
+
+
+def test_elbow_beyond_its_dead_zone_is_equation_4_5():
+    m = [1.014 + a * (29.224 + a * (-6.13885 + a * 214.423)) for a in (1.7, 1.9)]
+    assert ELBOW.torque(1.9) == pytest.approx(-(m[1] - m[0]))
+    assert ELBOW.torque(-np.radians(10.0)) == pytest.approx(6.43, abs=0.01)
+    assert not ELBOW.torque(np.linspace(0.0, 1.7, 30)).any()
+
+
+@pytest.mark.parametrize("law", [ELBOW, KNEE])
+def test_elbow_and_knee_restore_everywhere_outside_their_dead_zones(law):
+    low, high = law.dead_zone
+    below, above = np.linspace(-6.0, low, 500)[:-1], np.linspace(high, 6.0, 500)[1:]
+    assert (law.torque(below) > 0.0).all()
+    assert (law.torque(above) < 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0,), "the sense of a cubic is"),
+        ((2,), "not 2"),
+        ((-1, (0.5, 0.1)), "the dead zone 0.5 .. 0.1 rad ends before it begins"),
+    ],
+)
+def test_senseless_cubics_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Cubic((0.0, 1.0, 0.0, 1.0), *arguments)

@@ -1,0 +1,92 @@
+from math import radians
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from springs import Stop
+from springs.stop import ONSET, STIFFNESS
+
+angles = st.floats(-3.0, 3.0)
+limits = st.tuples(st.floats(-2.0, 0.0), st.floats(0.0, 2.0))
+stops = st.builds(
+    lambda edge, k, onset: Stop(edge[0], edge[1], k, onset),
+    limits,
+    st.floats(1.0, 2000.0),
+    st.floats(0.01, 0.3),
+)
+
+
+def test_the_default_is_1000_newton_metres_a_radian_grown_over_one_degree():
+    assert STIFFNESS == 1000.0
+    assert radians(1.0) == ONSET
+    assert Stop(0.0, 1.0) == Stop(0.0, 1.0, 1000.0, radians(1.0))
+
+
+def test_between_the_limits_it_does_nothing():
+    angle = np.linspace(-0.5, 0.8, 50)
+    assert not Stop(-0.5, 0.8).torque(angle).any()
+    assert not Stop(-0.5, 0.8).energy(angle).any()
+
+
+@pytest.mark.parametrize("beyond", [0.1, 0.5])
+def test_beyond_the_onset_it_is_a_spring_that_starts_half_an_onset_late(beyond):
+    stop = Stop(-0.3, 0.4, 1000.0, 0.02)
+    assert stop.torque(0.4 + beyond) == pytest.approx(-1000.0 * (beyond - 0.01))
+    assert stop.torque(-0.3 - beyond) == pytest.approx(1000.0 * (beyond - 0.01))
+
+
+@given(stops)
+def test_torque_and_its_slope_are_continuous_at_limit_and_onset(stop):
+    for corner in (stop.upper, stop.upper + stop.onset):
+        h = 1e-7
+        left, middle, right = (stop.torque(corner + d) for d in (-h, 0.0, h))
+        assert abs(right - left) < 2.5 * stop.stiffness * h
+        curvature = stop.stiffness / stop.onset  # the slope grows by k over the onset
+        jump = abs((right - middle) - (middle - left)) / h
+        assert jump < 2.0 * curvature * h + 1e-5 * stop.stiffness
+
+
+@given(stops, angles)
+def test_torque_is_minus_the_slope_of_energy(stop, angle):
+    h = 1e-5
+    slope = (stop.energy(angle + h) - stop.energy(angle - h)) / (2.0 * h)
+    third = stop.stiffness / stop.onset  # the energy's largest third derivative
+    rounding = 1e-15 * stop.energy(3.0) / h
+    assert abs(stop.torque(angle) + slope) <= third * h * h + rounding + 1e-12
+
+
+@given(stops, angles)
+def test_it_pushes_back_and_never_out(stop, angle):
+    middle = min(max(angle, stop.lower), stop.upper)
+    assert stop.torque(angle) * (angle - middle) <= 0.0
+    assert stop.energy(angle) >= 0.0
+
+
+@given(stops, angles)
+def test_the_mirrored_stop_is_the_same_seen_from_the_other_side(stop, angle):
+    mirrored = stop.mirrored()
+    assert mirrored.torque(-angle) == -stop.torque(angle)
+    assert mirrored.energy(-angle) == stop.energy(angle)
+    assert mirrored.mirrored() == stop
+
+
+def test_one_limit_stops_one_way():
+    assert Stop(None, 0.5).torque(-9.0) == 0.0
+    assert Stop(None, 0.5).torque(1.0) < 0.0
+    assert Stop(0.5, None).torque(0.0) > 0.0
+    assert Stop(0.5, None).mirrored() == Stop(None, -0.5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((1.0, 0.5), "the lower limit 1 is above the upper 0.5"),
+        ((0.0, 1.0, -1.0), "stiffness is not negative"),
+        ((0.0, 1.0, 1.0, 0.0), "onset is positive"),
+    ],
+)
+def test_what_stops_nothing_is_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Stop(*arguments)
