@@ -65,6 +65,11 @@ def test_the_dead_zone_is_free_and_the_torque_grows_from_zero_at_its_edges(law):
     assert abs(law.torque(high + 1e-9)) <= steepest * 1e-8 + 1e-10
 
 
+def test_corners_are_the_edges_of_the_dead_zone():
+    assert Cubic((1.0, 2.0, 3.0, 4.0)).corners == ()
+    assert Cubic((1.0, 2.0, 3.0, 4.0), -1, (-0.5, 0.25), 0.5).corners == (0.0, 0.75)
+
+
 @given(cubics, angles)
 def test_the_mirrored_law_is_the_same_seen_from_the_other_side(law, angle):
     mirrored = law.mirrored()

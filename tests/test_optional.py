@@ -179,9 +179,9 @@ def test_a_record_beside_a_broken_one_is_read():
     ["{" * 10**7, "{ { {\n" * 10**6, "9" * 10**7, "1" + "0" * 10**6 + " 1\n", "\0\n" * 10**6],
 )
 def test_enormous_nonsense_is_refused_quickly(text):
-    start = time.perf_counter()
+    start = time.process_time()
     reading = parse_optional(text)
-    assert time.perf_counter() - start < 2.0
+    assert time.process_time() - start < 2.0
     assert reading.records == ()
     assert 1 <= len(reading.faults) <= 101
 

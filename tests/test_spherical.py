@@ -50,14 +50,7 @@ rotation_vectors = st.tuples(components, components, components).map(np.array)
 
 def corners(axis: AxisSpring) -> list[float]:
     """Angles at which a law of the axis has a jump in one of its derivatives."""
-    found: list[float] = []
-    for law in axis.elastic:
-        if isinstance(law, Cubic) and law.dead_zone is not None:
-            found += law.dead_zone
-        if isinstance(law, Stop):
-            for limit, side in ((law.lower, -1.0), (law.upper, 1.0)):
-                found += [limit, limit + side * law.onset]
-    return found
+    return [corner for law in axis.elastic for corner in law.corners]
 
 
 def along(path, s: float) -> np.ndarray:

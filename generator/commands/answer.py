@@ -30,12 +30,14 @@ class Answer:
         data: for `--json`.
         faults: warnings found on the way, to be told beside the answer.
         code: exit code.
+        failure: the sentence that says why a run failed.
     """
 
     text: str
     data: object
     faults: tuple[Fault, ...] = ()
     code: ExitCode = ExitCode.GOOD
+    failure: str | None = None
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> str:

@@ -21,7 +21,9 @@ def chains_of(figure: Figure, *, free_root: bool = False) -> Chains:
     return {**free, **{name: joint.chain for name, joint in figure.joints.items()}}
 
 
-def displacements_given(option: str, texts: Iterable[str], chains: Chains) -> dict[str, tuple[float, ...]]:
+def displacements_given(
+    option: str, texts: Iterable[str], chains: Chains
+) -> dict[str, tuple[float, ...]]:
     """What `JOINT=a,b,c` says, by joint [rad or m, or their rates]; degrees and cm are written.
 
     Raises UsageError for what cannot be read or does not fit a chain.

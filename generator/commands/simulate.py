@@ -1,6 +1,7 @@
 """`mover simulate`: from a figure to the files of its motion."""
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
@@ -10,18 +11,32 @@ from generator.animation import UnknownFormatError, format_of, write_recording
 from generator.animation.whole_file import reason_of, why_not_writable
 from generator.commands.answer import Answer, ExitCode, UsageError
 from generator.commands.inputs import figure_of, insist_on_motion, springs_of
+from generator.commands.interrupt import interrupted_at_a_frame
 from generator.commands.options import chains_of, displacements_given, vector_given
-from generator.commands.summary import summary_data, summary_text
+from generator.commands.summary import failure_text, summary_data, summary_text
 from generator.engine.plan import Plan
 from generator.engine.simulate import Progress
 from generator.engine.simulate import simulate as run
 from generator.errors import Fault, InputError, error, errors_among
 from generator.figure import Figure
 from generator.reader.loads_file import examine_loads
+from generator.recording import Recording
 from springs import Joining
 
 MOST_FRAMES = 1_000_000
 """A recording of more frames would fill the memory."""
+
+
+Watch = Callable[[Progress], None]
+
+Watcher = Callable[[float, float], AbstractContextManager[Watch | None]]
+"""Opens what is told the progress of a run from a start to a stop [s]."""
+
+
+def unwatched(start: float, stop: float) -> AbstractContextManager[None]:
+    """Tells nobody."""
+    del start, stop
+    return nullcontext()
 
 
 @dataclass(frozen=True)
@@ -50,12 +65,12 @@ class Request:
     outputs: Sequence[Path] = ()
 
 
-def simulate(request: Request, watch: Callable[[Progress], None] | None = None) -> Answer:
+def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
     """Run what is asked for and write the files.
 
     Args:
         request: the command line.
-        watch: told the progress after every frame.
+        watcher: opened for the run, and told the progress after every frame.
 
     Raises:
         UsageError: an option cannot be read or does not fit the figure.
@@ -68,17 +83,22 @@ def simulate(request: Request, watch: Callable[[Progress], None] | None = None) 
     insist_on_motion(figure, warnings)
     plan, more = _whole_plan(plan, request, figure)
     _check_writable(request.outputs)
-    recording = run(figure, plan, watch)
-    for path in request.outputs:
-        try:
-            write_recording(recording, figure, path)
-        except OSError as failure:
-            raise InputError((_unwritable(path, reason_of(failure)),)) from None
+    with interrupted_at_a_frame() as check, watcher(plan.start, plan.stop) as watch:
+
+        def reached(progress: Progress) -> None:
+            if watch is not None:
+                watch(progress)
+            check()
+
+        recording = run(figure, plan, reached)
+        _write(recording, figure, request.outputs)
+    failure = failure_text(recording, request.outputs)
     return Answer(
         text=summary_text(recording, request.outputs),
         data=summary_data(request.figure, recording, request.outputs),
         faults=(*warnings, *more),
-        code=ExitCode.GOOD if recording.outcome.succeeded else ExitCode.RUN_FAILED,
+        code=ExitCode.RUN_FAILED if failure else ExitCode.GOOD,
+        failure=failure,
     )
 
 
@@ -147,6 +167,14 @@ def _check_writable(paths: Sequence[Path]) -> None:
     faults = [_unwritable(path, reason) for path, reason in reasons if reason is not None]
     if faults:
         raise InputError(faults)
+
+
+def _write(recording: Recording, figure: Figure, paths: Sequence[Path]) -> None:
+    for path in paths:
+        try:
+            write_recording(recording, figure, path)
+        except OSError as failure:
+            raise InputError((_unwritable(path, reason_of(failure)),)) from None
 
 
 def _unwritable(path: Path, reason: str) -> Fault:

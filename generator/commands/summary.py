@@ -48,6 +48,14 @@ def summary_text(recording: Recording, files: Sequence[Path]) -> str:
     return "\n".join(lines)
 
 
+def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
+    """Why a run failed and what became of its frames; None for a run that is done."""
+    if recording.outcome.succeeded:
+        return None
+    kept = f"the frames up to {recording.times[-1]:.4g} s were"
+    return f"{recording.outcome.message}; {kept} {'written' if files else 'simulated'}"
+
+
 def _figures(recording: Recording, files: Sequence[Path]) -> list[tuple[str, str]]:
     simulated, wall = _simulated(recording), recording.wall_time
     rate = f", {simulated / wall:.3g} x real time" if wall > 0.0 else ""
@@ -67,7 +75,9 @@ def _accuracy(recording: Recording) -> str:
         return "error not estimated, since the step was fixed"
     estimate = finite(accuracy.estimate)
     said = "error not estimated" if estimate is None else f"estimated error {estimate:.1e} rad"
-    return f"{said}; {accuracy.asked:.1e} rad was asked for and held until {accuracy.held_until:g} s"
+    return (
+        f"{said}; {accuracy.asked:.1e} rad was asked for and held until {accuracy.held_until:g} s"
+    )
 
 
 def _simulated(recording: Recording) -> float:

@@ -18,14 +18,14 @@ from generator.figure import Figure
 from generator.frames import Array, homogeneous, inverse_pose, rotation_vector_from_matrix
 from generator.recording import Accuracy, Ending, Outcome
 
-LADDER = (2e-3, 1e-3, 6e-4, 3.6e-4, 2.2e-4, 1.3e-4, 8e-5, 5e-5, 3e-5, 1.8e-5, 1.1e-5)
-"""Steps of the passes [s]."""
+LADDER = (2e-3, 8e-4, 3.6e-4, 2e-4, 1.1e-4, 6e-5, 3.5e-5, 2e-5, 1.1e-5)
+"""Steps of the passes [s]. Wide ratios cost fewer steps for the same limit than narrow ones."""
 
 CAUTION = 2.0
 """The estimate is so many times what the last limit moved by: far from convergence, on falls of the
 prototype, the true error was found up to three times as large as the move itself."""
 
-SMALLEST_STEP = 8e-5
+SMALLEST_STEP = 6e-5
 """Smallest step that the default tolerance may ask for [s]; it shrinks with the tolerance."""
 
 
@@ -65,7 +65,6 @@ def refine(
         finest = min(longest_step, floor)
         steps = [finest, finest / 2.0, finest / 3.0]
     done: list[Pass] = []
-    errors = np.zeros(0)
     for step in steps:
         if len(done) >= 2 and time.monotonic() + _next_cost(done, step) > deadline:
             break
@@ -75,7 +74,7 @@ def refine(
         done.append(latest)
         if latest.outcome.ending in (Ending.INTERRUPTED, Ending.TOO_LONG) or _hopeless(done):
             break
-        errors = estimated_errors(figure, done)
+        errors = estimated_errors(figure, _furthest(done))
         if latest.outcome.succeeded and errors.size and errors[-1] <= tolerance:
             break
     return _result(figure, tolerance, done, done[-1].outcome)
@@ -123,6 +122,12 @@ def _poses(trace: Trace, place: int | None, count: int) -> Array:
     return homogeneous(trace.rotations[:count, place], trace.positions[:count, place])
 
 
+def _furthest(done: list[Pass]) -> list[Pass]:
+    """The passes that got as far as any: a pass that fell behind has nothing to say of the rest."""
+    longest = max(len(one.trace) for one in done)
+    return [one for one in done if len(one.trace) == longest]
+
+
 def _next_cost(done: list[Pass], step: float) -> float:
     """Wall time that a pass with a step will take [s], judged by the last one."""
     return done[-1].wall_time * done[-1].step / step
@@ -141,15 +146,13 @@ def _result(figure: Figure, tolerance: float, done: list[Pass], outcome: Outcome
     """What the passes amount to."""
     steps = sum(one.steps for one in done)
     wall_time = sum(one.wall_time for one in done)
-    if len(done) == 1:
-        trace = done[0].trace
+    used = _furthest(done)
+    trace = used[-1].trace
+    if len(used) > 1:
+        trace = extrapolated(used[-2].trace, trace, used[-2].step / used[-1].step)
+    errors = estimated_errors(figure, used)
+    if not errors.size:
         errors = np.full(len(trace), np.inf)
-    else:
-        trace = extrapolated(done[-2].trace, done[-1].trace, done[-2].step / done[-1].step)
-        errors = estimated_errors(figure, done)
-        count = min(len(trace), errors.size)
-        errors = errors[:count] if count else np.full(len(trace), np.inf)
-        trace = trace.first(errors.size)
     held = trace.times[errors <= tolerance]
     held_until = float(held[-1]) if held.size else float(trace.times[0])
     accuracy = Accuracy(float(errors[-1]), tolerance, held_until, done[-1].step, steps, errors)
@@ -163,6 +166,8 @@ def _sentence(accuracy: Accuracy, last: float) -> str:
     asked, estimate = accuracy.asked, accuracy.estimate
     if asked is None or estimate is None:
         return f"done at {last:.4g} s"
+    if not np.isfinite(estimate):
+        return f"done at {last:.4g} s, but too few passes ended to estimate the error"
     if estimate <= asked:
         return f"done at {last:.4g} s with joint angles within {estimate:.1e} rad"
     return (

@@ -168,9 +168,15 @@ def _advance(
     settings.solution.sensors.writePeriod = (interval[1] - interval[0]) / count / 2.0
     settings.solution.sensors.append = goes_on
     settings.solution.file.writeInitialValues = not goes_on and interval[0] == assembly.plan.start
-    assembly.mbs.SolveDynamic(
-        settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=True
-    )
+    try:
+        assembly.mbs.SolveDynamic(
+            settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=True
+        )
+    except SystemError as failure:
+        # A Ctrl-C while compiled code runs comes back wrapped in this.
+        if isinstance(failure.__cause__, KeyboardInterrupt):
+            raise failure.__cause__ from None
+        raise
 
 
 class _Log:

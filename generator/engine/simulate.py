@@ -158,6 +158,8 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
         constraint_drift=_drift(assembly, joints),
         wall_time=refined.wall_time,
         build_time=runner.build_time,
+        springs=assembly.spring_set.origin,
+        law=(assembly.plan.joining or assembly.spring_set.joining).value,
     )
 
 

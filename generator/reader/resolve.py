@@ -9,7 +9,7 @@ from generator.reader.draft import Draft
 from generator.reader.findings import Findings
 from generator.reader.tree import Block, Connect, Field, Reference, Statement, Text, Word
 from generator.reader.units import Dimension
-from generator.reader.vocabulary import BLOCKS, FIELDS, known_in, shown
+from generator.reader.vocabulary import FIELDS, block_home, known_in, shown
 from generator.source import Span
 
 _VELOCITY_WORDS = ("velocity", "velocities", "rate", "speed")
@@ -98,8 +98,9 @@ def _unknown_field(name: Word, kind: str, findings: Findings, origins: dict[str,
     """Report the field; what it was probably meant to be is then not missing."""
     known = known_in(kind if kind in FIELDS else "figure")
     hint = nearest(name.text, known)
-    if name.text in BLOCKS:
-        hint = f"write `{name.text} NAME {{ ... }}`"
+    home = block_home(name.text)
+    if home is not None:
+        hint = f"a {name.text} stands in a {home} and is written `{name.text} NAME {{ ... }}`"
     elif kind == "joint" and name.text in _VELOCITY_WORDS:
         hint = "velocities are no part of a figure; they are given when it is simulated"
     findings.error(f"unknown field `{shown(name.text)}` in a {kind}", name.span, hint)

@@ -17,7 +17,7 @@ from generator.reader.stream import Stream
 from generator.reader.tokens import Kind, Token
 from generator.reader.tree import Block, Connect, Field, Reference, Statement, Word
 from generator.reader.value_syntax import parse_value
-from generator.reader.vocabulary import BLOCKS, home_of, known_in, shown
+from generator.reader.vocabulary import BLOCKS, block_home, home_of, known_in, shown
 from generator.source import Source, Span
 
 
@@ -298,5 +298,5 @@ def _meant(first: Token) -> str:
 
 def _where(word: str, kind: str) -> str:
     """Where a word belongs that is unknown in this kind of block."""
-    homes = [outer for outer, inner in BLOCKS.items() if word in inner]
-    return f"a {word} stands in a {homes[0]}" if homes else nearest(word, known_in(kind))
+    home = block_home(word)
+    return f"a {word} stands in a {home}" if home else nearest(word, known_in(kind))

@@ -74,8 +74,6 @@ def locate(source: Source) -> Places:
     for statement in _statements(source):
         if statement[0].is_mark("["):
             names = _key_parts(statement)
-            if not names:
-                continue
             span = statement[0].span.to(statement[-1].span)
             if len(names) > 1:  # a table within a table counts as a key of the outer one
                 outer = max(count[names[0]] - 1, 0)
@@ -88,8 +86,6 @@ def locate(source: Source) -> Places:
             continue
         head = list(takewhile(lambda token: not token.is_mark("="), statement))
         names, value = _key_parts(head), statement[len(head) + 1 :]
-        if not names or not value:
-            continue
         place = (table, index, names[0])
         places.keys.setdefault(place, head[0].span.to(head[-1].span))
         places.values.setdefault(place, value[0].span.to(value[-1].span))
@@ -127,17 +123,17 @@ def _depth_change(token: _Token) -> int:
 
 def _items(tokens: list[_Token]) -> Iterator[Span]:
     """The stretches between the commas of an array."""
-    depth, start, end = 0, None, None
+    depth = 0
+    item: list[_Token] = []
     for token in tokens:
         if token.is_mark(",") and depth == 0:
-            if start and end:
-                yield start.to(end)
-            start = end = None
+            yield item[0].span.to(item[-1].span)
+            item = []
             continue
         depth += _depth_change(token)
-        start, end = start or token.span, token.span
-    if start and end:
-        yield start.to(end)
+        item.append(token)
+    if item:
+        yield item[0].span.to(item[-1].span)
 
 
 def _key_parts(tokens: list[_Token]) -> list[str]:

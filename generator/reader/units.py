@@ -24,7 +24,7 @@ Powers = tuple[int, int, int, int]
 
 
 class Dimension(Enum):
-    """What a field measures: its powers, and the SI value of the bare number 1."""
+    """What a field measures; the value is what a sentence calls it."""
 
     NUMBER = "a plain number"
     LENGTH = "a length"

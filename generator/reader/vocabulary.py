@@ -34,6 +34,11 @@ def home_of(word: str) -> str | None:
     return next((kind for kind, words in FIELDS.items() if word in words), None)
 
 
+def block_home(word: str) -> str | None:
+    """The kind of block in which blocks of the kind `word` stand, if it is one."""
+    return next((kind for kind, words in BLOCKS.items() if word in words), None)
+
+
 def shown(word: str) -> str:
     """`word` as a sentence quotes it: cut when it is long."""
     return word if len(word) <= 40 else word[:37] + "..."

@@ -1,0 +1,108 @@
+"""The prototype, 2 s simulated at the default tolerance, on one core, without imports.
+
+Run with `python -m benchmarks`. Times are of stepping only and noisy; the ratios of one run are what
+counts.
+"""
+
+import os
+import platform
+import time
+from collections.abc import Callable, Mapping
+from importlib.metadata import version
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+from generator.engine.accuracy import joint_differences, refine
+from generator.engine.assembly import build
+from generator.engine.march import Pass, frame_times, march
+from generator.engine.plan import Plan
+from generator.engine.simulate import simulate, springs_of
+from generator.engine.trace import extrapolated
+from generator.figure import Figure
+from generator.reader.figure_file import read_figure
+from springs import AxisSpring, JointSprings, SpringSet
+
+STOP = 2.0
+
+
+def main() -> None:
+    """Print the table."""
+    figure = read_figure("prototype")
+    print(f"Python {platform.python_version()}, Exudyn {version('exudyn')}, {platform.machine()}")
+    wall = min(simulate(figure, Plan(stop=STOP)).wall_time for _ in range(3))
+    recording = simulate(figure, Plan(stop=STOP))
+    accuracy = recording.accuracy
+    print(f"prototype, {STOP:g} s, tolerance 1e-3 rad: {wall:.2f} s of stepping (best of 4 runs)")
+    print(
+        f"  {STOP / wall:.2f} x real time; {accuracy.steps} steps in all passes, "
+        f"finest {1e3 * accuracy.step:.3g} ms; build {1e3 * recording.build_time:.0f} ms"
+    )
+    print(
+        f"  estimated error {accuracy.estimate:.1e} rad, "
+        f"true error {true_error(figure):.1e} rad against passes of 1/8 and 1/16 ms"
+    )
+    for name, seconds in shares(figure).items():
+        print(f"  {name:<46} {1e6 * seconds:6.1f} us a step")
+
+
+def true_error(figure: Figure) -> float:
+    """Largest joint-angle error of the default run [rad], against a much finer one."""
+    plan = Plan(stop=STOP)
+    springs = springs_of(figure, plan)
+    times = frame_times(plan.start, plan.stop, plan.frame)
+
+    def one_pass(step: float, corners: object = (), newton: float = 1e-6) -> Pass:
+        assembly = build(figure, plan, springs)
+        return march(
+            assembly, times, step, newton, time.monotonic() + 600.0, lambda _: None, tuple(corners)
+        )  # pyright: ignore
+
+    deadline = time.monotonic() + 600.0
+    result = refine(figure, plan.tolerance, one_pass, plan.frame, deadline)
+    scout = one_pass(2.5e-4)
+    coarse = one_pass(1.25e-4, scout.corners, 1e-9)
+    fine = one_pass(6.25e-5, coarse.corners, 1e-9)
+    reference = extrapolated(coarse.trace, fine.trace, coarse.step / fine.step)
+    return float(np.max(joint_differences(figure, reference, result.trace)))
+
+
+def shares(figure: Figure) -> Mapping[str, float]:
+    """Time a step [s] with springs as expression trees, as Python functions, and without any.
+
+    The share of the user functions is the difference to the third: the same connectors, whose laws
+    are empty.
+    """
+    plans: dict[str, tuple[Plan, Callable[[SpringSet], SpringSet]]] = {
+        "springs as expression trees": (Plan(stop=0.5), lambda springs: springs),
+        "springs as Python functions": (Plan(stop=0.5, python_torques=True), lambda s: s),
+        "connectors with empty laws": (Plan(stop=0.5), emptied),
+        "no springs at all": (Plan(stop=0.5), lambda _: SpringSet()),
+    }
+    result: dict[str, float] = {}
+    for name, (plan, change) in plans.items():
+        springs = change(springs_of(figure, plan))
+        times = frame_times(plan.start, plan.stop, plan.frame)
+        best = np.inf
+        for _ in range(3):
+            assembly = build(figure, plan, springs)
+            one = march(assembly, times, 5e-4, 1e-6, time.monotonic() + 600.0, lambda _: None)
+            best = min(best, one.wall_time / one.steps)
+        result[name] = float(best)
+    trees, python, empty = (result[name] for name in list(result)[:3])
+    print(
+        f"  share of the expression trees in the stepping time: {1.0 - empty / trees:.0%}; "
+        f"of Python functions in their place: {1.0 - empty / python:.0%}"
+    )
+    return result
+
+
+def emptied(springs: SpringSet) -> SpringSet:
+    """The same connectors without laws."""
+    return SpringSet(
+        {
+            name: JointSprings(name, tuple(AxisSpring(axis.direction) for axis in joint.axes))
+            for name, joint in springs.joints.items()
+        }
+    )

@@ -1,0 +1,231 @@
+"""The command `mover`: the only module that prints and the only one that exits.
+
+What a command needs is imported when it runs: the help must not wait for numpy, scipy and Exudyn.
+"""
+
+import json
+import sys
+from collections.abc import Callable
+from enum import StrEnum
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+if TYPE_CHECKING:
+    from io import TextIOWrapper
+
+    from generator.commands.answer import Answer
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Human figures and how they move: figure files in, motion out.",
+    epilog="Exit codes: 0 good, 1 the input is wrong, 2 usage, 3 the run failed.",
+)
+
+Name = Annotated[
+    str, typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure.")
+]
+Springs = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE|none|printed",
+        help="Other springs than the figure's own: a .springs.toml or .optional file, `none`, or "
+        "`printed` for the values as printed.",
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
+
+
+class Law(StrEnum):
+    """The laws that join the axes of a spherical joint, by the names of `springs.Joining`."""
+
+    CONSERVATIVE = "conservative"
+    WEIGHTED = "weighted"
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"mover {version('exudyn-mover')}")
+        raise typer.Exit
+
+
+@app.callback()
+def mover(
+    show_version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version.")
+    ] = False,
+) -> None:
+    """Human figures and how they move: figure files in, motion out."""
+
+
+@app.command()
+def simulate(
+    figure: Name,
+    stop: Annotated[float | None, typer.Option(help="Time at which the run ends [s]; 1.")] = None,
+    start: Annotated[float | None, typer.Option(help="Time at which it begins [s]; 0.")] = None,
+    frame: Annotated[float | None, typer.Option(help="Interval of frames [s]; 0.02.")] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Largest joint-angle error asked for [rad]; 1e-3.")
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="A fixed step [s], without an error estimate.")
+    ] = None,
+    springs: Springs = None,
+    law: Annotated[Law | None, typer.Option(help="How the axes of a spherical joint join.")] = None,
+    gravity: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="[m/s^2], world axes; 0,-9.81,0.")
+    ] = None,
+    free_root: Annotated[
+        bool, typer.Option("--free-root", help="Let the figure fly: no joints to the ground.")
+    ] = False,
+    displacements: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="JOINT=a,b,c", help="Initial displacements [deg or cm]."),
+    ] = None,
+    velocities: Annotated[
+        list[str] | None,
+        typer.Option("--velocity", metavar="JOINT=a,b,c", help="Initial rates [deg/s or cm/s]."),
+    ] = None,
+    loads: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Forces and moments that vary in time.")
+    ] = None,
+    python_torques: Annotated[
+        bool, typer.Option("--python-torques", help="Torques as Python functions: slower, equal.")
+    ] = False,
+    wall_limit: Annotated[
+        float | None, typer.Option(help="Longest time that the run may take [s]; 600.")
+    ] = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Where the motion goes: .action or .csv."
+        ),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Let a figure move under gravity, loads and its passive joints.
+
+    The options --set, --velocity and -o may be repeated.
+    """
+
+    def answer() -> "Answer":
+        from generator.commands import simulate as command
+
+        request = command.Request(
+            figure=figure,
+            stop=stop,
+            start=start,
+            frame=frame,
+            tolerance=tolerance,
+            step=step,
+            springs=springs,
+            law=None if law is None else law.value,
+            gravity=gravity,
+            free_root=free_root,
+            displacements=displacements or (),
+            velocities=velocities or (),
+            loads=loads,
+            python_torques=python_torques,
+            wall_limit=wall_limit,
+            outputs=output or (),
+        )
+        if quiet or not sys.stderr.isatty():
+            return command.simulate(request)
+        from generator.console import progress_bar
+
+        return command.simulate(request, progress_bar)
+
+    _give(answer, as_json=as_json, quiet=quiet)
+
+
+@app.command()
+def check(figure: Name, springs: Springs = None, as_json: Json = False) -> None:
+    """Report all that is wrong or odd in a figure and its springs."""
+
+    def answer() -> "Answer":
+        from generator.commands import check as command
+
+        return command.check(figure, springs)
+
+    _give(answer, as_json=as_json)
+
+
+@app.command()
+def describe(figure: Name, springs: Springs = None, as_json: Json = False) -> None:
+    """Show segments, masses, joints and springs of a figure."""
+
+    def answer() -> "Answer":
+        from generator.commands import describe as command
+
+        return command.describe(figure, springs)
+
+    _give(answer, as_json=as_json)
+
+
+@app.command()
+def cite(figure: Name, springs: Springs = None, as_json: Json = False) -> None:
+    """Show the references of the numbers that a figure uses."""
+
+    def answer() -> "Answer":
+        from generator.commands import cite as command
+
+        return command.cite(figure, springs)
+
+    _give(answer, as_json=as_json)
+
+
+def _give(make: "Callable[[], Answer]", *, as_json: bool, quiet: bool = False) -> None:
+    """Print an answer, or what kept it from being made, and exit with its code."""
+    from generator.commands.answer import ExitCode, UsageError
+    from generator.errors import InputError, MoverError, errors_among
+
+    try:
+        answer = make()
+    except UsageError as failure:
+        _fail(ExitCode.USAGE, f"error: {failure}", {"error": str(failure)}, as_json)
+    except InputError as failure:
+        told = errors_among(failure.faults) if quiet else failure.faults
+        data = {"error": "the input is wrong", "faults": [f.as_dict() for f in failure.faults]}
+        _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, told)), data, as_json)
+    except MoverError as failure:
+        _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
+    except KeyboardInterrupt:
+        said = "interrupted before there was anything to write"
+        _fail(ExitCode.RUN_FAILED, f"error: {said}", {"error": said}, as_json)
+    else:
+        if not quiet:
+            for fault in answer.faults:
+                typer.echo(f"{fault}\n", err=True)
+        if answer.failure is not None:
+            typer.echo(f"error: {answer.failure}", err=True)
+        if as_json:
+            typer.echo(json.dumps(answer.data, indent=2, allow_nan=False))
+        elif not quiet:
+            typer.echo(answer.text)
+        raise typer.Exit(answer.code)
+
+
+def _fail(code: int, text: str, data: object, as_json: bool) -> None:
+    """Tell people what is wrong, and programs as well, and exit."""
+    typer.echo(text, err=True)
+    if as_json:
+        typer.echo(json.dumps(data, indent=2))
+    raise typer.Exit(code)
+
+
+def main() -> None:
+    """The entry point of the command."""
+    # A file's name may hold what the terminal's encoding does not.
+    cast("TextIOWrapper", sys.stdout).reconfigure(errors="backslashreplace")
+    app()
+
+
+if __name__ == "__main__":
+    main()
