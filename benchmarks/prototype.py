@@ -16,9 +16,10 @@ import numpy as np
 
 from generator.engine.accuracy import joint_differences, refine
 from generator.engine.assembly import build
+from generator.engine.chosen_springs import springs_of
 from generator.engine.march import Pass, frame_times, march
 from generator.engine.plan import Plan
-from generator.engine.simulate import simulate, springs_of
+from generator.engine.simulate import simulate
 from generator.engine.trace import extrapolated
 from generator.figure import Figure
 from generator.reader.figure_file import read_figure

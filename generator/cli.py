@@ -116,6 +116,9 @@ def simulate(
     """
 
     def answer() -> "Answer":
+        from generator.engine.door import open_exudyn
+
+        open_exudyn()
         from generator.commands import simulate as command
 
         request = command.Request(

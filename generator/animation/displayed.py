@@ -29,9 +29,9 @@ def shown_number(value: float, unit: str) -> str:
     if not isfinite(value):
         raise ValueError(f"an output file cannot hold {value}")
     if value == 0.0:
-        return repr(value)
+        return repr(float(value))
     scale = unit_named(unit).factor
-    near = value / float(scale)
+    near = float(value) / float(scale)
     text = repr(near)
     if isfinite(near) and converted(text, scale) == value:
         return text
@@ -43,12 +43,10 @@ def shown_number(value: float, unit: str) -> str:
 def meant_number(text: str, unit: str) -> float:
     """The displacement [rad or m] that `text` shows in `unit`.
 
-    Raises ValueError for what is no finite number.
+    Raises ValueError for what is no number, OverflowError for what is beyond the largest float.
     """
-    number = float(text)
-    if not isfinite(number):
-        raise ValueError(f"not finite: {text}")
-    return number if number == 0.0 else converted(text, unit_named(unit).factor)
+    near = float(text)
+    return near if near == 0.0 else converted(text, unit_named(unit).factor)
 
 
 def shown_chain(chain: Sequence[Factor]) -> str:

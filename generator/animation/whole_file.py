@@ -35,12 +35,12 @@ def write_whole(path: Path, text: str) -> None:
 def why_not_writable(path: Path) -> str | None:
     """The reason why `path` cannot be written, found by trying its folder; None when it can."""
     target = _target(path)
-    if target.is_dir():
-        return "it is a directory"
-    if not target.parent.is_dir():
-        return f"there is no directory `{path.parent}`"
     part = _part_of(target)
     try:
+        if target.is_dir():
+            return "it is a directory"
+        if not target.parent.is_dir():
+            return f"there is no directory `{path.parent}`"
         os.close(os.open(part, _NEW, 0o666))
         part.unlink()
     except OSError as failure:
@@ -58,4 +58,4 @@ def _target(path: Path) -> Path:
 
 
 def _part_of(target: Path) -> Path:
-    return target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    return target.with_name(f".{target.name[:50]}.{secrets.token_hex(4)}.part")

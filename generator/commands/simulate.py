@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from generator.animation import UnknownFormatError, format_of, write_recording
 from generator.animation.whole_file import reason_of, why_not_writable
@@ -15,19 +15,20 @@ from generator.commands.interrupt import interrupted_at_a_frame
 from generator.commands.options import chains_of, displacements_given, vector_given
 from generator.commands.summary import failure_text, summary_data, summary_text
 from generator.engine.plan import Plan
-from generator.engine.simulate import Progress
-from generator.engine.simulate import simulate as run
 from generator.errors import Fault, InputError, error, errors_among
 from generator.figure import Figure
 from generator.reader.loads_file import examine_loads
 from generator.recording import Recording
 from springs import Joining
 
+if TYPE_CHECKING:
+    from generator.engine.simulate import Progress
+
 MOST_FRAMES = 1_000_000
 """A recording of more frames would fill the memory."""
 
 
-Watch = Callable[[Progress], None]
+Watch = Callable[["Progress"], None]
 
 Watcher = Callable[[float, float], AbstractContextManager[Watch | None]]
 """Opens what is told the progress of a run from a start to a stop [s]."""
@@ -83,9 +84,11 @@ def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
     insist_on_motion(figure, warnings)
     plan, more = _whole_plan(plan, request, figure)
     _check_writable(request.outputs)
+    from generator.engine.simulate import simulate as run  # Exudyn takes its time
+
     with interrupted_at_a_frame() as check, watcher(plan.start, plan.stop) as watch:
 
-        def reached(progress: Progress) -> None:
+        def reached(progress: "Progress") -> None:
             if watch is not None:
                 watch(progress)
             check()

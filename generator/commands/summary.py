@@ -73,11 +73,11 @@ def _accuracy(recording: Recording) -> str:
     accuracy = recording.accuracy
     if accuracy.asked is None:
         return "error not estimated, since the step was fixed"
-    estimate = finite(accuracy.estimate)
-    said = "error not estimated" if estimate is None else f"estimated error {estimate:.1e} rad"
-    return (
-        f"{said}; {accuracy.asked:.1e} rad was asked for and held until {accuracy.held_until:g} s"
-    )
+    estimate, asked = finite(accuracy.estimate), f"{accuracy.asked:.1e} rad"
+    if estimate is None:
+        return f"error not estimated, since too little was simulated; {asked} was asked for"
+    held = f"held until {accuracy.held_until:g} s"
+    return f"estimated error {estimate:.1e} rad; {asked} was asked for and {held}"
 
 
 def _simulated(recording: Recording) -> float:

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 
 from generator.engine.bodies import add_bodies, add_marker
+from generator.engine.chosen_springs import springs_of
 from generator.engine.exudyn_api import Index, MainSystem, exu
 from generator.engine.joints import Constraint, add_constraints
 from generator.engine.loads import add_loads, written_loads
@@ -56,6 +57,14 @@ class Assembly:
     loads: tuple[tuple[TimedLoad, Index, Any], ...]
     spring_set: SpringSet
     plan: Plan
+
+    @classmethod
+    def of(
+        cls, figure: Figure, plan: Plan | None = None, mbs: MainSystem | None = None
+    ) -> "Assembly":
+        """Build a figure with the springs that the plan chooses; see `build`."""
+        plan = plan or Plan()
+        return build(figure, plan, springs_of(figure, plan), mbs)
 
     @property
     def figure(self) -> Figure:

@@ -16,8 +16,8 @@ def energy_book(
 ) -> dict[str, Array]:
     """Energy by kind at every frame, shape (n,) each [J].
 
-    `spring` is the stored energy of the springs; for the weighted law, which stores none, the work
-    done against the elastic torques since the start. `gravity` is counted from the world's origin.
+    `spring` is the stored energy of the springs; for spherical joints with the weighted law, which
+    stores none, the work done against their elastic torques since the start. `gravity` is counted from the world's origin.
     """
     bodies = list(assembly.figure.bodies.values())
     masses = np.array([body.mass for body in bodies], dtype=float)
@@ -37,19 +37,14 @@ def energy_book(
 
 def _spring_energy(assembly: Assembly, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
     joining = assembly.plan.joining or assembly.spring_set.joining
-    stored = np.zeros(len(trace))
-    connectors = [(name, c) for name, cs in assembly.springs.items() for c in cs]
-    if joining is Joining.WEIGHTED and any(c.kind == "ball" for _, c in connectors):
-        return trace.spring_work
-    for name, connector in connectors:
-        chain = assembly.placement.tree.chains[name]
+    weighted = joining is Joining.WEIGHTED
+    stored = trace.spring_work.copy() if weighted else np.zeros(len(trace))
+    for name, connectors in assembly.springs.items():
         moved = joints[name]
-        if connector.kind == "ball":
-            stored += conservative_energy(connector.springs, moved.rotation_vectors)
-        elif connector.kind == "hinge":
-            angle = moved.displacements[:, chain.turns[0]]
-            stored += total_energy(connector.springs[0].elastic, angle)
-        else:
-            offset = moved.between[:, :3, 3] @ np.asarray(connector.springs[0].direction)
-            stored += total_energy(connector.springs[0].elastic, offset)
+        for connector in connectors:
+            if connector.kind != "ball":
+                along = moved.displacements[:, connector.place]
+                stored += total_energy(connector.springs[0].elastic, along)
+            elif not weighted:
+                stored += conservative_energy(connector.springs, moved.rotation_vectors)
     return stored

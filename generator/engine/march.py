@@ -9,6 +9,7 @@ halved, so no pass can crawl.
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
@@ -27,6 +28,9 @@ from generator.recording import Ending, Outcome
 _SHORTEST = 0.05
 """Cuts nearer to each other than this part of a step are not worth a step of their own."""
 
+_MOMENT = 1e-8
+"""A step so short that nothing moves in it [s]."""
+
 FRAMES_A_READING = 10
 """Frames between two readings of the meters: reading each costs as much as many steps."""
 
@@ -41,7 +45,7 @@ class Pass:
     Attributes:
         trace: the frames up to the end.
         outcome: how it ended.
-        step: largest step [s].
+        step: the step of a frame that is not cut [s].
         steps: number of steps taken.
         wall_time: time spent stepping [s].
         corners: times at which springs passed corners of their laws [s].
@@ -88,10 +92,11 @@ def march(
     Returns:
         The pass; a failure is its outcome, never an exception.
     """
-    meters = Meters(assembly)
-    log = _Log(assembly, float(times[0]))
-    settings = _settings(newton)
     begun = time.monotonic()
+    settings = _settings(newton)
+    first = _start_multipliers(assembly, settings, float(times[0]))
+    meters = Meters(assembly)
+    log = _Log(assembly, float(times[0]), first)
     steps, read = 0, 0
     inner = np.sort(np.asarray(corners, dtype=float))
     outcome = Outcome(Ending.DONE, "", float(times[-1]))
@@ -99,7 +104,7 @@ def march(
         for k, (here, there) in enumerate(pairwise(times)):
             try:
                 for interval in _stretches(float(here), float(there), inner, step):
-                    count = max(1, ceil((interval[1] - interval[0]) / step - 1e-9))
+                    count = _count(interval[1] - interval[0], step)
                     _advance(assembly, settings, interval, count, read < k or interval[0] > here)
                     steps += count
             except SolverError:
@@ -128,7 +133,13 @@ def march(
         trace = trace.first(int(np.searchsorted(times, outcome.last_time)))
     last = float(trace.times[-1])
     outcome = replace(outcome, last_time=last)
-    return Pass(trace, outcome, step, steps, spent, tuple(meters.corners))
+    frame = float(times[1] - times[0])
+    return Pass(trace, outcome, frame / _count(frame, step), steps, spent, tuple(meters.corners))
+
+
+def _count(length: float, step: float) -> int:
+    """Number of equal steps, none longer than `step`, in a stretch of time [s]."""
+    return max(1, ceil(length / step - 1e-9))
 
 
 def _stretches(here: float, there: float, corners: Array, step: float) -> list[tuple[float, float]]:
@@ -160,8 +171,12 @@ def _advance(
     interval: tuple[float, float],
     count: int,
     goes_on: bool,
+    keep: bool = True,
 ) -> None:
-    """Take `count` steps from one frame to the next. Raises SolverError."""
+    """Take `count` steps from one frame to the next, and start from there next time if `keep`.
+
+    Raises SolverError.
+    """
     integration = settings.timeIntegration
     integration.startTime, integration.endTime = interval
     integration.numberOfSteps = count
@@ -170,7 +185,7 @@ def _advance(
     settings.solution.file.writeInitialValues = not goes_on and interval[0] == assembly.plan.start
     try:
         assembly.mbs.SolveDynamic(
-            settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=True
+            settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=keep
         )
     except SystemError as failure:
         # A Ctrl-C while compiled code runs comes back wrapped in this.
@@ -182,8 +197,8 @@ def _advance(
 class _Log:
     """The states at the frames of a pass."""
 
-    def __init__(self, assembly: Assembly, start: float) -> None:
-        """Begin with the state at the start."""
+    def __init__(self, assembly: Assembly, start: float, multipliers: dict[str, Array]) -> None:
+        """Begin with the state at the start, and the multipliers there."""
         self._assembly = assembly
         self._reference = np.asarray(
             assembly.mbs.systemData.GetODE2Coordinates(
@@ -193,7 +208,7 @@ class _Log:
         self._times: list[float] = []
         self._states: list[tuple[Array, Array]] = []
         self._multipliers: list[dict[str, Array]] = []
-        self.take(start)
+        self.take(start, multipliers)
 
     def __len__(self) -> int:
         return len(self._multipliers)
@@ -203,19 +218,14 @@ class _Log:
         """Time of the last state [s]."""
         return self._times[len(self) - 1]
 
-    def take(self, now: float) -> None:
-        """Keep the current state."""
+    def take(self, now: float, multipliers: dict[str, Array] | None = None) -> None:
+        """Keep the current state, with its multipliers unless others are given."""
         data = self._assembly.mbs.systemData
         coordinates = np.array(data.GetODE2Coordinates())
         rates = np.array(data.GetODE2Coordinates_t())
         self._times.append(now)
         self._states.append((coordinates, rates))
-        self._multipliers.append(
-            {
-                name: np.array([_multipliers(self._assembly.mbs, c) for c in constraints])
-                for name, constraints in self._assembly.joints.items()
-            }
-        )
+        self._multipliers.append(multipliers or _all_multipliers(self._assembly))
 
     def fastest_joint(self) -> str:
         """The joint whose segments turn fastest against each other at the last state."""
@@ -256,6 +266,25 @@ class _Log:
             work[:, 1],
             work[:, 2],
         )
+
+
+def _start_multipliers(assembly: Assembly, settings: Any, start: float) -> dict[str, Array]:
+    """The multipliers at the start, which Exudyn leaves zero: those after a step of no account.
+
+    The assembly is back at its start when it is assembled anew. A solver that fails here will fail
+    in the first step of the pass as well, and be told of there.
+    """
+    with suppress(SolverError):
+        _advance(assembly, settings, (start, start + _MOMENT), 1, False, keep=False)
+    return _all_multipliers(assembly)
+
+
+def _all_multipliers(assembly: Assembly) -> dict[str, Array]:
+    """The multipliers of every joint's constraints now, shape (items, 6) each."""
+    return {
+        name: np.array([_multipliers(assembly.mbs, c) for c in constraints])
+        for name, constraints in assembly.joints.items()
+    }
 
 
 def _multipliers(mbs: Any, constraint: Constraint) -> Array:

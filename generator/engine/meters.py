@@ -14,7 +14,7 @@ from generator.engine.exudyn_api import Index, exu, items
 from generator.engine.passive import Connector
 from generator.frames import Array
 from generator.loads import LoadKind, TimedLoad
-from springs import AxisSpring, damping_torque, elastic_torque, total_torque
+from springs import AxisSpring, damping_torque, elastic_torque
 
 _NEAR_HALF_TURN = 2.0
 """Angle above which a rotation vector that changes sides has been through 180 deg [rad]."""
@@ -32,7 +32,7 @@ class Meters:
     """Sensors on the springs and loads of an assembly, and the integrals of their powers.
 
     `work` holds the integrals since the start [J] at the frames that were read, each of shape (3,):
-    dissipated by damping, put into springs, done by loads; by the trapezoidal rule over the steps.
+    dissipated by damping, put into the springs of spherical joints, done by loads; by the trapezoidal rule over the steps.
     `corners` holds the times at which a spring passed a corner of its law [s].
     """
 
@@ -169,7 +169,7 @@ def _corner_times(connector: Connector, times: Array, position: Array) -> list[f
 
 def _reading_axis(connector: Connector, spring: AxisSpring) -> Array:
     """What turns a sensor's reading into the displacement along a spring."""
-    return np.ones(1) if connector.kind == "hinge" else np.asarray(spring.direction)
+    return np.asarray(spring.direction if connector.kind == "ball" else connector.reading)
 
 
 def _total(powers: list[Array], count: int) -> Array:
@@ -179,14 +179,16 @@ def _total(powers: list[Array], count: int) -> Array:
 def _powers(
     assembly: Assembly, connector: Connector, position: Array, rate: Array
 ) -> tuple[Array, Array]:
-    """Power taken by damping and power put into springs, shape (n,) each [W]."""
+    """Power taken by damping and power put into a spherical joint's springs, shape (n,) each [W].
+
+    The energy of other springs is a function of their displacement and needs no integral.
+    """
     if connector.kind == "ball":
         joining = assembly.plan.joining or assembly.spring_set.joining
         damping = damping_torque(connector.springs, rate)
         elastic = elastic_torque(joining, connector.springs, position)
         return -np.sum(damping * rate, axis=1), -np.sum(elastic * rate, axis=1)
     spring = connector.springs[0]
-    along = _reading_axis(connector, spring)
-    value, speed = position @ along, rate @ along
+    speed = rate @ _reading_axis(connector, spring)
     force: Callable[[Array], Array] = spring.damping.torque
-    return -force(speed) * speed, -np.asarray(total_torque(spring.elastic, value)) * speed
+    return -force(speed) * speed, np.zeros_like(speed)

@@ -23,7 +23,7 @@ from generator.engine.exudyn_api import (
 from generator.engine.symbolic import SYMBOLIC
 from generator.errors import MoverError
 from generator.figure import Joint
-from generator.frames import Array, frame_with_z, homogeneous
+from generator.frames import PERPENDICULAR, Array, frame_with_z, homogeneous, unit
 from generator.posture.placement import Placement
 from springs import (
     FLOATS,
@@ -54,12 +54,16 @@ class Connector:
         springs: the axes it holds.
         kind: "hinge" (one angle), "ball" (a rotation vector) or "slide" (one translation).
         function: its user function, which must outlive the system.
+        place: of a hinge or a slide, the factor of the joint's chain whose displacement it takes.
+        reading: of a hinge or a slide, what turns the item's output into that displacement.
     """
 
     item: Index
     springs: tuple[AxisSpring, ...]
     kind: str
     function: Any
+    place: int = 0
+    reading: tuple[float, ...] = (1.0,)
 
 
 def add_springs(
@@ -87,12 +91,22 @@ def add_springs(
             f"joint {joint.name} both turns and slides along more than one axis: "
             "springs along its slides are not supported"
         )
+    held = {ref.segment for ref in joint.ends} & placement.tree.figure.ground
+    if len(chain.slides) > 1 and not held and any(_damps(slide) for slide in springs.slides):
+        # Exudyn gives the difference of two points' velocities, which holds the parent's turning.
+        raise SpringError(
+            f"joint {joint.name} slides along more than one axis between two moving segments: "
+            "damping along its slides is not supported"
+        )
     made: list[Connector] = []
     if springs.axes and len(chain.turns) == 1:
         made.append(_hinge(mbs, placement, bodies, joint, chain, springs.axes[0], python))
     elif springs.axes:
         made.append(_ball(mbs, placement, bodies, joint, springs.axes, joining, python))
-    made.extend(_slide(mbs, placement, bodies, joint, slide, python) for slide in springs.slides)
+    hang = _slide if len(chain.slides) == 1 else _slide_among
+    made.extend(
+        hang(mbs, placement, bodies, joint, chain, slide, python) for slide in springs.slides
+    )
     return tuple(made)
 
 
@@ -156,7 +170,7 @@ def _hinge(
             springTorqueUserFunction=function,
         )
     )
-    return Connector(item, (spring,), "hinge", function)
+    return Connector(item, (spring,), "hinge", function, chain.turns[0])
 
 
 def _ball(
@@ -224,10 +238,13 @@ def _slide(
     placement: Placement,
     bodies: Mapping[str, Index],
     joint: Joint,
+    chain: Chain,
     spring: AxisSpring,
     python: bool,
 ) -> Connector:
-    """A force along one translation."""
+    """A force along the only translation of a joint."""
+    place = _slide_place(joint, chain, spring)
+    spring = _along(spring, chain.factors[place].axis)
     ops = FLOATS if python else SYMBOLIC
 
     def left_hand_force(
@@ -244,15 +261,91 @@ def _slide(
 
     name = "ObjectConnectorLinearSpringDamper"
     function = _function(mbs, left_hand_force, "springForceUserFunction", name, python)
+    markers, axis = _markers(mbs, placement, bodies, joint, np.eye(3)), spring.direction
+    if not chain.slides_are_outside:
+        # The axis is the child's, and seen from there the parent slides the other way.
+        markers, axis = markers[::-1], tuple(-c for c in axis)
     item = mbs.AddObject(
         items.ObjectConnectorLinearSpringDamper(
             name=f"{joint.name} spring along {spring.direction}",
-            markerNumbers=_markers(mbs, placement, bodies, joint, np.eye(3)),
-            axisMarker0=list(spring.direction),
+            markerNumbers=markers,
+            axisMarker0=list(axis),
             springForceUserFunction=function,
         )
     )
-    return Connector(item, (spring,), "slide", function)
+    return Connector(item, (spring,), "slide", function, place)
+
+
+def _slide_among(
+    mbs: MainSystem,
+    placement: Placement,
+    bodies: Mapping[str, Index],
+    joint: Joint,
+    chain: Chain,
+    spring: AxisSpring,
+    python: bool,
+) -> Connector:
+    """A force along one of several translations of a joint that does not turn.
+
+    The force acts on both bodies at the child's site, which the other slides carry away from the
+    parent's. Exudyn's intrinsic connector applies what it is given half-way between the two, so the
+    force has a moment about that point.
+    """
+    place = _slide_place(joint, chain, spring)
+    spring = _along(spring, chain.factors[place].axis)
+    ops = FLOATS if python else SYMBOLIC
+    axes = np.array([chain.factors[k].axis for k in chain.slides]).T
+    # What reads one displacement where the slides are oblique to each other.
+    x, y, z = np.linalg.pinv(axes)[chain.slides.index(place)].tolist()
+
+    def left_hand(displacement: Any, velocity: Any) -> list[Real]:
+        p, q, r = (displacement[k] for k in range(3))
+        speed = x * velocity[0] + y * velocity[1] + z * velocity[2]
+        force = -_one_axis(spring, x * p + y * q + z * r, speed, ops)
+        arms = (q * z - r * y, r * x - p * z, p * y - q * x)
+        return [force * x, force * y, force * z, *(0.5 * arm * force for arm in arms)]
+
+    def six(
+        mbs: Any,
+        t: Real,
+        itemNumber: Real,
+        displacement: Any,
+        rotation: Any,
+        velocity: Any,
+        angularVelocity: Any,
+        stiffness: Any,
+        damping: Any,
+        rotJ0: Any,
+        rotJ1: Any,
+        offset: Any,
+    ) -> Any:
+        parts = left_hand(displacement, velocity)
+        return np.array(parts) if python else symbols.Vector(parts)
+
+    name = "ObjectConnectorRigidBodySpringDamper"
+    function = _function(mbs, six, "springForceTorqueUserFunction", name, python)
+    item = mbs.AddObject(
+        items.ObjectConnectorRigidBodySpringDamper(
+            name=f"{joint.name} spring along {spring.direction}",
+            markerNumbers=_markers(mbs, placement, bodies, joint, np.eye(3)),
+            useIntrinsicFormulation=True,
+            springForceTorqueUserFunction=function,
+        )
+    )
+    return Connector(item, (spring,), "slide", function, place, (x, y, z))
+
+
+def _damps(spring: AxisSpring) -> bool:
+    return spring.damping.viscous > 0.0 or spring.damping.coulomb > 0.0
+
+
+def _slide_place(joint: Joint, chain: Chain, spring: AxisSpring) -> int:
+    """The factor of a chain along which a spring is. Raises SpringError when there is none."""
+    for k in chain.slides:
+        across = np.cross(unit(chain.factors[k].axis), spring.direction)
+        if float(np.linalg.norm(across)) < PERPENDICULAR:
+            return k
+    raise SpringError(f"joint {joint.name} does not slide along {spring.direction}")
 
 
 def _one_axis(spring: AxisSpring, value: Real, rate: Real, ops: Operations) -> Real:

@@ -8,15 +8,14 @@ import numpy as np
 
 from generator.engine.accuracy import Refined, refine
 from generator.engine.assembly import Assembly, build
+from generator.engine.chosen_springs import springs_of
 from generator.engine.energy import energy_book
 from generator.engine.march import Pass, frame_times, march
 from generator.engine.motion import JointMotion, Motion
 from generator.engine.plan import Plan
 from generator.engine.trace import Trace
-from generator.errors import InputError
 from generator.figure import Figure
 from generator.frames import Array
-from generator.reader.passive import springs_for
 from generator.recording import Accuracy, Recording
 from springs import SpringSet
 
@@ -53,7 +52,7 @@ def simulate(
         MoverError: the figure or the plan cannot be built: the message says why.
     """
     plan = plan or Plan()
-    springs = plan.springs or springs_of(figure, plan)
+    springs = springs_of(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
     deadline = time.monotonic() + plan.wall_limit
     runner = _Runner(figure, plan, springs, times, deadline, watch)
@@ -64,19 +63,6 @@ def simulate(
     else:
         refined = _fixed(runner.run(plan.step))
     return _record(runner, refined)
-
-
-def springs_of(figure: Figure, plan: Plan) -> SpringSet:
-    """The springs that a plan chooses for a figure.
-
-    Raises:
-        InputError: the springs' file has errors, or is not there; it holds all of them.
-    """
-    folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    reading = springs_for(figure, folder, stem, plan.spring_choice, plan.joining)
-    if reading.springs is None:
-        raise InputError(reading.faults)
-    return reading.springs
 
 
 class _Runner:

@@ -13,8 +13,8 @@ from generator.source import Source, Span
 LONGEST_WORD = 200
 """Longest name, number or string that is read."""
 
-MOST_TOKENS = 100_000
-"""A figure of five hundred segments stays below this; so many are read within a second."""
+MOST_TOKENS = 200_000
+"""A figure of a thousand segments stays below this; so many are read in about a second."""
 
 
 class Kind(Enum):
@@ -120,7 +120,7 @@ def tokenize(source: Source, findings: Findings) -> Iterator[Token]:
             findings.malformation(
                 f"the file is too long: it has more than {MOST_TOKENS:,} words and marks",
                 Span(source, position, position + 1),
-                "a figure of five hundred segments is shorter; reading stopped here",
+                "a figure of a thousand segments is shorter; reading stopped here",
             )
             raise EnoughFaults
         new_line = position > line_end
