@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from generator.errors import MoverError
 from generator.figure import Factor
 from generator.frames import (
     PERPENDICULAR,
@@ -28,7 +29,7 @@ from generator.frames import (
 )
 
 
-class ChainError(ValueError):
+class ChainError(MoverError, ValueError):
     """One joint cannot hold the chain; the message says why."""
 
 
@@ -91,6 +92,11 @@ class Chain:
         """Axes of the rotations, innermost first."""
         return tuple(self.factors[k].axis for k in self.turns)
 
+    @cached_property
+    def sequence(self) -> Sequence3 | None:
+        """The three rotations, where there are three."""
+        return Sequence3(self.turn_axes) if len(self.turns) == 3 else None
+
     def pose(self, displacements: ArrayLike) -> Array:
         """Pose of the child's site in the parent's, shape (..., 4, 4), at (..., n) [rad or m]."""
         values = np.asarray(displacements, dtype=float)
@@ -99,21 +105,22 @@ class Chain:
         return reduce(lambda pose, step: step @ pose, steps, start)
 
     def twists(self, displacements: ArrayLike) -> Array:
-        """Motion of the child's site for a unit rate of each displacement, shape (n, 6).
+        """Motion of the child's site for a unit rate of each displacement, (..., n) to (..., n, 6).
 
         Rows are (angular, linear) in the parent's site frame; linear is the velocity of the child's
         material point that is at the parent's origin.
         """
         values = np.asarray(displacements, dtype=float)
-        rows = np.zeros((len(self.factors), 6))
-        outer = np.eye(4)
+        rows = np.zeros((*values.shape, 6))
+        outer = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
         for k in reversed(range(len(self.factors))):
-            axis = outer[:3, :3] @ unit(self.factors[k].axis)
+            axis = outer[..., :3, :3] @ unit(self.factors[k].axis)
             if self.factors[k].kind == "R":
-                rows[k] = np.concatenate([axis, np.cross(outer[:3, 3], axis)])
+                rows[..., k, :3] = axis
+                rows[..., k, 3:] = np.cross(outer[..., :3, 3], axis)
             else:
-                rows[k, 3:] = axis
-            outer = outer @ _factor_pose(self.factors[k], values[k])
+                rows[..., k, 3:] = axis
+            outer = outer @ _factor_pose(self.factors[k], values[..., k])
         return rows
 
     def displacements(self, pose: ArrayLike, near: ArrayLike | None = None) -> Array:
@@ -139,8 +146,8 @@ class Chain:
     def _angles(self, matrix: Array, near: Array | None) -> Array:
         """Angles of the rotations, shape (number of rotations,)."""
         axes = self.turn_axes
-        if len(axes) == 3:
-            return Sequence3(axes).angles(matrix, near)
+        if self.sequence is not None:
+            return self.sequence.angles(matrix, near)
         angles: list[float] = []
         if len(axes) == 2:
             inner, outer = unit(axes[0]), unit(axes[1])

@@ -7,6 +7,7 @@ frame); angles are radians. The one decision on the order of a joint's chain sta
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -140,7 +141,7 @@ class Sequence3:
         if max(abs(float(first @ middle)), abs(float(middle @ last))) > PERPENDICULAR:
             raise ValueError("each axis must be perpendicular to the next")
 
-    @property
+    @cached_property
     def _frame(self) -> tuple[Array, float]:
         """Rows e1 (middle axis), e2, e3 (last axis), and the offset that turns e3 into a1."""
         first, middle, last = (unit(axis) for axis in self.axes)
@@ -167,12 +168,12 @@ class Sequence3:
         polar = float(np.arctan2(sine, turned[2]))
         if sine < POLE:
             return self._at_pole(m, frame, offset, 0.0 if turned[2] > 0 else np.pi, near)
-        triples: list[Array] = []
-        for flip in (1.0, -1.0):
-            last = float(np.arctan2(flip * turned[0], -flip * turned[1]))
-            middle = flip * polar - offset
-            triples.append(np.array([self._first(m, middle, last), middle, last]))
-        return _choose(triples, near)
+        last = float(np.arctan2(turned[0], -turned[1]))
+        first = self._first(m, polar - offset, last)
+        triple = np.array([first, polar - offset, last])
+        # Half a turn of the outer two and the opposite polar angle give the same orientation.
+        other = np.array([first + np.pi, -polar - offset, last + np.pi])
+        return _choose([triple, other], near)
 
     def at_pole(self, matrix: ArrayLike) -> bool:
         """Whether only the sum or the difference of the outer angles is known."""

@@ -17,7 +17,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from generator import read_action, read_figure, write_recording
-from generator.animation import ActionFile, UnknownFormatError, format_action, parse_action
+from generator.animation import (
+    ActionFile,
+    UnknownFormatError,
+    action_of,
+    format_action,
+    parse_action,
+)
 from generator.animation.displayed import meant_number, shown_number
 from generator.animation.header import Header
 from generator.animation.whole_file import why_not_writable, write_whole
@@ -145,6 +151,15 @@ def test_a_recording_is_written_with_its_origin(tmp_path: Path):
     assert same_bits(action.times, recording.times)
     for name, moved in recording.displacements.items():
         assert same_bits(action.displacements[name], moved)
+
+
+@pytest.mark.parametrize(
+    ("path", "name"), [(None, "none"), (Path("gone") / "odd \udcff name.fig", "odd ? name.fig")]
+)
+def test_a_figure_whose_file_is_not_there_has_no_sha256(path: Path | None, name: str):
+    figure = replace(read_figure("pendulum"), path=path)
+    back = parse_action(format_action(action_of(recording_of(figure), figure)))
+    assert (back.header.figure, back.header.sha256) == (name, None)
 
 
 def test_times_are_normalised_to_the_motion():
@@ -303,9 +318,11 @@ def test_why_a_file_cannot_be_written(tmp_path: Path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may write anywhere")
-def test_a_folder_without_permission_is_found_out(tmp_path: Path):
-    tmp_path.chmod(0o500)
+def test_a_folder_without_permission_is_found_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def refused(*_: object) -> int:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "open", refused)
     assert why_not_writable(tmp_path / "fall.action") == "permission denied"
 
 
@@ -339,3 +356,11 @@ def test_a_killed_writer_leaves_a_whole_file_or_none(tmp_path: Path):
         assert not path.exists() or path.stat().st_size == 2_000_000
         cut += any(part.suffix == ".part" for part in path.parent.iterdir())
     assert cut > 0
+
+
+def test_the_example_of_the_documentation_is_an_action_file():
+    text = (ROOT / "docs" / "action-file.md").read_text(encoding="utf-8")
+    block = text[text.index("    # The motion") : text.index("(The numbers")]
+    action = parse_action("\n".join(line[4:] for line in block.splitlines()))
+    assert action.header.figure == "pendulum.fig"
+    assert np.degrees(action.displacements["shoulder"][0]) == pytest.approx([0.0, 40.0, 20.0])

@@ -135,24 +135,34 @@ def start_of(path: Path, *words: object) -> dict[str, list[float]]:
 
 
 def test_set_and_velocity_are_in_degrees(tmp_path: Path):
-    words = ("--set", "joint1=30,0,-45", "--gravity", "0,0,0", "--springs", "none")
+    words = ("--set", "shoulder=30,0,-45", "--gravity", "0,0,0", "--springs", "none")
     path = tmp_path / "swing.action"
     (start,) = start_of(path, *words).values()
     assert start == pytest.approx([np.radians(30.0), 0.0, np.radians(-45.0)], abs=1e-12)
-    start_of(path, *words, "--velocity", "joint1=100,0,0")
+    start_of(path, *words, "--velocity", "shoulder=100,0,0")
     (moved,) = read_action(path).displacements.values()
     assert moved[1, 0] - moved[0, 0] == pytest.approx(np.radians(2.0), rel=1e-3)
 
 
 def test_a_free_figure_has_a_row_named_after_its_segment(tmp_path: Path):
-    words = ("--free-root", "--gravity", "0,0,0", "--velocity", "link1=0,0,0,50,0,0")
+    words = ("--free-root", "--gravity", "0,0,0", "--velocity", "link1=0,0,0,0,50,0")
     path = tmp_path / "flight.action"
     start_of(path, *words)
     action = read_action(path)
     assert list(action.displacements) == ["link1"]
     moved = action.displacements["link1"]
     assert moved.shape[1] == 6
-    assert moved[-1, 3:] - moved[0, 3:] == pytest.approx([0.01, 0.0, 0.0], abs=1e-9)
+    assert moved[-1, 4] - moved[0, 4] == pytest.approx(0.01, abs=1e-9)
+
+
+def test_law_start_and_python_torques_reach_the_run(tmp_path: Path):
+    path = tmp_path / "late.action"
+    words = ("--start", 1, "--stop", 1.04, "--law", "weighted", "--python-torques")
+    result = mover("simulate", "prototype", "--step", 0.004, *words, "-o", path)
+    assert result.exit_code == 0, result.output
+    action = read_action(path)
+    assert action.times.tolist() == pytest.approx([1.0, 1.02, 1.04])
+    assert action.header.law == "weighted"
 
 
 def test_loads_do_work(tmp_path: Path):
@@ -226,7 +236,7 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
         (("-o", "fall.mot"), "`.mot` is no known suffix; known are .action, .csv"),
         (("-o", "fall"), "the suffix is missing"),
         (("--stop", "0"), "the stop time 0 s is not after the start 0 s"),
-        (("--stop", "soon"), "soon"),
+        (("--stop", "soon"), "Invalid value for '--stop'"),
         (("--stop", "inf"), "--stop inf: the number must be finite"),
         (("--frame", "nan"), "--frame nan: the number must be finite"),
         (("--frame", "0"), "frame must be positive"),
@@ -236,13 +246,16 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
         (("--law", "cubic"), "cubic"),
         (("--gravity", "0,-9.81"), "expected three numbers"),
         (("--gravity", "0,0,inf"), "the numbers must be finite"),
-        (("--set", "joint1"), "expected JOINT=a,b,c"),
-        (("--set", "joint2=1,2,3"), "the figure has no joint `joint2`; did you mean `joint1`?"),
-        (("--set", "joint1=1,2"), "`joint1` takes 3 values (deg,deg,deg), not 2"),
-        (("--set", "joint1=1,2,x"), "`x` is no finite number"),
-        (("--set", "joint1=1,2,1e999"), "`1e999` is no finite number"),
-        (("--set", "joint1=1,2,3", "--set", "joint1=1,2,3"), "`joint1` was given before"),
-        (("--velocity", "joint2=1,2,3"), "--velocity joint2=1,2,3: the figure has no joint"),
+        (("--set", "shoulder"), "expected JOINT=a,b,c"),
+        (
+            ("--set", "shouldre=1,2,3"),
+            "the figure has no joint `shouldre`; did you mean `shoulder`?",
+        ),
+        (("--set", "shoulder=1,2"), "`shoulder` takes 3 values (deg,deg,deg), not 2"),
+        (("--set", "shoulder=1,2,x"), "`x` is no finite number"),
+        (("--set", "shoulder=1,2,1e999"), "`1e999` is no finite number"),
+        (("--set", "shoulder=1,2,3", "--set", "shoulder=1,2,3"), "`shoulder` was given before"),
+        (("--velocity", "shouldre=1,2,3"), "--velocity shouldre=1,2,3: the figure has no joint"),
         (("--strict",), "--strict"),
     ],
 )
@@ -369,7 +382,9 @@ def test_the_prototype_is_described():
 def test_the_description_is_readable():
     result = mover("describe", "pendulum")
     assert result.exit_code == 0
-    assert "1 moving segments" not in result.stdout
+    assert result.stdout.startswith(
+        "pendulum: 1 moving segment, 1 joint, 3 degrees of freedom, 0.025 kg\n"
+    )
     assert "40 deg 20 deg" in result.stdout
     assert "spherical" in result.stdout
 
@@ -381,7 +396,7 @@ def test_stiffness_and_limits_are_described(tmp_path: Path):
     assert "linear " in result.stdout
     assert "stops at -20 deg .. 20 deg" in result.stdout
     said = json.loads(mover("describe", path, "--json").stdout)
-    laws = [law["law"] for law in said["springs"]["joints"]["joint1"]["axes"][0]["laws"]]
+    laws = [law["law"] for law in said["springs"]["joints"]["shoulder"]["axes"][0]["laws"]]
     assert laws == ["linear", "stop"]
 
 
@@ -395,6 +410,25 @@ def test_a_figure_cites_the_thesis_and_its_springs():
     assert len(knee) == 1
     plain = mover("cite", "prototype").stdout
     assert all(text in plain for text in texts)
+
+
+def test_a_reader_that_leaves_early_sees_no_traceback(tmp_path: Path):
+    line = f"{sys.executable} -m generator.cli describe prototype --json | head -c 10"
+    done = subprocess.run(
+        line, shell=True, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=True
+    )
+    assert "Traceback" not in done.stderr
+    assert done.stdout.startswith("{")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs names that are any bytes")
+def test_a_name_that_is_no_text_can_be_told(tmp_path: Path):
+    path = pendulum_with(tmp_path).rename(tmp_path / "odd\udcff.fig")
+    line = [sys.executable, "-m", "generator.cli", "check", path.name]
+    environment = {**ENVIRONMENT, "PYTHONIOENCODING": "utf-8"}
+    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, check=False)
+    assert done.returncode == 0
+    assert b"odd\\udcff.fig: no errors" in done.stdout
 
 
 @pytest.mark.parametrize("command", ["check", "describe", "cite", "simulate"])

@@ -172,3 +172,11 @@ def test_a_file_that_is_not_there_is_a_sentence(figure: Figure, tmp_path: Path):
     with pytest.raises(InputError, match="cannot be read: no such file"):
         read_loads(tmp_path / "none.csv", figure)
     assert "is a directory" in examine_loads(tmp_path, figure).faults[0].message
+
+
+def test_the_example_of_the_documentation_can_be_read(figure: Figure):
+    text = (Path(__file__).parents[1] / "docs" / "loads.md").read_text(encoding="utf-8")
+    block = [line[4:] for line in text.splitlines() if line.startswith("    ")]
+    reading = parse_loads("\n".join(block), figure)
+    assert reading.faults == ()
+    assert [load.kind for load in reading.loads] == [LoadKind.GLOBAL_FORCE, LoadKind.LOCAL_MOMENT]

@@ -59,6 +59,11 @@ def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> str:
     return "\n".join(lines)
 
 
+def counted(count: int, noun: str) -> str:
+    """`1 joint`, `2 joints`, `no joints`."""
+    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+
+
 def finite(number: float | None) -> float | None:
     """The number, or None for one that JSON does not have."""
     return number if number is not None and isfinite(number) else None

@@ -1,6 +1,6 @@
 """`mover check`: all that is wrong or odd in a figure and its springs, and a verdict."""
 
-from generator.commands.answer import Answer, ExitCode
+from generator.commands.answer import Answer, ExitCode, counted
 from generator.commands.inputs import faults_of_motion, look_for_springs
 from generator.errors import Fault, errors_among
 from generator.reader import examine_figure
@@ -15,7 +15,7 @@ def check(name: str, springs: str | None = None) -> Answer:
         hindrances = faults_of_motion(reading.figure)
         told = {fault.message for fault in faults}
         faults = (*faults, *(one for one in hindrances if one.message not in told))
-    verdict = f"{name}: {_counted(faults)}; {_use(faults, hindrances)}"
+    verdict = f"{name}: {_tally(faults)}; {_use(faults, hindrances)}"
     return Answer(
         text="\n\n".join([*map(str, faults), verdict]),
         data=[fault.as_dict() for fault in faults],
@@ -23,14 +23,10 @@ def check(name: str, springs: str | None = None) -> Answer:
     )
 
 
-def _counted(faults: tuple[Fault, ...]) -> str:
+def _tally(faults: tuple[Fault, ...]) -> str:
     errors = len(errors_among(faults))
     warnings = len(faults) - errors
-    return f"{_number(errors, 'error')}, {_number(warnings, 'warning')}"
-
-
-def _number(count: int, noun: str) -> str:
-    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+    return f"{counted(errors, 'error')}, {counted(warnings, 'warning')}"
 
 
 def _use(faults: tuple[Fault, ...], hindrances: tuple[Fault, ...]) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from generator.animation.displayed import shown_chain, unit_of
-from generator.commands.answer import Answer, aligned
+from generator.commands.answer import Answer, aligned, counted
 from generator.commands.inputs import figure_of, springs_of
 from generator.commands.spring_words import spring_lines, springs_data
 from generator.figure import Factor, Figure, Joint, Segment
@@ -41,7 +41,8 @@ def kind_of(chain: Sequence[Factor]) -> str:
 
 def _title(name: str, figure: Figure) -> str:
     return (
-        f"{name}: {len(figure.bodies)} moving segments, {len(figure.joints)} joints, "
+        f"{name}: {counted(len(figure.bodies), 'moving segment')}, "
+        f"{counted(len(figure.joints), 'joint')}, "
         f"{figure.degrees_of_freedom} degrees of freedom, {figure.total_mass:.4g} kg\n"
         f"root {figure.root}"
     )

@@ -37,12 +37,12 @@ def summary_text(recording: Recording, files: Sequence[Path]) -> str:
     """Outcome, error, energies, drift, times and files, for people."""
     energies = [("energy [J]", "first frame", "last frame", "change")]
     energies += [
-        (kind, *(f"{value:.4f}" for value in (first, last, last - first)))
+        (kind, *(f"{value:.6g}" for value in (first, last, last - first)))
         for kind, first, last in _energies(recording)
     ]
     balance = recording.energy_balance
     kept = [float(balance[0]), float(balance[-1]), float(balance[-1] - balance[0])]
-    energies.append(("sum less work", *(f"{value:.4f}" for value in kept)))
+    energies.append(("sum less work", *(f"{value:.6g}" for value in kept)))
     lines = [recording.outcome.message, _accuracy(recording), "", aligned(energies), ""]
     lines.append(aligned(_figures(recording, files), left=2))
     return "\n".join(lines)

@@ -17,7 +17,8 @@ def energy_book(
     """Energy by kind at every frame, shape (n,) each [J].
 
     `spring` is the stored energy of the springs; for spherical joints with the weighted law, which
-    stores none, the work done against their elastic torques since the start. `gravity` is counted from the world's origin.
+    stores none, the work done against their elastic torques since the start. `gravity` is counted
+    from the world's origin.
     """
     bodies = list(assembly.figure.bodies.values())
     masses = np.array([body.mass for body in bodies], dtype=float)

@@ -32,7 +32,8 @@ class Meters:
     """Sensors on the springs and loads of an assembly, and the integrals of their powers.
 
     `work` holds the integrals since the start [J] at the frames that were read, each of shape (3,):
-    dissipated by damping, put into the springs of spherical joints, done by loads; by the trapezoidal rule over the steps.
+    dissipated by damping, put into the springs of spherical joints, done by loads; by the
+    trapezoidal rule over the steps.
     `corners` holds the times at which a spring passed a corner of its law [s].
     """
 

@@ -11,7 +11,6 @@ from generator.engine.trace import Trace
 from generator.figure import Joint, SiteRef
 from generator.frames import (
     Array,
-    Sequence3,
     homogeneous,
     inverse_pose,
     matrix_from_rotation_vector,
@@ -171,14 +170,12 @@ def _track(chain: Chain, between: Array, start: Array) -> Array:
 
 def _starts_at_pole(chain: Chain, pose: Array) -> bool:
     """Whether the first frame leaves the outer angles open (eq. 3.14 and 3.15 then share them)."""
-    return len(chain.turns) == 3 and Sequence3(chain.turn_axes).at_pole(pose[:3, :3])
+    return chain.sequence is not None and chain.sequence.at_pole(pose[:3, :3])
 
 
 def _rates(chain: Chain, displacements: Array, between: Array, motion: Array) -> Array:
     """Displacement rates of a relative motion, shape (n, dof)."""
-    rows: list[Array] = []
-    for values, pose, twist in zip(displacements, between, motion, strict=True):
-        columns = chain.twists(values)
-        columns[:, 3:] += np.cross(columns[:, :3], pose[:3, 3])
-        rows.append(np.asarray(np.linalg.pinv(columns.T, rcond=1e-10) @ twist))
-    return np.array(rows).reshape(displacements.shape)
+    columns = chain.twists(displacements)
+    columns[..., 3:] += np.cross(columns[..., :3], between[:, None, :3, 3])
+    inverse = np.linalg.pinv(np.swapaxes(columns, -1, -2), rcond=1e-10)
+    return np.asarray((inverse @ motion[..., None])[..., 0])

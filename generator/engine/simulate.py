@@ -86,14 +86,19 @@ class _Runner:
 
     @property
     def _newton(self) -> float:
-        """Relative tolerance of Newton's method: well below what the extrapolation must see."""
+        """Relative tolerance of Newton's method in the next pass.
+
+        Well below what the extrapolation must see, and smaller with each pass: what Newton's method
+        leaves undone then shows in the difference of passes like any other error.
+        """
         if self._plan.step is not None:
             return 1e-9
-        return float(np.clip(1e-3 * self._plan.tolerance, 1e-11, 1e-6))
+        first = min(1e-2 * self._plan.tolerance, 1e-5)
+        return max(first * 0.05**self._passes, 1e-11)
 
     def run(self, step: float, corners: Sequence[float] = ()) -> Pass:
         """One pass with a step [s] that ends steps at the times of corners [s]."""
-        assembly = self.first
+        assembly, newton = self.first, self._newton
         if self._passes:
             begun = time.monotonic()
             assembly = build(self._figure, self._plan, self._springs)
@@ -105,7 +110,7 @@ class _Runner:
             if watch is not None:
                 watch(Progress(number, step, now))
 
-        return march(assembly, self._times, step, self._newton, self._deadline, told, corners)
+        return march(assembly, self._times, step, newton, self._deadline, told, corners)
 
 
 def _fixed(one: Pass) -> Refined:
