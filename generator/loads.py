@@ -55,6 +55,12 @@ class TimedLoad:
         if np.any(np.diff(times) <= 0.0):
             raise ValueError("the times of a load must increase")
 
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Times at which the load sets in or stops all at once [s]."""
+        ends = {self.times[0]: self.values[0], self.times[-1]: self.values[-1]}
+        return tuple(time for time, value in ends.items() if any(value))
+
     def at(self, time: float | Array) -> Array:
         """The components at a time [N or N m], shape (..., 3)."""
         times, values = np.asarray(self.times, float), np.asarray(self.values, float)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from generator.engine.exudyn_api import Index, MainSystem, exu, items, rigid
+from generator.engine.exudyn_api import Index, MainSystem, exu, items, rigid, unused_name
 from generator.errors import MoverError
 from generator.figure import Figure, Segment
 from generator.frames import Array, homogeneous
@@ -44,10 +44,15 @@ def add_bodies(
         rates: rates of the tree's displacements [rad/s or m/s], shape (n,).
         gravity: [m/s^2].
 
+    Raises:
+        IncompleteFigureError: a segment lacks mass, inertia or CM, or there is none that moves.
+
     Returns:
         Object index of each segment (the ground's for those that do not move), and of the ground.
     """
     figure: Figure = placement.tree.figure
+    if not figure.bodies:
+        raise IncompleteFigureError("the figure cannot be simulated: none of its segments moves")
     ground = mbs.AddObject(items.ObjectGround())
     bodies: dict[str, Index] = dict.fromkeys(figure.ground, ground)
     maps = motion_maps(placement)
@@ -57,9 +62,10 @@ def add_bodies(
         velocity = motion[3:] + np.cross(motion[:3], pose[:3, 3])
         parameters = np.asarray(rigid.RotationMatrix2EulerParameters(pose[:3, :3]))
         change = np.asarray(rigid.AngularVelocity2EulerParameters_t(motion[:3], parameters))
+        item_name = unused_name(mbs, name)
         node = mbs.AddNode(
             items.NodeRigidBodyEP(
-                name=name,
+                name=item_name,
                 referenceCoordinates=[*pose[:3, 3], *parameters],
                 initialVelocities=[*velocity, *change],
             )
@@ -67,7 +73,7 @@ def add_bodies(
         assert segment.inertia is not None
         bodies[name] = mbs.AddObject(
             items.ObjectRigidBody(
-                name=name,
+                name=item_name,
                 mass=segment.mass,
                 inertia=[*segment.inertia, 0.0, 0.0, 0.0],
                 nodeNumber=node,

@@ -43,3 +43,16 @@ def symbolic_user_function(mbs: MainSystem, function: Any, field: str, item: str
         return create(mbs, function, field, itemTypeName=item)
     finally:
         symbols.SetRecording(False)
+
+
+def unused_name(mbs: MainSystem, name: str) -> str:
+    """The name, numbered where the system has an object or a node of that name already.
+
+    Exudyn refuses a second one, but a joint may be called like a segment, and a system may hold
+    one figure twice.
+    """
+    none, number, tried = exu.InvalidIndex(), 1, name
+    while mbs.GetObjectNumber(tried) != none or mbs.GetNodeNumber(tried) != none:
+        number += 1
+        tried = f"{name} {number}"
+    return tried

@@ -14,7 +14,7 @@ import numpy as np
 
 from generator.chain import Chain
 from generator.engine.bodies import add_marker
-from generator.engine.exudyn_api import Index, MainSystem, items
+from generator.engine.exudyn_api import Index, MainSystem, items, unused_name
 from generator.figure import Joint
 from generator.frames import Array, frame_with_z, homogeneous, unit
 from generator.posture.placement import Placement
@@ -135,14 +135,14 @@ def add_constraints(
     """The constraint items of one joint: Exudyn's own spherical and revolute where they fit."""
     figure = placement.tree.figure
     added: list[Constraint] = []
-    for number, lock in enumerate(locks):
+    for lock in locks:
         turn = homogeneous(lock.frame, np.zeros(3))
         ends = (joint.child, joint.parent) if lock.from_child else (joint.parent, joint.child)
         markers = [
             add_marker(mbs, placement, bodies, ref.segment, figure.site(ref).pose_in_segment @ turn)
             for ref in ends
         ]
-        name = joint.name if number == 0 else f"{joint.name} {number + 1}"
+        name = unused_name(mbs, joint.name)
         added.append(Constraint(mbs.AddObject(_item(name, markers, lock)), lock))
     return tuple(added)
 

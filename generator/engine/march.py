@@ -31,6 +31,9 @@ _SHORTEST = 0.05
 _MOMENT = 1e-8
 """A step so short that nothing moves in it [s]."""
 
+_JUMP = 1e-9
+"""Half the length of the step that takes in the jump of a load [s]."""
+
 FRAMES_A_READING = 10
 """Frames between two readings of the meters: reading each costs as much as many steps."""
 
@@ -98,12 +101,12 @@ def march(
     meters = Meters(assembly)
     log = _Log(assembly, float(times[0]), first)
     steps, read = 0, 0
-    inner = np.sort(np.asarray(corners, dtype=float))
+    inner, jumps = np.sort(np.asarray(corners, dtype=float)), _jumps(assembly)
     outcome = Outcome(Ending.DONE, "", float(times[-1]))
     try:
         for k, (here, there) in enumerate(pairwise(times)):
             try:
-                for interval in _stretches(float(here), float(there), inner, step):
+                for interval in _stretches(float(here), float(there), jumps, inner, step):
                     count = _count(interval[1] - interval[0], step)
                     _advance(assembly, settings, interval, count, read < k or interval[0] > here)
                     steps += count
@@ -142,13 +145,32 @@ def _count(length: float, step: float) -> int:
     return max(1, ceil(length / step - 1e-9))
 
 
-def _stretches(here: float, there: float, corners: Array, step: float) -> list[tuple[float, float]]:
-    """A frame interval cut at the corners in it that are not too near to another cut."""
+def _jumps(assembly: Assembly) -> Array:
+    """Times just before and just after the jumps of loads [s].
+
+    A load that jumps within a step, or at its very end, would make the step one of first order.
+    """
+    times = {time for load, *_ in assembly.loads for time in load.jumps}
+    return np.array(sorted(time + side for time in times for side in (-_JUMP, _JUMP)))
+
+
+def _stretches(
+    here: float, there: float, jumps: Array, corners: Array, step: float
+) -> list[tuple[float, float]]:
+    """A frame interval cut at jumps, and at the corners that are not too near to another cut."""
+    ends = [here, *_within(jumps, here, there), there]
     cuts = [here]
-    for corner in corners[np.searchsorted(corners, here) : np.searchsorted(corners, there)]:
-        if corner - cuts[-1] > _SHORTEST * step and there - corner > _SHORTEST * step:
-            cuts.append(float(corner))
-    return list(pairwise([*cuts, there]))
+    for end in ends[1:]:
+        for corner in _within(corners, cuts[-1], end):
+            if corner - cuts[-1] > _SHORTEST * step and end - corner > _SHORTEST * step:
+                cuts.append(corner)
+        cuts.append(end)
+    return list(pairwise(cuts))
+
+
+def _within(times: Array, here: float, there: float) -> list[float]:
+    """The sorted times that are between two others."""
+    return [float(t) for t in times[np.searchsorted(times, here) : np.searchsorted(times, there)]]
 
 
 def _settings(newton: float) -> Any:

@@ -19,6 +19,7 @@ from generator.engine.exudyn_api import (
     items,
     symbolic_user_function,
     symbols,
+    unused_name,
 )
 from generator.engine.symbolic import SYMBOLIC
 from generator.errors import MoverError
@@ -164,7 +165,7 @@ def _hinge(
     )
     item = mbs.AddObject(
         items.ObjectConnectorTorsionalSpringDamper(
-            name=f"{joint.name} spring",
+            name=unused_name(mbs, f"{joint.name} spring"),
             markerNumbers=_markers(mbs, placement, bodies, joint, frame_with_z(chain.turn_axes[0])),
             nodeNumber=counter,
             springTorqueUserFunction=function,
@@ -224,7 +225,7 @@ def _ball(
     function = _function(mbs, in_python if python else in_symbols, field, name, python)
     item = mbs.AddObject(
         items.ObjectConnectorRigidBodySpringDamper(
-            name=f"{joint.name} spring",
+            name=unused_name(mbs, f"{joint.name} spring"),
             markerNumbers=_markers(mbs, placement, bodies, joint, np.eye(3)),
             useIntrinsicFormulation=True,
             springForceTorqueUserFunction=function,
@@ -267,7 +268,7 @@ def _slide(
         markers, axis = markers[::-1], tuple(-c for c in axis)
     item = mbs.AddObject(
         items.ObjectConnectorLinearSpringDamper(
-            name=f"{joint.name} spring along {spring.direction}",
+            name=unused_name(mbs, f"{joint.name} spring"),
             markerNumbers=markers,
             axisMarker0=list(axis),
             springForceUserFunction=function,
@@ -326,7 +327,7 @@ def _slide_among(
     function = _function(mbs, six, "springForceTorqueUserFunction", name, python)
     item = mbs.AddObject(
         items.ObjectConnectorRigidBodySpringDamper(
-            name=f"{joint.name} spring along {spring.direction}",
+            name=unused_name(mbs, f"{joint.name} spring"),
             markerNumbers=_markers(mbs, placement, bodies, joint, np.eye(3)),
             useIntrinsicFormulation=True,
             springForceTorqueUserFunction=function,

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 
 from generator.loads import TimedLoad
@@ -52,7 +53,14 @@ class Plan:
     wall_limit: float = 600.0
 
     def __post_init__(self) -> None:
-        """Refuse times that make no run."""
+        """Refuse what makes no run."""
+        given = {"start": self.start, "stop": self.stop, "frame": self.frame}
+        given.update(tolerance=self.tolerance, step=1.0 if self.step is None else self.step)
+        for name, value in given.items():
+            if not isfinite(value):
+                raise ValueError(f"{name} must be finite, not {value:g}")
+        if len(self.gravity) != 3 or not all(map(isfinite, self.gravity)):
+            raise ValueError(f"gravity needs three finite components, not {self.gravity}")
         if not self.stop > self.start:
             raise ValueError(
                 f"the stop time {self.stop:g} s is not after the start {self.start:g} s"

@@ -28,7 +28,8 @@ def let_go(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[s
     """The figure without its joints to the ground, and its displacements in the same pose.
 
     Each part that loses its hold gets a joint of three rotations and three translations from the
-    root's site to its first segment, named after that segment: its pose in the world.
+    root's site to its first segment, named after that segment (with "free " before it where a
+    joint has that name already): its pose in the world.
 
     Args:
         figure: a figure held by the ground.
@@ -52,8 +53,11 @@ def let_go(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[s
         loose -= _connected(first, kept)
         pose = np.linalg.inv(world) @ poses[first]
         displacement = chain_of(FREE_CHAIN).displacements(pose)
-        free[first] = Joint(
-            first,
+        name = first
+        while name in kept:
+            name = f"free {name}"
+        free[name] = Joint(
+            name,
             figure.root,
             SiteRef(first, _FRAME_SITE),
             FREE_CHAIN,
@@ -61,7 +65,7 @@ def let_go(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[s
         )
         sites = {**segments[first].sites, _FRAME_SITE: Site(_FRAME_SITE)}
         segments[first] = replace(segments[first], sites=sites)
-        moved[first] = displacement
+        moved[name] = displacement
     return replace(figure, segments=segments, joints={**free, **kept}), moved
 
 
