@@ -1,19 +1,18 @@
 """The prototype, 2 s simulated at the default tolerance, on one core, without imports.
 
-Run with `python -m benchmarks`. Times are of stepping only and noisy; the ratios of one run are what
-counts.
+Run with `python -m benchmarks`. Times are of stepping only and noisy; the ratios of one run are
+what counts. `__main__` loads Exudyn as the command does.
 """
 
-import os
 import platform
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
+from unittest.mock import patch
 
 import numpy as np
 
+from generator.engine import passive
 from generator.engine.accuracy import joint_differences, refine
 from generator.engine.assembly import build
 from generator.engine.chosen_springs import springs_of
@@ -23,7 +22,6 @@ from generator.engine.simulate import simulate
 from generator.engine.trace import extrapolated
 from generator.figure import Figure
 from generator.reader.figure_file import read_figure
-from springs import AxisSpring, JointSprings, SpringSet
 
 STOP = 2.0
 
@@ -54,11 +52,11 @@ def true_error(figure: Figure) -> float:
     springs = springs_of(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
 
-    def one_pass(step: float, corners: object = (), newton: float = 1e-6) -> Pass:
+    def one_pass(step: float, corners: Sequence[float] = (), newton: float = 1e-6) -> Pass:
         assembly = build(figure, plan, springs)
         return march(
-            assembly, times, step, newton, time.monotonic() + 600.0, lambda _: None, tuple(corners)
-        )  # pyright: ignore
+            assembly, times, step, newton, time.monotonic() + 600.0, lambda _: None, corners
+        )
 
     deadline = time.monotonic() + 600.0
     result = refine(figure, plan.tolerance, one_pass, plan.frame, deadline)
@@ -70,40 +68,33 @@ def true_error(figure: Figure) -> float:
 
 
 def shares(figure: Figure) -> Mapping[str, float]:
-    """Time a step [s] with springs as expression trees, as Python functions, and without any.
+    """Time a step [s] with springs as expression trees, as Python functions, and as built-in ones.
 
-    The share of the user functions is the difference to the third: the same connectors, whose laws
-    are empty.
+    The share of the user functions is the difference to the last: the same connectors without
+    functions, at zero stiffness, whose law Exudyn has compiled in.
     """
-    plans: dict[str, tuple[Plan, Callable[[SpringSet], SpringSet]]] = {
-        "springs as expression trees": (Plan(stop=0.5), lambda springs: springs),
-        "springs as Python functions": (Plan(stop=0.5, python_torques=True), lambda s: s),
-        "connectors with empty laws": (Plan(stop=0.5), emptied),
-        "no springs at all": (Plan(stop=0.5), lambda _: SpringSet()),
-    }
-    result: dict[str, float] = {}
-    for name, (plan, change) in plans.items():
-        springs = change(springs_of(figure, plan))
-        times = frame_times(plan.start, plan.stop, plan.frame)
-        best = np.inf
-        for _ in range(3):
-            assembly = build(figure, plan, springs)
-            one = march(assembly, times, 5e-4, 1e-6, time.monotonic() + 600.0, lambda _: None)
-            best = min(best, one.wall_time / one.steps)
-        result[name] = float(best)
-    trees, python, empty = (result[name] for name in list(result)[:3])
+    trees = step_time(figure, Plan(stop=0.5))
+    python = step_time(figure, Plan(stop=0.5, python_torques=True))
+    with patch.object(passive, "_function", return_value=0):
+        empty = step_time(figure, Plan(stop=0.5))
     print(
         f"  share of the expression trees in the stepping time: {1.0 - empty / trees:.0%}; "
         f"of Python functions in their place: {1.0 - empty / python:.0%}"
     )
-    return result
+    return {
+        "springs as expression trees": trees,
+        "springs as Python functions": python,
+        "the same connectors without functions": empty,
+    }
 
 
-def emptied(springs: SpringSet) -> SpringSet:
-    """The same connectors without laws."""
-    return SpringSet(
-        {
-            name: JointSprings(name, tuple(AxisSpring(axis.direction) for axis in joint.axes))
-            for name, joint in springs.joints.items()
-        }
-    )
+def step_time(figure: Figure, plan: Plan) -> float:
+    """Best time a step of three runs at 0.5 ms [s]."""
+    springs = springs_of(figure, plan)
+    times = frame_times(plan.start, plan.stop, plan.frame)
+    best = np.inf
+    for _ in range(3):
+        assembly = build(figure, plan, springs)
+        one = march(assembly, times, 5e-4, 1e-6, time.monotonic() + 600.0, lambda _: None)
+        best = min(best, one.wall_time / one.steps)
+    return float(best)
