@@ -156,9 +156,9 @@ class Sequence3:
     def angles(self, matrix: ArrayLike, near: ArrayLike | None = None) -> Array:
         """Angles (3,) of one orientation (3, 3) [rad].
 
-        Without `near`: the middle angle whose polar angle lies in [0, pi] (cos theta >= 0 in
-        eq. 3.8), and at a pole the outer two share the turn equally (eq. 3.14 and the corrected
-        3.15). With `near`: of all triples that give the orientation, whole turns included, the
+        Without `near`: of the two middle angles the smaller (cos theta >= 0 in eq. 3.8), of two
+        that differ in sign the positive one, and at a pole the outer two share the turn equally
+        (eq. 3.14 and the corrected 3.15). With `near`: of all triples that give the orientation, whole turns included, the
         nearest to it.
         """
         m = np.asarray(matrix, dtype=float)
@@ -220,7 +220,8 @@ def _angle_about(axis: Array, matrix: Array) -> float:
 def _choose(triples: list[Array], near: ArrayLike | None) -> Array:
     """The conventional triple, or the one nearest to `near` after whole turns."""
     if near is None:
-        return np.asarray(wrapped(triples[0]))
+        whole = [wrapped(triple) for triple in triples]
+        return min(whole, key=lambda triple: (round(abs(float(triple[1])), 9), triple[1] < 0.0))
     previous = np.asarray(near, dtype=float)
     moved = [previous + wrapped(triple - previous) for triple in triples]
     return min(moved, key=lambda triple: float(np.linalg.norm(triple - previous)))

@@ -51,8 +51,8 @@ def unused_name(mbs: MainSystem, name: str) -> str:
     Exudyn refuses a second one, but a joint may be called like a segment, and a system may hold
     one figure twice.
     """
-    none, number, tried = exu.InvalidIndex(), 1, name
-    while mbs.GetObjectNumber(tried) != none or mbs.GetNodeNumber(tried) != none:
+    number, tried = 1, name
+    while max(int(mbs.GetObjectNumber(tried)), int(mbs.GetNodeNumber(tried))) >= 0:
         number += 1
         tried = f"{name} {number}"
     return tried
