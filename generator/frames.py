@@ -93,15 +93,15 @@ def inverse_pose(pose: ArrayLike) -> Array:
 def frame_with_z(axis: ArrayLike) -> Array:
     """A rotation whose third column is the unit `axis` (the thesis's `zifyjoint`, figure 3.5).
 
-    z is turned onto the axis by the shortest way; for -z that is a half turn about x.
+    z is turned onto the axis by the shortest way; onto an axis that points down from -z, where a
+    half turn about x has brought it.
     """
     target = unit(axis)
-    turn = np.cross([0.0, 0.0, 1.0], target)
-    cosine = float(target[2])
-    if cosine < -1.0 + 1e-12:
-        return np.diag([1.0, -1.0, -1.0])
-    k = cross_matrix(turn)
-    return np.eye(3) + k + k @ k / (1.0 + cosine)
+    half_turn = np.diag([1.0, -1.0, -1.0])
+    if target[2] < 0.0:
+        return half_turn @ frame_with_z(half_turn @ target)
+    k = cross_matrix(np.cross([0.0, 0.0, 1.0], target))
+    return np.eye(3) + k + k @ k / (1.0 + float(target[2]))
 
 
 def wrapped(angle: Array) -> Array:

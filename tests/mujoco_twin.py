@@ -5,9 +5,10 @@ kinematics, dynamics and integration are MuJoCo's; the passive law is written he
 another form. Joints are balls (three rotations), hinges (one) and, for a free root, free joints;
 figures are trees without loops.
 
-MuJoCo turns a ball by a quaternion Q: the tip's axes are those of the zero pose turned by Q, and the
-force on the joint is the torque on the tip in the tip's own axes. With S the site in the tip, the
-site turns by S^T Q S; so springs are told in the tip's axes, and nothing else needs turning.
+MuJoCo turns a ball by a quaternion Q: the axes of the tip, the body that hangs on the joint, are
+those of the zero pose turned by Q, and the force on the joint is the torque on the tip in the tip's
+own axes. With S the site in the tip, the site turns by S^T Q S; so springs are told in the tip's
+axes, and nothing else needs turning.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +24,8 @@ from scipy.spatial.transform import Rotation
 from generator.figure import Factor, Figure, Joint, SiteRef
 from generator.frames import Array, matrix_from_rotation_vector
 from generator.recording import Recording
-from springs import AxisSpring, Cubic, Linear, SpringSet
+from springs import AxisSpring, Linear, SpringSet
+from tests.mujoco_law import Hung, PassiveLaw
 
 mujoco: Any = pytest.importorskip("mujoco")
 
@@ -55,20 +57,6 @@ class Fall:
     potential: Array
 
 
-@dataclass(frozen=True)
-class Hung:
-    """A joint of the tree: which of its sites is on the tip, and which on the base."""
-
-    joint: Joint
-    base: SiteRef
-    tip: SiteRef
-
-    @property
-    def sign(self) -> float:
-        """+1 where the tip is the joint's child, else -1."""
-        return 1.0 if self.tip is self.joint.child else -1.0
-
-
 class Twin:
     """A figure as a MuJoCo model."""
 
@@ -88,7 +76,8 @@ class Twin:
             figure: a tree, held by one segment.
             springs: one law an axis, conservative.
             displacements: by joint, in place of the figure's own [rad].
-            velocities: rates by joint [rad/s]; of a free root [rad/s, m/s] by its segment.
+            velocities: rates by joint [rad/s]; of a free root [rad/s, m/s] by its segment, whose
+                start must then not be at a pole of its angles.
             native: whether MuJoCo's own linear springs stand for `springs`, which must then be
                 equal about all axes of a joint and rest at zero.
             free_root: whether the joint to the ground is taken away.
@@ -107,7 +96,7 @@ class Twin:
         self.model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, "unicode"))
         used = {h.joint.name: h for h in self._hung if not self._is_free(h)}
         law = SpringSet() if native else springs
-        self._law = PassiveLaw(figure, self.model, used, law) if law.joints else None
+        self.law = PassiveLaw(figure, self.model, used, law) if law.joints else None
         self._velocities = velocities or {}
 
     def _is_free(self, hung: Hung) -> bool:
@@ -122,7 +111,9 @@ class Twin:
             forward = joint.parent.segment == base
             hung = Hung(joint, *(joint.ends if forward else joint.ends[::-1]))
             self._hung.append(hung)
-            pose = self._on_world(hung) @ self._site(hung.base) @ np.linalg.inv(self._site(hung.tip))
+            pose = (
+                self._on_world(hung) @ self._site(hung.base) @ np.linalg.inv(self._site(hung.tip))
+            )
             segment = self._figure.segments[hung.tip.segment]
             body = ElementTree.SubElement(
                 element,
@@ -202,11 +193,10 @@ class Twin:
         data.qpos[q + 3 : q + 7] = _quaternion(pose[:3, :3])
         rates = self._velocities.get(hung.tip.segment)
         if rates is not None:
-            # The angles of the free root are about x, y, z, the first innermost.
-            chain = [Factor("R", (1.0, 0.0, 0.0)), Factor("R", (0.0, 1.0, 0.0))]
-            chain.append(Factor("R", (0.0, 0.0, 1.0)))
+            # The angles of a free root are about x, y, z of the world, x innermost.
+            factors = [Factor("R", (x, y, z)) for x, y, z in np.eye(3)]
             shown = Rotation.from_matrix(pose[:3, :3]).as_euler("xyz")
-            _, spin = _turned(chain, shown, np.asarray(rates[:3]))
+            _, spin = _turned(factors, shown, np.asarray(rates[:3]))
             data.qvel[v : v + 3] = rates[3:]
             data.qvel[v + 3 : v + 6] = pose[:3, :3].T @ spin
 
@@ -214,31 +204,39 @@ class Twin:
         """The motion with RK4 in steps of about `step` [s], read every `frame` [s]."""
         model, data = self.model, self._start()
         count, steps = round(stop / frame), round(frame / step)
-        rows: list[tuple[Array, ...]] = []
-        mujoco.set_mjcb_passive(self._law)
+        rows: list[tuple[dict[str, Array], dict[str, Array], tuple[float, float]]] = []
+        mujoco.set_mjcb_passive(self.law)
         try:
             for number in range(count + 1):
                 for _ in range(steps if number else 0):
                     self._step(data, frame / steps)
                 mujoco.mj_forward(model, data)
-                stored = self._law.energy(data.qpos) if self._law else 0.0
-                energy = np.array([data.energy[1], data.energy[0] + stored])
-                rows.append((data.xmat.reshape(-1, 3, 3).copy(), data.xpos.copy(), energy))
+                stored = self.law.energy(data.qpos) if self.law else 0.0
+                energy = (float(data.energy[1]), float(data.energy[0]) + stored)
+                places = {name: data.body(name).xpos.copy() for name in self._tips}
+                rows.append((self.rotations(data), places, energy))
         finally:
             mujoco.set_mjcb_passive(None)
-        turns, places, energies = (np.array(part) for part in zip(*rows, strict=True))
-        ids = {h.tip.segment: self.model.body(h.tip.segment).id for h in self._hung}
-        rotations = {name: turns[:, k] for name, k in ids.items()}
-        ground = np.linalg.inv(self._site(self._figure.root))[:3, :3]
-        rotations[self._figure.root.segment] = np.broadcast_to(ground, turns[:, 0].shape)
+        turns, places, energies = zip(*rows, strict=True)
+        rotations = {name: np.array([turn[name] for turn in turns]) for name in turns[0]}
+        energy = np.array(energies).T
         return Fall(
             frame * np.arange(count + 1),
             {h.joint.name: self._between(rotations, h.joint) for h in self._hung},
             rotations,
-            {name: places[:, k] for name, k in ids.items()},
-            energies[:, 0],
-            energies[:, 1],
+            {name: np.array([place[name] for place in places]) for name in places[0]},
+            *energy,
         )
+
+    def rotations(self, data: Any) -> dict[str, Array]:
+        """Rotation of each segment in the world, shape (3, 3)."""
+        ground = self._figure.root.segment
+        turned = {n: data.body(n).xmat.reshape(3, 3).copy() for n in self._tips}
+        return {ground: np.linalg.inv(self._site(self._figure.root))[:3, :3], **turned}
+
+    @property
+    def _tips(self) -> list[str]:
+        return [hung.tip.segment for hung in self._hung]
 
     def _step(self, data: Any, step: float) -> None:
         """One step; where it crosses a corner of a spring's curve, many small ones instead.
@@ -248,7 +246,7 @@ class Twin:
         before = data.qpos.copy(), data.qvel.copy()
         self.model.opt.timestep = step
         mujoco.mj_step(self.model, data)
-        if self._law is None or np.array_equal(*map(self._law.zones, (before[0], data.qpos))):
+        if self.law is None or np.array_equal(*map(self.law.zones, (before[0], data.qpos))):
             return
         data.qpos, data.qvel = before
         self.model.opt.timestep = step / SPLIT
@@ -258,126 +256,6 @@ class Twin:
         """Rotation of the child's site in the parent's over the frames."""
         parent, child = (rotations[r.segment] @ self._site(r)[:3, :3] for r in joint.ends)
         return np.swapaxes(parent, -1, -2) @ child
-
-
-class PassiveLaw:
-    """The conservative law and the damping as MuJoCo's callback, for all joints at once.
-
-    With rho the rotation vector of a ball and U(rho) the energy of its axes' curves, the torque in
-    the tip's axes is J^-T (-dU/drho), where J is the right Jacobian of the rotation group: the
-    tip's angular velocity in its own axes is J rho'. Damping acts about the axes turned half way.
-    """
-
-    def __init__(
-        self, figure: Figure, model: Any, hung: Mapping[str, Hung], springs: SpringSet
-    ) -> None:
-        """Gather the springs of all joints into arrays."""
-        given = {name: s.axes for name, s in springs.joints.items() if name in hung}
-        hinges = [name for name in given if len(hung[name].joint.chain) == 1]
-        balls = [name for name in given if name not in hinges]
-        item = {name: model.joint(name) for name in given}
-        self._ball_q = np.array([item[n].qposadr[0] + np.arange(4) for n in balls], dtype=int)
-        self._ball_v = np.array([item[n].dofadr[0] + np.arange(3) for n in balls], dtype=int)
-        self._hinge_q = np.array([item[name].qposadr[0] for name in hinges], dtype=int)
-        self._hinge_v = np.array([item[name].dofadr[0] for name in hinges], dtype=int)
-        self._axes = np.zeros((len(balls), 3, 3))
-        for k, name in enumerate(balls):
-            site = figure.site(hung[name].tip).pose_in_segment[:3, :3]
-            directions = np.array([axis.direction for axis in given[name]])
-            self._axes[k] = hung[name].sign * directions @ site.T
-        self._signs = np.array(
-            [np.dot(given[n][0].direction, hung[n].joint.chain[0].axis) for n in hinges]
-        )
-        slots = [axis for name in (*balls, *hinges) for axis in given[name]]
-        self._curves = Curves(slots)
-
-    def __call__(self, model: Any, data: Any) -> None:
-        """Add the passive torques to those of MuJoCo."""
-        scalar, vector, rho = _rotations(data.qpos[self._ball_q])
-        rate = data.qvel[self._ball_v]
-        across = _cross(vector, rate)
-        rate = rate + across + _cross(vector, across) / (1.0 + scalar)
-        elastic, damping = self._curves.torques(
-            self._along(rho, data.qpos[self._hinge_q]), self._along(rate, data.qvel[self._hinge_v])
-        )
-        cut = 3 * len(self._axes)
-        force, damped = (
-            np.einsum("bi,bij->bj", part[:cut].reshape(-1, 3), self._axes)
-            for part in (elastic, damping)
-        )
-        across = _cross(vector, damped)
-        damped = damped - across + _cross(vector, across) / (1.0 + scalar)
-        across = _cross(rho, force)
-        torque = force - 0.5 * across + _jacobian_term(rho) * _cross(rho, across)
-        data.qfrc_passive[self._ball_v] += torque + damped
-        data.qfrc_passive[self._hinge_v] += self._signs * (elastic + damping)[cut:]
-
-    def energy(self, qpos: Array) -> float:
-        """Stored in the springs [J]."""
-        return self._curves.energy(self._angles(qpos))
-
-    def zones(self, qpos: Array) -> Array:
-        """Which curves are below (-1), within (0) or above (1) their dead zone."""
-        return self._curves.zones(self._angles(qpos))
-
-    def _angles(self, qpos: Array) -> Array:
-        _, _, rho = _rotations(qpos[self._ball_q])
-        return self._along(rho, qpos[self._hinge_q])
-
-    def _along(self, vectors: Array, values: Array) -> Array:
-        """Components of the balls' vectors along their axes, then the hinges' values."""
-        parts = np.einsum("bij,bj->bi", self._axes, vectors)
-        return np.concatenate([parts.ravel(), self._signs * values])
-
-
-class Curves:
-    """The curves of many axes as arrays: sense (M(a) - M(edge)) beyond the edges (eq. 4.5)."""
-
-    def __init__(self, springs: Sequence[AxisSpring]) -> None:
-        """Gather the numbers; each axis has one law."""
-        laws = [_as_cubic(spring) for spring in springs]
-        self._c = np.array([law.coefficients for law in laws]).T
-        self._sense = np.array([float(law.sense) for law in laws])
-        self._rest = np.array([law.rest for law in laws])
-        # Without a dead zone every angle is below an edge at infinity, where nothing is taken off.
-        edges = np.array([law.dead_zone or (np.inf, np.inf) for law in laws]).T
-        self._low, self._high = edges
-        bounded = np.isfinite(edges)
-        self._edges = np.where(bounded, edges, 0.0)
-        self._off = np.where(bounded, self._moment(self._edges), 0.0)
-        self._viscous, self._coulomb, self._slip = np.array(
-            [(s.damping.viscous, s.damping.coulomb, s.damping.slip) for s in springs]
-        ).T
-
-    def _moment(self, a: Array) -> Array:
-        c = self._c
-        return ((c[3] * a + c[2]) * a + c[1]) * a + c[0]
-
-    def _work(self, a: Array) -> Array:
-        c = self._c
-        return (((c[3] / 4.0 * a + c[2] / 3.0) * a + c[1] / 2.0) * a + c[0]) * a
-
-    def torques(self, angles: Array, rates: Array) -> tuple[Array, Array]:
-        """Elastic torque and damping torque on the child, shape (k,) each [N m]."""
-        a = angles - self._rest
-        moment = self._moment(a)
-        below, above = a < self._low, a > self._high
-        elastic = self._sense * (
-            below * (moment - self._off[0]) + above * (moment - self._off[1])
-        )
-        return elastic, -self._viscous * rates - self._coulomb * np.tanh(rates / self._slip)
-
-    def zones(self, angles: Array) -> Array:
-        """-1, 0 or 1 for each curve, shape (k,)."""
-        a = angles - self._rest
-        return 1 * (a > self._high) - (a < self._low)
-
-    def energy(self, angles: Array) -> float:
-        """Sum of the stored energies [J]."""
-        a = angles - self._rest
-        work = self._work(a) - self._work(self._edges) - self._off * (a - self._edges)
-        outside = (a < self._low) * work[0] + (a > self._high) * work[1]
-        return float(np.sum(-self._sense * outside))
 
 
 def joint_errors(fall: Fall, recording: Recording) -> Array:
@@ -411,14 +289,6 @@ def _isotropic(axes: Sequence[AxisSpring]) -> tuple[float, float]:
     return law.stiffness, damping.viscous
 
 
-def _as_cubic(spring: AxisSpring) -> Cubic:
-    (law,) = spring.elastic
-    if isinstance(law, Linear):
-        return Cubic((0.0, law.stiffness, 0.0, 0.0), -1, None, law.rest)
-    assert isinstance(law, Cubic)
-    return law
-
-
 def _turned(chain: Sequence[Factor], angles: ArrayLike, rates: ArrayLike) -> tuple[Array, Array]:
     """Rotation of the child in the parent, and its angular velocity in the parent's axes.
 
@@ -430,33 +300,6 @@ def _turned(chain: Sequence[Factor], angles: ArrayLike, rates: ArrayLike) -> tup
         outer = Rotation.from_rotvec(axis * angle).as_matrix()
         turn, spin = outer @ turn, outer @ spin + axis * rate
     return turn, spin
-
-
-def _rotations(quaternions: Array) -> tuple[Array, Array, Array]:
-    """Scalar part (n, 1), vector part (n, 3) and rotation vector (n, 3) of quaternions (n, 4)."""
-    q = np.where(quaternions[:, :1] < 0.0, -quaternions, quaternions)
-    scalar, vector = q[:, :1], q[:, 1:]
-    size = np.sqrt(np.sum(vector * vector, axis=1, keepdims=True))
-    small = size < 1e-9
-    factor = np.where(small, 2.0, 2.0 * np.arctan2(size, scalar) / np.where(small, 1.0, size))
-    return scalar, vector, factor * vector
-
-
-def _jacobian_term(rho: Array) -> Array:
-    """(1 - (a/2) cot(a/2)) / a^2 with a = |rho|, shape (n, 1)."""
-    square = np.sum(rho * rho, axis=1, keepdims=True)
-    small = square < 1e-4
-    safe = np.where(small, 1.0, square)
-    half = 0.5 * np.sqrt(safe)
-    series = 1.0 / 12.0 + square / 720.0 + square * square / 30240.0
-    return np.where(small, series, (1.0 - half / np.tan(half)) / safe)
-
-
-def _cross(one: Array, other: Array) -> Array:
-    return one[:, _NEXT] * other[:, _LAST] - one[:, _LAST] * other[:, _NEXT]
-
-
-_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
 def _quaternion(matrix: Array) -> Array:

@@ -23,6 +23,9 @@ class _Symbolic:
     def tanh(self, value: Real) -> Real:
         return symbols.tanh(value)
 
+    def exp(self, value: Real) -> Real:
+        return symbols.exp(value)
+
     def vector(self, parts: Sequence[Real]) -> Vector:
         return symbols.Vector([_symbol(part) for part in parts])
 

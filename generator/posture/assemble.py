@@ -41,16 +41,23 @@ def assemble(tree: Tree, displacements: Displacements, held: Set[str] = frozense
     placement = place(tree, displacements)
     if not tree.closures:
         return placement
-    if np.max(np.abs(_gaps(placement))) > CLOSED:
+    followed = _followed(placement, displacements)
+    moved = [followed[name] - displacements[name] for name in followed.keys() & held]
+    if np.max(np.abs(np.concatenate([_gaps(placement), *moved]))) > CLOSED:
         placement = _closed(tree, displacements, held)
-    followed = {
-        joint.name: tree.chains[joint.name].displacements(
-            placement.between(joint), displacements[joint.name]
-        )
-        for joint in tree.closures
-    }
+        followed = _followed(placement, displacements)
     _insist(placement, displacements, followed, held)
     return Placement(tree, {**placement.displacements, **followed}, placement.poses)
+
+
+def _followed(placement: Placement, near: Displacements) -> dict[str, Array]:
+    """Displacements of the closing joints in a pose, the nearest to `near`."""
+    return {
+        joint.name: placement.tree.chains[joint.name].displacements(
+            placement.between(joint), near[joint.name]
+        )
+        for joint in placement.tree.closures
+    }
 
 
 def _gaps(placement: Placement) -> Array:

@@ -1,0 +1,56 @@
+"""Energy over a long fall of the prototype.
+
+What is exchanged is the range of the potential energy (gravity and springs) over the run plus what
+damping took.
+"""
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.engine.plan import Plan
+from generator.engine.simulate import simulate
+from springs import Joining
+from tests.chains import BALL, chain, row
+
+PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+
+
+def exchanged(run) -> float:
+    return float(np.ptp(run.energy["gravity"] + run.energy["spring"]) + run.energy["dissipated"][-1])
+
+
+@pytest.mark.slow
+def test_ten_seconds_of_the_prototype() -> None:
+    """Constant to 1e-4 of what is exchanged, with a fixed step of 0.5 ms."""
+    plan = Plan(stop=10.0, step=5e-4, joining=Joining.CONSERVATIVE)
+    run = simulate(read_figure(PROTOTYPE), plan)
+    assert run.outcome.succeeded
+    off = run.energy_balance - run.energy_balance[0]
+    assert exchanged(run) > 100.0
+    assert np.max(np.abs(off)) < 1e-4 * exchanged(run)
+    assert np.all(np.diff(run.energy["dissipated"]) > -1e-9)
+
+
+def test_a_bent_prototype_at_its_default_tolerance() -> None:
+    plan = Plan(
+        stop=0.5,
+        displacements={"waist": (0.3, 0.2, -0.4), "left_hip_joint": (0.2, 0.3, 0.5)},
+        velocities={"right_elbow": (3.0,)},
+    )
+    run = simulate(read_figure(PROTOTYPE), plan)
+    off = run.energy_balance - run.energy_balance[0]
+    assert np.max(np.abs(off)) < 1e-4 * exchanged(run)
+
+
+@pytest.mark.parametrize("chains", [(BALL,), (chain("Rz"),), (BALL, chain("Rs Ra"))])
+def test_a_row_with_springs_and_damping(chains) -> None:
+    figure = row(3, chains, stiff=12.0, damp=0.02)
+    run = simulate(figure, Plan(stop=1.0, step=5e-4))
+    assert run.energy["dissipated"][-1] > 0.0
+    assert np.ptp(run.energy["spring"]) > 0.0
+    off = run.energy_balance - run.energy_balance[0]
+    assert np.max(np.abs(off)) < 1e-4 * exchanged(run)

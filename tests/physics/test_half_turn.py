@@ -1,0 +1,73 @@
+"""A joint driven through 180 deg, where its rotation vector flips: an outcome, never a hang."""
+
+import time
+
+import numpy as np
+import pytest
+
+from generator.engine.plan import Plan
+from generator.engine.simulate import simulate
+from generator.recording import Ending
+from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
+from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+
+SOFT = tuple(AxisSpring(axis, (Linear(0.5),)) for axis in (X, Y, Z))
+STIFF = tuple(AxisSpring(axis, (Linear(60.0),)) for axis in (X, Y, Z))
+
+
+@pytest.mark.parametrize("axes", [SOFT, STIFF])
+@pytest.mark.parametrize("joining", list(Joining))
+@pytest.mark.parametrize("given", [{"step": 1e-3}, {"step": 5e-3}, {}])
+def test_a_ball_driven_through_half_a_turn(given, joining, axes) -> None:
+    link = body("link", centre=(0.0, -0.05, 0.0), inertia=(0.03, 0.03, 0.03))
+    springs = SpringSet({"pin": JointSprings("pin", axes)}, joining)
+    speed = 20.0 if axes is SOFT else 200.0
+    plan = Plan(
+        stop=2.0,
+        springs=springs,
+        velocities={"pin": (speed, 0.1 * speed, 0.0)},
+        wall_limit=20.0,
+        **given,
+    )
+    begun = time.monotonic()
+    run = simulate(one_body(BALL, (0.1, 0.0, 0.0), link), plan)
+    assert time.monotonic() - begun < 20.0
+    assert run.outcome.ending is Ending.TURNED_OVER
+    assert run.outcome.joint == "pin"
+    assert "pin" in run.outcome.message
+    assert "180 deg" in run.outcome.message
+    # The frames before are good: none is beyond the flip.
+    angles = np.linalg.norm(run.rotation_vectors["pin"], axis=1)
+    assert run.outcome.last_time == run.times[-1]
+    assert run.outcome.last_time < 1.3 * np.pi / speed + 0.05
+    assert np.all(np.diff(angles) > -0.5)
+
+
+def test_a_pushed_row_names_the_joint_that_turned_over() -> None:
+    figure = row(3, stiff=0.2)
+    plan = Plan(stop=2.0, velocities={"joint1": (25.0, 0.0, 0.0)}, wall_limit=20.0)
+    run = simulate(figure, plan)
+    assert run.outcome.ending is Ending.TURNED_OVER
+    assert run.outcome.joint in {"joint0", "joint1", "joint2"}
+    angles = np.linalg.norm(run.rotation_vectors[run.outcome.joint], axis=1)
+    assert angles.max() > 2.0
+
+
+def test_a_ball_without_springs_may_turn_over() -> None:
+    link = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.03, 0.03, 0.03))
+    plan = Plan(stop=1.0, springs=SpringSet(), velocities={"pin": (20.0, 0.0, 0.0)})
+    run = simulate(one_body(BALL, (0.1, 0.0, 0.0), link), plan)
+    assert run.outcome.succeeded
+    assert run.displacements["pin"][-1, 0] == pytest.approx(20.1, abs=1e-4)
+
+
+def test_a_hinge_with_a_spring_may_go_round() -> None:
+    """Revolute springs use the unwrapped angle."""
+    link = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.03, 0.03, 0.03))
+    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (Linear(0.01),)),))})
+    plan = Plan(stop=1.0, springs=springs, velocities={"pin": (20.0,)}, tolerance=1e-6)
+    run = simulate(one_body(chain("Rz"), (0.0,), link), plan)
+    assert run.outcome.succeeded
+    frequency = np.sqrt(0.01 / 0.03)
+    expected = 20.0 / frequency * np.sin(frequency * run.times)
+    assert np.max(np.abs(run.displacements["pin"][:, 0] - expected)) < 1e-6

@@ -1,0 +1,117 @@
+"""Torques as expression trees and as Python functions: the same at equal states."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.engine.assembly import build
+from generator.engine.exudyn_api import exu
+from generator.engine.plan import Plan
+from generator.engine.simulate import simulate, springs_of
+from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
+from tests.chains import SKEW, chain, figure, ground, joint, one_body, body, two_bodies
+
+PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+
+LAWS = (Cubic((1.0, 20.0, 5.0, 30.0), dead_zone=(-0.1, 0.3)), Linear(12.0, 0.1), Stop(-0.5, 0.4))
+SPRING = AxisSpring(SKEW, LAWS, Damping(0.2, 0.1))
+
+
+def torques(assembly) -> np.ndarray:
+    """What every connector gives now [N m or N]."""
+    kinds = exu.OutputVariableType
+    given = []
+    for connectors in assembly.springs.values():
+        for connector in connectors:
+            kind = kinds.ForceLocal if connector.kind == "slide" else kinds.TorqueLocal
+            given.append(np.atleast_1d(assembly.mbs.GetObjectOutput(connector.item, kind)))
+    return np.concatenate(given)
+
+
+@pytest.mark.parametrize("joining", list(Joining))
+@pytest.mark.parametrize("seed", range(5))
+def test_every_joint_of_the_prototype(joining, seed) -> None:
+    made = read_figure(PROTOTYPE)
+    springs = springs_of(made, Plan(joining=joining))
+    rng = np.random.default_rng(seed)
+    plan = {
+        "joining": joining,
+        "displacements": {
+            n: rng.uniform(-1.2, 1.2, j.degrees_of_freedom) for n, j in made.joints.items()
+        },
+        "velocities": {n: rng.uniform(-3, 3, j.degrees_of_freedom) for n, j in made.joints.items()},
+    }
+    both = [
+        torques(build(made, Plan(python_torques=python, **plan), springs))
+        for python in (False, True)
+    ]
+    assert np.max(np.abs(both[0])) > 1.0
+    assert np.max(np.abs(both[0] - both[1])) < 1e-9
+
+
+@pytest.mark.parametrize("value", [-0.9, -0.505, -0.2, 0.0, 0.2, 0.35, 0.405, 1.1])
+@pytest.mark.parametrize("text", ["Rs", "Ts", "Ts Rz", "Rz Ts"])
+def test_every_branch_of_the_laws(text, value) -> None:
+    factors = chain(text)
+    values = [value if f.axis == SKEW else 0.3 for f in factors]
+    springs = (
+        JointSprings("pin", (SPRING,)) if text == "Rs" else JointSprings("pin", (), (SPRING,))
+    )
+    both = [
+        torques(
+            build(
+                one_body(factors, values),
+                Plan(python_torques=python, velocities={"pin": np.ones(len(factors))}),
+                SpringSet({"pin": springs}),
+            )
+        )
+        for python in (False, True)
+    ]
+    expected = float(sum(law.torque(value) for law in LAWS)) + float(SPRING.damping.torque(1.0))
+    assert abs(both[0] - both[1]).max() < 1e-9
+    assert abs(abs(both[0][-1]) - abs(expected)) < 1e-9
+
+
+@pytest.mark.parametrize("joining", list(Joining))
+def test_a_short_run(joining) -> None:
+    made = read_figure(PROTOTYPE)
+    runs = [
+        simulate(
+            made,
+            Plan(
+                stop=0.05,
+                step=1e-3,
+                joining=joining,
+                python_torques=python,
+                displacements={"waist": (0.3, 0.7, 0.4), "left_elbow": (1.9,)},
+            ),
+        )
+        for python in (False, True)
+    ]
+    for name in made.joints:
+        assert np.allclose(runs[0].displacements[name], runs[1].displacements[name], atol=1e-9)
+
+
+def test_a_short_run_with_slides() -> None:
+    made = two_bodies(chain("Tx Ts"), (0.1, 0.2))
+    slides = tuple(AxisSpring(f.axis, (Linear(300.0, 0.02),)) for f in chain("Tx Ts"))
+    springs = SpringSet({"tested": JointSprings("tested", (), slides)})
+    runs = [
+        simulate(made, Plan(stop=0.1, step=1e-3, springs=springs, python_torques=python))
+        for python in (False, True)
+    ]
+    assert np.allclose(*(run.displacements["tested"] for run in runs), atol=1e-9)
+
+
+def test_a_loop_with_a_spring_on_its_closing_joint() -> None:
+    """The angle of a hinge is counted from the pose in which its loop was closed."""
+    made = figure(
+        [ground(), body("link")], [joint("pin", "link.near", "ground.base", chain("Rz"), (0.4,))]
+    )
+    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring((0.0, 0.0, 1.0), LAWS),))})
+    both = [torques(build(made, Plan(python_torques=p), springs)) for p in (False, True)]
+    expected = float(sum(law.torque(0.4) for law in LAWS))
+    assert np.allclose(np.abs(both), abs(expected))
