@@ -6,21 +6,23 @@ what counts. `__main__` loads Exudyn as the command does.
 
 import platform
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.metadata import version
 from unittest.mock import patch
 
 import numpy as np
 
 from generator.engine import passive
-from generator.engine.accuracy import joint_differences, refine
+from generator.engine.accuracy import LONGEST_STEP
 from generator.engine.assembly import build
 from generator.engine.chosen_springs import springs_of
 from generator.engine.march import Pass, frame_times, march
+from generator.engine.passages import Guide
 from generator.engine.plan import Plan
 from generator.engine.simulate import simulate
 from generator.engine.trace import extrapolated
 from generator.figure import Figure
+from generator.frames import rotation_vector_from_matrix
 from generator.reader.figure_file import read_figure
 
 STOP = 2.0
@@ -47,24 +49,26 @@ def main() -> None:
 
 
 def true_error(figure: Figure) -> float:
-    """Largest joint-angle error of the default run [rad], against a much finer one."""
+    """Largest error of a segment's orientation in the default run [rad], against a finer one."""
     plan = Plan(stop=STOP)
     springs = springs_of(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
 
-    def one_pass(step: float, corners: Sequence[float] = (), newton: float = 1e-6) -> Pass:
+    def one_pass(parts: int, guide: Guide | None, newton: float) -> Pass:
         assembly = build(figure, plan, springs)
-        return march(
-            assembly, times, step, newton, time.monotonic() + 600.0, lambda _: None, corners
-        )
+        deadline = time.monotonic() + 600.0
+        return march(assembly, times, LONGEST_STEP, newton, deadline, lambda _: None, guide, parts)
 
-    deadline = time.monotonic() + 600.0
-    result = refine(figure, plan.tolerance, one_pass, plan.frame, deadline)
-    scout = one_pass(2.5e-4)
-    coarse = one_pass(1.25e-4, scout.corners, 1e-9)
-    fine = one_pass(6.25e-5, coarse.corners, 1e-9)
+    scout = one_pass(8, None, 1e-9)
+    coarse = one_pass(16, scout.guide, 1e-11)
+    fine = one_pass(32, coarse.guide, 1e-11)
     reference = extrapolated(coarse.trace, fine.trace, coarse.step / fine.step)
-    return float(np.max(joint_differences(figure, reference, result.trace)))
+    poses = simulate(figure, plan).poses
+    turns = [
+        np.swapaxes(poses[name][:, :3, :3], -1, -2) @ reference.rotations[:, k]
+        for k, name in enumerate(figure.bodies)
+    ]
+    return float(np.max(np.linalg.norm(rotation_vector_from_matrix(np.array(turns)), axis=-1)))
 
 
 def shares(figure: Figure) -> Mapping[str, float]:

@@ -158,8 +158,8 @@ class Sequence3:
 
         Without `near`: of the two middle angles the smaller (cos theta >= 0 in eq. 3.8), of two
         that differ in sign the positive one, and at a pole the outer two share the turn equally
-        (eq. 3.14 and the corrected 3.15). With `near`: of all triples that give the orientation, whole turns included, the
-        nearest to it.
+        (eq. 3.14 and the corrected 3.15). With `near`: of all triples that give the orientation,
+        whole turns included, the nearest to it.
         """
         m = np.asarray(matrix, dtype=float)
         frame, offset = self._frame

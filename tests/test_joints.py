@@ -122,9 +122,7 @@ def test_the_motion_stays_in_the_chain_and_the_reaction_obeys_newton_and_euler(t
     assert np.max(np.abs(found - expected)[0]) < 2e-2 * scale  # the slopes end there
 
     # It does no work on what the joint leaves free.
-    for pose, displacement, wrench in zip(
-        between, run.displacements["tested"], found, strict=True
-    ):
+    for pose, displacement, wrench in zip(between, run.displacements["tested"], found, strict=True):
         twists = link.twists(displacement)
         linear_part = twists[:, 3:] + np.cross(twists[:, :3], pose[:3, 3])
         power = linear_part @ wrench[:3] + twists[:, :3] @ wrench[3:]
@@ -143,9 +141,7 @@ def _between(figure, run, joint: Joint):
 def test_a_body_that_hangs_at_rest_pulls_with_its_weight(text) -> None:
     """Nothing can move: slides and turns are level. At the first frame as at the last."""
     straight = body("link", mass=3.0, centre=(0.0, -0.4, 0.0))
-    run = simulate(
-        one_body(chain(text), segment=straight), Plan(stop=0.1, step=1e-3, springs=NONE)
-    )
+    run = simulate(one_body(chain(text), segment=straight), Plan(stop=0.1, step=1e-3, springs=NONE))
     # Turns about x and y leave the body under its pin; SKEW has parts along both x and z.
     expected = [0.0, 3.0 * 9.81, 0.0, 0.0, 0.0, 0.0]
     for wrench in run.reactions["pin"][[0, 1, -1]]:
@@ -207,7 +203,7 @@ def spring_along_slides(text: str, damping: float = 0.0) -> SpringSet:
 
 @pytest.mark.parametrize(("text", "reverse"), SLIDES)
 def test_springs_along_slides_keep_energy_and_momentum(text, reverse) -> None:
-    """Two bodies that float: the law is that of the displacement, and nothing comes from outside."""
+    """Two bodies that float: the law is the displacement's, and nothing comes from outside."""
     size = freedoms(text)
     values = 0.2 * np.cos(1.0 + np.arange(size))
     rates = np.cos(2.0 + 1.7 * np.arange(size))
@@ -272,7 +268,5 @@ def test_a_ball_of_any_sequence_is_the_same_joint() -> None:
         link = chain_of(factors)
         pose = chain_of(BALL).pose([0.3, -0.4, 0.5])
         values = link.displacements(pose)
-        runs.append(
-            simulate(one_body(factors, values), Plan(stop=0.3, step=1e-3, springs=NONE))
-        )
+        runs.append(simulate(one_body(factors, values), Plan(stop=0.3, step=1e-3, springs=NONE)))
     assert np.allclose(runs[0].poses["link"], runs[1].poses["link"], atol=1e-9)

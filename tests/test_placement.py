@@ -46,7 +46,7 @@ def test_zero_pose_of_the_prototype() -> None:
 
 
 def test_the_prototype_faces_plus_z() -> None:
-    """Torso: x forward, y left, z up; limbs: x forward, z down, y to the right. x is +z of the world."""
+    """Torso: x forward, y left, z up; limbs: x forward, z down, y to the right."""
     standing = zero_pose()
     for name, segment in standing.tree.figure.bodies.items():
         rotation = standing.poses[segment.name][:3, :3]
@@ -82,9 +82,7 @@ def test_connect_the_other_way_round_inverts_the_joint(text) -> None:
         place(tree, drawn_displacements(tree))
         for tree in (hang(two_bodies(factors, values, reverse=r)) for r in (False, True))
     )
-    first, second = (
-        inverse_pose(p.poses["first"]) @ p.poses["second"] for p in (there, back)
-    )
+    first, second = (inverse_pose(p.poses["first"]) @ p.poses["second"] for p in (there, back))
     assert not np.allclose(first, second)
 
 

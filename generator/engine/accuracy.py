@@ -1,30 +1,35 @@
 """A run that knows its error: passes with smaller and smaller steps, extrapolated.
 
 The trapezoidal rule's error falls with the square of the step, so two passes give a limit that is
-better than both (Richardson). Three passes give two such limits, and from these a third; how far
-the last one moves is the error of the one before it. Each pass ends steps at the corners of spring
-laws where the pass before met them, without which the limits would not converge so fast.
+better than both (Richardson). Three passes give two such limits; how far these are apart tells the
+error of the last. Each pass ends steps at the corners of spring laws where the passes before met
+them, without which the limits would not converge so fast.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from generator.engine.march import Pass
+from generator.engine.passages import Guide
 from generator.engine.trace import Trace, extrapolated
 from generator.figure import Figure
 from generator.frames import Array, homogeneous, inverse_pose, rotation_vector_from_matrix
 from generator.recording import Accuracy, Ending, Outcome
 
-LADDER = (2e-3, 8e-4, 2.86e-4, 1.25e-4, 6.7e-5, 4e-5, 2e-5, 1e-5)
-"""Steps of the passes [s]. Wide ratios cost fewer steps for the same limit than narrow ones."""
+LONGEST_STEP = 2e-3
+"""Step of the first pass [s], where frames are not nearer to each other."""
 
-CAUTION = 3.0
-"""The estimate is so many times what the last limit moved by. On falls of the prototype, which
-amplify errors a hundred times a second, the true error was up to five times the move, and mostly
-about twice."""
+PARTS = (1, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233)
+"""Into how many parts the passes cut it: whole ones give passes whose steps have one ratio
+everywhere, also where frames are cut at corners."""
+
+CAUTION = 0.75
+"""The estimate is so much of the distance between the last two limits. Theory has the last one far
+nearer, but corners that were found late, and falls that amplify errors a hundred times a second,
+let it come as far off as this."""
 
 SMALLEST_STEP = 6e-5
 """Smallest step that the default tolerance may ask for [s]; it shrinks with the tolerance."""
@@ -43,7 +48,7 @@ class Refined:
 def refine(
     figure: Figure,
     tolerance: float,
-    run: Callable[[float, Sequence[float]], Pass],
+    run: Callable[[int, Guide | None], Pass],
     longest_step: float,
     deadline: float,
 ) -> Refined:
@@ -52,8 +57,9 @@ def refine(
     Args:
         figure: whose joint angles the error is measured in.
         tolerance: largest joint-angle error [rad].
-        run: makes one pass with a given step [s] that ends steps at given times [s].
-        longest_step: steps above this make no difference (the frame interval) [s].
+        run: makes one pass whose steps are the longest one cut into so many parts, guided by an
+            earlier pass.
+        longest_step: step of the first pass [s].
         deadline: `time.monotonic()` after which no pass is begun.
 
     Returns:
@@ -61,15 +67,14 @@ def refine(
         the run fails when the finest passes fail.
     """
     floor = SMALLEST_STEP * min(1.0, (tolerance / 1e-3) ** 0.25)
-    steps = [h for h in LADDER if h <= longest_step and h >= 0.99 * floor]
-    if len(steps) < 3:
-        finest = min(longest_step, floor)
-        steps = [finest, finest / 2.0, finest / 3.0]
     done: list[Pass] = []
-    for step in steps:
+    for parts in PARTS:
+        step = longest_step / parts
+        if len(done) >= 3 and step < floor:
+            break
         if len(done) >= 2 and time.monotonic() + _next_cost(done, step) > deadline:
             break
-        latest = run(step, done[-1].corners if done else ())
+        latest = run(parts, done[-1].guide if done else None)
         if latest.outcome.ending is Ending.INTERRUPTED and len(done) >= 2:
             return _result(figure, tolerance, done, latest.outcome)
         done.append(latest)
@@ -91,8 +96,7 @@ def estimated_errors(figure: Figure, passes: list[Pass]) -> Array:
     first, second, third = passes[-3:]
     one = extrapolated(first.trace, second.trace, first.step / second.step)
     two = extrapolated(second.trace, third.trace, second.step / third.step)
-    last = extrapolated(one, two, first.step / third.step)
-    return np.maximum.accumulate(CAUTION * joint_differences(figure, last, two))
+    return np.maximum.accumulate(CAUTION * joint_differences(figure, one, two))
 
 
 def joint_differences(figure: Figure, one: Trace, other: Trace) -> Array:

@@ -8,7 +8,7 @@ halved, so no pass can crawl.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -21,6 +21,7 @@ from generator.engine.assembly import Assembly
 from generator.engine.exudyn_api import SolverError, exu
 from generator.engine.joints import Constraint
 from generator.engine.meters import Flip, Meters
+from generator.engine.passages import Guide
 from generator.engine.trace import Trace, rotations_from_parameters, spins_from_parameters
 from generator.frames import Array
 from generator.recording import Ending, Outcome
@@ -37,6 +38,9 @@ _JUMP = 1e-9
 FRAMES_A_READING = 10
 """Frames between two readings of the meters: reading each costs as much as many steps."""
 
+STEPS_A_BITE = 500
+"""Largest number of steps that Exudyn takes before it is asked again."""
+
 _HALF_TURN_SUSPECT = 2.8
 """A solver that fails with a sprung joint beyond this angle [rad] failed for that joint."""
 
@@ -51,7 +55,7 @@ class Pass:
         step: the step of a frame that is not cut [s].
         steps: number of steps taken.
         wall_time: time spent stepping [s].
-        corners: times at which springs passed corners of their laws [s].
+        guide: what it tells the next pass of corners of spring laws.
     """
 
     trace: Trace
@@ -59,7 +63,7 @@ class Pass:
     step: float
     steps: int
     wall_time: float
-    corners: Sequence[float] = ()
+    guide: Guide
 
 
 Watch = Callable[[float], None]
@@ -79,7 +83,8 @@ def march(
     newton: float,
     deadline: float,
     watch: Watch,
-    corners: Sequence[float] = (),
+    guide: Guide | None = None,
+    parts: int = 1,
 ) -> Pass:
     """Integrate an assembly over the frames.
 
@@ -90,7 +95,9 @@ def march(
         newton: relative tolerance of Newton's method.
         deadline: `time.monotonic()` after which the pass stops.
         watch: told the time after each frame.
-        corners: times at which steps shall end, as an earlier pass found them [s].
+        guide: an earlier pass over the same frames, which tells where steps shall end.
+        parts: into how many each step is cut again: two passes that differ in it alone have steps
+            in this ratio everywhere, also where a frame is cut at corners.
 
     Returns:
         The pass; a failure is its outcome, never an exception.
@@ -101,17 +108,24 @@ def march(
     meters = Meters(assembly)
     log = _Log(assembly, float(times[0]), first)
     steps, read = 0, 0
-    inner, jumps = np.sort(np.asarray(corners, dtype=float)), _jumps(assembly)
+    guide, jumps = guide or Guide(), _jumps(assembly)
     outcome = Outcome(Ending.DONE, "", float(times[-1]))
     try:
         for k, (here, there) in enumerate(pairwise(times)):
+            corners = guide.cuts(k, float(here), float(there), meters.now)
             try:
-                for interval in _stretches(float(here), float(there), jumps, inner, step):
-                    count = _count(interval[1] - interval[0], step)
-                    _advance(assembly, settings, interval, count, read < k or interval[0] > here)
-                    steps += count
+                for interval in _stretches(float(here), float(there), jumps, corners, step / parts):
+                    count = parts * _count(interval[1] - interval[0], step)
+                    for bite, some in _bites(interval, count):
+                        if time.monotonic() > deadline and bite[0] > here:
+                            raise TimeoutError
+                        _advance(assembly, settings, bite, some, read < k or bite[0] > here)
+                        steps += some
             except SolverError:
                 outcome = _failure(assembly, log, meters)
+                break
+            except TimeoutError:
+                outcome = _too_long(log.last_time)
                 break
             log.take(float(there))
             if k + 1 - read == FRAMES_A_READING or there == times[-1]:
@@ -137,7 +151,8 @@ def march(
     last = float(trace.times[-1])
     outcome = replace(outcome, last_time=last)
     frame = float(times[1] - times[0])
-    return Pass(trace, outcome, frame / _count(frame, step), steps, spent, tuple(meters.corners))
+    used = frame / (parts * _count(frame, step))
+    return Pass(trace, outcome, used, steps, spent, meters.guide)
 
 
 def _count(length: float, step: float) -> int:
@@ -166,6 +181,14 @@ def _stretches(
                 cuts.append(corner)
         cuts.append(end)
     return list(pairwise(cuts))
+
+
+def _bites(interval: tuple[float, float], count: int) -> list[tuple[tuple[float, float], int]]:
+    """An interval of equal steps in parts of so few that the clock and Ctrl-C are heard."""
+    start, stop = interval
+    places = [*range(0, count, STEPS_A_BITE), count]
+    ends = [start + (stop - start) * place / count for place in places]
+    return list(zip(pairwise([*ends[:-1], stop]), np.diff(places).tolist(), strict=True))
 
 
 def _within(times: Array, here: float, there: float) -> list[float]:

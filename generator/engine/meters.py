@@ -11,6 +11,7 @@ import numpy as np
 
 from generator.engine.assembly import Assembly
 from generator.engine.exudyn_api import Index, exu, items
+from generator.engine.passages import Guide, Passage
 from generator.engine.passive import Connector
 from generator.frames import Array
 from generator.loads import LoadKind, TimedLoad
@@ -34,7 +35,8 @@ class Meters:
     `work` holds the integrals since the start [J] at the frames that were read, each of shape (3,):
     dissipated by damping, put into the springs of spherical joints, done by loads; by the
     trapezoidal rule over the steps.
-    `corners` holds the times at which a spring passed a corner of its law [s].
+    `passages` holds when springs passed corners of their laws, `tracks` where the springs that have
+    corners were at the frames [rad or m].
     """
 
     def __init__(self, assembly: Assembly) -> None:
@@ -43,14 +45,32 @@ class Meters:
         self._last: tuple[float, Array] | None = None
         self._last_rotations: dict[str, Array] = {}
         self.work: list[Array] = [np.zeros(3)]
-        self.corners: list[float] = []
+        self.passages: list[Passage] = []
         self._springs = [
             (joint, connector, *self._connector_sensors(connector))
             for joint, connectors in assembly.springs.items()
             for connector in connectors
         ]
         self._loads = [(load, self._load_sensor(load)) for load, *_ in assembly.loads]
+        self._tracked = {
+            f"{joint} {connector.kind} {number}": (connector, spring, position_sensor)
+            for joint, connector, position_sensor, _ in self._springs
+            for number, spring in enumerate(connector.springs)
+            if any(law.corners for law in spring.elastic)
+        }
         assembly.mbs.Assemble()
+        self.tracks = {name: [self.now(name)] for name in self._tracked}
+
+    @property
+    def guide(self) -> Guide:
+        """What the pass tells the next one."""
+        return Guide(sorted(self.passages, key=lambda passage: passage.time), self.tracks)
+
+    def now(self, track: str) -> float:
+        """The present displacement of a spring [rad or m]."""
+        connector, spring, sensor = self._tracked[track]
+        value = np.atleast_1d(np.asarray(self._assembly.mbs.GetSensorValues(sensor)))
+        return float(value @ _reading_axis(connector, spring))
 
     def _connector_sensors(self, connector: Connector) -> tuple[Index, Index]:
         kinds = exu.OutputVariableType
@@ -109,9 +129,13 @@ class Meters:
             damped, sprung = _powers(self._assembly, connector, position[:, 1:], rate[:, 1:])
             powers[0].append(damped)
             powers[1].append(sprung)
-            self.corners.extend(_corner_times(connector, times, position[:, 1:]))
             if connector.kind == "ball" and any(axis.elastic for axis in connector.springs):
                 flips.extend(self._flips(joint, times, position[:, 1:]))
+        for track, (connector, spring, sensor) in self._tracked.items():
+            rows = self._stored(sensor)
+            values = rows[:, 1:] @ _reading_axis(connector, spring)
+            self.passages.extend(_passages(track, spring, rows[:, 0], values))
+            self.tracks[track].extend(np.interp(frames, rows[:, 0], values).tolist())
         for load, sensor in self._loads:
             rate = self._stored(sensor)
             times = rate[:, 0]
@@ -155,16 +179,14 @@ class Meters:
         return max(angles.items(), key=lambda item: item[1]) if angles else None
 
 
-def _corner_times(connector: Connector, times: Array, position: Array) -> list[float]:
-    """When the springs of a connector passed corners of their laws, linear between steps [s]."""
-    found: list[float] = []
-    for spring in connector.springs:
-        value = position @ _reading_axis(connector, spring)
-        for corner in {corner for law in spring.elastic for corner in law.corners}:
-            off = value - corner
-            for k in np.nonzero(off[1:] * off[:-1] < 0.0)[0]:
-                part = off[k] / (off[k] - off[k + 1])
-                found.append(float(times[k] + part * (times[k + 1] - times[k])))
+def _passages(track: str, spring: AxisSpring, times: Array, values: Array) -> list[Passage]:
+    """When a spring passed corners of its laws, linear between steps."""
+    found: list[Passage] = []
+    for corner in {corner for law in spring.elastic for corner in law.corners}:
+        off = values - corner
+        for k in np.nonzero(off[1:] * off[:-1] < 0.0)[0]:
+            speed = float((off[k + 1] - off[k]) / (times[k + 1] - times[k]))
+            found.append(Passage(track, float(times[k] - off[k] / speed), speed))
     return found
 
 

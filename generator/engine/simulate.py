@@ -1,17 +1,18 @@
 """A figure and a plan become a recording."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from generator.engine.accuracy import Refined, refine
+from generator.engine.accuracy import LONGEST_STEP, Refined, refine
 from generator.engine.assembly import Assembly, build
 from generator.engine.chosen_springs import springs_of
 from generator.engine.energy import energy_book
 from generator.engine.march import Pass, frame_times, march
 from generator.engine.motion import JointMotion, Motion
+from generator.engine.passages import Guide
 from generator.engine.plan import Plan
 from generator.engine.trace import Trace
 from generator.figure import Figure
@@ -58,10 +59,10 @@ def simulate(
     runner = _Runner(figure, plan, springs, times, deadline, watch)
     if plan.step is None:
         refined = refine(
-            runner.first.figure, plan.tolerance, runner.run, float(times[1] - times[0]), deadline
+            runner.first.figure, plan.tolerance, runner.run, runner.longest_step, deadline
         )
     else:
-        refined = _fixed(runner.run(plan.step))
+        refined = _fixed(runner.run())
     return _record(runner, refined)
 
 
@@ -96,8 +97,14 @@ class _Runner:
         first = min(1e-2 * self._plan.tolerance, 1e-5)
         return max(first * 0.05**self._passes, 1e-11)
 
-    def run(self, step: float, corners: Sequence[float] = ()) -> Pass:
-        """One pass with a step [s] that ends steps at the times of corners [s]."""
+    @property
+    def longest_step(self) -> float:
+        """The step that the plan gives, else that of the first pass [s]."""
+        frame = float(self._times[1] - self._times[0])
+        return self._plan.step or min(LONGEST_STEP, frame)
+
+    def run(self, parts: int = 1, guide: Guide | None = None) -> Pass:
+        """One pass with the longest step cut into parts, guided by an earlier one."""
         assembly, newton = self.first, self._newton
         if self._passes:
             begun = time.monotonic()
@@ -108,9 +115,18 @@ class _Runner:
 
         def told(now: float) -> None:
             if watch is not None:
-                watch(Progress(number, step, now))
+                watch(Progress(number, self.longest_step / parts, now))
 
-        return march(assembly, self._times, step, newton, self._deadline, told, corners)
+        return march(
+            assembly,
+            self._times,
+            self.longest_step,
+            newton,
+            self._deadline,
+            told,
+            guide,
+            parts,
+        )
 
 
 def _fixed(one: Pass) -> Refined:

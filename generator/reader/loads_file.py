@@ -4,16 +4,15 @@ The first line that is no comment names the columns, in any order: `site`, `kind
 x, y, z with the unit `[N]`, `[N m]`, or `[N or N m]` for a file that holds forces and moments.
 """
 
-import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 
 from generator.errors import Fault, InputError, nearest
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
+from generator.reader.csv_text import cells_of, lines_of, number_in, title_of
 from generator.reader.findings import EnoughFaults, Findings
 from generator.reader.text_file import read_text, unified
 from generator.reader.vocabulary import shown
@@ -37,10 +36,6 @@ UNITS: Mapping[str, tuple[str, ...]] = {
 NUMBERS = ("time", "x", "y", "z")
 
 EXAMPLE = "site,kind,time [s],x [N],y [N],z [N]"
-
-_TITLE = re.compile(r"(\S*)\s*(.*)", re.DOTALL)
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -89,7 +84,7 @@ def parse_loads(text: str, figure: Figure, name: str = "<text>") -> LoadsReading
     source, findings = Source(name, unified(text)), Findings()
     loads: tuple[TimedLoad, ...] = ()
     with suppress(EnoughFaults):
-        lines = _lines(source)
+        lines = lines_of(source)
         if not lines:
             findings.error("there are no loads in this file", Span(source, 0, 1), EXAMPLE)
         else:
@@ -102,40 +97,15 @@ def parse_loads(text: str, figure: Figure, name: str = "<text>") -> LoadsReading
     return LoadsReading(() if findings.has_errors else loads, findings.in_order())
 
 
-def _lines(source: Source) -> list[Span]:
-    """The lines that say something: not blank, no comment."""
-    spans: list[Span] = []
-    start = 0
-    for line in source.text.split("\n"):
-        if line.strip() and not line.lstrip().startswith("#"):
-            spans.append(Span(source, start, start + len(line)))
-        start += len(line) + 1
-    return spans
-
-
-def _cells(line: Span) -> list[Span]:
-    """What stands between the commas of a line, without the blanks around it."""
-    cells: list[Span] = []
-    start = line.start
-    for text in line.text.split(","):
-        lead = len(text) - len(text.lstrip())
-        stripped = text.strip()
-        begin = start + (lead if stripped else 0)
-        cells.append(Span(line.source, begin, begin + len(stripped)))
-        start += len(text) + 1
-    return cells
-
-
 def _columns(line: Span, findings: Findings) -> dict[str, _Column]:
     """Where each column is, by name."""
     columns: dict[str, _Column] = {}
-    cells = _cells(line)
+    cells = cells_of(line)
     if len(cells) == 1 and ";" in line.text:
         findings.error("columns are separated by commas", line, EXAMPLE)
         return columns
     for place, cell in enumerate(cells):
-        match = _TITLE.fullmatch(cell.text)
-        name, unit = (match[1], " ".join(match[2].split())) if match else ("", "")
+        name, unit = title_of(cell)
         if name not in UNITS:
             hint = nearest(name, UNITS)
             findings.error(f"unknown column `{shown(cell.text)}`", cell, hint)
@@ -161,14 +131,14 @@ def _row(
     line: Span, columns: Mapping[str, _Column], figure: Figure, findings: Findings
 ) -> _Row | None:
     """What a line says; None, with the faults noted, when it says nothing."""
-    cells = _cells(line)
+    cells = cells_of(line)
     if len(cells) != len(columns):
         findings.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
         return None
     by_name = {name: cells[column.place] for name, column in columns.items()}
     site = _site(by_name["site"], figure, findings)
     kind = _kind(by_name["kind"], columns["x"].unit, findings)
-    numbers = [_number(by_name[name], name, findings) for name in NUMBERS]
+    numbers = [number_in(by_name[name], name, findings) for name in NUMBERS]
     if site is None or kind is None:
         return None
     time, *values = (number for number in numbers if number is not None)
@@ -211,21 +181,6 @@ def _kind(cell: Span, unit: str, findings: Findings) -> LoadKind | None:
         )
         return None
     return kind
-
-
-def _number(cell: Span, column: str, findings: Findings) -> float | None:
-    if _NOT_FINITE.fullmatch(cell.text):
-        findings.error(f"`{shown(cell.text)}` is not finite", cell)
-        return None
-    if not _NUMBER.fullmatch(cell.text):
-        said = f"`{shown(cell.text)}` is not a number" if cell.text else "a number is missing"
-        findings.error(f"{said} (column `{column}`)", cell)
-        return None
-    number = float(cell.text)
-    if not isfinite(number):
-        findings.error(f"`{shown(cell.text)}` is beyond the largest number", cell)
-        return None
-    return number
 
 
 def _joined(rows: list[_Row], figure: Figure, findings: Findings) -> tuple[TimedLoad, ...]:

@@ -206,14 +206,14 @@ def written(value: float, dimension: Dimension) -> str:
         raise ValueError(f"the figure language cannot write {value}")
     usual, si = _WRITTEN[dimension]
     texts = [
-        (_decimal(value, unit_named(unit).factor if unit else bare_factor(dimension)), unit)
+        (decimal_of(value, unit_named(unit).factor if unit else bare_factor(dimension)), unit)
         for unit in (usual, si)
     ]
     number, unit = min(texts, key=lambda text: _length(text[0], bare=usual == ""))
     return number + (" " if " " in unit or "/" in unit else "") + unit
 
 
-def _decimal(value: float, factor: Fraction) -> str:
+def decimal_of(value: float, factor: Fraction) -> str:
     """The shortest decimal whose product with `factor` rounds to `value`.
 
     Decimals of 17 digits lie closer together than floats, so one of them always does.

@@ -20,7 +20,9 @@ PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
 
 
 def exchanged(run) -> float:
-    return float(np.ptp(run.energy["gravity"] + run.energy["spring"]) + run.energy["dissipated"][-1])
+    return float(
+        np.ptp(run.energy["gravity"] + run.energy["spring"]) + run.energy["dissipated"][-1]
+    )
 
 
 @pytest.mark.slow

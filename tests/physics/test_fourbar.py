@@ -96,7 +96,7 @@ def expected(times: np.ndarray, rate: float) -> np.ndarray:
 
 @pytest.mark.parametrize("rate", [0.0, START_RATE])
 def test_the_four_bar_linkage(rate) -> None:
-    """All angles within 1e-6 rad over 1 s at the tolerance 1e-6; with a push the crank goes round."""
+    """All angles within 1e-6 rad over 1 s at the tolerance 1e-6; pushed, the crank goes round."""
     plan = Plan(stop=1.0, tolerance=1e-6, springs=NONE, velocities={"crank_bearing": (rate,)})
     run = simulate(read_figure(FOURBAR), plan)
     assert run.outcome.succeeded

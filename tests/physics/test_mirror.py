@@ -123,9 +123,7 @@ def test_the_mirror_image_of_the_prototype() -> None:
     assert image != figure
     springs = springs_of(figure, Plan(joining=Joining.CONSERVATIVE))
     common = {"stop": 1.0, "step": 1e-3}
-    run = simulate(
-        figure, Plan(displacements=POSE, velocities=RATES, springs=springs, **common)
-    )
+    run = simulate(figure, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
     reflected = simulate(
         image,
         Plan(
@@ -143,7 +141,10 @@ def test_the_mirror_image_of_the_prototype() -> None:
         assert np.max(np.abs(reflected.poses[other_side(name)] - expected)) < 1e-8
     for name in figure.joints:
         expected = np.array(
-            [mirrored_values(figure, {name: tuple(r)})[other_side(name)] for r in run.displacements[name]]
+            [
+                mirrored_values(figure, {name: tuple(r)})[other_side(name)]
+                for r in run.displacements[name]
+            ]
         )
         assert np.max(np.abs(reflected.displacements[other_side(name)] - expected)) < 1e-8
 

@@ -69,7 +69,7 @@ def test_a_pendulum_that_goes_over_the_top() -> None:
 
 
 def test_a_hinge_on_turned_sites() -> None:
-    """The sites' own axes and places count: a turned base, a hinge away from the segment's origin."""
+    """The sites' own axes and places count: a turned base, a hinge off the segment's origin."""
     turn, place = (0.4, -0.7, 0.3), (0.05, 0.1, -0.02)
     link = body("link", sites={"hinge": at(turn, place)})
     made = figure(

@@ -12,7 +12,7 @@ from generator.engine.exudyn_api import exu
 from generator.engine.plan import Plan
 from generator.engine.simulate import simulate, springs_of
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
-from tests.chains import SKEW, chain, figure, ground, joint, one_body, body, two_bodies
+from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
 
 PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
 
@@ -57,9 +57,7 @@ def test_every_joint_of_the_prototype(joining, seed) -> None:
 def test_every_branch_of_the_laws(text, value) -> None:
     factors = chain(text)
     values = [value if f.axis == SKEW else 0.3 for f in factors]
-    springs = (
-        JointSprings("pin", (SPRING,)) if text == "Rs" else JointSprings("pin", (), (SPRING,))
-    )
+    springs = JointSprings("pin", (SPRING,)) if text == "Rs" else JointSprings("pin", (), (SPRING,))
     both = [
         torques(
             build(

@@ -65,7 +65,11 @@ def loop_work(joining: Joining, count: int = 200) -> float:
     The rectangle rule converges faster than any power on a smooth loop.
     """
     rig = Rig(joining)
-    centre, one, other = np.array([0.5, 0.3, 0.6]), np.array([0.3, 0.2, 0.0]), np.array([0, -0.2, 0.4])
+    centre, one, other = (
+        np.array([0.5, 0.3, 0.6]),
+        np.array([0.3, 0.2, 0.0]),
+        np.array([0, -0.2, 0.4]),
+    )
     work = 0.0
     for s in 2.0 * np.pi * np.arange(count) / count:
         r = centre + one * np.cos(s) + other * np.sin(s)

@@ -1,0 +1,123 @@
+"""The estimate of a run's own error is honest: the true one is not above three times it."""
+
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.engine.plan import Plan
+from generator.engine.simulate import simulate
+from generator.frames import rotation_vector_from_matrix
+from springs import AxisSpring, Cubic, Damping, JointSprings, SpringSet
+from tests.chains import BALL, Z, body, chain, one_body, row
+
+PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+NONE = SpringSet()
+CORNERED = SpringSet(
+    {
+        "pin": JointSprings(
+            "pin",
+            (AxisSpring(Z, (Cubic((0.0, 9.0, 1.0, 30.0), dead_zone=(-0.3, 0.2)),), Damping(0.05)),),
+        )
+    }
+)
+
+RUNS = {
+    "pendulum": (lambda: one_body(chain("Rz"), (1.0,)), {"stop": 2.0, "springs": NONE}),
+    "spherical pendulum": (
+        lambda: one_body(BALL, (1.0, 0.3, 0.2)),
+        {"stop": 2.0, "springs": NONE, "velocities": {"pin": (1.0, 2.0, -1.0)}},
+    ),
+    "hinge with a dead zone": (
+        lambda: one_body(chain("Rz"), (1.0,), body("link", centre=(0.0, -0.3, 0.0))),
+        {"stop": 2.0, "springs": CORNERED},
+    ),
+    "chain": (lambda: row(3, (BALL, chain("Rz"))), {"stop": 1.0, "springs": NONE}),
+    "sprung chain": (lambda: row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {"stop": 1.0}),
+    "prototype": (lambda: read_figure(PROTOTYPE), {"stop": 1.0}),
+    "bent prototype": (
+        lambda: read_figure(PROTOTYPE),
+        {
+            "stop": 0.6,
+            "displacements": {
+                "left_hip_joint": (0.3, 0.2, 0.5),
+                "right_elbow": (1.7,),
+                "waist": (0.3, 0.2, 0.1),
+            },
+        },
+    ),
+}
+
+
+@cache
+def reference(name: str):
+    """The figure of a run, and the run at a tolerance that makes its error small beside others'."""
+    make, plan = RUNS[name]
+    figure = make()
+    return figure, simulate(figure, Plan(tolerance=1e-6 if "proto" in name else 1e-9, **plan))
+
+
+def differences(figure, one, other) -> np.ndarray:
+    """Largest angle between the joints' rotations of two runs at each frame [rad]."""
+    worst = np.zeros(len(one.times))
+    for joint in figure.joints.values():
+        rotations = [
+            np.swapaxes(run.poses[joint.parent.segment][:, :3, :3], 1, 2)
+            @ run.poses[joint.child.segment][:, :3, :3]
+            for run in (one, other)
+        ]
+        off = np.swapaxes(rotations[0], 1, 2) @ rotations[1]
+        worst = np.maximum(worst, np.linalg.norm(rotation_vector_from_matrix(off), axis=1))
+    return worst
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if "proto" in n else n for n in RUNS]
+)
+def test_the_estimate_is_honest(name, tolerance) -> None:
+    """Against a much finer run; and the tolerance asked for is held."""
+    figure, fine = reference(name)
+    run = simulate(figure, Plan(tolerance=tolerance, **RUNS[name][1]))
+    true = differences(figure, run, fine)
+    assert run.outcome.succeeded
+    assert run.accuracy.estimate <= tolerance
+    assert np.max(true) <= tolerance
+    assert np.max(true) <= 3.0 * run.accuracy.estimate
+
+
+def test_a_tolerance_out_of_reach_says_until_when_it_held() -> None:
+    """A wild triple pendulum amplifies errors too fast for that."""
+    figure = row(3)
+    plan = Plan(
+        stop=2.5, tolerance=1e-8, springs=NONE, velocities={"joint0": (12, 10, 8)}, wall_limit=5.0
+    )
+    run = simulate(figure, plan)
+    assert run.outcome.succeeded
+    assert run.accuracy.estimate > 1e-8
+    assert 0.0 < run.accuracy.held_until < 2.5
+    assert f"held only until {run.accuracy.held_until:.4g} s" in run.outcome.message
+    held = run.times <= run.accuracy.held_until
+    assert np.all(run.accuracy.by_frame[held] <= 1e-8)
+    assert np.all(run.accuracy.by_frame[~held] > 1e-8)
+
+
+def test_a_run_cut_short_says_that_it_knows_nothing() -> None:
+    """Time for one pass only: no estimate, and no claim of one."""
+    run = simulate(row(3), Plan(stop=20.0, tolerance=1e-6, springs=NONE, wall_limit=0.5))
+    assert run.accuracy.estimate is None or run.accuracy.estimate > 1e-6
+    assert run.accuracy.held_until < 20.0
+
+
+def test_a_smaller_tolerance_gives_a_smaller_error() -> None:
+    figure, fine = reference("chain")
+    plan = RUNS["chain"][1]
+    errors = [
+        np.max(differences(figure, simulate(figure, Plan(tolerance=t, **plan)), fine))
+        for t in (1e-3, 1e-5, 1e-7)
+    ]
+    assert all(e <= t for e, t in zip(errors, (1e-3, 1e-5, 1e-7), strict=True))
+    assert errors[2] < errors[0]

@@ -1,0 +1,122 @@
+"""Which locks a loop needs: rows that the others imply are left out."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from generator import read_figure
+from generator.engine.assembly import start_of
+from generator.engine.joints import locks_of
+from generator.engine.plan import Plan
+from generator.engine.redundancy import needed_locks
+from generator.engine.simulate import simulate
+from generator.frames import matrix_from_xyz
+from generator.posture.assemble import assemble
+from generator.posture.placement import drawn_displacements
+from generator.posture.tree import hang
+from springs import SpringSet
+from tests.chains import BALL, SKEW, at, body, chain, figure, ground, joint, row
+
+FOURBAR = Path(str(files("figures"))) / "fourbar.fig"
+NONE = SpringSet()
+
+
+def equations(locks) -> int:
+    return sum(sum(k.translations) + sum(k.rotations) for ks in locks.values() for k in ks)
+
+
+def test_a_tree_keeps_all_its_locks() -> None:
+    tree = hang(row(3, (BALL, chain("Rz"))))
+    placement = assemble(tree, drawn_displacements(tree))
+    locks = needed_locks(placement)
+    assert [sum(k.translations) + sum(k.rotations) for ks in locks.values() for k in ks] == [
+        3,
+        5,
+        3,
+    ]
+
+
+def test_a_planar_loop_of_revolutes_keeps_two_rows_of_its_last_joint() -> None:
+    """Three bodies, one freedom: 17 equations, of 20 that four revolutes write."""
+    placement, _ = start_of(read_figure(FOURBAR), Plan())
+    assert equations({n: locks_of(c) for n, c in placement.tree.chains.items()}) == 20
+    assert equations(needed_locks(placement)) == 17
+
+
+def test_so_does_a_loop_about_skew_axes() -> None:
+    """The same, with the whole linkage turned: no lock is along an axis of the world."""
+    turn = (0.5, -0.8, 0.3)
+    post = tuple(map(float, matrix_from_xyz(*turn) @ [0.25, 0.05, 0.0]))
+    made = figure(
+        [
+            ground(one=at(turn), two=at(turn, post)),
+            body("a", sites={"far": at(shift=(0.3, 0.0, 0.0))}),
+            body("b", sites={"far": at(shift=(0.3, 0.0, 0.0))}),
+        ],
+        [
+            joint("first", "ground.one", "a.near", chain("Rz"), (0.4,)),
+            joint("second", "a.far", "b.near", chain("Rz"), (-1.9,)),
+            joint("third", "b.far", "ground.two", chain("Rz Tx"), (0.3, 0.0)),
+        ],
+    )
+    placement, _ = start_of(made, Plan())
+    assert equations({n: locks_of(c) for n, c in placement.tree.chains.items()}) == 14
+    assert equations(needed_locks(placement)) == 11
+    run = simulate(made, Plan(stop=0.3, step=5e-4, springs=NONE))
+    off = np.abs(run.energy_balance - run.energy_balance[0])
+    assert np.max(off) < 1e-4 * np.ptp(run.energy["gravity"])
+
+
+def test_a_dead_point_is_looked_through() -> None:
+    """Crank and coupler folded on each other: for that moment more rows depend on each other."""
+    span = np.hypot(0.2, 0.3)
+    cosine = (0.1**2 + span**2 - 0.4**2) / (2.0 * 0.1 * span)
+    crank = np.arctan2(0.3, 0.2) + np.arccos(cosine) + np.pi
+    plan = Plan(displacements={"crank_bearing": (crank,), "crank_pin": (np.pi,)})
+    placement, _ = start_of(read_figure(FOURBAR), plan)
+    assert equations(needed_locks(placement)) == 17
+
+
+def test_a_spatial_loop_of_balls_needs_all_its_rows() -> None:
+    made = figure(
+        [
+            ground(post=at(shift=(0.5, 0.1, 0.2))),
+            body("a", sites={"far": at(shift=(0.3, 0.0, 0.0))}),
+            body("b", sites={"far": at(shift=(0.4, 0.0, 0.0))}),
+        ],
+        [
+            joint("one", "ground.base", "a.near", BALL, (0.1, -0.2, 0.6)),
+            joint("two", "a.far", "b.near", chain("Ry Rz"), (0.2, -1.2)),
+            joint("three", "b.far", "ground.post", BALL),
+        ],
+    )
+    placement, _ = start_of(made, Plan())
+    assert equations(needed_locks(placement)) == 3 + 4 + 3
+    run = simulate(made, Plan(stop=0.5, step=5e-4, springs=NONE))
+    assert run.outcome.succeeded
+    off = np.abs(run.energy_balance - run.energy_balance[0])
+    assert np.max(off) < 1e-4 * np.ptp(run.energy["gravity"])
+
+
+def test_a_joint_that_a_loop_makes_needless() -> None:
+    """A second hinge on the axis of the first holds nothing that the first does not."""
+    made = figure(
+        [
+            ground(top=at(shift=tuple(0.4 * c for c in SKEW))),
+            body("a", sites={"top": at(shift=tuple(0.4 * c for c in SKEW))}),
+        ],
+        [
+            joint("low", "ground.base", "a.near", chain("Rs"), (0.3,)),
+            joint("high", "ground.top", "a.top", chain("Rs"), (0.3,)),
+        ],
+    )
+    placement, _ = start_of(made, Plan())
+    locks = needed_locks(placement)
+    assert equations(locks) == 5
+    runs = [
+        simulate(f, Plan(stop=0.3, step=1e-3, springs=NONE))
+        for f in (made, figure(list(made.segments.values()), [made.joints["low"]]))
+    ]
+    assert np.allclose(runs[0].displacements["low"], runs[1].displacements["low"], atol=1e-9)
+    assert np.allclose(runs[0].displacements["high"], runs[1].displacements["low"], atol=1e-5)
