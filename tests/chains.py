@@ -69,9 +69,7 @@ def body(
     """A segment with a site `near` at its origin and whatever else is given."""
     places: dict[str, Location | Site] = {"near": Location(), "CM": at(shift=centre)}
     places.update(sites or {})
-    made = {
-        n: where if isinstance(where, Site) else Site(n, where) for n, where in places.items()
-    }
+    made = {n: where if isinstance(where, Site) else Site(n, where) for n, where in places.items()}
     return Segment(name, mass, inertia, sites=made)
 
 
@@ -142,7 +140,7 @@ def two_bodies(
 def row(
     count: int, chains: Sequence[tuple[Factor, ...]] = (BALL,), bend: float = 0.3, **fields: float
 ) -> Figure:
-    """A row of `count` bars, 0.3 m long, that starts along x; joint k has chain k modulo their number.
+    """A row of `count` bars of 0.3 m; joint k has the chain k modulo the number of chains.
 
     `fields` (`stiff`, `damp`) are given to every factor of every joint.
     """

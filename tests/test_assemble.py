@@ -80,7 +80,9 @@ def test_a_pose_that_cannot_close_is_refused_with_the_gap() -> None:
     """Crank and rocker held so that their ends stay 43 mm too far apart for the coupler."""
     tree, asked = fourbar(crank_bearing=np.radians(180.0), rocker_bearing=np.radians(160.0))
     crank = np.array([-0.2, 0.0])
-    rocker = np.array([0.2, 0.3]) + 0.4 * np.array([np.cos(np.radians(160)), np.sin(np.radians(160))])
+    rocker = np.array([0.2, 0.3]) + 0.4 * np.array(
+        [np.cos(np.radians(160)), np.sin(np.radians(160))]
+    )
     missing = 1000.0 * (np.linalg.norm(rocker - crank) - 0.3)
     with pytest.raises(OpenLoopError, match=r"mm") as caught:
         assemble(tree, asked, held={"crank_bearing", "rocker_bearing"})

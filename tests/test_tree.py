@@ -63,8 +63,6 @@ def test_a_segment_out_of_reach_is_named() -> None:
 
 
 def test_a_chain_that_no_joint_holds_is_refused() -> None:
-    made = figure(
-        [ground(), body("a")], [joint("one", "ground.base", "a.near", chain("Rx Ty Rz"))]
-    )
+    made = figure([ground(), body("a")], [joint("one", "ground.base", "a.near", chain("Rx Ty Rz"))])
     with pytest.raises(ChainError):
         hang(made)
