@@ -359,7 +359,8 @@ def test_ten_million_characters_end_soon(head, piece):
     start = time.process_time()
     faults = parse_figure(text).faults
     told = "\n".join(str(fault) for fault in faults)
-    assert time.process_time() - start < 2.0
+    # A guard against reading on without end, not a measure: coverage makes it several times slower.
+    assert time.process_time() - start < 20.0
     assert 1 <= len(faults) <= 200
     assert len(told) < 60_000
     assert all(fault.span is not None for fault in faults)
