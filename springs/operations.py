@@ -6,6 +6,7 @@ evaluated without sharing, so laws name vectors as wholes where a component woul
 """
 
 import math
+import sys
 from collections.abc import Sequence
 from typing import Any, Protocol, TypeAlias, cast
 
@@ -21,6 +22,9 @@ Vector: TypeAlias = Any
 """Three Reals: a numpy array of shape (..., 3) or a symbolic vector; has `+`, `-` and `[]`."""
 
 
+_LARGEST_EXPONENT = math.log(sys.float_info.max)
+
+
 class Operations(Protocol):
     """What every kind of number must offer."""
 
@@ -34,6 +38,10 @@ class Operations(Protocol):
 
     def tanh(self, value: Real) -> Real:
         """Hyperbolic tangent."""
+        ...
+
+    def exp(self, value: Real) -> Real:
+        """Exponential function; infinite where it is too large for a number."""
         ...
 
     def vector(self, parts: Sequence[Real]) -> Vector:
@@ -69,6 +77,10 @@ class _Numpy:
     def tanh(self, value: Real) -> Real:
         return np.tanh(value)
 
+    def exp(self, value: Real) -> Real:
+        with np.errstate(over="ignore"):
+            return np.exp(value)
+
     def vector(self, parts: Sequence[Real]) -> Vector:
         return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
@@ -96,6 +108,9 @@ class _Floats:
 
     def tanh(self, value: Real) -> Real:
         return math.tanh(value)
+
+    def exp(self, value: Real) -> Real:
+        return math.exp(value) if value < _LARGEST_EXPONENT else math.inf
 
     def vector(self, parts: Sequence[Real]) -> Vector:
         return np.array(parts)

@@ -1,0 +1,62 @@
+"""Sums of exponentials of one angle: the double exponentials of most published passive moments."""
+
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
+
+from springs.measured import Range, mirrored_range
+from springs.operations import NUMPY, Operations, Real
+
+
+@dataclass(frozen=True)
+class Term:
+    """amplitude * exp(rate * (angle - centre)).
+
+    amplitude [N m], the torque at the centre; rate [1/rad], not zero; centre [rad].
+    """
+
+    amplitude: float
+    rate: float
+    centre: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a term that does not depend on the angle."""
+        if self.rate == 0.0:
+            raise ValueError("the rate of an exponential is not zero: write a constant instead")
+
+
+@dataclass(frozen=True)
+class Exponential:
+    """Torque on the child = constant + sum of the terms.
+
+    Attributes:
+        terms: two for a double exponential, one for each end of the range.
+        constant: [N m].
+        measured: range in which the curve is known to hold [rad], or None.
+    """
+
+    terms: tuple[Term, ...]
+    constant: float = 0.0
+    measured: Range | None = None
+
+    def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child about the axis [N m] at `angle` [rad]."""
+        parts = [t.amplitude * ops.exp(t.rate * (angle - t.centre)) for t in self.terms]
+        return reduce(add, parts, angle * 0.0 + self.constant)
+
+    def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Stored energy [J], without the integration constant; the torque is minus its slope."""
+        parts = [-t.amplitude / t.rate * ops.exp(t.rate * (angle - t.centre)) for t in self.terms]
+        return reduce(add, parts, -self.constant * angle)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """None: the torque is smooth."""
+        return ()
+
+    def mirrored(self) -> "Exponential":
+        """The law of the same joint when its angle is counted the other way."""
+        terms = tuple(Term(-t.amplitude, -t.rate, -t.centre) for t in self.terms)
+        return replace(
+            self, terms=terms, constant=-self.constant, measured=mirrored_range(self.measured)
+        )

@@ -1,0 +1,46 @@
+"""Where published numbers are from, and how sure they are."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Sureness(Enum):
+    """How a published number was checked."""
+
+    SEVERAL_CODES = "C2"
+    ONE_CODE = "C1"
+    PAGE = "P"
+    CODE_AND_PAGE = "C1+P"
+
+    @property
+    def words(self) -> str:
+        """The same in words."""
+        return {
+            Sureness.SEVERAL_CODES: "the same in two or more independent code bases",
+            Sureness.ONE_CODE: "from one code base",
+            Sureness.PAGE: "read on a page",
+            Sureness.CODE_AND_PAGE: "a code base and a page agree",
+        }[self]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Where a number is from.
+
+    Attributes:
+        text: authors, title, journal, year.
+        sureness: how the number was checked.
+        doi: without "https://doi.org/", or "".
+        place: page, table or equation, or "".
+    """
+
+    text: str
+    sureness: Sureness
+    doi: str = ""
+    place: str = ""
+
+    def __str__(self) -> str:
+        """The reference in one line, with how sure it is."""
+        doi = f"doi:{self.doi}" if self.doi else ""
+        said = "; ".join(part for part in (self.text, self.place, doi) if part)
+        return f"{said} [{self.sureness.value}: {self.sureness.words}]"

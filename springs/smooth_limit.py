@@ -1,0 +1,79 @@
+"""The limit torque of Saul et al. 2015: a spring beyond each limit that a quintic step turns on."""
+
+from dataclasses import dataclass
+
+from springs.measured import Range, mirrored_range
+from springs.operations import NUMPY, Operations, Real
+
+
+@dataclass(frozen=True)
+class SmoothLimit:
+    """No torque between the limits; beyond one by x, the torque -k x S(x / transition).
+
+    S(u) = 10 u^3 - 15 u^4 + 6 u^5 rises from 0 to 1 with two continuous derivatives and stays 1
+    beyond, so that the spring has its full stiffness k only at the end of the transition.
+
+    Attributes:
+        lower: lower limit [rad].
+        upper: upper limit [rad].
+        lower_stiffness: k beyond the lower limit [N m/rad].
+        upper_stiffness: k beyond the upper limit [N m/rad].
+        transition: [rad].
+        measured: range in which the curve is known to hold [rad], or None.
+    """
+
+    lower: float
+    upper: float
+    lower_stiffness: float
+    upper_stiffness: float
+    transition: float
+    measured: Range | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse limits that leave no range, and a limit that does not push back."""
+        if self.lower_stiffness < 0.0 or self.upper_stiffness < 0.0 or self.transition <= 0.0:
+            raise ValueError("a limit's stiffness is not negative, and its transition is positive")
+        if self.lower > self.upper:
+            raise ValueError(f"the lower limit {self.lower:g} is above the upper {self.upper:g}")
+
+    def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child about the axis [N m] at `angle` [rad]."""
+        below = self.lower_stiffness * self._push(self.lower - angle, ops)
+        return below - self.upper_stiffness * self._push(angle - self.upper, ops)
+
+    def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Stored energy [J], zero between the limits."""
+        below = self.lower_stiffness * self._work(self.lower - angle, ops)
+        return below + self.upper_stiffness * self._work(angle - self.upper, ops)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Where a transition begins and where it ends [rad]: a higher derivative jumps there."""
+        width = self.transition
+        return self.lower - width, self.lower, self.upper, self.upper + width
+
+    def mirrored(self) -> "SmoothLimit":
+        """The law of the same joint when its angle is counted the other way."""
+        return SmoothLimit(
+            -self.upper,
+            -self.lower,
+            self.upper_stiffness,
+            self.lower_stiffness,
+            self.transition,
+            mirrored_range(self.measured),
+        )
+
+    def _push(self, x: Real, ops: Operations) -> Real:
+        """The stretch x S(x / transition) [rad], zero where x is not positive."""
+        u = x / self.transition
+        step = u * u * u * (10.0 + u * (6.0 * u - 15.0))
+        return ops.where(u > 1.0, x, ops.where(u > 0.0, x * step, 0.0))
+
+    def _work(self, x: Real, ops: Operations) -> Real:
+        """The integral of `_push` from 0 to x [rad^2]."""
+        width = self.transition
+        u = x / width
+        inside = width * width * u * u * u * u * u * (2.0 + u * (6.0 / 7.0 * u - 2.5))
+        # The whole transition takes 2 - 5/2 + 6/7 = 5/14 of its width squared.
+        beyond = 0.5 * x * x - width * width / 7.0
+        return ops.where(u > 1.0, beyond, ops.where(u > 0.0, inside, 0.0))
