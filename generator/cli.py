@@ -4,8 +4,10 @@ What a command needs is imported when it runs: the help must not wait for numpy,
 """
 
 import json
+import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
@@ -13,12 +15,20 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from generator.joined import joining
+
 if TYPE_CHECKING:
     from io import TextIOWrapper
 
     from generator.commands.answer import Answer
 
+
+def _give_joined(make: "Callable[[], Answer]", *, as_json: bool) -> None:
+    _give(make, as_json=as_json)
+
+
 app = typer.Typer(
+    cls=joining(_give_joined),
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -30,6 +40,13 @@ app = typer.Typer(
 
 Name = Annotated[
     str, typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure.")
+]
+Checked = Annotated[
+    str,
+    typer.Argument(
+        metavar="FIGURE|SPRINGS.toml",
+        help="A figure file, the name of a shipped figure, or a springs file.",
+    ),
 ]
 Springs = Annotated[
     str | None,
@@ -116,9 +133,6 @@ def simulate(
     """
 
     def answer() -> "Answer":
-        from generator.engine.door import open_exudyn
-
-        open_exudyn()
         from generator.commands import simulate as command
 
         request = command.Request(
@@ -149,8 +163,8 @@ def simulate(
 
 
 @app.command()
-def check(figure: Name, springs: Springs = None, as_json: Json = False) -> None:
-    """Report all that is wrong or odd in a figure and its springs."""
+def check(figure: Checked, springs: Springs = None, as_json: Json = False) -> None:
+    """Report all that is wrong or odd in a figure, its springs and their curves."""
 
     def answer() -> "Answer":
         from generator.commands import check as command
@@ -225,9 +239,16 @@ def _fail(code: int, text: str, data: object, as_json: bool) -> None:
 
 def main() -> None:
     """The entry point of the command."""
-    # A file's name may hold what the terminal's encoding does not.
-    cast("TextIOWrapper", sys.stdout).reconfigure(errors="backslashreplace")
-    app()
+    # A file's name may hold what the terminal's encoding does not. There may be no output at all.
+    with suppress(AttributeError):
+        cast("TextIOWrapper", sys.stdout).reconfigure(errors="backslashreplace")
+    try:
+        app()
+    except OSError as failure:
+        # What is left in the buffer must not fail once more at the exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        typer.echo(f"error: the answer could not be written: {failure.strerror}", err=True)
+        sys.exit(1)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 import json
 import re
 from collections.abc import Iterator
+from fractions import Fraction
+from math import isfinite
 
 from generator.reader.springs_file import LONGEST_LINE, NO_DEAD_ZONE, SpringEntry, SpringsFile
 from generator.reader.toml_values import TABLE
@@ -69,12 +71,14 @@ def _entry(entry: SpringEntry) -> Iterator[str]:
             yield f"{key} = {_paragraph(said)}"
 
 
-def _number(value: float) -> str:
-    return decimal_of(value, _ONE)
+def _number(value: float, unit: Fraction = _ONE) -> str:
+    if not isfinite(value):
+        raise ValueError(f"a springs file holds finite numbers, not {value}")
+    return decimal_of(value, unit)
 
 
 def _degree(value: float) -> str:
-    return decimal_of(value, _DEGREE)
+    return _number(value, _DEGREE)
 
 
 def _numbers(values: tuple[float, ...]) -> str:

@@ -236,7 +236,11 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
         (("-o", "fall.mot"), "`.mot` is no known suffix; known are .action, .csv"),
         (("-o", "fall"), "the suffix is missing"),
         (("--stop", "0"), "the stop time 0 s is not after the start 0 s"),
+        (("--stop", "1e9"), "use a longer --frame or an earlier --stop"),
         (("--stop", "soon"), "Invalid value for '--stop'"),
+        (("--wall-limit", "0"), "the wall limit must be positive"),
+        (("-o", "a.csv", "-o", "./a.csv"), "-o a.csv: the file was given before"),
+        (("--free-root", "--velocity", "shoulder=1,2,3"), "the figure has no joint `shoulder`"),
         (("--stop", "inf"), "--stop inf: the number must be finite"),
         (("--frame", "nan"), "--frame nan: the number must be finite"),
         (("--frame", "0"), "frame must be positive"),
@@ -289,6 +293,31 @@ def test_a_wrong_input_ends_with_1(words: Sequence[str], message: str):
     assert result.exit_code == 1
     assert message in result.stderr
     assert message in json.loads(result.stdout)["faults"][0]["message"]
+
+
+@pytest.mark.parametrize("option", ["figure", "--loads", "--springs"])
+def test_a_run_does_not_write_over_what_it_reads(option: str, tmp_path: Path):
+    names = {"figure": "pendulum.action", "--loads": "push.csv", "--springs": "own.csv"}
+    path = tmp_path / names[option]
+    texts = {
+        "figure": (ROOT / "figures" / "pendulum.fig").read_text(encoding="utf-8"),
+        "--loads": "site,kind,time [s],x [N],y [N],z [N]\nlink1.CM,globalforce,0,5,5,5\n",
+        "--springs": "1 1\n0 1 0 0\n0 0\n0 0 0\n",
+    }
+    path.write_text(texts[option], encoding="utf-8")
+    words = (path,) if option == "figure" else ("pendulum", option, path)
+    result = mover("simulate", *words, "--stop", 0.02, "-o", tmp_path / "." / path.name)
+    assert result.exit_code == 1
+    assert f"`{path}` cannot be written: the run reads it" in result.stderr
+    assert path.read_text(encoding="utf-8") == texts[option]
+
+
+def test_a_run_may_start_before_zero(tmp_path: Path):
+    path = tmp_path / "early.csv"
+    words = ("--start", -0.06, "--stop", -0.02, "-o", path)
+    result = mover("simulate", "pendulum", *words)
+    assert result.exit_code == 0, result.output
+    assert path.exists()
 
 
 def test_a_directory_in_place_of_the_file_is_found_before_the_run(tmp_path: Path):
@@ -348,6 +377,26 @@ def test_check_says_what_cannot_be_simulated(tmp_path: Path):
     result = mover("check", path)
     assert result.exit_code == 0
     assert "the figure can be read, but not simulated" in result.stdout
+
+
+def test_check_finds_a_figure_that_cannot_move(tmp_path: Path):
+    path = tmp_path / "stone.fig"
+    path.write_text("figure { segment stone { site base { } } root = stone.base; }")
+    for command in ("check", "simulate"):
+        result = mover(command, path)
+        assert result.exit_code == 1
+        assert "none of its segments moves" in result.output
+
+
+def test_check_finds_a_loop_that_cannot_close(tmp_path: Path):
+    text = (ROOT / "figures" / "fourbar.fig").read_text(encoding="utf-8")
+    path = tmp_path / "wide.fig"
+    path.write_text(text.replace("trans(30cm,0cm,0cm)", "trans(3m,0cm,0cm)"), encoding="utf-8")
+    assert path.read_text(encoding="utf-8") != text
+    result = mover("check", path)
+    assert result.exit_code == 1
+    assert "opens the loop" in result.stdout
+    assert mover("check", "fourbar").exit_code == 0
 
 
 def test_check_looks_into_the_springs(tmp_path: Path):
@@ -419,6 +468,27 @@ def test_a_reader_that_leaves_early_sees_no_traceback(tmp_path: Path):
     )
     assert "Traceback" not in done.stderr
     assert done.stdout.startswith("{")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a device that is full")
+@pytest.mark.parametrize("words", ["describe pendulum", "--help", "check pendulum --json"])
+def test_an_output_that_is_full_is_told(words: str):
+    line = f"{sys.executable} -m generator.cli {words} > /dev/full"
+    done = subprocess.run(
+        line, shell=True, env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert done.stderr == "error: the answer could not be written: No space left on device\n"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a shell that closes streams")
+def test_the_output_may_be_closed(tmp_path: Path):
+    line = f"{sys.executable} -m generator.cli simulate pendulum --stop 0.02 -o swing.csv >&-"
+    done = subprocess.run(
+        line, shell=True, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "swing.csv").exists()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs names that are any bytes")

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from generator.engine.assembly import build
+from generator.engine.exudyn_api import exu
 from generator.engine.march import FRAMES_A_READING, frame_times, march
 from generator.engine.plan import Plan
 from generator.engine.simulate import Progress, simulate
 from generator.recording import Ending
-from springs import AxisSpring, Cubic, JointSprings, SpringSet, Stop
-from tests.chains import BALL, X, Y, Z, chain, one_body, row
+from springs import AxisSpring, Cubic, JointSprings, Linear, SpringSet, Stop
+from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
 
 NONE = SpringSet()
 GIVENS = [{"step": 1e-3}, {}]
@@ -95,6 +96,9 @@ def test_an_interrupt_in_a_later_pass_leaves_a_motion(number) -> None:
     assert run.times[-1] >= 0.3
     assert run.outcome.last_time == run.times[-1]
     assert len(run.poses["bar0"]) == len(run.times)
+    # The time of the interruption is not that of the last frame, which an earlier pass made.
+    assert run.outcome.message.endswith(" of a finer pass")
+    assert run.times[-1] == 0.5
 
 
 @pytest.mark.parametrize("given", GIVENS)
@@ -165,3 +169,31 @@ def test_a_pass_begins_at_the_start_itself() -> None:
     done = march(assembly, times, 1e-2, 1e-9, time.monotonic() + 9.0, nobody)
     pose = assembly.placement.poses["link"]
     assert np.max(np.abs(done.trace.rotations[0, 0] - pose[:3, :3])) < 1e-15
+
+
+def test_time_may_be_negative() -> None:
+    figure = row(2)
+    late, early = (run_pass(figure, times=t + np.linspace(0.0, 0.2, 11)) for t in (0.0, -0.1))
+    assert early.outcome.last_time == pytest.approx(0.1)
+    assert np.max(np.abs(early.trace.positions - late.trace.positions)) < 1e-10
+    assert exu.special.exceptions.parameterRangeChecks
+
+
+def test_a_joint_that_turns_over_in_the_first_frame_leaves_that_frame() -> None:
+    springs = tuple(AxisSpring(axis, (Linear(0.5),)) for axis in (X, Y, Z))
+    plan = Plan(
+        stop=0.1,
+        springs=SpringSet({"pin": JointSprings("pin", springs)}),
+        velocities={"pin": (1500.0, 0.0, 0.0)},
+    )
+    run = simulate(one_body(BALL, (0.0, 0.0, 0.0), body("link", centre=(0.0, 0.0, 0.0))), plan)
+    assert run.outcome.ending is Ending.TURNED_OVER
+    assert run.times.tolist() == [0.0]
+
+
+def test_a_step_too_short_for_any_clock_ends_by_the_clock() -> None:
+    begun = time.monotonic()
+    run = simulate(row(1), Plan(stop=1.0, step=1e-13, wall_limit=0.3, springs=NONE))
+    assert time.monotonic() - begun < 5.0
+    assert run.outcome.ending is Ending.TOO_LONG
+    assert run.times.tolist() == [0.0]

@@ -142,3 +142,15 @@ def test_the_passive_torque_turns_the_child() -> None:
     )
     acceleration = grown / run.times[10] ** 2
     assert inertia @ acceleration == pytest.approx(run.passive_torques["pin"][0], rel=1e-3)
+
+
+def test_a_sprung_ball_does_not_start_at_half_a_turn() -> None:
+    """Rounding would choose the side to which it falls; a damped one has no side."""
+    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (Linear(1.0),)),))})
+    damped = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (), Damping(0.1)),))})
+    for angle in (np.pi, -np.pi, 3.0 * np.pi):
+        figure = one_body(BALL, (0.0, 0.0, angle))
+        with pytest.raises(SpringError, match="joint pin starts at 180 deg"):
+            build(figure, Plan(), springs)
+        assert build(figure, Plan(), damped).springs["pin"]
+    assert build(one_body(BALL, (0.0, 0.0, np.pi - 1e-3)), Plan(), springs).springs["pin"]

@@ -4,6 +4,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from generator import read_figure
 from generator.engine.assembly import start_of
@@ -120,3 +121,41 @@ def test_a_joint_that_a_loop_makes_needless() -> None:
     ]
     assert np.allclose(runs[0].displacements["low"], runs[1].displacements["low"], atol=1e-9)
     assert np.allclose(runs[0].displacements["high"], runs[1].displacements["low"], atol=1e-5)
+
+
+def test_a_bar_too_many_swings_through_the_lowest_point() -> None:
+    """Two parallel links with two bars across them: one bar's row along it says nothing there."""
+    link = {"far": at(shift=(0.0, -0.2, 0.0)), "half": at(shift=(0.0, -0.1, 0.0))}
+    made = figure(
+        [
+            ground(two=at(shift=(0.2, 0.0, 0.0))),
+            body("left", 1.0, (0.01,) * 3, (0.0, -0.1, 0.0), link),
+            body("right", 1.0, (0.01,) * 3, (0.0, -0.1, 0.0), link),
+            body("low", 1.0, (0.01,) * 3, (0.1, 0.0, 0.0), {"end": at(shift=(0.2, 0.0, 0.0))}),
+            body("high", 1.0, (0.01,) * 3, (0.1, 0.0, 0.0), {"end": at(shift=(0.2, 0.0, 0.0))}),
+        ],
+        [
+            joint("left_pin", "ground.base", "left.near", chain("Rz"), (0.35,)),
+            joint("right_pin", "ground.two", "right.near", chain("Rz"), (0.35,)),
+            joint("low_pin", "left.far", "low.near", chain("Rz"), (-0.35,)),
+            joint("low_end", "right.far", "low.end", chain("Rz"), (-0.35,)),
+            joint("high_pin", "left.half", "high.near", chain("Rz"), (-0.35,)),
+            joint("high_end", "right.half", "high.end", chain("Rz"), (-0.35,)),
+        ],
+    )
+    run = simulate(made, Plan(stop=1.0, springs=NONE, tolerance=1e-6))
+    assert run.outcome.succeeded
+    # Links turn about their ends; bars only shift with the links' points.
+    inertia = 2.0 * (0.01 + 0.1**2) + 0.2**2 + 0.1**2
+    moment = 9.81 * (2.0 * 0.1 + 0.2 + 0.1)
+    exact = solve_ivp(
+        lambda _, y: (y[1], -moment / inertia * np.sin(y[0])),
+        (0.0, 1.0),
+        (0.35, 0.0),
+        t_eval=run.times,
+        rtol=1e-11,
+        atol=1e-12,
+    )
+    assert run.times[-1] == exact.t[-1]
+    assert np.min(exact.y[0]) < -0.3
+    assert np.max(np.abs(run.displacements["left_pin"][:, 0] - exact.y[0])) < 1e-6

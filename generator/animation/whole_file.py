@@ -8,21 +8,22 @@ from pathlib import Path
 _NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Put `text`, in UTF-8, into the file at `path`.
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Put `content`, a text in UTF-8, into the file at `path`.
 
-    The text goes to a temporary file in the same folder, which takes the place of `path` once the
+    It goes to a temporary file in the same folder, which takes the place of `path` once the
     disk has it all. Who kills the program before that finds the old file, or none, and at worst the
     temporary one (`.NAME.xxxxxxxx.part`). A link is followed, and the file that it names replaced.
 
     Raises OSError when the file cannot be written.
     """
+    data = content.encode() if isinstance(content, str) else content
     target = _target(path)
     part = _part_of(target)
     descriptor = os.open(part, _NEW, 0o666)
     try:
-        with open(descriptor, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
+        with open(descriptor, "wb") as stream:
+            stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
         os.replace(part, target)

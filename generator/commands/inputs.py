@@ -5,6 +5,9 @@ from collections.abc import Iterator
 from generator.chain import ChainError, chain_of
 from generator.errors import Fault, InputError, error, errors_among
 from generator.figure import Figure
+from generator.posture.assemble import OpenLoopError, assemble
+from generator.posture.placement import drawn_displacements
+from generator.posture.tree import hang
 from generator.reader import examine_figure, faults_for_simulation
 from generator.reader.draft import place_of
 from generator.reader.passive import PassiveReading, springs_for
@@ -40,7 +43,17 @@ def springs_of(
 
 def faults_of_motion(figure: Figure) -> tuple[Fault, ...]:
     """What keeps a figure that could be read from being simulated."""
-    return (*faults_for_simulation(figure), *_faults_of_chains(figure))
+    return (*faults_for_simulation(figure), *_faults_of_chains(figure), *_fault_of_rest(figure))
+
+
+def faults_of_pose(figure: Figure) -> tuple[Fault, ...]:
+    """Loops that the figure's pose opens and that cannot be closed, in a figure of sound joints."""
+    tree = hang(figure)
+    try:
+        assemble(tree, drawn_displacements(tree))
+    except OpenLoopError as failure:
+        return (error(str(failure), hint="other start values by --set may close it"),)
+    return ()
 
 
 def insist_on_motion(figure: Figure, warnings: tuple[Fault, ...]) -> None:
@@ -49,6 +62,14 @@ def insist_on_motion(figure: Figure, warnings: tuple[Fault, ...]) -> None:
     if errors_among(faults):
         said = {fault.message for fault in faults}
         raise InputError((*(one for one in warnings if one.message not in said), *faults))
+
+
+def _fault_of_rest(figure: Figure) -> Iterator[Fault]:
+    if not figure.bodies:
+        yield error(
+            "the figure cannot be simulated: none of its segments moves",
+            hint=f"the root's segment `{figure.root.segment}` is fixed",
+        )
 
 
 def _faults_of_chains(figure: Figure) -> Iterator[Fault]:

@@ -7,18 +7,22 @@ from generator.animation.displayed import meant_number, unit_of
 from generator.commands.answer import UsageError
 from generator.errors import nearest
 from generator.figure import Factor, Figure, Vector
-from generator.posture.free_root import FREE_CHAIN
+from generator.posture.free_root import let_go
+from generator.posture.placement import drawn_displacements
+from generator.posture.tree import hang
 
 Chains = Mapping[str, Sequence[Factor]]
 
 
 def chains_of(figure: Figure, *, free_root: bool = False) -> Chains:
-    """The chains that values can be given for, by name: the joints'.
+    """The chains that values can be given for, by joint.
 
-    With a free root also the moving segments', of which one will fly.
+    With a free root those of the figure let go, in which joints named after the segments that fly
+    stand for those to the ground.
     """
-    free = dict.fromkeys(figure.bodies, FREE_CHAIN) if free_root else {}
-    return {**free, **{name: joint.chain for name, joint in figure.joints.items()}}
+    if free_root:
+        figure, _ = let_go(figure, drawn_displacements(hang(figure)))
+    return {name: joint.chain for name, joint in figure.joints.items()}
 
 
 def displacements_given(

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from math import isfinite
+from os.path import realpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from generator.commands.inputs import figure_of, insist_on_motion, springs_of
 from generator.commands.interrupt import interrupted_at_a_frame
 from generator.commands.options import chains_of, displacements_given, vector_given
 from generator.commands.summary import failure_text, summary_data, summary_text
+from generator.engine.door import open_exudyn
 from generator.engine.plan import Plan
 from generator.errors import Fault, InputError, error, errors_among
 from generator.figure import Figure
@@ -79,11 +81,12 @@ def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
         MoverError: the figure cannot be built as asked.
     """
     plan = _bare_plan(request)
-    _check_formats(request.outputs)
+    _check_outputs(request.outputs)
     figure, warnings = figure_of(request.figure)
     insist_on_motion(figure, warnings)
     plan, more = _whole_plan(plan, request, figure)
-    _check_writable(request.outputs)
+    _check_writable(request.outputs, (figure.path, request.springs, request.loads))
+    open_exudyn()
     from generator.engine.simulate import simulate as run  # Exudyn takes its time
 
     with interrupted_at_a_frame() as check, watcher(plan.start, plan.stop) as watch:
@@ -130,7 +133,10 @@ def _bare_plan(request: Request) -> Plan:
     except ValueError as failure:
         raise UsageError(str(failure)) from None
     if (plan.stop - plan.start) / plan.frame > MOST_FRAMES:
-        raise UsageError(f"the run would have more than {MOST_FRAMES:,} frames; use a longer one")
+        raise UsageError(
+            f"the run would have more than {MOST_FRAMES:,} frames; "
+            "use a longer --frame or an earlier --stop"
+        )
     return plan
 
 
@@ -155,18 +161,26 @@ def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tup
     return whole, faults
 
 
-def _check_formats(paths: Sequence[Path]) -> None:
-    """Raise UsageError for a suffix that names no format."""
+def _check_outputs(paths: Sequence[Path]) -> None:
+    """Raise UsageError for a suffix that names no format, and for one file given twice."""
+    targets: set[str] = set()
     for path in paths:
         try:
             format_of(path)
         except UnknownFormatError as failure:
             raise UsageError(str(failure)) from None
+        if realpath(path) in targets:
+            raise UsageError(f"-o {path}: the file was given before")
+        targets.add(realpath(path))
 
 
-def _check_writable(paths: Sequence[Path]) -> None:
-    """Raise InputError for files that cannot be written."""
-    reasons = [(path, why_not_writable(path)) for path in paths]
+def _check_writable(paths: Sequence[Path], inputs: Sequence[str | Path | None]) -> None:
+    """Raise InputError for files that cannot be written, or that the run reads."""
+    read = {realpath(path) for path in inputs if path is not None}
+    reasons = [
+        (path, "the run reads it" if realpath(path) in read else why_not_writable(path))
+        for path in paths
+    ]
     faults = [_unwritable(path, reason) for path, reason in reasons if reason is not None]
     if faults:
         raise InputError(faults)

@@ -75,7 +75,7 @@ def _accuracy(recording: Recording) -> str:
         return "error not estimated, since the step was fixed"
     estimate, asked = finite(accuracy.estimate), f"{accuracy.asked:.1e} rad"
     if estimate is None:
-        return f"error not estimated, since too little was simulated; {asked} was asked for"
+        return f"error not estimated, since too few passes ended; {asked} was asked for"
     held = f"held until {accuracy.held_until:g} s"
     return f"estimated error {estimate:.1e} rad; {asked} was asked for and {held}"
 

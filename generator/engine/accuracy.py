@@ -34,6 +34,9 @@ let it come as far off as this."""
 SMALLEST_STEP = 6e-5
 """Smallest step that the default tolerance may ask for [s]; it shrinks with the tolerance."""
 
+_CUT_SHORT = (Ending.INTERRUPTED, Ending.TOO_LONG)
+"""Endings of a pass that say nothing against the passes before it."""
+
 
 @dataclass(frozen=True)
 class Refined:
@@ -78,7 +81,7 @@ def refine(
         if latest.outcome.ending is Ending.INTERRUPTED and len(done) >= 2:
             return _result(figure, tolerance, done, latest.outcome)
         done.append(latest)
-        if latest.outcome.ending in (Ending.INTERRUPTED, Ending.TOO_LONG) or _hopeless(done):
+        if latest.outcome.ending in _CUT_SHORT or _hopeless(done):
             break
         errors = estimated_errors(figure, _furthest(done))
         if latest.outcome.succeeded and errors.size and errors[-1] <= tolerance:
@@ -133,6 +136,12 @@ def _furthest(done: list[Pass]) -> list[Pass]:
     return [one for one in done if len(one.trace) == longest]
 
 
+def _up_to_the_last(done: list[Pass]) -> list[Pass]:
+    """The passes that got as far as the last one, up to there: coarse steps may miss a failure."""
+    reached = len(done[-1].trace)
+    return [replace(p, trace=p.trace.first(reached)) for p in done if len(p.trace) >= reached]
+
+
 def _next_cost(done: list[Pass], step: float) -> float:
     """Wall time that a pass with a step will take [s], judged by the last one."""
     return done[-1].wall_time * done[-1].step / step
@@ -151,7 +160,7 @@ def _result(figure: Figure, tolerance: float, done: list[Pass], outcome: Outcome
     """What the passes amount to."""
     steps = sum(one.steps for one in done)
     wall_time = sum(one.wall_time for one in done)
-    used = _furthest(done)
+    used = _furthest(done) if outcome.ending in _CUT_SHORT else _up_to_the_last(done)
     trace = used[-1].trace
     if len(used) > 1:
         trace = extrapolated(used[-2].trace, trace, used[-2].step / used[-1].step)
@@ -163,6 +172,8 @@ def _result(figure: Figure, tolerance: float, done: list[Pass], outcome: Outcome
     accuracy = Accuracy(float(errors[-1]), tolerance, held_until, done[-1].step, steps, errors)
     last = float(trace.times[-1])
     message = outcome.message or _sentence(accuracy, last)
+    if outcome.last_time < last:
+        message += " of a finer pass"
     return Refined(trace, replace(outcome, message=message, last_time=last), accuracy, wall_time)
 
 

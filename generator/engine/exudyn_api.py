@@ -45,6 +45,17 @@ def symbolic_user_function(mbs: MainSystem, function: Any, field: str, item: str
         symbols.SetRecording(False)
 
 
+def set_times(integration: Any, start: float, stop: float) -> None:
+    """Set the times between which a system is integrated [s]; they may be negative.
+
+    Exudyn refuses negative ones, though nothing in it depends on that: its check is held back.
+    """
+    checks = exu.special.exceptions
+    before, checks.parameterRangeChecks = checks.parameterRangeChecks, False
+    integration.startTime, integration.endTime = start, stop
+    checks.parameterRangeChecks = before
+
+
 def unused_name(mbs: MainSystem, name: str) -> str:
     """The name, numbered where the system has an object or a node of that name already.
 

@@ -8,7 +8,7 @@ halved, so no pass can crawl.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from generator.engine.assembly import Assembly
-from generator.engine.exudyn_api import SolverError, exu
+from generator.engine.exudyn_api import SolverError, exu, set_times
 from generator.engine.joints import Constraint
 from generator.engine.meters import Flip, Meters
 from generator.engine.passages import Guide
@@ -147,7 +147,8 @@ def march(
     spent = time.monotonic() - begun
     trace = log.trace(meters)
     if outcome.ending is Ending.TURNED_OVER:
-        trace = trace.first(int(np.searchsorted(times, outcome.last_time)))
+        # The first frame stays, also where a fast joint turns over before the second.
+        trace = trace.first(max(1, int(np.searchsorted(times, outcome.last_time))))
     last = float(trace.times[-1])
     outcome = replace(outcome, last_time=last)
     frame = float(times[1] - times[0])
@@ -183,12 +184,15 @@ def _stretches(
     return list(pairwise(cuts))
 
 
-def _bites(interval: tuple[float, float], count: int) -> list[tuple[tuple[float, float], int]]:
+def _bites(interval: tuple[float, float], count: int) -> Iterator[tuple[tuple[float, float], int]]:
     """An interval of equal steps in parts of so few that the clock and Ctrl-C are heard."""
     start, stop = interval
-    places = [*range(0, count, STEPS_A_BITE), count]
-    ends = [start + (stop - start) * place / count for place in places]
-    return list(zip(pairwise([*ends[:-1], stop]), np.diff(places).tolist(), strict=True))
+    here = start
+    for place in range(0, count, STEPS_A_BITE):
+        some = min(STEPS_A_BITE, count - place)
+        there = stop if place + some == count else start + (stop - start) * (place + some) / count
+        yield (here, there), some
+        here = there
 
 
 def _within(times: Array, here: float, there: float) -> list[float]:
@@ -223,7 +227,7 @@ def _advance(
     Raises SolverError.
     """
     integration = settings.timeIntegration
-    integration.startTime, integration.endTime = interval
+    set_times(integration, *interval)
     integration.numberOfSteps = count
     settings.solution.sensors.writePeriod = (interval[1] - interval[0]) / count / 2.0
     settings.solution.sensors.append = goes_on

@@ -24,7 +24,14 @@ from generator.engine.exudyn_api import (
 from generator.engine.symbolic import SYMBOLIC
 from generator.errors import MoverError
 from generator.figure import Joint
-from generator.frames import PERPENDICULAR, Array, frame_with_z, homogeneous, unit
+from generator.frames import (
+    PERPENDICULAR,
+    Array,
+    frame_with_z,
+    homogeneous,
+    rotation_vector_from_matrix,
+    unit,
+)
 from generator.posture.placement import Placement
 from springs import (
     FLOATS,
@@ -40,6 +47,9 @@ from springs import (
 
 _TORQUE_ROWS = np.vstack([np.zeros((3, 3)), -np.eye(3)])
 """Puts a torque on the child into Exudyn's left-hand six-vector of force and torque."""
+
+_HALF_TURN_SLACK = 1e-6
+"""A start nearer than this to 180 deg falls to either side by its rounding [rad]."""
 
 
 class SpringError(MoverError):
@@ -184,6 +194,11 @@ def _ball(
     python: bool,
 ) -> Connector:
     """A torque of the rotation vector, in the half-way frame."""
+    angle = np.linalg.norm(rotation_vector_from_matrix(placement.between(joint)[:3, :3]))
+    if angle > np.pi - _HALF_TURN_SLACK and any(axis.elastic for axis in axes):
+        raise SpringError(
+            f"joint {joint.name} starts at 180 deg, where the torque of its springs is not defined"
+        )
 
     def torque(rotation: Any, rate: Any, ops: Operations) -> Any:
         return elastic_torque(joining, axes, rotation, ops) + damping_torque(axes, rate, ops)

@@ -67,6 +67,7 @@ class Plan:
             )
         for name in ("frame", "tolerance", "wall_limit"):
             if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, not {getattr(self, name):g}")
+                said = name.replace("_", " ")
+                raise ValueError(f"the {said} must be positive, not {getattr(self, name):g}")
         if self.step is not None and not self.step > 0.0:
             raise ValueError(f"the step must be positive, not {self.step:g} s")

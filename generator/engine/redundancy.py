@@ -12,7 +12,7 @@ from generator.posture.assemble import OpenLoopError, assemble
 from generator.posture.placement import Placement, motion_maps, relative_motion_map
 
 _DEPENDENT = 1e-7
-"""Singular value below which a row is implied by the others."""
+"""What is left of a row across the others when they imply it [m or 1]."""
 
 _TRIES = (0.0, 0.13, -0.17)
 """Turns of all displacements from which closed poses near by are looked for [rad or m]: at a dead
@@ -61,25 +61,22 @@ def _independent(placement: Placement) -> dict[str, list[bool]]:
     """For each closing joint, which of its rows no other row implies."""
     tree = placement.tree
     maps = motion_maps(placement)
-    held = np.zeros((0, next(iter(maps.values())).shape[1]))
+    basis = np.zeros((0, next(iter(maps.values())).shape[1]))
     keep: dict[str, list[bool]] = {}
     for joint in tree.closures:
         motion = relative_motion_map(placement, maps, joint)
-        between = placement.between(joint)
-        keep[joint.name] = []
-        for row in _all_rows(tree.chains[joint.name], between) @ motion:
-            tried = np.vstack([held, row])
-            needed = bool(np.linalg.norm(row) > _DEPENDENT and _full_rank(tried))
-            keep[joint.name].append(needed)
-            held = tried if needed else held
+        left = _all_rows(tree.chains[joint.name], placement.between(joint)) @ motion
+        left = left - left @ basis.T @ basis
+        keep[joint.name] = [False] * len(left)
+        # The row with most to say comes first: it is the last to fall silent in other poses.
+        while left.size and np.max(sizes := np.linalg.norm(left, axis=1)) > _DEPENDENT:
+            most = int(np.argmax(sizes))
+            keep[joint.name][most] = True
+            basis = np.vstack([basis, left[most] / sizes[most]])
+            left = left - np.outer(left @ basis[-1], basis[-1])
     return keep
 
 
 def _all_rows(chain: Chain, between: Array) -> Array:
     rows = [lock_rows(lock, between) for lock in locks_of(chain)]
     return np.vstack(rows) if rows else np.zeros((0, 6))
-
-
-def _full_rank(rows: Array) -> bool:
-    sizes = np.linalg.svd(rows, compute_uv=False)
-    return rows.shape[0] <= rows.shape[1] and bool(sizes[-1] > _DEPENDENT)

@@ -1,7 +1,7 @@
 """A figure and a plan become a recording."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,8 +17,11 @@ from generator.engine.plan import Plan
 from generator.engine.trace import Trace
 from generator.figure import Figure
 from generator.frames import Array
-from generator.recording import Accuracy, Recording
+from generator.recording import Accuracy, Ending, Outcome, Recording
 from springs import SpringSet
+
+PARTED = 0.01
+"""A run in which a joint's sites part by more than this has blown up [m]."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,10 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
     motion = Motion(assembly, trace)
     starts = assembly.placement.displacements
     joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
+    drifts = _drifts(assembly, joints)
+    torn = _torn(refined, drifts) if len(trace) > 1 else None
+    if torn is not None:
+        return _record(runner, torn)
     return Recording(
         times=trace.times,
         poses=motion.poses,
@@ -162,7 +169,7 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
         energy=energy_book(assembly, trace, joints),
         outcome=refined.outcome,
         accuracy=refined.accuracy,
-        constraint_drift=_drift(assembly, joints),
+        constraint_drift=max((float(np.max(drift)) for drift in drifts.values()), default=0.0),
         wall_time=refined.wall_time,
         build_time=runner.build_time,
         springs=assembly.spring_set.origin,
@@ -176,14 +183,44 @@ def _centre_of_mass(figure: Figure, trace: Trace) -> Array:
     return np.asarray(np.einsum("b,nbk->nk", masses, trace.positions) / np.sum(masses))
 
 
-def _drift(assembly: Assembly, joints: dict[str, JointMotion]) -> float:
-    """Largest distance by which sites part that a joint holds together [m]."""
-    worst = 0.0
+def _drifts(assembly: Assembly, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+    """Distance by which each joint's sites have parted that it should hold, shape (n,) [m]."""
+    drifts: dict[str, Array] = {}
     for name, moved in joints.items():
         chain = assembly.placement.tree.chains[name]
         if not chain.slides:
-            worst = max(worst, float(np.max(np.linalg.norm(moved.between[:, :3, 3], axis=1))))
+            drifts[name] = np.linalg.norm(moved.between[:, :3, 3], axis=1)
         elif len(chain.slides) < 3:
             gaps = [np.linalg.norm(chain.gap(pose)[3:]) for pose in moved.between]
-            worst = max(worst, float(np.max(gaps)))
-    return worst
+            drifts[name] = np.array(gaps, dtype=float)
+    return drifts
+
+
+def _torn(refined: Refined, drifts: Mapping[str, Array]) -> Refined | None:
+    """The run up to where a joint came apart, as a failure; None where all held."""
+    first = {
+        name: int(np.argmax(~(drift <= PARTED)))
+        for name, drift in drifts.items()
+        if not np.all(drift <= PARTED)
+    }
+    if not first:
+        return None
+    joint = min(first, key=lambda name: first[name])
+    count = max(1, first[joint])
+    last = float(refined.trace.times[count - 1])
+    message = (
+        f"joint {joint} came apart after {last:.4g} s: the step is too long for what acts there"
+    )
+    by_frame, estimate = refined.accuracy.by_frame[:count], refined.accuracy.estimate
+    accuracy = replace(
+        refined.accuracy,
+        estimate=None if estimate is None else float(by_frame[-1]),
+        by_frame=by_frame,
+        held_until=min(last, refined.accuracy.held_until),
+    )
+    return replace(
+        refined,
+        trace=refined.trace.first(count),
+        outcome=Outcome(Ending.SOLVER_FAILED, message, last, joint),
+        accuracy=accuracy,
+    )

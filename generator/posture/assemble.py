@@ -103,8 +103,8 @@ def _insist(
         if np.max(np.abs(gap)) > CLOSED:
             raise OpenLoopError(
                 f"the pose opens the loop at joint {joint.name}: its sites stay "
-                f"{1000.0 * float(np.linalg.norm(gap[3:])):.3g} mm and "
-                f"{np.degrees(float(np.linalg.norm(gap[:3]))):.3g} deg apart"
+                f"{1000.0 * float(np.linalg.norm(gap[3:])):.4g} mm and "
+                f"{round(np.degrees(float(np.linalg.norm(gap[:3]))), 6):.3g} deg apart"
             )
         if joint.name in held:
             off = np.max(np.abs(followed[joint.name] - asked[joint.name]), initial=0.0)

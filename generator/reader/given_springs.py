@@ -98,7 +98,8 @@ def from_springs_file(
             except AxisError as fault:
                 findings.error(str(fault), entry.origins.get("axis") or place, fault.hint)
                 continue
-            spring = _entry_spring(joint, entry, direction, findings)
+            bounded = is_bounded(joint, direction)
+            spring = entry_spring(name, entry, direction, findings, bounded=bounded)
             if spring is not None:
                 stop = (entry.stop_stiffness, entry.stop_onset)
                 given.append(GivenSpring(name, spring, place, *stop))
@@ -149,7 +150,7 @@ def _record_spring(
         try:
             law = passive_cubic(coefficients, zone, rest, bounded=bounded)
         except NotRestoringError as failure:
-            _refuse(joint, failure, record.origins.get("coefficients"), findings)
+            _refuse(joint.name, failure, record.origins.get("coefficients"), findings)
             return None
         why = rule_said(coefficients, law, zone_given=zone is not None)
     if negated and not is_revolute:
@@ -163,16 +164,24 @@ def _record_spring(
     )
 
 
-def _entry_spring(
-    joint: Joint, entry: SpringEntry, direction: Vector, findings: Findings
+def entry_spring(
+    joint: str, entry: SpringEntry, direction: Vector, findings: Findings, *, bounded: bool
 ) -> AxisSpring | None:
-    """The law of one table for one joint; None, with a fault noted, when it is none."""
+    """The law of one table for one joint; None, with a fault noted, when it is none.
+
+    Args:
+        joint: its name.
+        entry: the table.
+        direction: the axis in the joint's frame.
+        findings: for faults.
+        bounded: whether stops bound the range, as for `passive_cubic`.
+    """
     elastic: tuple[Elastic, ...] = ()
     why = entry.why
     if entry.stiffness is not None:
         elastic = (Linear(entry.stiffness, entry.rest),)
     elif entry.coefficients is not None:
-        bounded, place = is_bounded(joint, direction), entry.origins.get("coefficients_Nm_rad")
+        place = entry.origins.get("coefficients_Nm_rad")
         try:
             ruled = passive_cubic(entry.coefficients, entry.dead_zone, entry.rest, bounded=bounded)
         except NotRestoringError as failure:
@@ -193,11 +202,9 @@ def _entry_spring(
     return AxisSpring(direction, elastic, entry.damping, entry.motion, entry.reference, why)
 
 
-def _refuse(
-    joint: Joint, failure: NotRestoringError, place: Span | None, findings: Findings
-) -> None:
+def _refuse(joint: str, failure: NotRestoringError, place: Span | None, findings: Findings) -> None:
     findings.error(
-        f"no sense makes this cubic of `{shown(joint.name)}` restoring: {failure}",
+        f"no sense makes this cubic of `{shown(joint)}` restoring: {failure}",
         place,
         "give the axis limits on both sides (`llimit`, `ulimit`) or another cubic",
     )

@@ -1,0 +1,59 @@
+"""The lint of curves in words and in data."""
+
+from collections.abc import Iterator, Sequence
+from math import degrees
+
+from generator.commands.answer import aligned, counted
+from generator.commands.spring_words import axis_name
+from springs.curve_report import CurveReport
+from springs.finding import Finding
+
+
+def curves_text(reports: Sequence[CurveReport], *, notes: bool) -> Iterator[str]:
+    """A paragraph for each curve: its joints, then its findings in a table.
+
+    Args:
+        reports: of the curves.
+        notes: whether to tell what is no doubt, and curves without any.
+    """
+    told = [report for report in reports if notes or report.doubts]
+    for report in told:
+        low, high = (degrees(angle) for angle in report.studied)
+        motion = f", {report.spring.motion}" if report.spring.motion else ""
+        title = f"{', '.join(report.joints)} about {axis_name(report.spring)}{motion}"
+        findings = report.findings if notes else report.doubts
+        rows = [(f"  {weight_of(f)}", f.kind.value, f.sentence) for f in findings]
+        yield f"{title}, from {low:.1f} to {high:.1f} deg\n{aligned(rows, left=3)}"
+    ends = [end for report in told for end in (report.low, report.high) if end is not None]
+    sources = dict.fromkeys(f"  {end.source}: {end.reference}" for end in ends)
+    if sources:
+        yield "\n".join(["normal ranges of motion:", *sources])
+
+
+def tally(reports: Sequence[CurveReport]) -> str:
+    """`8 curves, 12 doubts`."""
+    doubts = sum(len(report.doubts) for report in reports)
+    return f"{counted(len(reports), 'curve')}, {counted(doubts, 'doubt')}"
+
+
+def curves_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
+    """All findings for `--json`, in the order of the text; angles in deg, values in SI."""
+    return [
+        {
+            "severity": weight_of(finding),
+            "message": finding.sentence,
+            "kind": finding.kind.value,
+            "joints": list(report.joints),
+            "axis": axis_name(report.spring),
+            "motion": report.spring.motion,
+            "angles_deg": [degrees(angle) for angle in finding.angles],
+            "values": list(finding.values),
+        }
+        for report in reports
+        for finding in report.findings
+    ]
+
+
+def weight_of(finding: Finding) -> str:
+    """`doubt` or `note`."""
+    return "doubt" if finding.is_doubt else "note"

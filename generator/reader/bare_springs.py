@@ -1,0 +1,87 @@
+"""A springs file by itself: its curves, and the figure it was written for where there is one."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from generator.errors import Fault
+from generator.figure import Vector
+from generator.reader.figure_file import SUFFIX, examine_figure, shipped_figures
+from generator.reader.findings import EnoughFaults, Findings
+from generator.reader.given_springs import entry_spring
+from generator.reader.passive import springs_for
+from generator.reader.springs_file import SpringsFile, springs_in
+from generator.reader.text_file import read_text
+from generator.reader.vocabulary import shown
+from springs import AxisSpring, Joining, JointSprings, SpringSet
+
+_AXES: Mapping[str | None, Vector] = {
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    None: (0.0, 0.0, 1.0),
+}
+
+
+@dataclass(frozen=True)
+class BareReading:
+    """What came of reading a springs file by itself.
+
+    Attributes:
+        springs: None when `faults` holds an error.
+        figure: name of the figure whose joints they were given to, or None without any.
+        faults: all that was found.
+    """
+
+    springs: SpringSet | None
+    figure: str | None
+    faults: tuple[Fault, ...]
+
+
+def examine_springs(path: Path) -> BareReading:
+    """The springs in a file, with all faults; bad input raises nothing.
+
+    The figure that the file names is looked for beside it and among the shipped ones. Without one,
+    joints and their axes are taken as the file has them.
+    """
+    source, fault = read_text(path, str(path))
+    if fault is not None:
+        return BareReading(None, None, (fault,))
+    findings, springs, content = Findings(), None, None
+    with suppress(EnoughFaults):
+        content = springs_in(source, findings)
+        if content is not None and not findings.has_errors:
+            file = _figure_file(content, path.parent)
+            reading = None if file is None else examine_figure(file)
+            if reading is not None and reading.figure is not None:
+                given = springs_for(reading.figure, path.parent, content.figure, path)
+                return BareReading(given.springs, content.figure, given.faults)
+            if content.figure is not None:
+                findings.warning(
+                    f"the figure `{shown(content.figure)}` is not to be found or cannot be read",
+                    content.origins.get("figure"),
+                    "joints and axes are taken as they stand here",
+                )
+            springs = _springs_alone(content, path.name, findings)
+    return BareReading(None if findings.has_errors else springs, None, findings.in_order())
+
+
+def _figure_file(content: SpringsFile, folder: Path) -> Path | None:
+    """The file of the figure for which springs were written."""
+    if content.figure is None:
+        return None
+    beside = folder / f"{content.figure}{SUFFIX}"
+    return beside if beside.is_file() else shipped_figures().get(content.figure)
+
+
+def _springs_alone(content: SpringsFile, origin: str, findings: Findings) -> SpringSet:
+    """The springs without a figure: no limits bound an axis, and the only axis of a joint is z."""
+    axes: dict[str, list[AxisSpring]] = {}
+    for entry in content.entries:
+        for name in entry.joints:
+            spring = entry_spring(name, entry, _AXES[entry.axis], findings, bounded=False)
+            if spring is not None:
+                axes.setdefault(name, []).append(spring)
+    joints = {name: JointSprings(name, tuple(given)) for name, given in axes.items()}
+    return SpringSet(joints, content.law or Joining.CONSERVATIVE, origin)

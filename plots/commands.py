@@ -1,0 +1,75 @@
+"""The commands of this package, as `mover` joins them: their options and their help, nothing slow.
+
+What a command needs is imported when it runs.
+"""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from generator.commands.answer import Answer
+
+
+class Axis(StrEnum):
+    """Which axis of its joint a spring is about."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    JOINT = "joint"
+
+
+def fit(
+    data: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DATA.csv",
+            help="Measured moments; columns such as `angle [deg]` and `moment [N m]`.",
+        ),
+    ],
+    passive: Annotated[
+        bool,
+        typer.Option("--passive", help="Bind the cubic to restore at both ends of the data."),
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write a .springs.toml file."),
+    ] = None,
+    joints: Annotated[
+        list[str] | None,
+        typer.Option("--joint", metavar="NAME", help="A joint that gets the spring; for -o."),
+    ] = None,
+    axis: Annotated[
+        Axis, typer.Option(help="The axis of the joint, where it has several.")
+    ] = Axis.JOINT,
+    motion: Annotated[
+        str, typer.Option(metavar="TEXT", help="What a positive angle is, such as `flexion`.")
+    ] = "",
+    reference: Annotated[str, typer.Option(metavar="TEXT", help="Where the data are from.")] = "",
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the fit: .svg or .png.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON value.")] = False,
+) -> "Answer":
+    """Fit a cubic to measured moments and make it a spring.
+
+    The option --joint may be repeated.
+    """
+    del as_json
+    from plots import fit as command
+
+    return command.fit(
+        command.Request(
+            data=data,
+            passive=passive,
+            output=output,
+            joints=tuple(joints or ()),
+            axis=None if axis is Axis.JOINT else axis.value,
+            motion=motion,
+            reference=reference,
+            plot=plot,
+        )
+    )

@@ -1,0 +1,55 @@
+"""What the lint of a curve finds."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Kind(Enum):
+    """What a finding is about; with what its `angles` [rad] and `values` are."""
+
+    SENSE = "sense"
+    """Angles at which the torque drives away; values: its greatest size there [N m]."""
+
+    EQUILIBRIUM = "equilibrium"
+    """Angle of an equilibrium, or both ends of a zone without torque."""
+
+    SLOPE = "slope"
+    """Angle of the greatest stiffness, values: it [N m/rad]; or the ends of a stretch in which the
+    torque grows with the angle, values: by how much [N m]."""
+
+    JUMP = "jump"
+    """Angle of a corner; values: jump of the torque [N m] or of the stiffness [N m/rad]."""
+
+    ENERGY = "energy"
+    """Ends of the cycle; values: energies [J]."""
+
+    END = "end of range"
+    """Normal end of the motion; values: torque on the child there [N m]."""
+
+    FREE_MOTION = "free motion"
+    """Where free motion ends, and where the normal range does."""
+
+    EARLY = "early resistance"
+    """Where resistance becomes firm, then angles further on; values: the torques there [N m]."""
+
+    SYMMETRY = "symmetry"
+    """Angle at which left and right differ most; values: by how much [N m]."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a curve is or does.
+
+    Attributes:
+        kind: what it is about.
+        is_doubt: whether it is unlikely of a passive joint, and not only worth knowing.
+        sentence: for people.
+        angles: where [rad]; see `Kind`.
+        values: how much; see `Kind`.
+    """
+
+    kind: Kind
+    is_doubt: bool
+    sentence: str
+    angles: tuple[float, ...] = ()
+    values: tuple[float, ...] = ()
