@@ -160,8 +160,10 @@ def _energies(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:
     half = 0.5 * np.diff(curve.angles)
     places = (curve.angles[:-1] + half)[:, None] + half[:, None] * nodes
     work = float(np.sum(np.asarray(total_torque(curve.laws, places)) @ weights * half))
-    energies = np.asarray(total_energy(curve.laws, curve.angles))
-    gap, ends = work + float(energies[-1] - energies[0]), (curve.low, curve.high)
+    ends = curve.low, curve.high
+    places = np.array([*ends, *curve.angles, *(run.end for run in curve.runs)])
+    energies = np.asarray(total_energy(curve.laws, places))
+    gap = work + float(energies[1] - energies[0])
     stored = float(energies.max() - energies.min())
     if abs(gap) > _EQUAL * max(stored, 1.0):
         said = f"torque and energy disagree by {gap:.3g} J over the range: it is no elastic law"

@@ -107,7 +107,7 @@ def test_a_bound_cubic_is_never_nearer_than_the_free_one(
 
 def test_the_bound_cubic_is_the_nearest_of_those_that_restore():
     """Small steps within the bounds never come nearer to the data."""
-    rng = np.random.default_rng(3)
+    rng, tried = np.random.default_rng(3), 0
     for _ in range(20):
         angles = spread(9, -1.0, 2.0)
         fit = fit_cubic(angles, rng.normal(0.0, 10.0, 9), passive=True)
@@ -119,6 +119,8 @@ def test_the_bound_cubic_is_the_nearest_of_those_that_restore():
                 continue
             if min(restoring_signs(other)) >= 0.0:
                 assert other.rms > fit.rms
+                tried += 1
+    assert tried > 100
 
 
 def test_a_cubic_that_runs_away_is_bound():
@@ -171,7 +173,7 @@ def test_the_sense_of_noise_is_doubted():
 def test_what_the_dead_zone_leaves_out_is_told():
     fit = fit_cubic(ANGLES, polynomial(HIP_ABDUCTION, ANGLES))
     assert any("leaves out a fitted moment of 42" in doubt for doubt in fit.doubts)
-    inside = np.abs(np.degrees(ANGLES)) < 44.0
+    inside = np.abs(np.degrees(ANGLES) - 1.0) < 45.2
     assert fit.law_residuals[inside] == pytest.approx(fit.moments[inside])
     assert fit.law_residuals[~inside] == pytest.approx(0.0, abs=1e-9)
 

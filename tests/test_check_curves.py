@@ -1,0 +1,132 @@
+"""`mover check` on curves: doubts beside a figure, everything of a springs file by itself."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from generator.cli import app
+
+SPRINGS = Path(__file__).parents[1] / "figures" / "prototype.springs.toml"
+KNEES = '[[spring]]\njoints = ["left_knee", "right_knee"]\n'
+WRONG = KNEES + 'motion = "flexion"\ncoefficients_Nm_rad = [0, 10, 0, 100]\nsense = +1\n'
+
+
+def mover(*words: object) -> Result:
+    """Run the command in this process."""
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def springs_file(folder: Path, text: str) -> Path:
+    path = folder / "own.springs.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_figure_is_checked_with_the_doubts_about_its_curves():
+    result = mover("check", "prototype")
+    assert result.exit_code == 0
+    for sentence in (
+        "free motion ends at 97.4 deg, but elbow flexion normally ends at 144.6 deg",
+        "free motion ends at 89.0 deg, but knee flexion normally ends at 137.7 deg",
+        "36.15 N m at 90.0 deg",
+        "soucie_2011: ",
+        "11 curves, 15 doubts",
+    ):
+        assert sentence in result.stdout
+    assert "  note" not in result.stdout
+
+
+def test_a_figure_without_springs_has_no_curves():
+    result = mover("check", "prototype", "--springs", "none")
+    assert result.exit_code == 0
+    assert "curve" not in result.stdout
+
+
+def test_a_springs_file_is_told_whole():
+    result = mover("check", SPRINGS)
+    assert result.exit_code == 0, result.output
+    assert "right_knee, left_knee about -y, flexion, from -11.0 to 147.7 deg" in result.stdout
+    assert "left and right are mirror images" in result.stdout
+    assert "a stable equilibrium at 23.2 deg" in result.stdout
+    assert result.stdout.endswith("no warnings; the springs can be used for `prototype`\n")
+
+
+def test_the_findings_in_json():
+    said = json.loads(mover("check", SPRINGS, "--json").stdout)
+    assert {one["severity"] for one in said} == {"doubt", "note"}
+    (stop,) = (f for f in said if f["kind"] == "free motion" and "left_elbow" in f["joints"])
+    assert stop["severity"] == "doubt"
+    assert stop["angles_deg"] == pytest.approx([97.4, 144.6], abs=0.05)
+    assert (stop["axis"], stop["motion"]) == ("y", "flexion")
+    figure = json.loads(mover("check", "prototype", "--json").stdout)
+    assert [f for f in figure if "kind" in f] == said
+    assert [f["severity"] for f in figure if "kind" not in f] == ["warning"]
+
+
+@pytest.mark.parametrize("head", ["", 'figure = "prototype"\n'])
+def test_a_wrong_sense_is_flagged(head: str, tmp_path: Path):
+    result = mover("check", springs_file(tmp_path, head + WRONG))
+    assert result.exit_code == 0
+    assert "own.springs.toml" in result.stdout
+    assert "in this sense the cubic drives the joint away at both ends" in result.stdout
+    assert "the torque drives away from 0.0 deg" in result.stdout
+    assert "an unstable equilibrium at 0.0 deg" in result.stdout
+
+
+def test_a_joint_that_the_figure_lacks_is_an_error_with_its_place(tmp_path: Path):
+    text = 'figure = "prototype"\n' + WRONG.replace("left_knee", "left_kene")
+    path = springs_file(tmp_path, text)
+    result = mover("check", path)
+    assert result.exit_code == 1
+    assert f"{path}:3:11: error: the figure has no joint `left_kene`" in result.stdout
+    assert "did you mean `left_knee`?" in result.stdout
+    assert "the springs cannot be used" in result.stdout
+
+
+def test_the_figure_beside_the_springs_is_preferred(tmp_path: Path):
+    """A pendulum that calls itself a prototype lacks the joint."""
+    pendulum = (SPRINGS.parent / "pendulum.fig").read_text(encoding="utf-8")
+    (tmp_path / "prototype.fig").write_text(pendulum, encoding="utf-8")
+    result = mover("check", springs_file(tmp_path, 'figure = "prototype"\n' + WRONG))
+    assert result.exit_code == 1
+    assert "the figure has no joint `left_knee`" in result.stdout
+
+
+def test_a_figure_that_is_not_there_is_a_warning(tmp_path: Path):
+    result = mover("check", springs_file(tmp_path, 'figure = "nobody"\n' + WRONG))
+    assert result.exit_code == 0
+    assert "own.springs.toml:1:10: warning: the figure `nobody` is not to be found" in result.stdout
+    assert "left_knee, right_knee about z, flexion" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[[spring]]\n", "this spring has no `joints`"),
+        ("spring = 1\n", "springs are tables"),
+        ("what?\n", "a springs file is written in TOML"),
+        (
+            KNEES + "coefficients_Nm_rad = [1, 0, 1, 0]\n",
+            "no sense makes this cubic of `left_knee`",
+        ),
+    ],
+)
+def test_a_broken_springs_file_ends_with_1(text: str, message: str, tmp_path: Path):
+    result = mover("check", springs_file(tmp_path, text))
+    assert result.exit_code == 1
+    assert message in result.stdout
+    assert "the springs cannot be used" in result.stdout
+
+
+def test_a_springs_file_that_is_not_there(tmp_path: Path):
+    result = mover("check", tmp_path / "none.toml")
+    assert result.exit_code == 1
+    assert "none.toml` cannot be read: no such file" in result.stdout
+
+
+def test_springs_of_springs_are_wrong_usage():
+    result = mover("check", SPRINGS, "--springs", "none")
+    assert result.exit_code == 2
+    assert "--springs goes with a figure" in result.stderr
