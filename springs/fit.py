@@ -206,12 +206,13 @@ def _doubts(fit: CubicFit, law: Cubic) -> Iterator[str]:
     if fit.bound:
         yield "the bounds hold this cubic, so it has no standard errors and is not the nearest one"
     zone = law.dead_zone
-    if zone is not None and zone[0] <= first + slack and zone[1] >= last - slack:
+    if zone is None:
+        return
+    if zone[0] <= first + slack and zone[1] >= last - slack:
         yield "the dead zone covers all the data: where it was measured this law has no torque"
-    if zone is not None:
-        inside = (fit.angles > zone[0]) & (fit.angles < zone[1])
-        left_out = float(np.abs(fit.fitted[inside]).max(initial=0.0))
-        if left_out > 2.0 * fit.rms:
-            yield f"within the dead zone the law leaves out a fitted moment of {left_out:.3g} N m"
-    if zone is not None and (zone[0] < first - slack or zone[1] > last + slack):
+    elif zone[0] < first - slack or zone[1] > last + slack:
         yield "an edge of the dead zone lies beyond the data"
+    inside = (fit.angles > zone[0]) & (fit.angles < zone[1])
+    left_out = float(np.abs(fit.fitted[inside]).max(initial=0.0))
+    if left_out > 2.0 * fit.rms:
+        yield f"within the dead zone the law leaves out a fitted moment of {left_out:.3g} N m"
