@@ -35,7 +35,7 @@ def main() -> None:
     wall = min(simulate(figure, Plan(stop=STOP)).wall_time for _ in range(3))
     recording = simulate(figure, Plan(stop=STOP))
     accuracy = recording.accuracy
-    print(f"prototype, {STOP:g} s, tolerance 1e-3 rad: {wall:.2f} s of stepping (best of 4 runs)")
+    print(f"prototype, {STOP:g} s, tolerance 1e-3 rad: {wall:.2f} s of stepping (best of 3 runs)")
     print(
         f"  {STOP / wall:.2f} x real time; {accuracy.steps} steps in all passes, "
         f"finest {1e3 * accuracy.step:.3g} ms; build {1e3 * recording.build_time:.0f} ms"

@@ -29,7 +29,7 @@ everywhere, also where frames are cut at corners."""
 CAUTION = 0.75
 """The estimate is so much of the distance between the last two limits. Theory has the last one far
 nearer, but corners that were found late, and falls that amplify errors a hundred times a second,
-let it come as far off as this."""
+let it come as far off as this; the worst case tried was off by 1.7 times the estimate."""
 
 SMALLEST_STEP = 6e-5
 """Smallest step that the default tolerance may ask for [s]; it shrinks with the tolerance."""
