@@ -3,7 +3,14 @@
 from springs.cubic import Coefficients, Cubic
 from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
-from springs.joint import AxisSpring, Joining, JointSprings, SpringSet
+from springs.joint import (
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    Joining,
+    JointSprings,
+    SpringSet,
+)
 from springs.linear import Linear
 from springs.operations import FLOATS, NUMPY, Operations, Real
 from springs.sense import NotRestoringError, passive_cubic, restoring_sense
@@ -21,6 +28,8 @@ __all__ = [
     "NUMPY",
     "AxisSpring",
     "Coefficients",
+    "CoupledAxis",
+    "CoupledSpring",
     "Cubic",
     "Damping",
     "Elastic",

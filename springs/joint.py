@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from springs.coupled import CoupledExponential
 from springs.damping import Damping
 from springs.elastic import Elastic
 
@@ -59,17 +60,57 @@ class JointSprings:
 
 
 @dataclass(frozen=True)
+class CoupledAxis:
+    """Where a coordinate of a coupled law is in a figure.
+
+    Attributes:
+        joint: name of the joint.
+        direction: unit axis in the joint's frame (the parent site's); the coordinate grows with
+            turns about it. For a joint of several turns the coordinate is the component of the
+            rotation vector along it, as for an `AxisSpring`.
+    """
+
+    joint: str
+    direction: Vector
+
+
+@dataclass(frozen=True)
+class CoupledSpring:
+    """A passive law over several joints' angles, hung on a figure; it adds to the axes' springs.
+
+    Attributes:
+        law: torques on the children of the angles.
+        axes: where each of the law's coordinates is, in their order.
+        reference: where the numbers are from.
+        why: why they are read as they are.
+    """
+
+    law: CoupledExponential
+    axes: tuple[CoupledAxis, ...]
+    reference: str = ""
+    why: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse axes that do not fit the law's coordinates."""
+        if len(self.axes) != len(self.law.coordinates):
+            count = len(self.law.coordinates)
+            raise ValueError(f"this law has {count} coordinates, not {len(self.axes)}")
+
+
+@dataclass(frozen=True)
 class SpringSet:
     """The springs of a figure by joint name, and the law that joins a spherical joint's axes."""
 
     joints: Mapping[str, JointSprings] = field(default_factory=dict[str, JointSprings])
     joining: Joining = Joining.CONSERVATIVE
     origin: str = "none"
+    coupled: tuple[CoupledSpring, ...] = ()
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The references of all axes and slides, each once, in order of appearance."""
+        """The references of all springs, each once, in order of appearance."""
         springs = (
-            spring for joint in self.joints.values() for spring in (*joint.axes, *joint.slides)
+            *(spring for joint in self.joints.values() for spring in (*joint.axes, *joint.slides)),
+            *self.coupled,
         )
         return tuple(dict.fromkeys(spring.reference for spring in springs if spring.reference))
