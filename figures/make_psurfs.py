@@ -132,6 +132,13 @@ LOWER_ARM = [
     level(47.6, 1.6, -1.2, 0.7),
 ]
 
+CLAVICLE = [
+    level(-0.5, 1.1, -1.1, 1.1, 3.0),
+    level(0.5, 1.6, -1.6, 1.6, 3.0),
+    level(16.7, 1.6, -1.6, 1.6, 3.0),
+    level(17.7, 1.1, -1.1, 1.1, 3.0),
+]
+
 LOWER_TORSO = [
     level(-7.6, 3.0, -3.6, 2.2),
     level(-6.4, 5.6, -6.6, 4.0),
@@ -281,6 +288,7 @@ def psurfs() -> dict[str, str]:
         "eupleg.pss": sections(UPPER_LEG),
         "elowarm.pss": sections(LOWER_ARM),
         "euparm.pss": sections(UPPER_ARM),
+        "eclavicle.pss": sections(CLAVICLE),
         "eltorso.pss": sections(LOWER_TORSO),
         "echest.pss": sections(CHEST),
         "link1.pss": link(),

@@ -12,8 +12,15 @@ if TYPE_CHECKING:
     from generator.engine.assembly import Assembly
     from generator.engine.plan import Plan
     from generator.engine.simulate import Progress, simulate
+    from generator.engine.statics import static_torques
+    from generator.posture.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
+    from generator.posture.placement import drawn_displacements, place
+    from generator.posture.stability import stability
+    from generator.posture.tree import hang
     from generator.reader import read_figure
+    from generator.reader.pose_file import read_pose
     from generator.recording import Outcome, Recording
+    from generator.writer import write_pose
 
 _HOMES = {
     "ActionFile": "generator.animation",
@@ -22,9 +29,18 @@ _HOMES = {
     "Plan": "generator.engine.plan",
     "Progress": "generator.engine.simulate",
     "Recording": "generator.recording",
+    "centre_of_mass": "generator.posture.centre_of_mass",
+    "centre_of_mass_jacobian": "generator.posture.centre_of_mass",
+    "drawn_displacements": "generator.posture.placement",
+    "hang": "generator.posture.tree",
+    "place": "generator.posture.placement",
     "read_action": "generator.animation",
     "read_figure": "generator.reader",
+    "read_pose": "generator.reader.pose_file",
     "simulate": "generator.engine.simulate",
+    "stability": "generator.posture.stability",
+    "static_torques": "generator.engine.statics",
+    "write_pose": "generator.writer",
     "write_recording": "generator.animation",
 }
 
@@ -35,9 +51,18 @@ __all__ = [
     "Plan",
     "Progress",
     "Recording",
+    "centre_of_mass",
+    "centre_of_mass_jacobian",
+    "drawn_displacements",
+    "hang",
+    "place",
     "read_action",
     "read_figure",
+    "read_pose",
     "simulate",
+    "stability",
+    "static_torques",
+    "write_pose",
     "write_recording",
 ]
 

@@ -1,5 +1,6 @@
 """The command `mover`: the only module that prints and the only one that exits.
 
+What each command takes stands in `generator.command_line`, what it does in `generator.commands`.
 What a command needs is imported when it runs: the help must not wait for numpy, scipy and Exudyn.
 """
 
@@ -15,20 +16,46 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from generator.command_line import figures, geometry, postures
+from generator.command_line.options import Json, Name, PoseFile, Set, Springs
 from generator.joined import joining
 
 if TYPE_CHECKING:
     from io import TextIOWrapper
 
     from generator.commands.answer import Answer
+    from generator.commands.progress import Progress
+
+OWN = (
+    figures.check,
+    figures.describe,
+    figures.cite,
+    postures.pose,
+    postures.com,
+    postures.stability,
+    postures.shoulder,
+    postures.link,
+    geometry.mass,
+    geometry.complete,
+)
+"""The commands beside `simulate`, in the order of the help."""
 
 
-def _give_joined(make: "Callable[[], Answer]", *, as_json: bool) -> None:
-    _give(make, as_json=as_json)
+def _give_made(make: "Callable[[Progress], Answer]", *, as_json: bool, quiet: bool) -> None:
+    def answer() -> "Answer":
+        if as_json or quiet or not _on_terminal():
+            from generator.commands.progress import unshown
+
+            return make(unshown)
+        from generator.console import counting_bar
+
+        return make(counting_bar)
+
+    _give(answer, as_json=as_json, quiet=quiet)
 
 
 app = typer.Typer(
-    cls=joining(_give_joined),
+    cls=joining(_give_made, {function.__name__: function for function in OWN}),
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -37,26 +64,6 @@ app = typer.Typer(
     help="Human figures and how they move: figure files in, motion out.",
     epilog="Exit codes: 0 good, 1 the input is wrong, 2 usage, 3 the run failed.",
 )
-
-Name = Annotated[
-    str, typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure.")
-]
-Checked = Annotated[
-    str,
-    typer.Argument(
-        metavar="FIGURE|SPRINGS.toml",
-        help="A figure file, the name of a shipped figure, or a springs file.",
-    ),
-]
-Springs = Annotated[
-    str | None,
-    typer.Option(
-        metavar="FILE|none|printed",
-        help="Other springs than the figure's own: a .springs.toml or .optional file, `none`, or "
-        "`printed` for the values as printed.",
-    ),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
 
 
 class Law(StrEnum):
@@ -101,10 +108,8 @@ def simulate(
     free_root: Annotated[
         bool, typer.Option("--free-root", help="Let the figure fly: no joints to the ground.")
     ] = False,
-    displacements: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="JOINT=a,b,c", help="Initial displacements [deg or cm]."),
-    ] = None,
+    pose: PoseFile = None,
+    displacements: Set = None,
     velocities: Annotated[
         list[str] | None,
         typer.Option("--velocity", metavar="JOINT=a,b,c", help="Initial rates [deg/s or cm/s]."),
@@ -146,6 +151,7 @@ def simulate(
             law=None if law is None else law.value,
             gravity=gravity,
             free_root=free_root,
+            pose=pose,
             displacements=displacements or (),
             velocities=velocities or (),
             loads=loads,
@@ -153,7 +159,7 @@ def simulate(
             wall_limit=wall_limit,
             outputs=output or (),
         )
-        if quiet or not sys.stderr.isatty():
+        if quiet or not _on_terminal():
             return command.simulate(request)
         from generator.console import progress_bar
 
@@ -162,40 +168,9 @@ def simulate(
     _give(answer, as_json=as_json, quiet=quiet)
 
 
-@app.command()
-def check(figure: Checked, springs: Springs = None, as_json: Json = False) -> None:
-    """Report all that is wrong or odd in a figure, its springs and their curves."""
-
-    def answer() -> "Answer":
-        from generator.commands import check as command
-
-        return command.check(figure, springs)
-
-    _give(answer, as_json=as_json)
-
-
-@app.command()
-def describe(figure: Name, springs: Springs = None, as_json: Json = False) -> None:
-    """Show segments, masses, joints and springs of a figure."""
-
-    def answer() -> "Answer":
-        from generator.commands import describe as command
-
-        return command.describe(figure, springs)
-
-    _give(answer, as_json=as_json)
-
-
-@app.command()
-def cite(figure: Name, springs: Springs = None, as_json: Json = False) -> None:
-    """Show the references of the numbers that a figure uses."""
-
-    def answer() -> "Answer":
-        from generator.commands import cite as command
-
-        return command.cite(figure, springs)
-
-    _give(answer, as_json=as_json)
+def _on_terminal() -> bool:
+    """Whether the standard error stream is a terminal; there may be no such stream."""
+    return getattr(sys.stderr, "isatty", bool)()
 
 
 def _give(make: "Callable[[], Answer]", *, as_json: bool, quiet: bool = False) -> None:

@@ -56,3 +56,26 @@ def progress_bar(start: float, stop: float) -> Generator[Callable[["Reached"], N
 
     with bar:
         yield watch
+
+
+@contextmanager
+def counting_bar(total: int, noun: str) -> Generator[Callable[[str], None]]:
+    """A bar on the standard error stream for `total` pieces of work, wiped away at the end.
+
+    It shows how many are done and which was the last. Yields what must be told the name of each.
+    """
+    bar = Progress(
+        BarColumn(),
+        TextColumn(f"{{task.completed}} of {{task.total}} {noun}"),
+        TimeRemainingColumn(),
+        TextColumn("{task.description}"),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    row = bar.add_task("", total=total)
+
+    def done(name: str) -> None:
+        bar.update(row, advance=1, description=name)
+
+    with bar:
+        yield done

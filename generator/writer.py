@@ -1,7 +1,7 @@
 """Writing a figure: the inverse of reading."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from generator.figure import (
     Attribute,
@@ -34,6 +34,25 @@ def write_figure(figure: Figure) -> str:
     for joint in figure.joints.values():
         lines += _block(f"joint {_name(joint.name)}", _joint(joint))
     return "\n".join([*lines, f"  root = {_site_ref(figure.root)};", "}", ""])
+
+
+def write_pose(figure: Figure, displacements: Mapping[str, Sequence[float]]) -> str:
+    """The text of a pose file; reading it gives the same displacements, to the last bit.
+
+    Args:
+        figure: whose joints they are.
+        displacements: by joint, a value for each factor of its chain [rad or m]. Rigid joints and
+            those that are left out are not written.
+
+    Raises ValueError for what the language cannot say, as `write_figure` does.
+    """
+    lines: list[str] = []
+    for name, joint in figure.joints.items():
+        if joint.chain and name in displacements:
+            row = [float(value) for value in displacements[name]]
+            values = _per_axis(row, joint.chain, Dimension.ANGLE, Dimension.LENGTH)
+            lines += _block(f"joint {_name(name)}", [f"displacement = {values};"])
+    return "\n".join([*(line.removeprefix("  ") for line in lines), ""])
 
 
 def _block(head: str, body: Iterable[str]) -> list[str]:

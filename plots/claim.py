@@ -1,7 +1,7 @@
 """A claim: a sentence about a curve or a motion, the value that was measured, and its bound."""
 
 from dataclasses import dataclass
-from math import inf, isinf
+from math import inf, isinf, isnan
 
 
 @dataclass(frozen=True)
@@ -25,19 +25,28 @@ class Claim:
     remark: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a claim that cannot fail."""
+        """Refuse a claim that cannot fail, and one that cannot hold."""
+        if not self.sentence.strip():
+            raise ValueError("a claim needs a sentence")
         if isinf(self.at_least) and isinf(self.at_most):
             raise ValueError("a claim needs a bound: without one it cannot fail")
+        if isnan(self.at_least) or isnan(self.at_most) or self.at_least > self.at_most:
+            raise ValueError(f"no value is {self.at_least} to {self.at_most}")
 
     @property
     def holds(self) -> bool:
         """Whether the measured value is within the bounds; nan is not."""
-        return self.at_least <= self.measured <= self.at_most
+        return self._within(self.measured)
 
     @property
     def measured_words(self) -> str:
-        """The measured value with its unit."""
-        return f"{self.measured:.4g} {self.unit}".rstrip()
+        """The measured value with its unit, in as many digits as tell on which side it is."""
+        said = ""
+        for digits in range(4, 18):
+            said = f"{self.measured:.{digits}g}"
+            if self._within(float(said)) == self.holds:
+                break
+        return f"{said} {self.unit}".rstrip()
 
     @property
     def bound_words(self) -> str:
@@ -47,6 +56,16 @@ class Claim:
             words = f"at least {low}"
         elif isinf(self.at_least):
             words = f"at most {high}"
+        elif self.at_least == self.at_most:
+            words = f"exactly {low}"
         else:
             words = f"{low} to {high}"
         return f"{words} {self.unit}".rstrip()
+
+    @property
+    def verdict(self) -> str:
+        """`holds` or `DOES NOT HOLD`."""
+        return "holds" if self.holds else "DOES NOT HOLD"
+
+    def _within(self, value: float) -> bool:
+        return bool(self.at_least <= value <= self.at_most)

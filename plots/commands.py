@@ -11,6 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from generator.commands.answer import Answer
+    from generator.commands.progress import Progress
 
 
 class Axis(StrEnum):
@@ -72,4 +73,51 @@ def fit(
             reference=reference,
             plot=plot,
         )
+    )
+
+
+def plots(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME]...", help="The plates to make; all of them unless told."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Where the files go."),
+    ] = None,
+    gallery: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.md", help="Write a page of Markdown, its pictures in the folder FILE."
+        ),
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Fail when a claim does not hold.")
+    ] = False,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Processes at a time; as many as cores unless told.")
+    ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="Name the plates and make none.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON value.")] = False,
+    *,
+    progress: "Progress",
+) -> "Answer":
+    """Draw curves and motion, and measure what is claimed of them.
+
+    Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all.
+    """
+    del quiet, as_json
+    from plots import plates as command
+
+    return command.plots(
+        command.Request(
+            names=tuple(names or ()),
+            output=output,
+            gallery=gallery,
+            strict=strict,
+            jobs=jobs,
+            listed=listed,
+        ),
+        progress,
     )

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.animation.whole_file import reason_of, why_not_writable, write_whole
 from generator.commands.answer import Answer, UsageError, aligned
-from generator.errors import InputError, MoverError, error
+from generator.errors import MoverError
 from generator.reader.given_springs import rule_said
 from generator.reader.moments_file import MeasuredMoments, read_moments
 from generator.reader.springs_file import SpringEntry, SpringsFile
 from generator.springs_writer import write_springs
+from plots.output import insist_on_file, write
 from springs import Cubic, NotRestoringError
 from springs.fit import CubicFit, fit_cubic
 from springs.operations import Array
@@ -50,14 +50,14 @@ def fit(request: Request) -> Answer:
     law = _law_of(fitted)
     files = [path for path in (request.output, request.plot) if path is not None]
     for path in files:
-        _insist_on(path, why_not_writable(path))
+        insist_on_file(path)
     if request.output is not None:
         if law is None:
             raise MoverError(f"there is no spring to write: {fitted.doubts[0]}; try --passive")
-        _write(request.output, _springs_text(request, moments, fitted, law))
+        write(request.output, _springs_text(request, moments, fitted, law))
     if request.plot is not None:
         kind = request.plot.suffix.lower()[1:]
-        _write(request.plot, _picture(request, moments, fitted, kind))
+        write(request.plot, _picture(request, moments, fitted, kind))
     return Answer(
         text="\n\n".join(_paragraphs(moments, fitted, law, files)),
         data=_data(moments, fitted, law, request.passive, files),
@@ -116,19 +116,6 @@ def _picture(request: Request, moments: MeasuredMoments, fitted: CubicFit, kind:
 def _title(request: Request, moments: MeasuredMoments) -> str:
     about = " ".join([", ".join(request.joints), request.motion]).strip()
     return f"{about}: {moments.name}" if about else moments.name
-
-
-def _write(path: Path, content: str | bytes) -> None:
-    try:
-        write_whole(path, content)
-    except OSError as failure:
-        _insist_on(path, reason_of(failure))
-
-
-def _insist_on(path: Path, reason: str | None) -> None:
-    """Raise InputError when there is a reason why a file cannot be written."""
-    if reason is not None:
-        raise InputError((error(f"`{path}` cannot be written: {reason}"),))
 
 
 def _range(fitted: CubicFit) -> str:

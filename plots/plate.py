@@ -1,12 +1,16 @@
 """A plate: one picture with its claims, its numbers and its references."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from plots.claim import Claim
 from springs.operations import Array
+
+_FILE_NAME = re.compile(r"[a-z0-9][a-z0-9_-]*")
 
 
 @dataclass(frozen=True)
@@ -33,3 +37,16 @@ class Plate:
     claims: tuple[Claim, ...]
     tables: Mapping[str, Mapping[str, Array]]
     references: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be written as files, and a picture without claims or numbers."""
+        for name in (self.name, *(self.tables if len(self.tables) > 1 else ())):
+            if not _FILE_NAME.fullmatch(name):
+                raise ValueError(f"`{name}` names files: use a to z, 0 to 9, _ and -")
+        for what in ("title", "caption", "sign", "claims", "tables"):
+            if not getattr(self, what):
+                raise ValueError(f"the plate `{self.name}` has no {what}")
+        for table, columns in self.tables.items():
+            shapes = {np.shape(column) for column in columns.values()}
+            if len(shapes) != 1 or len(shapes.pop()) != 1:
+                raise ValueError(f"the columns of the table `{table}` are not of one length")

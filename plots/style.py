@@ -59,5 +59,23 @@ def picture(figure: Figure, kind: str) -> bytes:
     stream = BytesIO()
     metadata = {"Date": None} if kind == "svg" else {"Software": None}
     with styled():
+        _fix_layout(figure)
         figure.savefig(stream, format=kind, dpi=_RESOLUTION, metadata=metadata)
     return stream.getvalue()
+
+
+def _fix_layout(figure: Figure) -> None:
+    """Place the axes for good.
+
+    The solver behind a layout leaves the last digits of its answers to the addresses of its
+    variables, and the names within an SVG are made of all digits.
+    """
+    if figure.get_layout_engine() is None:
+        return
+    # Letters are not equally wide at all resolutions.
+    figure.set_dpi(_RESOLUTION)
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        x, y, width, height = axes.get_position(original=True).bounds
+        axes.set_position((round(x, 6), round(y, 6), round(width, 6), round(height, 6)))

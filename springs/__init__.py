@@ -19,6 +19,7 @@ from springs.spherical import (
     conservative_torque,
     damping_torque,
     elastic_torque,
+    group_torque,
     weighted_torque,
 )
 from springs.stop import Stop
@@ -45,6 +46,7 @@ __all__ = [
     "conservative_torque",
     "damping_torque",
     "elastic_torque",
+    "group_torque",
     "passive_cubic",
     "restoring_sense",
     "total_energy",

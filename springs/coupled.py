@@ -13,7 +13,7 @@ from typing import Protocol
 
 from springs.exponential import Exponential, Term
 from springs.measured import Range, mirrored_range
-from springs.operations import NUMPY, Operations, Real
+from springs.operations import FLOATS, NUMPY, Operations, Real
 
 _PARALLEL = 1e-9
 
@@ -115,6 +115,17 @@ class CoupledExponential:
                 angles[i] * 0.0 + self.constants[i],
             )
             for i in range(len(self.coordinates))
+        )
+
+    def slopes(self, angles: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        """Slope of each torque (row) by each angle [N m/rad] at single angles [rad]."""
+        scaled = [(term, _factor(term, angles, FLOATS)) for term in self.terms]
+        places = range(len(self.coordinates))
+        return tuple(
+            tuple(
+                sum(t.amplitudes[i] * t.rates[k] * factor for t, factor in scaled) for k in places
+            )
+            for i in places
         )
 
     def energy(self, angles: Sequence[Real], ops: Operations = NUMPY) -> Real:

@@ -18,6 +18,8 @@ from springs.scaled import Scaled
 class Directional:
     """Torque on the child = mean of the two curves + tanh(rate / slip) * half their difference.
 
+    The mean is the elastic law, the rest friction.
+
     Attributes:
         increasing: the curve while the angle grows (increasing flexion).
         decreasing: the curve while the angle falls (increasing extension).
@@ -46,13 +48,21 @@ class Directional:
         half = 0.5 * width
         return cls(Scaled(mean, constant=-half), Scaled(mean, constant=half), slip)
 
-    def torque(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
-        """Torque on the child about the axis [N m] at `angle` [rad] and `rate` [rad/s]."""
+    def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Mean of the two curves [N m] at `angle` [rad]: what the stored energy gives."""
+        return 0.5 * (self.increasing.torque(angle, ops) + self.decreasing.torque(angle, ops))
+
+    def friction(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
+        """What the direction of motion adds to the mean [N m], at `rate` [rad/s]."""
         up, down = self.increasing.torque(angle, ops), self.decreasing.torque(angle, ops)
-        return 0.5 * (up + down) + 0.5 * (up - down) * ops.tanh(rate / self.slip)
+        return 0.5 * (up - down) * ops.tanh(rate * (1.0 / self.slip))
+
+    def moment(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child about the axis [N m] at `angle` [rad] and `rate` [rad/s]."""
+        return self.torque(angle, ops) + self.friction(angle, rate, ops)
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
-        """Energy stored by the mean of the two curves [J]; the rest of the work is lost."""
+        """Energy stored by the mean of the two curves [J]; the torque is minus its slope."""
         return 0.5 * (self.increasing.energy(angle, ops) + self.decreasing.energy(angle, ops))
 
     def loss(self, low: float, high: float) -> float:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from functools import reduce
 from operator import add
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from springs.operations import NUMPY, Operations, Real
 
@@ -29,10 +29,27 @@ class Elastic(Protocol):
         ...
 
 
+@runtime_checkable
+class Frictional(Protocol):
+    """An elastic law with a friction of its own, whose size depends on the angle."""
+
+    def friction(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child [N m] beside the elastic one, against `rate` [rad/s]."""
+        ...
+
+
 def total_torque(laws: Iterable[Elastic], angle: Real, ops: Operations = NUMPY) -> Real:
     """Sum of the laws' torques at one angle [N m]; zero without laws."""
     torques = [law.torque(angle, ops) for law in laws]
     return reduce(add, torques) if torques else angle * 0.0
+
+
+def total_friction(
+    laws: Iterable[Elastic], angle: Real, rate: Real, ops: Operations = NUMPY
+) -> Real | None:
+    """Sum of the laws' own frictions at one angle and rate [N m]; None where none has any."""
+    frictions = [law.friction(angle, rate, ops) for law in laws if isinstance(law, Frictional)]
+    return reduce(add, frictions) if frictions else None
 
 
 def total_energy(laws: Iterable[Elastic], angle: Real, ops: Operations = NUMPY) -> Real:

@@ -35,6 +35,19 @@ class Kind(Enum):
     SYMMETRY = "symmetry"
     """Angle at which left and right differ most; values: by how much [N m]."""
 
+    KNOWN = "known range"
+    """Angles within or beyond the range in which the law is known; values: torques there [N m]."""
+
+    HYSTERESIS = "hysteresis"
+    """Ends of a cycle; values: energy lost in it [J]. Or an angle at which the curve of the growing
+    angle lies above that of the falling one; values: by how much [N m]."""
+
+    STRENGTH = "strength"
+    """Angles of all coordinates; values: the greatest torque, which is there [N m]."""
+
+    TWICE = "two laws"
+    """Values: greatest torques of the joint's own curve and of the law over several [N m]."""
+
 
 @dataclass(frozen=True)
 class Finding:

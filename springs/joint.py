@@ -3,12 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from math import hypot
 
 from springs.coupled import CoupledExponential
 from springs.damping import Damping
-from springs.elastic import Elastic
+from springs.elastic import Elastic, total_friction
+from springs.operations import NUMPY, Operations, Real
 
 Vector = tuple[float, float, float]
+
+_UNIT = 1e-9
+"""By how much the length of a direction may differ from 1."""
 
 
 class Joining(Enum):
@@ -37,6 +42,18 @@ class AxisSpring:
     motion: str = ""
     reference: str = ""
     why: str = ""
+
+    def resistance(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child against the rate [N m]: damping, and friction of directional laws.
+
+        Args:
+            angle: component of the displacement along the axis [rad]; read by directional laws.
+            rate: component of its rate [rad/s].
+            ops: functions of the kind of number in both.
+        """
+        friction = total_friction(self.elastic, angle, rate, ops)
+        damping = self.damping.torque(rate, ops)
+        return damping if friction is None else damping + friction
 
     def turned(self) -> "AxisSpring":
         """The same spring told about the opposite axis: direction and laws mirrored."""
@@ -73,10 +90,18 @@ class CoupledAxis:
     joint: str
     direction: Vector
 
+    def __post_init__(self) -> None:
+        """Refuse a direction that would stretch the coordinate."""
+        if abs(hypot(*self.direction) - 1.0) > _UNIT:
+            raise ValueError(f"the direction of a coupled angle has length 1, not {self.direction}")
+
 
 @dataclass(frozen=True)
 class CoupledSpring:
     """A passive law over several joints' angles, hung on a figure; it adds to the axes' springs.
+
+    The generalized force of each coordinate is the law's torque times the gradient of the
+    coordinate, so that the power is the sum of torques times rates, also where no energy exists.
 
     Attributes:
         law: torques on the children of the angles.

@@ -11,6 +11,7 @@ from springs.elastic import total_energy, total_torque
 from springs.finding import Finding, Kind
 from springs.joint import AxisSpring
 from springs.normal_range import RangeEnd
+from springs.range_lint import lint_hysteresis, lint_known_range
 from springs.sampled_curve import Run, SampledCurve
 
 UNKNOWN_END = radians(90.0)
@@ -45,6 +46,8 @@ def lint_curve(
         *_slopes(curve),
         *_jumps(curve),
         *_energies(curve, spring.damping),
+        *lint_hysteresis(curve),
+        *lint_known_range(curve),
         *(_end(curve, low, -1.0) if low is not None else ()),
         *(_end(curve, high, 1.0) if high is not None else ()),
     ]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from springs.elastic import Elastic
+from springs.elastic import Elastic, Frictional
 from springs.measured import Range, measured_range
 from springs.operations import NUMPY, Operations, Real
 
@@ -22,6 +22,11 @@ class Scaled:
     scale: float = 1.0
     offset: float = 0.0
     constant: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a law whose friction would be lost: its curves are scaled one by one."""
+        if isinstance(self.law, Frictional):
+            raise ValueError("scale the two curves of a directional law, not the law")
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad]."""

@@ -21,9 +21,7 @@ _SMALL = 1e-2
 def conservative_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Vector:
     """Minus the gradient, on the rotation group, of the sum of the axes' energies U_i(a_i . r).
 
-    In the half-way frame that is f = -dU/dr with its part across r scaled by (a/2)/sin(a/2), where
-    a = |r|: there the rate of r and the relative angular velocity differ by just that factor across
-    r, and not at all along it. With e = ((a/2)/sin(a/2) - 1)/a^2 it reads f + e (a^2 f - (r.f) r).
+    It is the `group_torque` of f = -dU/dr.
 
     Args:
         axes: the joint's axis springs.
@@ -33,7 +31,27 @@ def conservative_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations =
     Returns:
         Torque on the child in the half-way frame [N m], shape (..., 3).
     """
-    f = _joined(axes, lambda axis, x: total_torque(axis.elastic, x, ops), r, ops)
+
+    def size(axis: AxisSpring) -> Real:
+        return total_torque(axis.elastic, _component(axis, r, ops), ops)
+
+    return group_torque(_joined(axes, size, ops), r, ops)
+
+
+def group_torque(f: Vector, r: Vector, ops: Operations = NUMPY) -> Vector:
+    """The torque whose power is f . dr/dt: f per radian of the rotation vector, on the group.
+
+    Args:
+        f: what each component of the rotation vector is driven by [N m], shape (..., 3).
+        r: rotation vector of the child in the parent [rad], shape (..., 3).
+        ops: functions of the kind of number in both.
+
+    Returns:
+        Torque on the child in the half-way frame [N m], shape (..., 3): f with its part across r
+        scaled by (a/2)/sin(a/2), where a = |r|. There the rate of r and the relative angular
+        velocity differ by just that factor across r, and not at all along it. With
+        e = ((a/2)/sin(a/2) - 1)/a^2 it reads f + e (a^2 f - (r.f) r).
+    """
     a = ops.norm(r)
     small = a < _SMALL
     safe = ops.where(small, 1.0, a)
@@ -61,13 +79,14 @@ def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUM
     a = ops.norm(r)
     safe = ops.where(a < 1e-12, 1.0, a)
 
-    def size(axis: AxisSpring, x: Real) -> Real:
+    def size(axis: AxisSpring) -> Real:
+        x = _component(axis, r, ops)
         at_rest = float(total_torque(axis.elastic, 0.0))
         backward = x < 0.0
         at_angle = total_torque(axis.elastic, ops.where(backward, -a, a), ops)
         return at_rest + ops.where(backward, -x, x) / safe * (at_angle - at_rest)
 
-    return _joined(axes, size, r, ops)
+    return _joined(axes, size, ops)
 
 
 def elastic_torque(
@@ -78,12 +97,26 @@ def elastic_torque(
     return law(axes, r, ops)
 
 
-def damping_torque(axes: Sequence[AxisSpring], rate: Vector, ops: Operations = NUMPY) -> Vector:
-    """Damping torque on the child in the half-way frame [N m], shape (..., 3).
+def damping_torque(
+    axes: Sequence[AxisSpring], r: Vector, rate: Vector, ops: Operations = NUMPY
+) -> Vector:
+    """Torque of damping and of the friction of directional laws, against the rate.
 
-    `rate` is the child's angular velocity relative to the parent in that frame [rad/s].
+    Args:
+        axes: the joint's axis springs.
+        r: rotation vector of the child in the parent [rad], shape (..., 3).
+        rate: angular velocity of the child relative to the parent in the half-way frame [rad/s],
+            shape (..., 3).
+        ops: functions of the kind of number in both.
+
+    Returns:
+        Torque on the child in the half-way frame [N m], shape (..., 3).
     """
-    return _joined(axes, lambda axis, w: axis.damping.torque(w, ops), rate, ops)
+
+    def size(axis: AxisSpring) -> Real:
+        return axis.resistance(_component(axis, r, ops), _component(axis, rate, ops), ops)
+
+    return _joined(axes, size, ops)
 
 
 def _aligned(axis: AxisSpring) -> int | None:
@@ -108,15 +141,12 @@ def _component(axis: AxisSpring, vector: Vector, ops: Operations) -> Real:
 
 
 def _joined(
-    axes: Sequence[AxisSpring],
-    size: Callable[[AxisSpring, Real], Real],
-    vector: Vector,
-    ops: Operations,
+    axes: Sequence[AxisSpring], size: Callable[[AxisSpring], Real], ops: Operations
 ) -> Vector:
-    """The sum of the axes' directions, each times the size that the component along it has."""
+    """The sum of the axes' directions, each times its size."""
     sums: list[Real] = [None, None, None]
     for axis in map(_positive, axes):
-        value = size(axis, _component(axis, vector, ops))
+        value = size(axis)
         for k, c in enumerate(axis.direction):
             if c != 0.0:
                 term = value if c == 1.0 else c * value

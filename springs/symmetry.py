@@ -9,7 +9,7 @@ from math import degrees, radians
 
 import numpy as np
 
-from springs.elastic import total_torque
+from springs.elastic import total_friction, total_torque
 from springs.finding import Finding, Kind
 from springs.joint import AxisSpring, JointSprings
 
@@ -51,6 +51,11 @@ def lint_symmetry(
     if much > _EQUAL * (1.0 + abs(float(mine[worst]))):
         said = f"`{name}` differs by up to {much:.3g} N m, at {degrees(angle):.1f} deg"
         return (Finding(Kind.SYMMETRY, True, said, (angle,), (much,)),)
+    frictions = (total_friction(one.elastic, _ANGLES, 1.0) for one in (spring, other))
+    mine, its = (np.asarray(0.0 if one is None else one) for one in frictions)
+    if float(np.abs(mine - its).max()) > _EQUAL * (1.0 + float(np.abs(mine).max())):
+        said = f"`{name}` has another hysteresis"
+        return (Finding(Kind.SYMMETRY, True, said),)
     if spring.damping != other.damping:
         said = f"`{name}` has another damping"
         return (Finding(Kind.SYMMETRY, True, said),)

@@ -158,7 +158,7 @@ class Twin:
     def _site(self, ref: SiteRef) -> Array:
         return self._figure.site(ref).pose_in_segment
 
-    def _start(self) -> Any:
+    def start(self) -> Any:
         """The state at the start."""
         data = mujoco.MjData(self.model)
         for hung in self._hung:
@@ -202,7 +202,7 @@ class Twin:
 
     def fall(self, stop: float, step: float, frame: float = 0.02) -> Fall:
         """The motion with RK4 in steps of about `step` [s], read every `frame` [s]."""
-        model, data = self.model, self._start()
+        model, data = self.model, self.start()
         count, steps = round(stop / frame), round(frame / step)
         rows: list[tuple[dict[str, Array], dict[str, Array], tuple[float, float]]] = []
         mujoco.set_mjcb_passive(self.law)

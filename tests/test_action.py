@@ -26,10 +26,10 @@ from generator.animation import (
 )
 from generator.animation.displayed import meant_number, shown_number
 from generator.animation.header import Header
-from generator.animation.whole_file import why_not_writable, write_whole
 from generator.errors import InputError
 from generator.figure import Factor, Figure
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
+from generator.whole_file import why_not_writable, write_whole
 
 ROOT = Path(__file__).parents[1]
 

@@ -130,3 +130,59 @@ def test_springs_of_springs_are_wrong_usage():
     result = mover("check", SPRINGS, "--springs", "none")
     assert result.exit_code == 2
     assert "--springs goes with a figure" in result.stderr
+
+
+def test_a_law_over_several_joints_is_told_whole():
+    path = SPRINGS.with_name("prototype.coupled.springs.toml")
+    result = mover("check", path)
+    assert result.exit_code == 0, result.output
+    for sentence in (
+        "left_hip_joint y, left_knee -y; right_hip_joint y, right_knee -y: hip flexion, knee",
+        "the torques are the gradient of an energy",
+        "the law that was replaced: carried once round hip flexion -15 .. 100 deg and knee flexion "
+        "0 .. 135 deg the law does -12.67 J of work",
+        "differs by rms 0.837 N m about hip flexion (at most 6), 1.55 N m about knee flexion",
+        "it is an extrapolation, with up to",
+        "left and right have the same law",
+        "9 curves, 1 law over several joints, 11 doubts",
+    ):
+        assert sentence in result.stdout
+    said = json.loads(mover("check", path, "--json").stdout)
+    (replaced,) = (f for f in said if "replaced" in f["message"] and len(f["values"]) == 1)
+    assert replaced["values"] == pytest.approx([-12.67], abs=0.01)
+    assert replaced["joints"][1] == ["right_hip_joint", "right_knee"]
+
+
+def test_the_published_pair_is_a_doubt_beside_the_figure(tmp_path: Path):
+    text = SPRINGS.with_name("prototype.coupled.springs.toml").read_text(encoding="utf-8")
+    line = 'conservative = "nearest"\n'
+    assert line in text
+    path = springs_file(tmp_path, text.replace(line, ""))
+    result = mover("check", "prototype", "--springs", path)
+    assert result.exit_code == 0
+    assert "no energy belongs to it" in result.stdout
+    assert "  note" not in result.stdout
+
+
+def test_a_curve_beside_a_coupled_law_is_a_doubt(tmp_path: Path):
+    text = SPRINGS.with_name("prototype.coupled.springs.toml").read_text(encoding="utf-8")
+    knee = 'joints = ["left_knee", "right_knee"]\n'
+    assert text.count(knee) == 1
+    path = springs_file(tmp_path, text.replace(knee, knee + "stiffness_Nm_rad = 30\n"))
+    result = mover("check", "prototype", "--springs", path)
+    assert "`left_knee` and `right_knee` have a curve with up to 70.69 N m" in result.stdout
+
+
+def test_an_extrapolated_curve_is_told(tmp_path: Path):
+    text = KNEES + 'published = "silder_2007/knee_hip_45_ankle_0"\n'
+    result = mover("check", springs_file(tmp_path, text))
+    assert "left_knee, right_knee about z, flexion, from -11.0 to 147.7 deg" in result.stdout
+    assert "the curve is known for 0 .. 120 deg only" in result.stdout
+    assert "note   known range" in result.stdout
+
+
+def test_springs_by_name_that_are_not_there_list_what_is():
+    result = mover("check", "prototype", "--springs", "couplde")
+    assert result.exit_code == 1
+    assert "there are no springs `couplde` beside the figure `prototype`" in result.stdout
+    assert "there are coupled, none, printed" in result.stdout

@@ -198,6 +198,14 @@ def test_a_run_that_takes_too_long_ends(tmp_path: Path):
     assert path.exists()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="needs a shell")
+def test_there_may_be_no_error_stream():
+    line = f"{sys.executable} -m generator.cli simulate pendulum --stop 0.1 2>&-"
+    done = subprocess.run(line, shell=True, stdout=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 0
+    assert "done at 0.1 s" in done.stdout
+
+
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
 def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
     pty = pytest.importorskip("pty")

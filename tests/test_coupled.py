@@ -55,6 +55,13 @@ def test_a_known_value():
     assert law.torques((0.2, 0.3)) == near((4.0 + 3.0 * shared, 5.0 - shared + 2.0 * exp(-0.3)))
 
 
+@given(laws(any_terms), angle_sets)
+def test_slopes_are_those_of_the_torques(law, angles):
+    for row, place in zip(law.slopes(angles), range(3), strict=True):
+        expected = gradient(lambda x, k=place: law.torques(x)[k], angles)
+        assert row == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
 @given(laws(gradient_terms), angle_sets)
 def test_torques_are_minus_the_gradient_of_energy(law, angles):
     assert law.is_conservative

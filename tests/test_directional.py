@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from springs import FLOATS, Linear, Stop
 from springs.directional import Directional
 from springs.exponential import Exponential, Term
+from springs.scaled import Scaled
 from tests.slopes import slope
 
 HIP = Exponential((Term(7.0, -4.0), Term(-1.0, 2.5, 0.2)), measured=(-0.3, 1.4))
@@ -18,23 +19,27 @@ angles, rates = st.floats(-0.5, 1.5), st.floats(-5.0, 5.0)
 
 @given(laws, angles)
 def test_moving_fast_one_of_the_curves_is_followed(law, angle):
-    assert law.torque(angle, 10.0) == pytest.approx(law.increasing.torque(angle), abs=1e-9)
-    assert law.torque(angle, -10.0) == pytest.approx(law.decreasing.torque(angle), abs=1e-9)
+    assert law.moment(angle, 10.0) == pytest.approx(law.increasing.torque(angle), abs=1e-9)
+    assert law.moment(angle, -10.0) == pytest.approx(law.decreasing.torque(angle), abs=1e-9)
     middle = 0.5 * (law.increasing.torque(angle) + law.decreasing.torque(angle))
-    assert law.torque(angle, 0.0) == pytest.approx(middle, abs=1e-9)
+    assert law.moment(angle, 0.0) == pytest.approx(middle, abs=1e-9)
+    assert law.torque(angle) == pytest.approx(middle, abs=1e-9)
 
 
 @given(widths, angles, rates)
 def test_the_width_lies_between_the_curves_and_takes_energy(width, angle, rate):
     law = Directional.around(HIP, width)
-    gap = law.torque(angle, -rate) - law.torque(angle, rate)
+    gap = law.moment(angle, -rate) - law.moment(angle, rate)
     assert gap == pytest.approx(width * tanh(rate / law.slip), abs=1e-9)
-    assert (law.torque(angle, rate) - HIP.torque(angle)) * rate <= 1e-12
+    assert law.friction(angle, rate) * rate <= 1e-12
+    assert law.moment(angle, rate) - HIP.torque(angle) == pytest.approx(
+        law.friction(angle, rate), abs=1e-9
+    )
 
 
 @given(laws, angles)
 def test_the_mean_torque_is_minus_the_slope_of_the_stored_energy(law, angle):
-    assert law.torque(angle, 0.0) == pytest.approx(-slope(law.energy, angle), rel=1e-10)
+    assert law.torque(angle) == pytest.approx(-slope(law.energy, angle), rel=1e-10)
 
 
 @given(laws, angles, angles)
@@ -58,15 +63,16 @@ def test_curves_in_the_wrong_order_show_in_the_loss():
 @given(laws, angles, rates)
 def test_the_mirrored_law_is_the_same_seen_from_the_other_side(law, angle, rate):
     mirrored = law.mirrored()
-    assert mirrored.torque(-angle, -rate) == pytest.approx(-law.torque(angle, rate), abs=1e-9)
+    assert mirrored.moment(-angle, -rate) == pytest.approx(-law.moment(angle, rate), abs=1e-9)
+    assert mirrored.torque(-angle) == pytest.approx(-law.torque(angle), abs=1e-9)
     assert mirrored.mirrored() == law
 
 
 def test_arrays_and_floats_agree():
     law = Directional(HIP, Linear(10.0))
     values, speeds = np.array([-0.2, 0.3, 1.0]), np.array([-0.02, 0.0, 0.004])
-    single = [law.torque(a, w, FLOATS) for a, w in zip(values, speeds, strict=True)]
-    assert np.allclose(law.torque(values, speeds), single, rtol=1e-13)
+    single = [law.moment(a, w, FLOATS) for a, w in zip(values, speeds, strict=True)]
+    assert np.allclose(law.moment(values, speeds), single, rtol=1e-13)
 
 
 def test_corners_are_those_of_both_and_the_range_is_common():
@@ -84,3 +90,8 @@ def test_corners_are_those_of_both_and_the_range_is_common():
 def test_senseless_laws_are_refused(width, slip, message):
     with pytest.raises(ValueError, match=message):
         Directional.around(HIP, width, slip)
+
+
+def test_its_curves_are_scaled_and_not_the_law():
+    with pytest.raises(ValueError, match="scale the two curves"):
+        Scaled(Directional.around(HIP, 3.0), 2.0)

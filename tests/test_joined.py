@@ -1,6 +1,10 @@
 """Commands of other packages: joined by name, loaded late, never in place of our own."""
 
+import os
+import re
+import subprocess
 import sys
+from contextlib import suppress
 from importlib.metadata import EntryPoint
 from types import ModuleType
 from typing import Annotated
@@ -12,6 +16,7 @@ from typer.testing import CliRunner
 from generator import joined
 from generator.cli import app
 from generator.commands.answer import Answer, ExitCode, UsageError
+from generator.commands.progress import Progress
 from generator.errors import InputError, error
 
 
@@ -30,16 +35,32 @@ def greet(
     return Answer(" ".join([f"hello {name}"] * times), {"name": name, "times": times}, code=code)
 
 
+def count(
+    steps: int,
+    quiet: Annotated[bool, typer.Option("--quiet")] = False,
+    as_json: Annotated[bool, typer.Option("--json")] = False,
+    *,
+    progress: "Progress",
+) -> "Answer":
+    """Count, and tell of it."""
+    del quiet, as_json
+    with progress(steps, "steps") as done:
+        for k in range(steps):
+            done(str(k))
+    return Answer(f"counted {steps} with {progress.__name__}", steps)
+
+
 @pytest.fixture(autouse=True)
 def _others(monkeypatch: pytest.MonkeyPatch):
-    """Another package that joins `greet`, and a `check` of its own."""
+    """Another package that joins `greet`, `count`, and a `check` of its own."""
     module = ModuleType("another_package")
-    vars(module)["greet"] = greet
+    vars(module).update(greet=greet, count=count)
     monkeypatch.setitem(sys.modules, "another_package", module)
     entries = {
         name: EntryPoint(name, value, joined.GROUP)
         for name, value in (
             ("greet", "another_package:greet"),
+            ("count", "another_package:count"),
             ("check", "another_package:greet"),
         )
     }
@@ -48,8 +69,11 @@ def _others(monkeypatch: pytest.MonkeyPatch):
 
 def test_the_help_lists_it_after_ours():
     said = CliRunner().invoke(app, ["--help"]).stdout
-    assert said.count("  check ") == 1
-    assert said.index("  cite ") < said.index("  greet     Say hello.")
+    listed = re.findall(r"^  (\w+)  +([A-Z].*)$", said, re.MULTILINE)
+    names = [name for name, _ in listed]
+    assert names.count("check") == 1
+    assert names[-2:] == ["count", "greet"]
+    assert listed[-1] == ("greet", "Say hello.")
 
 
 def test_it_is_run_with_its_options():
@@ -90,3 +114,45 @@ def test_an_unknown_command_is_unknown():
     result = CliRunner().invoke(app, ["greeet"])
     assert result.exit_code == 2
     assert "No such command 'greeet'" in result.stderr
+
+
+def test_progress_is_given_and_no_option():
+    result = CliRunner().invoke(app, ["count", "3"])
+    assert (result.stdout, result.stderr) == ("counted 3 with unshown\n", "")
+    assert "progress" not in CliRunner().invoke(app, ["count", "-h"]).stdout
+    assert CliRunner().invoke(app, ["count", "3", "--progress", "x"]).exit_code == 2
+
+
+def test_quiet_says_nothing_when_nothing_is_wrong():
+    result = CliRunner().invoke(app, ["count", "3", "--quiet"])
+    assert (result.exit_code, result.output) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"), [((), True), (("--json",), False), (("--quiet",), False)]
+)
+def test_a_bar_is_shown_on_a_terminal_only(words: tuple[str, ...], shown: bool):
+    pty = pytest.importorskip("pty")
+    script = (
+        "from importlib.metadata import EntryPoint\n"
+        "from generator import cli, joined\n"
+        "entry = EntryPoint('count', 'tests.test_joined:count', joined.GROUP)\n"
+        "joined.joined_commands = lambda: {'count': entry}\n"
+        "cli.main()\n"
+    )
+    terminal, inner = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-c", script, "count", "3", *words],
+        env=os.environ | {"TERM": "xterm"},
+        stdout=subprocess.PIPE,
+        stderr=inner,
+        check=False,
+    )
+    os.close(inner)
+    seen = b""
+    with suppress(OSError):  # how a terminal says that the other end is closed
+        while chunk := os.read(terminal, 1000):
+            seen += chunk
+    assert done.returncode == 0, seen
+    assert (b"3 of 3 steps" in seen) is shown
+    assert bool(seen) is shown

@@ -1,3 +1,5 @@
+from math import tanh
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,6 +16,7 @@ from springs import (
     total_energy,
     total_torque,
 )
+from springs.directional import Directional
 
 SPRING = AxisSpring(
     (-1.0, 0.0, 0.0),
@@ -39,6 +42,20 @@ def test_a_spring_told_about_the_opposite_axis_is_the_same_spring(angle):
         SPRING.motion,
         SPRING.reference,
     )
+
+
+RUBBING = AxisSpring(
+    (0.0, 0.0, 1.0), (Linear(3.0, 0.2), Directional.around(Linear(8.0), 2.0, 0.1)), Damping(0.5)
+)
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))
+def test_the_resistance_is_damping_and_the_friction_of_directional_laws(angle, rate):
+    assert SPRING.resistance(angle, rate) == SPRING.damping.torque(rate)
+    expected = -0.5 * rate - tanh(rate / 0.1)
+    assert RUBBING.resistance(angle, rate) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    turned = RUBBING.turned()
+    assert turned.resistance(-angle, -rate) == pytest.approx(-expected, rel=1e-12, abs=1e-12)
 
 
 def test_references_are_told_once_in_order_and_slides_count():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from generator.engine.assembly import build
+from generator.engine.connector import SpringError
 from generator.engine.exudyn_api import exu
-from generator.engine.passive import SpringError
 from generator.engine.plan import Plan
 from generator.engine.simulate import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from generator.geometry import read_psurf
+
 FIGURES = Path(__file__).parents[1] / "figures"
 SCRIPT = FIGURES / "make_psurfs.py"
 
@@ -32,18 +34,17 @@ SITES = {
     "euparm.pss": [(0, 0, 0), (0, 0, 33.4), (-0.03, 0.02, 13.99)],
     "eltorso.pss": [(0, 0, 0), (0, 6.12, 0), (0, -6.12, 0), (0, 0, 13.1), (0, 0, 6.17)],
     "echest.pss": [(0, 0, 0), (0, 17.2, 50), (0, -17.2, 50), (0, 0, 47.6), (0.09, -0.08, 33.76)],
+    "eclavicle.pss": [(0, 0, 0), (0, 0, 17.2), (0, 0, 8.6)],
     "link1.pss": [(0, 0, 0), (75, 0, 0), (150, 0, -15)],
 }
-EVERY = [*PERSON, "link1.pss", "floor.pss"]
+CLAVICLE_MASS = 156.0
+EVERY = [*PERSON, "eclavicle.pss", "link1.pss", "floor.pss"]
 
 
 def read(name):
-    """Vertices (n, 3) [cm] and faces counted from 0, by a reading of the format of its own."""
-    points, faces, rest = (FIGURES / name).read_text(encoding="ascii").split(";;")
-    assert not rest.strip()
-    vertices = np.array([line.split() for line in points.strip().splitlines()], dtype=float)
-    entries = [entry.split() for entry in faces.strip().removesuffix(";").split(";")]
-    return vertices, [tuple(int(number) - 1 for number in entry) for entry in entries]
+    """Vertices (n, 3) [cm] and faces counted from 0."""
+    surface = read_psurf(FIGURES / name)
+    return surface.vertices * 100.0, surface.faces
 
 
 def mesh(name):
@@ -109,7 +110,7 @@ def test_faces_are_planar_and_have_an_area(name):
         assert max(third, default=0.0) < 1e-6 * np.linalg.norm(np.ptp(corners, axis=0))
 
 
-@pytest.mark.parametrize("name", [*PERSON, "link1.pss"])
+@pytest.mark.parametrize("name", [*PERSON, "eclavicle.pss", "link1.pss"])
 def test_left_is_the_mirror_image_of_right(name):
     vertices, faces = read(name)
     index = {tuple(vertex): i for i, vertex in enumerate(vertices + 0.0)}
@@ -142,6 +143,12 @@ def test_density_suits_the_mass(name):
 def test_centre_of_volume_is_near_the_centre_of_mass(name):
     _, height, _, _ = PERSON[name]
     assert mesh(name).center_mass[2] == pytest.approx(height, abs=2.0)
+
+
+def test_the_clavicle_has_the_density_of_flesh_and_its_centre_in_the_middle():
+    body = mesh("eclavicle.pss")
+    assert LIMB[0] < CLAVICLE_MASS / body.volume < LIMB[1]
+    assert body.center_mass == pytest.approx([0.0, 0.0, 8.6])
 
 
 @pytest.mark.parametrize("name", PERSON)

@@ -68,7 +68,7 @@ def test_the_pendulum_of_figure_3_4():
     assert shoulder.damp is None
 
 
-@pytest.mark.parametrize("name", ["prototype", "pendulum", "fourbar"])
+@pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
 def test_the_shipped_figures_have_no_errors(name):
     assert errors_among(examine_figure(name).faults) == ()
 
@@ -278,7 +278,7 @@ def test_a_device_without_end_is_not_read_for_ever():
 
 
 def test_the_shipped_figures_are_named():
-    assert {"fourbar", "pendulum", "prototype"} <= set(shipped_figures())
+    assert {"clavicles", "fourbar", "pendulum", "prototype"} <= set(shipped_figures())
 
 
 def test_a_geometry_file_beside_the_figure_is_found(tmp_path):

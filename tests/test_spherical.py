@@ -21,11 +21,13 @@ from springs import (
     conservative_torque,
     damping_torque,
     elastic_torque,
+    group_torque,
     passive_cubic,
     total_energy,
     total_torque,
     weighted_torque,
 )
+from springs.directional import Directional
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 HIP_X = passive_cubic((-0.131, 136.0, 8.42, -218.0))
@@ -254,21 +256,37 @@ def test_an_isotropic_linear_spring_is_one_spring_in_both_joinings(r):
         assert np.allclose(elastic_torque(joining, axes, r), -20.0 * r, rtol=1e-12, atol=1e-12)
 
 
+@given(rotation_vectors, rotation_vectors, rotation_vectors)
+def test_the_group_torque_has_the_power_of_its_forces(f, r, rate):
+    """f . dr/dt for a turn that goes on at some angular velocity of the half-way frame."""
+    assume(np.linalg.norm(r) < 3.0)
+    h = 1e-5
+    half = matrix_from_rotation_vector(0.5 * r)
+    turn = matrix_from_rotation_vector(r)
+    ahead, behind = (
+        rotation_vector_from_matrix(matrix_from_rotation_vector(step * half @ rate) @ turn)
+        for step in (h, -h)
+    )
+    expected = f @ (ahead - behind) / (2.0 * h)
+    assert group_torque(f, r) @ rate == pytest.approx(expected, rel=1e-5, abs=1e-5)
+
+
 @given(rotation_vectors, rotation_vectors)
-def test_damping_about_any_axes_takes_energy(rate, coefficients):
+def test_damping_and_hysteresis_about_any_axes_take_energy(rate, coefficients):
     a, b, c = np.abs(coefficients)
     axes = (
         AxisSpring((-1.0, 0.0, 0.0), damping=Damping(a)),
-        AxisSpring((0.0, 0.6, 0.8), damping=Damping(b, 0.3)),
+        AxisSpring((0.0, 0.6, 0.8), (Directional.around(Linear(5.0), c),), Damping(b, 0.3)),
         AxisSpring(Y, damping=Damping(0.0, c)),
     )
-    assert damping_torque(axes, rate) @ rate <= 1e-15
+    r = 0.3 * coefficients
+    assert damping_torque(axes, r, rate) @ rate <= 1e-15
 
 
 def test_equal_damping_about_three_axes_opposes_the_rate():
     axes = tuple(AxisSpring(axis, damping=Damping(0.08)) for axis in (X, Y, (0.0, 0.0, -1.0)))
     rates = np.array([[1.0, -2.0, 3.0], [0.0, 0.5, 0.0]])
-    assert np.allclose(damping_torque(axes, rates), -0.08 * rates)
+    assert np.allclose(damping_torque(axes, 0.5 * rates, rates), -0.08 * rates)
 
 
 def test_a_joint_with_slides_only_has_no_torque_and_no_energy():

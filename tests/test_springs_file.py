@@ -180,11 +180,11 @@ BROKEN = {
     ),
     "both laws": (
         spring(C + "stiffness_Nm_rad = 1"),
-        ["4:20 a spring is a cubic or linear, not both"],
+        ["4:20 a spring is a cubic or a linear spring, not both"],
     ),
     "rest of nothing": (
         spring("viscous_Nms_rad = 1\nrest_deg = 3"),
-        ["4:12 `rest_deg` belongs to an elastic law"],
+        ["4:12 `rest_deg` belongs to a cubic or a linear spring"],
     ),
     "negative": (
         spring(

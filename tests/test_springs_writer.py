@@ -1,17 +1,26 @@
 """Writing a springs file: reading what was written gives the same springs."""
 
-from math import inf, pi
+from math import inf, pi, radians
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.reader.coupled_table import CoupledEntry
+from generator.reader.published_law import PublishedLaw
 from generator.reader.springs_file import SpringEntry, SpringsFile, parse_springs
 from generator.springs_writer import write_springs
-from springs import Damping, Joining
+from springs import Damping, Joining, Linear
+from springs.coupled import CoupledExponential, CoupledTerm
+from springs.damping import SLIP
+from springs.directional import Directional
+from springs.exponential import Exponential, Term
+from springs.published import coupled, publication, publications
+from springs.smooth_limit import SmoothLimit
+from springs.table import Table
 
-PROTOTYPE = Path(__file__).parents[1] / "figures" / "prototype.springs.toml"
+FIGURES = Path(__file__).parents[1] / "figures"
 
 NUMBERS = st.floats(
     allow_nan=False, allow_infinity=False, width=64, min_value=-1e30, max_value=1e30
@@ -53,9 +62,115 @@ def linears(draw: st.DrawFn) -> SpringEntry:
     )
 
 
+TORQUES = st.floats(min_value=-1e6, max_value=1e6)
+RATES = TORQUES.filter(bool)
+RANGES = ZONES.filter(lambda ends: ends[0] < ends[1])
+POINT_ANGLES = st.lists(st.integers(-360, 360), min_size=2, max_size=20, unique=True).map(sorted)
+
+
+@st.composite
+def curves(draw: st.DrawFn) -> Table:
+    angles = [radians(angle) for angle in draw(POINT_ANGLES)]
+    return Table(tuple((angle, draw(TORQUES)) for angle in angles))
+
+
+@st.composite
+def two_curves(draw: st.DrawFn) -> Directional:
+    """A curve, and another above it at the same angles."""
+    up = draw(curves())
+    gap = draw(st.floats(0.0, 100.0))
+    return Directional(up, Table(tuple((angle, torque + gap) for angle, torque in up.points)))
+
+
+EXPONENTIALS = st.builds(
+    Exponential,
+    st.lists(st.builds(Term, TORQUES, RATES), min_size=1, max_size=20).map(tuple),
+    TORQUES,
+    st.none() | RANGES,
+)
+LIMITS = st.builds(
+    lambda ends, *others: SmoothLimit(*ends, *others),
+    ZONES,
+    st.just(0.0) | POSITIVE,
+    st.just(0.0) | POSITIVE,
+    st.floats(min_value=1e-3, max_value=10.0),
+    st.none() | RANGES,
+)
+ROWS = [f"{name}/{row}" for name in publications() for row in publication(name).curves]
+PUBLISHED = st.builds(PublishedLaw, st.sampled_from(ROWS), st.sampled_from([-1, 1]))
+SAID = TEXTS.filter(bool)
+
+
+@st.composite
+def whole_laws(draw: st.DrawFn) -> SpringEntry:
+    law = draw(curves() | two_curves() | EXPONENTIALS | LIMITS | PUBLISHED)
+    # What a published row brings along is written as if it were the file's own.
+    texts = SAID if isinstance(law, PublishedLaw) else TEXTS
+    two = isinstance(law, Directional)
+    hysteresis = 0.0 if two else draw(st.just(0.0) | POSITIVE)
+    return SpringEntry(
+        joints=(draw(NAMES),),
+        law=law,
+        scale=draw(st.just(1.0) | st.just(0.0) | POSITIVE),
+        offset=draw(ANGLES),
+        hysteresis=hysteresis,
+        slip=draw(POSITIVE) if two or hysteresis else SLIP,
+        damping=Damping(draw(st.just(0.0) | POSITIVE)),
+        motion=draw(texts),
+        reference=draw(texts),
+        why=draw(texts),
+    )
+
+
+@st.composite
+def own_laws(draw: st.DrawFn, coordinates: tuple[str, ...]) -> CoupledExponential:
+    count = len(coordinates)
+    numbers = st.tuples(*[TORQUES] * count)
+    terms = st.builds(CoupledTerm, numbers, numbers.filter(any), TORQUES)
+    none = st.just((None,) * count)
+    return CoupledExponential(
+        coordinates,
+        tuple(draw(st.lists(terms, min_size=1, max_size=4))),
+        draw(numbers),
+        draw(none | st.tuples(*[RANGES] * count)),
+    )
+
+
+@st.composite
+def coupled_entries(draw: st.DrawFn) -> CoupledEntry:
+    """A published law of two coordinates, the third held, or one of two or three in own numbers."""
+    published = draw(st.sampled_from([None, "riener_edrich_1999/leg", "silder_2007/leg"]))
+    own, held = None, ()
+    if published is None:
+        names = draw(st.lists(NAMES, min_size=2, max_size=3, unique=True))
+        coordinates = tuple(names)
+        own = draw(own_laws(coordinates))
+    else:
+        *hung, last = draw(st.permutations(coupled(published).law.coordinates))
+        coordinates, held = tuple(hung), ((last, draw(ANGLES)),)
+    count = len(coordinates)
+    knows = own is None or own.measured[0] is not None
+    sides = st.tuples(*[NAMES] * count)
+    return CoupledEntry(
+        joints=tuple(draw(st.lists(sides, min_size=1, max_size=2, unique=True))),
+        coordinates=coordinates,
+        axes=draw(st.tuples(*[st.sampled_from([None, "x", "y", "z"])] * count)),
+        senses=draw(st.tuples(*[st.sampled_from([-1, 1])] * count)),
+        published=published,
+        own=own,
+        held=held,
+        is_nearest=knows and draw(st.booleans()),
+        scale=draw(st.just(1.0) | POSITIVE),
+        offsets=draw(st.tuples(*[st.just(0.0) | ANGLES] * count)),
+        reference=draw(SAID if published else TEXTS),
+        why=draw(SAID if published else TEXTS),
+    )
+
+
 FILES = st.builds(
     SpringsFile,
-    entries=st.lists(cubics() | linears(), min_size=1, max_size=3).map(tuple),
+    entries=st.lists(cubics() | linears() | whole_laws(), min_size=1, max_size=3).map(tuple),
+    coupled=st.lists(coupled_entries(), max_size=2).map(tuple),
     figure=st.none() | NAMES,
     law=st.none() | st.sampled_from(Joining),
 )
@@ -68,8 +183,9 @@ def test_what_is_written_is_read_back(content: SpringsFile, comment: str):
     assert reading.content == content
 
 
-def test_the_prototypes_springs_are_read_back():
-    content = parse_springs(PROTOTYPE.read_text(encoding="utf-8")).content
+@pytest.mark.parametrize("name", ["prototype.springs.toml", "prototype.coupled.springs.toml"])
+def test_the_prototypes_springs_are_read_back(name: str):
+    content = parse_springs((FIGURES / name).read_text(encoding="utf-8")).content
     assert content is not None
     assert parse_springs(write_springs(content)).content == content
 
@@ -86,3 +202,24 @@ def test_what_no_reader_takes_is_not_written():
     infinite = SpringsFile((SpringEntry(("knee",), stiffness=inf),))
     with pytest.raises(ValueError, match="finite"):
         write_springs(infinite)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (Exponential((Term(1.0, 2.0, 0.5),)), "about the angle zero"),
+        (Directional.around(Linear(3.0), 1.0), "one and a hysteresis"),
+    ],
+)
+def test_a_law_that_no_key_holds_is_not_written(law: Exponential | Directional, message: str):
+    with pytest.raises(ValueError, match=message):
+        write_springs(SpringsFile((SpringEntry(("knee",), law=law),)))
+
+
+def test_ranges_of_some_coordinates_only_are_not_written():
+    law = CoupledExponential(
+        ("a", "b"), (CoupledTerm((1.0, 2.0), (1.0, 2.0)),), (0.0, 0.0), ((0.0, 1.0), None)
+    )
+    entry = CoupledEntry((("hip", "knee"),), ("a", "b"), (None, None), (1, 1), own=law)
+    with pytest.raises(ValueError, match="of all coordinates or of none"):
+        write_springs(SpringsFile((), coupled=(entry,)))

@@ -43,12 +43,12 @@ def test_a_law_of_one_angle(name):
 def test_a_law_of_angle_and_rate():
     law = Directional.around(LAWS["table"], 8.0)
     angle, rate = symbols.Real("angle", 0.0), symbols.Real("rate", 0.0)
-    torque = law.torque(angle, rate, SYMBOLIC)
+    torque = law.moment(angle, rate, SYMBOLIC)
     for value in ANGLES:
         for speed in (-1.0, -0.004, 0.0, 0.01):
             angle.SetValue(value)
             rate.SetValue(speed)
-            assert torque.Evaluate() == pytest.approx(law.torque(value, speed, FLOATS), rel=1e-12)
+            assert torque.Evaluate() == pytest.approx(law.moment(value, speed, FLOATS), rel=1e-12)
 
 
 @pytest.mark.usefixtures("recording")

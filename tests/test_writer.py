@@ -149,7 +149,7 @@ def test_any_figure_reads_back_equal_and_in_order(figure):
     assert write_figure(reading.figure) == text
 
 
-@pytest.mark.parametrize("name", ["prototype", "pendulum", "fourbar"])
+@pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
 def test_a_shipped_figure_reads_back_equal(name):
     figure = read_figure(name)
     assert parse_figure(write_figure(figure)).figure == figure

@@ -15,6 +15,7 @@ from matplotlib.collections import PolyCollection
 
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure
+from generator.geometry.segment import surface_of
 
 FRAME = 0.3
 FRAMES = 6
@@ -24,24 +25,15 @@ TURN = np.radians(35.0)
 """How far the view is turned from the front to the figure's left."""
 
 
-def surface(path: Path) -> tuple[np.ndarray, list[list[int]]]:
-    """Vertices [m], shape (n, 3), and faces of a .pss file of one block."""
-    vertices, faces = path.read_text(encoding="utf-8").split(";;")[:2]
-    points = np.array([[float(word) for word in line.split()] for line in vertices.splitlines()])
-    rings = [[int(word) - 1 for word in face.split()] for face in faces.split(";") if face.strip()]
-    return points / 100.0, rings
-
-
 def polygons(figure: Figure, recording: Recording, frame: int) -> list[np.ndarray]:
     """All faces of the figure at a frame, in world axes."""
-    assert figure.path is not None
     found: list[np.ndarray] = []
     for name, segment in figure.segments.items():
         if segment.psurf is not None:
-            points, faces = surface(figure.path.parent / segment.psurf)
+            surface = surface_of(figure, segment)
             pose = recording.poses[name][frame]
-            placed = points @ pose[:3, :3].T + pose[:3, 3]
-            found += [placed[face] for face in faces]
+            placed = surface.vertices @ pose[:3, :3].T + pose[:3, 3]
+            found += [placed[list(face)] for face in surface.faces]
     return found
 
 

@@ -1,4 +1,4 @@
-"""Motions as files: one format a module, each with `write(recording, figure, path)`."""
+"""Motions as files: one format a module, each with `write(clip, path)`, which tells its losses."""
 
 from generator.animation.action import ActionFile, action_of, format_action
 from generator.animation.action_reader import parse_action, read_action

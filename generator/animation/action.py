@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from generator.animation.clip import NO_FIGURE, Clip, unheld
 from generator.animation.displayed import (
     ANGLE_UNIT,
     LENGTH_UNIT,
@@ -14,10 +15,11 @@ from generator.animation.displayed import (
     unit_of,
 )
 from generator.animation.header import Header, header_of
-from generator.animation.whole_file import write_whole
+from generator.exchange.losses import Losses
 from generator.figure import Factor, Figure
 from generator.frames import Array
 from generator.recording import Recording
+from generator.whole_file import write_whole
 
 VERSION = "1"
 UNITS = f"s {ANGLE_UNIT} {LENGTH_UNIT}"
@@ -69,17 +71,26 @@ def action_of(recording: Recording, figure: Figure) -> ActionFile:
     )
 
 
+def clip_of_action(action: ActionFile, figure: Figure) -> Clip:
+    """The motion in an action file, of a figure."""
+    return Clip(figure, action.header, action.chains, action.times, action.displacements)
+
+
 def format_action(action: ActionFile) -> str:
     """The text of an action file. Raises ValueError for a number that is not finite."""
     return "".join(f"{line}\n" for line in _lines(action))
 
 
-def write(recording: Recording, figure: Figure, path: Path) -> None:
-    """Write a recording of a figure as an action file, whole or not at all.
+def write(clip: Clip, path: Path) -> Losses:
+    """Write a motion as an action file, whole or not at all.
 
-    Raises OSError when the file cannot be written.
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: a displacement is not finite, or a name not one word.
     """
-    write_whole(path, format_action(action_of(recording, figure)))
+    action = ActionFile(clip.header, clip.chains, clip.times, clip.displacements)
+    write_whole(path, format_action(action))
+    return Losses.of("action file", [NO_FIGURE, unheld(clip)])
 
 
 def _lines(action: ActionFile) -> Iterator[str]:

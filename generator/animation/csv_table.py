@@ -3,41 +3,45 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from generator.animation.clip import NO_FIGURE, Clip, unheld
 from generator.animation.displayed import shown_chain, shown_number, unit_of
-from generator.animation.header import header_of
-from generator.animation.whole_file import write_whole
-from generator.figure import Figure
-from generator.recording import ENERGY_KINDS, Recording
+from generator.exchange.losses import Losses
+from generator.recording import ENERGY_KINDS
+from generator.whole_file import write_whole
 
 
-def write(recording: Recording, figure: Figure, path: Path) -> None:
-    """Write a recording of a figure as a table, whole or not at all.
+def write(clip: Clip, path: Path) -> Losses:
+    """Write a motion as a table, whole or not at all.
 
-    Raises OSError when the file cannot be written.
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: a displacement is not finite.
     """
-    write_whole(path, format_csv(recording, figure))
+    write_whole(path, format_csv(clip))
+    return Losses.of("table", [NO_FIGURE, unheld(clip, "energies")])
 
 
-def format_csv(recording: Recording, figure: Figure) -> str:
-    """The text of the table: `time [s]`, each displacement `JOINT.k`, the energies.
+def format_csv(clip: Clip) -> str:
+    """The text of the table: `time [s]`, each displacement `JOINT.k`, the energies of a run.
 
     Raises ValueError for a displacement that is not finite.
     """
-    return "".join(f"{line}\n" for line in _lines(recording, figure))
+    return "".join(f"{line}\n" for line in _lines(clip))
 
 
-def _lines(recording: Recording, figure: Figure) -> Iterator[str]:
-    yield from (f"# {line}" for line in header_of(recording, figure).lines())
-    titles, columns = ["time [s]"], [[repr(time) for time in recording.times.tolist()]]
-    for name, chain in recording.chains.items():
+def _lines(clip: Clip) -> Iterator[str]:
+    yield from (f"# {line}" for line in clip.header.lines())
+    titles, columns = ["time [s]"], [[repr(time) for time in clip.times.tolist()]]
+    for name, chain in clip.chains.items():
         yield f"# joint {name} {shown_chain(chain)}"
         for k, factor in enumerate(chain):
             unit = unit_of(factor)
             titles.append(f"{name}.{k + 1} [{unit}]")
-            values = recording.displacements[name][:, k].tolist()
+            values = clip.displacements[name][:, k].tolist()
             columns.append([shown_number(value, unit) for value in values])
-    for kind in ENERGY_KINDS:
-        titles.append(f"{kind} [J]")
-        columns.append([repr(value) for value in recording.energy[kind].tolist()])
+    if clip.recording is not None:
+        for kind in ENERGY_KINDS:
+            titles.append(f"{kind} [J]")
+            columns.append([repr(value) for value in clip.recording.energy[kind].tolist()])
     yield ",".join(titles)
     yield from (",".join(row) for row in zip(*columns, strict=True))

@@ -60,7 +60,7 @@ def header_of(recording: Recording, figure: Figure) -> Header:
         sha256=None if path is None else _digest(path),
         start=float(times[0]),
         stop=float(times[-1]),
-        frame=_interval(times),
+        frame=interval_of(times),
         springs=_one_line(recording.springs),
         law=_one_line(recording.law),
         outcome=recording.outcome.ending,
@@ -68,7 +68,7 @@ def header_of(recording: Recording, figure: Figure) -> Header:
     )
 
 
-def _interval(times: Array) -> float | None:
+def interval_of(times: Array) -> float | None:
     """Interval of the first two frames [s], without the last digits that a subtraction spoils."""
     return float(f"{times[1] - times[0]:.12g}") if len(times) > 1 else None
 

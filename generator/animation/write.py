@@ -1,25 +1,40 @@
-"""One door for all formats: the suffix of a path chooses."""
+"""One door for all formats of motions: the suffix of a path chooses."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from generator.animation import action, csv_table
+from generator.animation import action, bvh, csv_table, glb, npz, opensim, x3d
+from generator.animation.clip import Clip, clip_of_recording
 from generator.errors import MoverError
+from generator.exchange.losses import Losses
 from generator.figure import Figure
 from generator.recording import Recording
 
-FORMATS: Mapping[str, Callable[[Recording, Figure, Path], None]] = {
+Write = Callable[[Clip, Path], Losses]
+"""Writes a motion to a path, whole or not at all, and tells what was lost.
+
+It raises OSError when the path cannot be written, OtherMotionError when the motion is not one of
+its figure, MoverError when the format cannot hold it at all.
+"""
+
+FORMATS: Mapping[str, Write] = {
     ".action": action.write,
     ".csv": csv_table.write,
+    ".npz": npz.write,
+    ".glb": glb.write,
+    ".bvh": bvh.write,
+    ".mot": opensim.write_mot,
+    ".sto": opensim.write_sto,
+    ".x3d": x3d.write,
 }
-"""What writes a recording of a figure to a path, by suffix."""
+"""What writes a motion of a figure to a path, by suffix."""
 
 
 class UnknownFormatError(MoverError):
     """A path whose suffix names no format."""
 
 
-def format_of(path: Path) -> Callable[[Recording, Figure, Path], None]:
+def format_of(path: Path) -> Write:
     """What writes the format that a path's suffix names. Raises UnknownFormatError."""
     try:
         return FORMATS[path.suffix.lower()]
@@ -28,13 +43,15 @@ def format_of(path: Path) -> Callable[[Recording, Figure, Path], None]:
         raise UnknownFormatError(f"{path}: {said}; known are {', '.join(FORMATS)}") from None
 
 
-def write_recording(recording: Recording, figure: Figure, path: str | Path) -> None:
+def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:
     """Write a recording of a figure in the format that the path's suffix names.
 
-    The file is written whole or not at all.
+    The file is written whole or not at all. Returns what the format could not hold.
 
     Raises:
         UnknownFormatError: the suffix names no format.
         OSError: the file cannot be written.
+        OtherMotionError: the recording is not one of the figure.
+        MoverError: the format cannot hold the motion.
     """
-    format_of(Path(path))(recording, figure, Path(path))
+    return format_of(Path(path))(clip_of_recording(recording, figure), Path(path))

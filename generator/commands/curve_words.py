@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 from math import degrees
 
 from generator.commands.answer import aligned, counted
-from generator.commands.spring_words import axis_name
+from generator.commands.spring_words import axis_name, places_of
+from springs.coupled_report import CoupledReport
 from springs.curve_report import CurveReport
 from springs.finding import Finding
 
@@ -30,10 +31,23 @@ def curves_text(reports: Sequence[CurveReport], *, notes: bool) -> Iterator[str]
         yield "\n".join(["normal ranges of motion:", *sources])
 
 
-def tally(reports: Sequence[CurveReport]) -> str:
-    """`8 curves, 12 doubts`."""
-    doubts = sum(len(report.doubts) for report in reports)
-    return f"{counted(len(reports), 'curve')}, {counted(doubts, 'doubt')}"
+def coupled_text(reports: Sequence[CoupledReport], *, notes: bool) -> Iterator[str]:
+    """A paragraph for each law over several joints; `notes` as for `curves_text`."""
+    for report in reports:
+        findings = report.findings if notes else report.doubts
+        if findings:
+            rows = [(f"  {weight_of(f)}", f.kind.value, f.sentence) for f in findings]
+            sides = "; ".join(", ".join(places_of(spring)) for spring in report.springs)
+            names = ", ".join(report.springs[0].law.coordinates)
+            yield f"{sides}: {names}\n{aligned(rows, left=3)}"
+
+
+def tally(reports: Sequence[CurveReport], coupled: Sequence[CoupledReport] = ()) -> str:
+    """`8 curves, 1 law over several joints, 12 doubts`."""
+    doubts = sum(len(report.doubts) for report in (*reports, *coupled))
+    count = len(coupled)
+    laws = [f"{count} law{'' if count == 1 else 's'} over several joints"] if coupled else []
+    return ", ".join([counted(len(reports), "curve"), *laws, counted(doubts, "doubt")])
 
 
 def curves_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
@@ -46,6 +60,23 @@ def curves_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
             "joints": list(report.joints),
             "axis": axis_name(report.spring),
             "motion": report.spring.motion,
+            "angles_deg": [degrees(angle) for angle in finding.angles],
+            "values": list(finding.values),
+        }
+        for report in reports
+        for finding in report.findings
+    ]
+
+
+def coupled_findings_data(reports: Sequence[CoupledReport]) -> list[dict[str, object]]:
+    """All findings about laws over several joints for `--json`, as `curves_data`."""
+    return [
+        {
+            "severity": weight_of(finding),
+            "message": finding.sentence,
+            "kind": finding.kind.value,
+            "coordinates": list(report.springs[0].law.coordinates),
+            "joints": [[axis.joint for axis in spring.axes] for spring in report.springs],
             "angles_deg": [degrees(angle) for angle in finding.angles],
             "values": list(finding.values),
         }

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from generator.animation.displayed import shown_chain, unit_of
 from generator.commands.answer import Answer, aligned, counted
 from generator.commands.inputs import figure_of, springs_of
-from generator.commands.spring_words import spring_lines, springs_data
+from generator.commands.spring_words import coupled_spring_lines, spring_lines, springs_data
 from generator.figure import Factor, Figure, Joint, Segment
 from generator.reader.units import unit_named
 from springs import SpringSet
@@ -75,12 +75,15 @@ def _joints(figure: Figure) -> str:
 
 
 def _springs(springs: SpringSet) -> str:
-    if not springs.joints:
+    if not springs.joints and not springs.coupled:
         return f"springs: none ({springs.origin})" if springs.origin != "none" else "springs: none"
     lines = [f"springs: {springs.origin}; spherical joints by the {springs.joining.value} law"]
     for name, joint in springs.joints.items():
         lines.append(name)
         lines += [f"  {line}" for line in spring_lines(joint)]
+    for spring in springs.coupled:
+        lines.append("over several joints")
+        lines += [f"  {line}" for line in coupled_spring_lines(spring)]
     return "\n".join(lines)
 
 

@@ -43,7 +43,7 @@ def springs_of(
 
 def faults_of_motion(figure: Figure) -> tuple[Fault, ...]:
     """What keeps a figure that could be read from being simulated."""
-    return (*faults_for_simulation(figure), *_faults_of_chains(figure), *_fault_of_rest(figure))
+    return (*faults_for_simulation(figure), *faults_of_chains(figure), *_fault_of_rest(figure))
 
 
 def faults_of_pose(figure: Figure) -> tuple[Fault, ...]:
@@ -72,7 +72,8 @@ def _fault_of_rest(figure: Figure) -> Iterator[Fault]:
         )
 
 
-def _faults_of_chains(figure: Figure) -> Iterator[Fault]:
+def faults_of_chains(figure: Figure) -> Iterator[Fault]:
+    """Joints whose chains are none that one joint can hold."""
     for joint in figure.joints.values():
         try:
             chain_of(joint.chain)

@@ -1,15 +1,21 @@
 """Option values that a figure gives a meaning: `JOINT=a,b,c` and `X,Y,Z`."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
-from generator.animation.displayed import meant_number, unit_of
+from generator.animation.displayed import LENGTH_UNIT, meant_number, unit_of
 from generator.commands.answer import UsageError
 from generator.errors import nearest
 from generator.figure import Factor, Figure, Vector
 from generator.posture.free_root import let_go
 from generator.posture.placement import drawn_displacements
 from generator.posture.tree import hang
+from generator.reader.units import EXAMPLES, POWERS, Dimension, UnitError, converted, unit_named
+
+_LENGTH = re.compile(
+    r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?)\s*([A-Za-z][A-Za-z0-9]*)?"
+)
 
 Chains = Mapping[str, Sequence[Factor]]
 
@@ -65,6 +71,24 @@ def vector_given(option: str, text: str) -> Vector:
     if not all(map(isfinite, (x, y, z))):
         raise UsageError(f"{option} {text}: the numbers must be finite")
     return x, y, z
+
+
+def length_given(option: str, text: str) -> float:
+    """The length [m] that `1cm` says; a bare number is in cm. Raises UsageError."""
+    match = _LENGTH.fullmatch(text.strip())
+    if match is None:
+        raise UsageError(f"{option} {text}: expected a length such as 1cm")
+    try:
+        unit = unit_named(match[2] or LENGTH_UNIT)
+    except UnitError as fault:
+        raise UsageError(f"{option} {text}: {fault}; {fault.hint}") from None
+    if unit.powers != POWERS[Dimension.LENGTH]:
+        units = EXAMPLES[Dimension.LENGTH]
+        raise UsageError(f"{option} {text}: `{match[2]}` is no unit of a length; units: {units}")
+    try:
+        return converted(match[1], unit.factor)
+    except OverflowError:
+        raise UsageError(f"{option} {text}: the length must be finite") from None
 
 
 def _meant(option: str, text: str, part: str, unit: str) -> float:

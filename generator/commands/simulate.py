@@ -9,18 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from generator.animation import UnknownFormatError, format_of, write_recording
-from generator.animation.whole_file import reason_of, why_not_writable
 from generator.commands.answer import Answer, ExitCode, UsageError
 from generator.commands.inputs import figure_of, insist_on_motion, springs_of
 from generator.commands.interrupt import interrupted_at_a_frame
 from generator.commands.options import chains_of, displacements_given, vector_given
+from generator.commands.outputs import insist_writable, unwritable
+from generator.commands.postures import start_of
 from generator.commands.summary import failure_text, summary_data, summary_text
 from generator.engine.door import open_exudyn
 from generator.engine.plan import Plan
-from generator.errors import Fault, InputError, error, errors_among
+from generator.errors import Fault, InputError, errors_among
 from generator.figure import Figure
 from generator.reader.loads_file import examine_loads
 from generator.recording import Recording
+from generator.whole_file import reason_of
 from springs import Joining
 
 if TYPE_CHECKING:
@@ -60,6 +62,7 @@ class Request:
     law: str | None = None
     gravity: str | None = None
     free_root: bool = False
+    pose: Path | None = None
     displacements: Sequence[str] = ()
     velocities: Sequence[str] = ()
     loads: Path | None = None
@@ -85,7 +88,8 @@ def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
     figure, warnings = figure_of(request.figure)
     insist_on_motion(figure, warnings)
     plan, more = _whole_plan(plan, request, figure)
-    _check_writable(request.outputs, (figure.path, request.springs, request.loads))
+    inputs = (figure.path, request.springs, request.loads, request.pose)
+    insist_writable(request.outputs, inputs, reader="run")
     open_exudyn()
     from generator.engine.simulate import simulate as run  # Exudyn takes its time
 
@@ -149,16 +153,17 @@ def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tup
         if errors_among(reading.faults):
             raise InputError((*faults, *reading.faults))
         loads, faults = reading.loads, (*faults, *reading.faults)
+    displacements, more = start_of(figure, request.pose, request.displacements)
     whole = replace(
         plan,
         springs=springs,
         loads=loads,
-        displacements=displacements_given("--set", request.displacements, chains_of(figure)),
+        displacements=displacements,
         velocities=displacements_given(
             "--velocity", request.velocities, chains_of(figure, free_root=plan.free_root)
         ),
     )
-    return whole, faults
+    return whole, (*faults, *more)
 
 
 def _check_outputs(paths: Sequence[Path]) -> None:
@@ -174,25 +179,9 @@ def _check_outputs(paths: Sequence[Path]) -> None:
         targets.add(realpath(path))
 
 
-def _check_writable(paths: Sequence[Path], inputs: Sequence[str | Path | None]) -> None:
-    """Raise InputError for files that cannot be written, or that the run reads."""
-    read = {realpath(path) for path in inputs if path is not None}
-    reasons = [
-        (path, "the run reads it" if realpath(path) in read else why_not_writable(path))
-        for path in paths
-    ]
-    faults = [_unwritable(path, reason) for path, reason in reasons if reason is not None]
-    if faults:
-        raise InputError(faults)
-
-
 def _write(recording: Recording, figure: Figure, paths: Sequence[Path]) -> None:
     for path in paths:
         try:
             write_recording(recording, figure, path)
         except OSError as failure:
-            raise InputError((_unwritable(path, reason_of(failure)),)) from None
-
-
-def _unwritable(path: Path, reason: str) -> Fault:
-    return error(f"`{path}` cannot be written: {reason}")
+            raise InputError((unwritable(path, reason_of(failure)),)) from None

@@ -1,21 +1,38 @@
-"""Springs in words and in data: each axis with its laws, in degrees as people read them."""
+"""Springs in words and in data: each axis with its laws, and the laws over several joints."""
 
 from collections.abc import Iterator
-from math import degrees
 
-from springs import AxisSpring, Cubic, Elastic, JointSprings, Linear, SpringSet, Stop
+from generator.commands.law_words import (
+    coupled_data,
+    coupled_lines,
+    law_data,
+    law_words,
+)
+from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
+
+Vector = tuple[float, float, float]
 
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 
 
 def axis_name(spring: AxisSpring) -> str:
     """`x`, `-x` or `(0.6, 0.8, 0)`: the axis of a spring in the joint's frame."""
-    x, y, z = (part + 0.0 for part in spring.direction)
+    return direction_name(spring.direction)
+
+
+def direction_name(direction: Vector) -> str:
+    """The same of an axis alone."""
+    x, y, z = (part + 0.0 for part in direction)
     if (x, y, z) in _AXES:
         return _AXES[x, y, z]
     if (-x, -y, -z) in _AXES:
         return f"-{_AXES[-x, -y, -z]}"
     return f"({x:g}, {y:g}, {z:g})"
+
+
+def places_of(spring: CoupledSpring) -> tuple[str, ...]:
+    """`left_knee -y` for each coordinate of a coupled law."""
+    return tuple(f"{axis.joint} {direction_name(axis.direction)}" for axis in spring.axes)
 
 
 def springs_data(springs: SpringSet) -> dict[str, object]:
@@ -30,6 +47,7 @@ def springs_data(springs: SpringSet) -> dict[str, object]:
             }
             for name, joint in springs.joints.items()
         },
+        "coupled": [_coupled_data(spring) for spring in springs.coupled],
     }
 
 
@@ -39,7 +57,7 @@ def spring_lines(joint: JointSprings) -> Iterator[str]:
         motion = f" ({spring.motion})" if spring.motion else ""
         yield f"{'along' if slides else 'about'} {axis_name(spring)}{motion}"
         for law in spring.elastic:
-            yield f"  {_law_words(law, slides)}"
+            yield f"  {law_words(law, slides=slides)}"
         damping = spring.damping
         if damping.viscous or damping.coulomb:
             force, rate = ("N", "N s/m") if slides else ("N m", "N m s/rad")
@@ -48,28 +66,14 @@ def spring_lines(joint: JointSprings) -> Iterator[str]:
             yield f"  reference: {spring.reference}"
 
 
-def _law_words(law: Elastic, slides: bool) -> str:
-    unit = "N/m" if slides else "N m/rad"
-    if isinstance(law, Cubic):
-        c0, c1, c2, c3 = law.coefficients
-        words = f"cubic {c0:g} {c1:+g} a {c2:+g} a^2 {c3:+g} a^3 N m, sense {law.sense:+d}"
-        zone = "none" if law.dead_zone is None else _range(*law.dead_zone, slides)
-        rest = f", rest {_shown(law.rest, slides)}" if law.rest else ""
-        return f"{words}, dead zone {zone}{rest}"
-    if isinstance(law, Linear):
-        return f"linear {law.stiffness:g} {unit}, rest {_shown(law.rest, slides)}"
-    if isinstance(law, Stop):
-        return f"stops at {_range(law.lower, law.upper, slides)}, {law.stiffness:g} {unit}"
-    return repr(law)
-
-
-def _shown(value: float, slides: bool) -> str:
-    return f"{100.0 * value:.4g} cm" if slides else f"{degrees(value):.4g} deg"
-
-
-def _range(low: float | None, high: float | None, slides: bool) -> str:
-    ends = ["-" if end is None else _shown(end, slides) for end in (low, high)]
-    return " .. ".join(ends)
+def coupled_spring_lines(spring: CoupledSpring) -> Iterator[str]:
+    """Where a coupled law is hung, the law, and where it is from."""
+    pairs = zip(spring.law.coordinates, places_of(spring), strict=True)
+    yield ", ".join(f"{name} at {place}" for name, place in pairs)
+    for line in coupled_lines(spring.law):
+        yield f"  {line}"
+    if spring.reference:
+        yield f"  reference: {spring.reference}"
 
 
 def _axis_data(spring: AxisSpring) -> dict[str, object]:
@@ -77,7 +81,7 @@ def _axis_data(spring: AxisSpring) -> dict[str, object]:
         "axis": axis_name(spring),
         "direction": list(spring.direction),
         "motion": spring.motion,
-        "laws": [_law_data(law) for law in spring.elastic],
+        "laws": [law_data(law) for law in spring.elastic],
         "viscous": spring.damping.viscous,
         "coulomb": spring.damping.coulomb,
         "reference": spring.reference,
@@ -85,24 +89,17 @@ def _axis_data(spring: AxisSpring) -> dict[str, object]:
     }
 
 
-def _law_data(law: Elastic) -> dict[str, object]:
-    if isinstance(law, Cubic):
-        zone = law.dead_zone
-        return {
-            "law": "cubic",
-            "coefficients": list(law.coefficients),
-            "sense": law.sense,
-            "dead_zone_deg": None if zone is None else [degrees(edge) for edge in zone],
-            "rest_deg": degrees(law.rest),
-        }
-    if isinstance(law, Linear):
-        return {"law": "linear", "stiffness": law.stiffness, "rest": law.rest}
-    if isinstance(law, Stop):
-        return {
-            "law": "stop",
-            "lower": law.lower,
-            "upper": law.upper,
-            "stiffness": law.stiffness,
-            "onset": law.onset,
-        }
-    return {"law": repr(law)}
+def _coupled_data(spring: CoupledSpring) -> dict[str, object]:
+    return {
+        "axes": [
+            {
+                "joint": axis.joint,
+                "axis": direction_name(axis.direction),
+                "direction": list(axis.direction),
+            }
+            for axis in spring.axes
+        ],
+        **coupled_data(spring.law),
+        "reference": spring.reference,
+        "why": spring.why,
+    }

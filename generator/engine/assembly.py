@@ -8,10 +8,12 @@ import numpy as np
 
 from generator.engine.bodies import add_bodies, add_marker
 from generator.engine.chosen_springs import springs_of
+from generator.engine.connector import Connector, Hanger
+from generator.engine.coupled import CoupledObject, check_coupled, hang_coupled
 from generator.engine.exudyn_api import Index, MainSystem, exu
 from generator.engine.joints import Constraint, add_constraints
 from generator.engine.loads import add_loads, written_loads
-from generator.engine.passive import Connector, add_springs
+from generator.engine.passive import add_springs
 from generator.engine.plan import Plan
 from generator.engine.redundancy import needed_locks
 from generator.errors import MoverError
@@ -22,7 +24,7 @@ from generator.posture.assemble import consistent_rates
 from generator.posture.free_root import let_go
 from generator.posture.placement import Displacements, Placement, drawn_displacements
 from generator.posture.tree import hang
-from springs import SpringSet
+from springs import JointSprings, SpringSet
 
 
 class UnknownJointError(MoverError):
@@ -41,7 +43,8 @@ class Assembly:
         sites: marker index of each site, by "segment.site"; axes are the site's.
         joints: constraint items of each joint (none for a joint that is free, or whose locks the
             rest of a loop implies).
-        springs: connectors of each joint that has springs.
+        springs: connectors of each joint that has springs, or an angle of a coupled law.
+        coupled: the objects of the laws over several joints.
         loads: each load with its marker.
         spring_set: the springs that were built.
         plan: the plan that it was built for.
@@ -54,6 +57,7 @@ class Assembly:
     sites: Mapping[str, Index]
     joints: Mapping[str, tuple[Constraint, ...]]
     springs: Mapping[str, tuple[Connector, ...]]
+    coupled: tuple[CoupledObject, ...]
     loads: tuple[tuple[TimedLoad, Index, Any], ...]
     spring_set: SpringSet
     plan: Plan
@@ -122,13 +126,15 @@ def build(
     Args:
         figure: what to build.
         plan: start pose, velocities, gravity, loads, kind of torques.
-        springs: the springs to hang on the joints; those of joints that are not there are left out.
+        springs: the springs to hang on the joints; those of joints that are not there are left out,
+            and coupled laws over a joint that letting the root go has taken away.
         mbs: a system to build into, which the caller then assembles himself together with what else
             he puts there; None makes a new one and assembles it.
 
     Raises:
         MoverError: the figure or the plan cannot be built; the message says why.
     """
+    check_coupled(figure, springs.coupled)
     placement, asked = start_of(figure, plan)
     return _build(placement, asked, plan, springs, mbs)
 
@@ -164,25 +170,26 @@ def _build(
         name: add_constraints(mbs, placement, bodies, joint, locks[name])
         for name, joint in moving.items()
     }
-    joining = plan.joining or springs.joining
+    hanger = Hanger(mbs, placement, bodies, plan.python_torques)
+    held = [spring for spring in springs.coupled if all(a.joint in moving for a in spring.axes)]
+    read = dict.fromkeys(axis.joint for spring in held for axis in spring.axes)
     connectors = {
         name: add_springs(
-            mbs,
-            placement,
-            bodies,
+            hanger,
             moving[name],
-            joint_springs,
-            joining,
-            python=plan.python_torques,
+            springs.joints.get(name, JointSprings(name)),
+            plan.joining or springs.joining,
+            read=name in read,
         )
-        for name, joint_springs in springs.joints.items()
+        for name in dict.fromkeys([*springs.joints, *read])
         if name in moving
     }
+    coupled = tuple(hang_coupled(hanger, spring, connectors) for spring in held)
     loads = [*written_loads(figure, plan.start, plan.stop), *plan.loads]
     moved = [load for load in loads if load.site.segment not in figure.ground]
     added = add_loads(mbs, placement, bodies, moved)
     if container is not None:
         cast("Any", mbs).Assemble()
     return Assembly(
-        mbs, container, placement, bodies, sites, joints, connectors, added, springs, plan
+        mbs, container, placement, bodies, sites, joints, connectors, coupled, added, springs, plan
     )

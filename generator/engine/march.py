@@ -236,8 +236,9 @@ def _advance(
         assembly.mbs.SolveDynamic(
             settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=keep
         )
-    except SystemError as failure:
-        # A Ctrl-C while compiled code runs comes back wrapped in this.
+    except Exception as failure:
+        # A Ctrl-C comes back wrapped: while compiled code runs in a SystemError, within a function
+        # of ours that Exudyn calls in an error of Exudyn.
         if isinstance(failure.__cause__, KeyboardInterrupt):
             raise failure.__cause__ from None
         raise

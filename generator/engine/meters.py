@@ -4,18 +4,18 @@ Sensors are C++ and cost next to nothing; they are emptied now and then, so that
 keep every step in memory.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from generator.engine.assembly import Assembly
+from generator.engine.connector import Connector
+from generator.engine.coupled_torques import coupled_torques
 from generator.engine.exudyn_api import Index, exu, items
 from generator.engine.passages import Guide, Passage
-from generator.engine.passive import Connector
 from generator.frames import Array
 from generator.loads import LoadKind, TimedLoad
-from springs import AxisSpring, damping_torque, elastic_torque
+from springs import AxisSpring, Joining, damping_torque, elastic_torque
 
 _NEAR_HALF_TURN = 2.0
 """Angle above which a rotation vector that changes sides has been through 180 deg [rad]."""
@@ -23,7 +23,7 @@ _NEAR_HALF_TURN = 2.0
 
 @dataclass(frozen=True)
 class Flip:
-    """A spherical joint with springs went through 180 deg."""
+    """A joint of several turns with springs went through 180 deg."""
 
     joint: str
     time: float
@@ -33,8 +33,8 @@ class Meters:
     """Sensors on the springs and loads of an assembly, and the integrals of their powers.
 
     `work` holds the integrals since the start [J] at the frames that were read, each of shape (3,):
-    dissipated by damping, put into the springs of spherical joints, done by loads; by the
-    trapezoidal rule over the steps.
+    dissipated by damping, put into springs that have no energy (the weighted law's and coupled laws
+    that are no gradient), done by loads; by the trapezoidal rule over the steps.
     `passages` holds when springs passed corners of their laws, `tracks` where the springs that have
     corners were at the frames [rad or m].
     """
@@ -51,6 +51,14 @@ class Meters:
             for joint, connectors in assembly.springs.items()
             for connector in connectors
         ]
+        self._working = [one.spring for one in assembly.coupled if not one.stores]
+        coupled = {axis.joint for one in assembly.coupled for axis in one.spring.axes}
+        self._flipping = {
+            joint
+            for joint, connector, *_ in self._springs
+            if connector.kind == "ball"
+            and (joint in coupled or any(axis.elastic for axis in connector.springs))
+        }
         self._loads = [(load, self._load_sensor(load)) for load, *_ in assembly.loads]
         self._tracked = {
             f"{joint} {connector.kind} {number}": (connector, spring, position_sensor)
@@ -123,14 +131,25 @@ class Meters:
         times: Array | None = None
         powers: list[list[Array]] = [[], [], []]
         flips: list[Flip] = []
+        turns: dict[str, Array] = {}
+        rates: dict[str, Array] = {}
         for joint, connector, position_sensor, rate_sensor in self._springs:
             position, rate = self._stored(position_sensor), self._stored(rate_sensor)
-            times = rate[:, 0]
-            damped, sprung = _powers(self._assembly, connector, position[:, 1:], rate[:, 1:])
-            powers[0].append(damped)
-            powers[1].append(sprung)
-            if connector.kind == "ball" and any(axis.elastic for axis in connector.springs):
-                flips.extend(self._flips(joint, times, position[:, 1:]))
+            times, position, rate = rate[:, 0], position[:, 1:], rate[:, 1:]
+            if connector.springs:
+                damped, sprung = _powers(self._assembly, connector, position, rate)
+                powers[0].append(damped)
+                powers[1].append(sprung)
+            if connector.kind != "slide":
+                hinge = connector.kind == "hinge"
+                turns[joint], rates[joint] = (
+                    (position[:, 0], rate[:, 0]) if hinge else (position, rate)
+                )
+            if connector.kind == "ball" and joint in self._flipping:
+                flips.extend(self._flips(joint, times, position))
+        for spring in self._working:
+            torques = coupled_torques(spring, self._assembly.placement.tree.chains, turns)
+            powers[1].extend(-_power(torque, rates[joint]) for joint, torque in torques.items())
         for track, (connector, spring, sensor) in self._tracked.items():
             rows = self._stored(sensor)
             values = rows[:, 1:] @ _reading_axis(connector, spring)
@@ -202,16 +221,24 @@ def _total(powers: list[Array], count: int) -> Array:
 def _powers(
     assembly: Assembly, connector: Connector, position: Array, rate: Array
 ) -> tuple[Array, Array]:
-    """Power taken by damping and power put into a spherical joint's springs, shape (n,) each [W].
+    """Power taken by damping and power put into a spherical joint's weighted law, (n,) each [W].
 
     The energy of other springs is a function of their displacement and needs no integral.
     """
+    still = np.zeros(len(rate))
     if connector.kind == "ball":
         joining = assembly.plan.joining or assembly.spring_set.joining
-        damping = damping_torque(connector.springs, rate)
+        damping = damping_torque(connector.springs, position, rate)
+        if joining is Joining.CONSERVATIVE:
+            return -_power(damping, rate), still
         elastic = elastic_torque(joining, connector.springs, position)
-        return -np.sum(damping * rate, axis=1), -np.sum(elastic * rate, axis=1)
+        return -_power(damping, rate), -_power(elastic, rate)
     spring = connector.springs[0]
-    speed = rate @ _reading_axis(connector, spring)
-    force: Callable[[Array], Array] = spring.damping.torque
-    return -force(speed) * speed, np.zeros_like(speed)
+    axis = _reading_axis(connector, spring)
+    speed = rate @ axis
+    return -_power(np.asarray(spring.resistance(position @ axis, speed)), speed), still
+
+
+def _power(torque: Array, rate: Array) -> Array:
+    """Power of torques at rates, of one axis (n,) or of three (n, 3); shape (n,) [W]."""
+    return torque * rate if torque.ndim == 1 else np.sum(torque * rate, axis=1)

@@ -7,6 +7,8 @@ import numpy as np
 
 from generator.chain import Chain
 from generator.engine.assembly import Assembly
+from generator.engine.connector import one_axis
+from generator.engine.coupled_torques import coupled_torques
 from generator.engine.trace import Trace
 from generator.figure import Joint, SiteRef
 from generator.frames import (
@@ -15,8 +17,9 @@ from generator.frames import (
     inverse_pose,
     matrix_from_rotation_vector,
     rotation_vector_from_matrix,
+    unit,
 )
-from springs import damping_torque, elastic_torque, total_torque
+from springs import NUMPY, JointSprings, damping_torque, elastic_torque
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,18 @@ class JointMotion:
     def rotation_vectors(self) -> Array:
         """Rotation vectors of the child's site in the parent's, shape (n, 3) [rad]."""
         return rotation_vector_from_matrix(self.between[:, :3, :3])
+
+
+def turned_joints(assembly: Assembly, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+    """The turns of the joints that coupled laws are about, as `coupled_torques` takes them."""
+    turned: dict[str, Array] = {}
+    for name in {axis.joint for one in assembly.coupled for axis in one.spring.axes}:
+        turns = assembly.placement.tree.chains[name].turns
+        moved = joints[name]
+        turned[name] = (
+            moved.displacements[:, turns[0]] if len(turns) == 1 else moved.rotation_vectors
+        )
+    return turned
 
 
 class Motion:
@@ -94,26 +109,45 @@ class Motion:
             between, motion, displacements, _rates(chain, displacements, between, motion)
         )
 
-    def passive_torque(self, joint: Joint, moved: JointMotion) -> Array:
-        """Torque of a joint's springs and damping on the child, parent's axes, (n, 3) [N m]."""
-        springs = self._assembly.spring_set.joints.get(joint.name)
+    def passive_torques(self, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+        """Torque of each joint's springs and damping on the child, parent's axes, (n, 3) [N m].
+
+        Args:
+            joints: the motion of every joint.
+        """
+        torques = {
+            name: self._own_torque(self._figure.joints[name], moved)
+            for name, moved in joints.items()
+        }
+        chains = self._assembly.placement.tree.chains
+        turned = turned_joints(self._assembly, joints)
+        for one in self._assembly.coupled:
+            for name, torque in coupled_torques(one.spring, chains, turned).items():
+                if torque.ndim == 1:
+                    torques[name] += np.outer(torque, unit(chains[name].turn_axes[0]))
+                else:
+                    half = matrix_from_rotation_vector(0.5 * turned[name])
+                    torques[name] += (half @ torque[..., None])[..., 0]
+        return torques
+
+    def _own_torque(self, joint: Joint, moved: JointMotion) -> Array:
+        """Torque of the springs and damping of one joint alone, as `passive_torques`."""
+        springs = self._assembly.spring_set.joints.get(joint.name, JointSprings(joint.name))
         chain = self._assembly.placement.tree.chains[joint.name]
-        count = len(self._trace)
-        if springs is None or not springs.axes or joint.name not in self._assembly.springs:
-            return np.zeros((count, 3))
+        if not springs.axes or joint.name not in self._assembly.springs:
+            return np.zeros((len(self._trace), 3))
         if len(chain.turns) == 1:
-            axis = np.asarray(springs.axes[0].direction)
+            spring = springs.axes[0]
+            axis = np.asarray(spring.direction)
             sign = float(np.sign(axis @ np.asarray(chain.turn_axes[0])))
             angle = sign * moved.displacements[:, chain.turns[0]]
-            rate = moved.motion[:, :3] @ axis
-            spring = springs.axes[0]
-            size = total_torque(spring.elastic, angle) + spring.damping.torque(rate)
-            return size[:, None] * axis
+            size = one_axis(spring, angle, moved.motion[:, :3] @ axis, NUMPY)
+            return np.asarray(size)[:, None] * axis
         joining = self._assembly.plan.joining or self._assembly.spring_set.joining
         r = moved.rotation_vectors
         half = matrix_from_rotation_vector(0.5 * r)
         rate = (np.swapaxes(half, -1, -2) @ moved.motion[:, :3, None])[..., 0]
-        torque = elastic_torque(joining, springs.axes, r) + damping_torque(springs.axes, rate)
+        torque = elastic_torque(joining, springs.axes, r) + damping_torque(springs.axes, r, rate)
         return (half @ torque[..., None])[..., 0]
 
     def reaction(self, joint: Joint, moved: JointMotion) -> Array:

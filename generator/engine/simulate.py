@@ -161,10 +161,7 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
         reactions={
             name: motion.reaction(joint, joints[name]) for name, joint in figure.joints.items()
         },
-        passive_torques={
-            name: motion.passive_torque(joint, joints[name])
-            for name, joint in figure.joints.items()
-        },
+        passive_torques=motion.passive_torques(joints),
         centre_of_mass=_centre_of_mass(figure, trace),
         energy=energy_book(assembly, trace, joints),
         outcome=refined.outcome,

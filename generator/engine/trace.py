@@ -25,8 +25,7 @@ class Trace:
         multipliers: of each constraint item of each joint, shape (n, items, 6), as Exudyn tells
             them.
         dissipated: energy taken by damping since the start, shape (n,) [J].
-        spring_work: work done against the springs of spherical joints since the start, shape (n,)
-            [J].
+        spring_work: work done since the start against springs that have no energy, shape (n,) [J].
         load_work: work done by loads since the start, shape (n,) [J].
     """
 

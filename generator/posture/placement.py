@@ -7,7 +7,7 @@ import numpy as np
 
 from generator.figure import Joint
 from generator.frames import Array, cross_matrix, inverse_pose
-from generator.posture.tree import Branch, Tree
+from generator.posture.tree import Tree
 
 Displacements = Mapping[str, Array]
 """By joint name: a value for each factor of its chain, shape (n,) [rad or m]."""
@@ -20,7 +20,7 @@ class Placement:
     Attributes:
         tree: what is placed.
         displacements: of the joints of the tree; those of closures follow from the poses.
-        poses: of each segment in the world, shape (4, 4).
+        poses: of each segment in the world, shape (4, 4); ground first, then branch by branch.
     """
 
     tree: Tree
@@ -48,41 +48,11 @@ def place(tree: Tree, displacements: Displacements) -> Placement:
     """Forward kinematics: the pose of every segment in the world.
 
     The root's site is the world's origin. `displacements` needs the joints of the tree's branches.
+    With a leading dimension, shape (frames, n) a joint, it places a whole motion at once: poses are
+    then (frames, 4, 4).
     """
-    figure = tree.figure
-    origin = inverse_pose(figure.site(figure.root).pose_in_segment)
-    poses: dict[str, Array] = {figure.root.segment: origin}
-    _place_ground(tree, poses)
-    for branch in tree.branches:
-        poses[branch.tip] = poses[branch.base] @ _step(tree, branch, displacements)
-    return Placement(tree, displacements, poses)
-
-
-def _place_ground(tree: Tree, poses: dict[str, Array]) -> None:
-    """Poses of the other parts of the ground, which joints without freedom hold to the root's."""
-    figure = tree.figure
-    pending = [joint for joint in figure.joints.values() if not joint.chain]
-    while len(poses) < len(figure.ground):
-        for joint in pending:
-            ends = (joint.parent, joint.child)
-            for known, new in (ends, ends[::-1]):
-                if known.segment in poses and new.segment in figure.ground - poses.keys():
-                    site, other = figure.site(known), figure.site(new)
-                    poses[new.segment] = (
-                        poses[known.segment]
-                        @ site.pose_in_segment
-                        @ inverse_pose(other.pose_in_segment)
-                    )
-
-
-def _step(tree: Tree, branch: Branch, displacements: Displacements) -> Array:
-    """Pose of a branch's tip in its base."""
-    figure, joint = tree.figure, branch.joint
-    moved = tree.chains[joint.name].pose(displacements[joint.name])
-    parent = figure.site(joint.parent).pose_in_segment
-    child = figure.site(joint.child).pose_in_segment
-    tip_in_base = parent @ moved @ inverse_pose(child)
-    return tip_in_base if branch.forward else inverse_pose(tip_in_base)
+    kinematics = tree.kinematics
+    return Placement(tree, displacements, kinematics.poses(kinematics.values(displacements)))
 
 
 def motion_maps(placement: Placement) -> dict[str, Array]:
@@ -91,29 +61,9 @@ def motion_maps(placement: Placement) -> dict[str, Array]:
     Rows: angular velocity, then velocity of the segment's material point at the world's origin, in
     world axes. Columns: the displacements of the branches, in their order.
     """
-    tree = placement.tree
-    width = sum(branch.joint.degrees_of_freedom for branch in tree.branches)
-    maps = {name: np.zeros((6, width)) for name in tree.figure.ground}
-    column = 0
-    for branch in tree.branches:
-        joint = branch.joint
-        twists = tree.chains[joint.name].twists(placement.displacements[joint.name])
-        carried = twists @ _twist_map(site_pose(placement, joint, "parent")).T
-        count = joint.degrees_of_freedom
-        motion = maps[branch.base].copy()
-        motion[:, column : column + count] += carried.T if branch.forward else -carried.T
-        maps[branch.tip] = motion
-        column += count
-    return maps
-
-
-def _twist_map(pose: Array) -> Array:
-    """The 6x6 map of (angular, linear) motions from a frame's axes and origin to the world's."""
-    rotation, offset = pose[:3, :3], pose[:3, 3]
-    result = np.zeros((6, 6))
-    result[:3, :3] = result[3:, 3:] = rotation
-    result[3:, :3] = cross_matrix(offset) @ rotation
-    return result
+    kinematics = placement.tree.kinematics
+    columns = np.swapaxes(kinematics.twists(kinematics.values(placement.displacements)), -1, -2)
+    return {name: columns * moved for name, moved in kinematics.moves.items()}
 
 
 def relative_motion_map(placement: Placement, maps: Mapping[str, Array], joint: Joint) -> Array:

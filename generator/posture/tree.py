@@ -3,22 +3,12 @@
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from generator.chain import Chain, chain_of
 from generator.figure import Figure, Joint
-
-
-@dataclass(frozen=True)
-class Branch:
-    """A joint of the tree: `tip` hangs on `base`.
-
-    `forward` tells whether the base is the joint's parent (`connect base to tip`).
-    """
-
-    joint: Joint
-    base: str
-    tip: str
-    forward: bool
+from generator.posture.branch import Branch
+from generator.posture.kinematics import Kinematics
 
 
 @dataclass(frozen=True)
@@ -35,6 +25,11 @@ class Tree:
     branches: tuple[Branch, ...]
     closures: tuple[Joint, ...]
     chains: Mapping[str, Chain]
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """What places the segments, prepared when it is first asked for."""
+        return Kinematics(self.figure, self.branches)
 
 
 def hang(figure: Figure) -> Tree:

@@ -9,12 +9,14 @@ from generator.errors import Fault
 from generator.figure import Vector
 from generator.reader.figure_file import SUFFIX, examine_figure, shipped_figures
 from generator.reader.findings import EnoughFaults, Findings
+from generator.reader.given_coupled import coupled_springs, replaced_laws
 from generator.reader.given_springs import entry_spring
 from generator.reader.passive import springs_for
 from generator.reader.springs_file import SpringsFile, springs_in
 from generator.reader.text_file import read_text
 from generator.reader.vocabulary import shown
 from springs import AxisSpring, Joining, JointSprings, SpringSet
+from springs.coupled_report import Replaced
 
 _AXES: Mapping[str | None, Vector] = {
     "x": (1.0, 0.0, 0.0),
@@ -32,11 +34,13 @@ class BareReading:
         springs: None when `faults` holds an error.
         figure: name of the figure whose joints they were given to, or None without any.
         faults: all that was found.
+        replaced: laws over several joints that stand for others.
     """
 
     springs: SpringSet | None
     figure: str | None
     faults: tuple[Fault, ...]
+    replaced: tuple[Replaced, ...] = ()
 
 
 def examine_springs(path: Path) -> BareReading:
@@ -56,7 +60,7 @@ def examine_springs(path: Path) -> BareReading:
             reading = None if file is None else examine_figure(file)
             if reading is not None and reading.figure is not None:
                 given = springs_for(reading.figure, path.parent, content.figure, path)
-                return BareReading(given.springs, content.figure, given.faults)
+                return BareReading(given.springs, content.figure, given.faults, given.replaced)
             if content.figure is not None:
                 findings.warning(
                     f"the figure `{shown(content.figure)}` is not to be found or cannot be read",
@@ -64,7 +68,9 @@ def examine_springs(path: Path) -> BareReading:
                     "joints and axes are taken as they stand here",
                 )
             springs = _springs_alone(content, path.name, findings)
-    return BareReading(None if findings.has_errors else springs, None, findings.in_order())
+    if findings.has_errors or content is None:
+        return BareReading(None, None, findings.in_order())
+    return BareReading(springs, None, findings.in_order(), replaced_laws(content))
 
 
 def _figure_file(content: SpringsFile, folder: Path) -> Path | None:
@@ -84,4 +90,5 @@ def _springs_alone(content: SpringsFile, origin: str, findings: Findings) -> Spr
             if spring is not None:
                 axes.setdefault(name, []).append(spring)
     joints = {name: JointSprings(name, tuple(given)) for name, given in axes.items()}
-    return SpringSet(joints, content.law or Joining.CONSERVATIVE, origin)
+    coupled = coupled_springs(content, lambda hung, _: _AXES[hung.axis], findings)
+    return SpringSet(joints, content.law or Joining.CONSERVATIVE, origin, coupled)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from generator.errors import nearest
 from generator.figure import Figure, Joint, Vector
+from generator.reader.changed_law import changed_law, is_finite
 from generator.reader.findings import Findings
 from generator.reader.joint_axes import (
     AxisError,
@@ -16,7 +17,9 @@ from generator.reader.joint_axes import (
     sign_along,
     turn_axes,
 )
+from generator.reader.law_keys import ELASTIC_KEYS
 from generator.reader.optional import OptionalRecord
+from generator.reader.published_law import PublishedLaw
 from generator.reader.springs_file import SpringEntry, SpringsFile
 from generator.reader.vocabulary import shown
 from generator.source import Span
@@ -176,30 +179,62 @@ def entry_spring(
         findings: for faults.
         bounded: whether stops bound the range, as for `passive_cubic`.
     """
-    elastic: tuple[Elastic, ...] = ()
-    why = entry.why
+    law, why = _main_law(joint, entry, findings, bounded=bounded)
+    if law is None:
+        return None if entry.coefficients is not None else _damper(direction, entry)
+    changed = changed_law(law, entry.scale, entry.offset, entry.hysteresis, entry.slip)
+    if not is_finite(changed):
+        findings.error(
+            f"the torque of this law of `{shown(joint)}` is too large for a number within a turn",
+            _law_place(entry),
+            "are its rates for angles in rad?",
+        )
+        return None
+    return AxisSpring(
+        direction, (changed,), entry.damping, entry.motion, entry.reference, why or entry.why
+    )
+
+
+def _damper(direction: Vector, entry: SpringEntry) -> AxisSpring:
+    """A spring of a table without an elastic law."""
+    return AxisSpring(direction, (), entry.damping, entry.motion, entry.reference, entry.why)
+
+
+def _law_place(entry: SpringEntry) -> Span | None:
+    """Where the law of a table is written."""
+    found = (entry.origins[key] for key in ELASTIC_KEYS if key in entry.origins)
+    return next(found, entry.origins.get("spring"))
+
+
+def _main_law(
+    joint: str, entry: SpringEntry, findings: Findings, *, bounded: bool
+) -> tuple[Elastic | None, str]:
+    """The law of a table before it is changed, and why it is read so where the rule reads it."""
+    if isinstance(entry.law, PublishedLaw):
+        return entry.law.law, ""
+    if entry.law is not None:
+        return entry.law, ""
     if entry.stiffness is not None:
-        elastic = (Linear(entry.stiffness, entry.rest),)
-    elif entry.coefficients is not None:
-        place = entry.origins.get("coefficients_Nm_rad")
-        try:
-            ruled = passive_cubic(entry.coefficients, entry.dead_zone, entry.rest, bounded=bounded)
-        except NotRestoringError as failure:
-            _refuse(joint, failure, place, findings)
-            return None
-        law = replace(ruled, sense=entry.sense or ruled.sense)
-        if entry.dead_zone_stated:
-            law = replace(law, dead_zone=entry.dead_zone)
-        if law.sense != ruled.sense:
-            findings.warning(
-                "in this sense the cubic drives the joint away at both ends",
-                entry.origins.get("sense"),
-                f"the sense that restores is {ruled.sense:+d}",
-            )
-        if not why and entry.sense is None:
-            why = rule_said(entry.coefficients, law, zone_given=entry.dead_zone_stated)
-        elastic = (law,)
-    return AxisSpring(direction, elastic, entry.damping, entry.motion, entry.reference, why)
+        return Linear(entry.stiffness, entry.rest), ""
+    if entry.coefficients is None:
+        return None, ""
+    try:
+        ruled = passive_cubic(entry.coefficients, entry.dead_zone, entry.rest, bounded=bounded)
+    except NotRestoringError as failure:
+        _refuse(joint, failure, entry.origins.get("coefficients_Nm_rad"), findings)
+        return None, ""
+    law = replace(ruled, sense=entry.sense or ruled.sense)
+    if entry.dead_zone_stated:
+        law = replace(law, dead_zone=entry.dead_zone)
+    if law.sense != ruled.sense:
+        findings.warning(
+            "in this sense the cubic drives the joint away at both ends",
+            entry.origins.get("sense"),
+            f"the sense that restores is {ruled.sense:+d}",
+        )
+    if not entry.why and entry.sense is None:
+        return law, rule_said(entry.coefficients, law, zone_given=entry.dead_zone_stated)
+    return law, ""
 
 
 def _refuse(joint: str, failure: NotRestoringError, place: Span | None, findings: Findings) -> None:

@@ -5,33 +5,39 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from generator.errors import Fault, error
+from generator.errors import Fault
 from generator.figure import Figure, Joint, Vector
 from generator.reader.draft import place_of
 from generator.reader.findings import EnoughFaults, Findings
+from generator.reader.given_coupled import coupled_of_figure, replaced_laws
 from generator.reader.given_springs import GivenSpring, from_records, from_springs_file
 from generator.reader.joint_axes import sign_along, unit_axis
 from generator.reader.optional import records_in
-from generator.reader.springs_file import SUFFIX, springs_in
+from generator.reader.springs_choice import NONE, PRINTED, find_springs
+from generator.reader.springs_file import SpringsFile, springs_in
 from generator.reader.text_file import read_text
 from generator.reader.vocabulary import shown
 from generator.source import Source
 from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
+from springs.coupled_report import Replaced
 from springs.stop import ONSET, SLIDE_ONSET, SLIDE_STIFFNESS, STIFFNESS
 
-OPTIONAL_SUFFIX = ".optional"
-
-NONE = "none"
-PRINTED = "printed"
 OWN = "figure's own stiff/rest/damp"
 
 
 @dataclass(frozen=True)
 class PassiveReading:
-    """What came of looking for a figure's springs; `springs` is None when `faults` has an error."""
+    """What came of looking for a figure's springs.
+
+    Attributes:
+        springs: None when `faults` has an error.
+        faults: all that was found.
+        replaced: laws over several joints that stand for others.
+    """
 
     springs: SpringSet | None
     faults: tuple[Fault, ...]
+    replaced: tuple[Replaced, ...] = ()
 
 
 def springs_for(
@@ -52,84 +58,72 @@ def springs_for(
         stem: its file's name without the suffix; None likewise.
         choice: None for `STEM.springs.toml` beside the figure, else `STEM.optional`, else what the
             figure itself says; "none" for no springs and no stops; "printed" for `STEM.optional`
-            with every moment as printed; else the path of a springs file (`.toml`) or of an
-            `optional` file.
+            with every moment as printed; NAME for `STEM.NAME.springs.toml` beside the figure; else
+            the path of a springs file (`.toml`) or of an `optional` file.
         joining: how the axes of a spherical joint join; None for what the file says, else
             conservative.
     """
     if choice is not None and str(choice) == NONE:
         return PassiveReading(SpringSet({}, joining or Joining.CONSERVATIVE, NONE), ())
-    path = _path_for(directory, stem, choice)
-    if path is None and choice is not None:
-        return PassiveReading(None, (_no_printed_values(stem),))
-    findings, springs = Findings(), None
+    path, missing = find_springs(directory, stem, choice)
+    if missing is not None:
+        return PassiveReading(None, (missing,))
+    findings, springs, content = Findings(), None, None
     with suppress(EnoughFaults):
-        springs = _spring_set(figure, path, stem, str(choice) == PRINTED, joining, findings)
-    return PassiveReading(None if findings.has_errors else springs, findings.in_order())
+        given = []
+        if path is not None:
+            given, content = _given_by(figure, path, stem, str(choice) == PRINTED, findings)
+        springs = _spring_set(figure, path, given, content, joining, findings)
+    if findings.has_errors:
+        return PassiveReading(None, findings.in_order())
+    replaced = () if content is None else replaced_laws(content)
+    return PassiveReading(springs, findings.in_order(), replaced)
+
+
+def _given_by(
+    figure: Figure, path: Path, stem: str | None, printed: bool, findings: Findings
+) -> tuple[list[GivenSpring], SpringsFile | None]:
+    """What the file at `path` gives the axes of a figure; its content if it is a springs file."""
+    source, fault = read_text(path, str(path))
+    if fault is not None:
+        findings.error(fault.message, fault.span, fault.hint)
+        return [], None
+    if path.suffix != ".toml":
+        return from_records(figure, records_in(source, findings), printed, findings), None
+    content = _content(source, stem, findings)
+    return [] if content is None else from_springs_file(figure, content, findings), content
 
 
 def _spring_set(
     figure: Figure,
     path: Path | None,
-    stem: str | None,
-    printed: bool,
+    given: Sequence[GivenSpring],
+    content: SpringsFile | None,
     joining: Joining | None,
     findings: Findings,
-) -> SpringSet | None:
-    """The springs of the file at `path`, or the figure's own; None for a file that is no text."""
-    given: list[GivenSpring] = []
-    law, origin = None, OWN
-    if path is not None:
-        origin = path.name
-        source, fault = read_text(path, str(path))
-        if fault is not None:
-            findings.error(fault.message, fault.span, fault.hint)
-            return None
-        if path.suffix == ".toml":
-            given, law = _from_springs_file(figure, source, stem, findings)
-        else:
-            given = from_records(figure, records_in(source, findings), printed, findings)
+) -> SpringSet:
+    """The springs that a file gives and the figure's own."""
     joints = {
         name: springs
         for name, joint in figure.joints.items()
         if (springs := _combined(joint, given, findings)) is not None
     }
-    return SpringSet(joints, joining or law or Joining.CONSERVATIVE, origin)
+    law = None if content is None else content.law
+    coupled = () if content is None else coupled_of_figure(figure, content, findings)
+    origin = OWN if path is None else path.name
+    return SpringSet(joints, joining or law or Joining.CONSERVATIVE, origin, coupled)
 
 
-def _path_for(directory: Path | None, stem: str | None, choice: str | Path | None) -> Path | None:
-    """The file to read, None when there is none to be found."""
-    if choice is not None and str(choice) != PRINTED:
-        return Path(choice)
-    if directory is None or stem is None:
-        return None
-    suffixes = (OPTIONAL_SUFFIX,) if choice is not None else (SUFFIX, OPTIONAL_SUFFIX)
-    beside = (directory / f"{stem}{suffix}" for suffix in suffixes)
-    return next((path for path in beside if path.exists()), None)
-
-
-def _no_printed_values(stem: str | None) -> Fault:
-    if stem is None:
-        return error("a figure from no file has no printed values", hint="name a file of springs")
-    name = f"{shown(stem)}{OPTIONAL_SUFFIX}"
-    return error(
-        f"there is no `{name}` beside the figure", hint="the printed values are those of that file"
-    )
-
-
-def _from_springs_file(
-    figure: Figure, source: Source, stem: str | None, findings: Findings
-) -> tuple[list[GivenSpring], Joining | None]:
+def _content(source: Source, stem: str | None, findings: Findings) -> SpringsFile | None:
+    """What a springs file says, with a warning when that is meant for another figure."""
     content = springs_in(source, findings)
-    if content is None:
-        return [], None
-    if content.figure and stem and content.figure != stem:
+    if content is not None and content.figure and stem and content.figure != stem:
         findings.warning(
             f"these springs were written for the figure `{shown(content.figure)}`",
             content.origins.get("figure"),
             f"they are used for `{shown(stem)}`",
         )
-    return from_springs_file(figure, content, findings), content.law
+    return content
 
 
 def _combined(

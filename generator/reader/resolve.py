@@ -204,7 +204,7 @@ def _joint(block: Block, name: Word, findings: Findings) -> Joint | None:
     lost = "type" in origins and chain is None
     factors = chain or ()
     rows = {
-        key: _per_axis(fields[key], factors, findings)
+        key: per_axis(fields[key], factors, findings)
         for key in _PER_AXIS
         if key in fields and not lost
     }
@@ -249,7 +249,7 @@ def _connect(block: Block, name: Word, findings: Findings) -> Connect | None:
     return found[0] if found else None
 
 
-def _per_axis(
+def per_axis(
     field: Field, chain: tuple[Factor, ...], findings: Findings
 ) -> tuple[float, ...] | None:
     """A field with one number for each degree of freedom."""

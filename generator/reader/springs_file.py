@@ -1,7 +1,8 @@
-"""Our own form of spring data, `STEM.springs.toml`: one `[[spring]]` for each curve.
+"""Our own form of spring data, `STEM.springs.toml`.
 
-The unit of every number is part of its key. Several joints may share a curve: its angle is that of
-each joint's declared axis, so the mirror image needs no second table.
+It has one `[[spring]]` for each curve and one `[[coupled]]` for each law over several joints. The
+unit of every number is part of its key. Several joints may share a curve: its angle is that of each
+joint's declared axis, so the mirror image needs no second table.
 """
 
 import re
@@ -12,14 +13,25 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from generator.errors import Fault, nearest
+from generator.reader.coupled_table import CoupledEntry, coupled_entry
 from generator.reader.findings import EnoughFaults, Findings
 from generator.reader.joint_axes import AXES
+from generator.reader.law_keys import (
+    HYSTERESIS,
+    LAW_KEYS,
+    Written,
+    check_combination,
+    slip_rate,
+    written_law,
+)
+from generator.reader.published_law import PublishedLaw
 from generator.reader.text_file import unified
 from generator.reader.toml_places import Places, locate
-from generator.reader.toml_values import TABLE, TableReader, number_text
+from generator.reader.toml_values import COUPLED, TABLE, TableReader, number_text
 from generator.reader.vocabulary import shown
 from generator.source import Source, Span
 from springs import Coefficients, Damping, Joining
+from springs.damping import SLIP
 from springs.stop import ONSET, STIFFNESS
 
 SUFFIX = ".springs.toml"
@@ -29,17 +41,9 @@ LONGEST_LINE = 1_000
 """Bounds on what is read: `tomllib` needs minutes for some longer texts (`a.a.a. ... = 1`)."""
 
 TEXT_KEYS = ("motion", "reference", "why")
-CUBIC_KEYS = ("sense", "dead_zone_deg")
-LAW_KEYS = (
-    "coefficients_Nm_rad",
-    "stiffness_Nm_rad",
-    "viscous_Nms_rad",
-    "coulomb_Nm",
-    "stop_stiffness_Nm_rad",
-    "stop_onset_deg",
-)
-SPRING_KEYS = ("joints", "axis", "rest_deg", *CUBIC_KEYS, *LAW_KEYS, *TEXT_KEYS)
-FILE_KEYS = ("figure", "law", TABLE)
+OTHER_LAW_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
+SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *OTHER_LAW_KEYS, *TEXT_KEYS)
+FILE_KEYS = ("figure", "law", TABLE, COUPLED)
 
 NO_DEAD_ZONE = "none"
 """`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
@@ -51,6 +55,8 @@ _POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of documen
 class SpringEntry:
     """A `[[spring]]` table, in SI.
 
+    What a published curve brings along (reference, damping, motion) is here as if it were written.
+
     Attributes:
         joints: the joints that have this spring.
         axis: "x", "y" or "z" of the joint frame, or None for the only axis of a joint.
@@ -60,6 +66,11 @@ class SpringEntry:
         dead_zone_stated: whether the file says what the dead zone is, or that there is none.
         stiffness: of a linear spring instead of a cubic [N m/rad], or None.
         rest: displacement at which the cubic's angle is zero and a linear spring is slack [rad].
+        law: any other elastic law instead, or None.
+        scale: factor of the elastic torque.
+        offset: how far the elastic curve is moved towards greater angles [rad].
+        hysteresis: distance of the curves of a growing and a falling angle [N m].
+        slip: rate at which the hysteresis tells the direction [rad/s].
         damping: viscous and Coulomb damping.
         stop_stiffness: of the stops at the figure's limits [N m/rad].
         stop_onset: angle over which they grow [rad].
@@ -77,6 +88,11 @@ class SpringEntry:
     dead_zone_stated: bool = False
     stiffness: float | None = None
     rest: float = 0.0
+    law: Written | None = None
+    scale: float = 1.0
+    offset: float = 0.0
+    hysteresis: float = 0.0
+    slip: float = SLIP
     damping: Damping = field(default_factory=Damping)
     stop_stiffness: float = STIFFNESS
     stop_onset: float = ONSET
@@ -93,6 +109,7 @@ class SpringsFile:
     entries: tuple[SpringEntry, ...]
     figure: str | None = None
     law: Joining | None = None
+    coupled: tuple[CoupledEntry, ...] = ()
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
 
@@ -181,18 +198,31 @@ def _content(document: Mapping[str, Any], places: Places, findings: Findings) ->
             law = Joining(said)
         else:
             findings.error(f"unknown law `{shown(said)}`", top.place("law"), nearest(said, laws))
-    tables: Any = document.get(TABLE, [])
-    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        findings.error("springs are tables", top.place(TABLE), "write `[[spring]]` above each")
-        tables = []
-    read = [
-        _entry(TableReader(table, TABLE, index, places, findings))
-        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
-    ]
-    if not tables and not findings.has_errors:
+    entries = [_entry(table) for table in _tables(document, TABLE, top)]
+    coupled = [coupled_entry(table) for table in _tables(document, COUPLED, top)]
+    if not entries and not coupled and not findings.has_errors:
         findings.error("there is no spring in this file", places.table(""), "write `[[spring]]`")
     origins = {key: top.place(key) for key in FILE_KEYS if key in document}
-    return SpringsFile(tuple(entry for entry in read if entry), figure, law, origins)
+    return SpringsFile(
+        tuple(entry for entry in entries if entry),
+        figure,
+        law,
+        tuple(entry for entry in coupled if entry),
+        origins,
+    )
+
+
+def _tables(document: Mapping[str, Any], name: str, top: TableReader) -> list[TableReader]:
+    """All tables of one name."""
+    tables: Any = document.get(name, [])
+    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
+        what = "springs" if name == TABLE else "coupled laws"
+        top.findings.error(f"{what} are tables", top.place(name), f"write `[[{name}]]` above each")
+        return []
+    return [
+        TableReader(table, name, index, top.places, top.findings)
+        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
+    ]
 
 
 def _entry(table: TableReader) -> SpringEntry | None:
@@ -202,13 +232,17 @@ def _entry(table: TableReader) -> SpringEntry | None:
     axis = table.choice("axis", (*AXES, "joint"))
     coefficients = table.numbers("coefficients_Nm_rad", 4)
     stiffness = table.number("stiffness_Nm_rad", negative=False)
-    _check_combination(table)
+    check_combination(table, OTHER_LAW_KEYS)
     zone = None
     if table.content.get("dead_zone_deg") != NO_DEAD_ZONE:
         zone = table.numbers("dead_zone_deg", 2)
     if zone is not None and zone[0] > zone[1]:
         table.error("dead_zone_deg", "the dead zone ends before it begins", "[lower, upper]")
     sense = table.sign("sense")
+    law = written_law(table)
+    scale = table.number("scale", negative=False)
+    offset = table.number("offset_deg")
+    hysteresis = table.number(HYSTERESIS, negative=False)
     viscous = table.number("viscous_Nms_rad", negative=False)
     coulomb = table.number("coulomb_Nm", negative=False)
     stop_stiffness = table.number("stop_stiffness_Nm_rad", negative=False, zero=False)
@@ -217,6 +251,10 @@ def _entry(table: TableReader) -> SpringEntry | None:
     said = {key: table.text(key) or "" for key in TEXT_KEYS}
     if not joints:
         return None
+    if isinstance(law, PublishedLaw):
+        if viscous is None:
+            viscous = law.row.damping
+        said = _with_published(said, law, joints)
     origins = {key: table.place(key) for key in table.content} | {"spring": table.header}
     origins |= {f"joints.{k}": table.place("joints", k) for k in range(len(joints))}
     return SpringEntry(
@@ -228,6 +266,11 @@ def _entry(table: TableReader) -> SpringEntry | None:
         dead_zone_stated="dead_zone_deg" in table.content,
         stiffness=stiffness,
         rest=rest or 0.0,
+        law=law,
+        scale=1.0 if scale is None else scale,
+        offset=offset or 0.0,
+        hysteresis=hysteresis or 0.0,
+        slip=slip_rate(table),
         damping=Damping(viscous or 0.0, coulomb or 0.0),
         stop_stiffness=stop_stiffness or STIFFNESS,
         stop_onset=stop_onset or ONSET,
@@ -238,22 +281,9 @@ def _entry(table: TableReader) -> SpringEntry | None:
     )
 
 
-def _check_combination(table: TableReader) -> None:
-    """A table says something, and nothing that its law does not take."""
-    content = table.content
-    if not any(key in content for key in LAW_KEYS):
-        table.findings.error(
-            "this spring has no law", table.header, f"it needs one of: {', '.join(LAW_KEYS)}"
-        )
-    cubic, linear = "coefficients_Nm_rad" in content, "stiffness_Nm_rad" in content
-    if cubic and linear:
-        table.error(
-            "stiffness_Nm_rad",
-            "a spring is a cubic or linear, not both",
-            "`coefficients_Nm_rad` or `stiffness_Nm_rad`",
-        )
-    for key in CUBIC_KEYS:
-        if key in content and not cubic:
-            table.error(key, f"`{key}` belongs to a cubic", "with `coefficients_Nm_rad`")
-    if "rest_deg" in content and not cubic and not linear:
-        table.error("rest_deg", "`rest_deg` belongs to an elastic law", "a cubic or a stiffness")
+def _with_published(
+    said: Mapping[str, str], law: PublishedLaw, joints: tuple[str, ...]
+) -> dict[str, str]:
+    """What the table says, and what the published row says where the table is silent."""
+    row = {"motion": law.motion_at(joints), "reference": str(law.row.reference), "why": law.why}
+    return {key: said[key] or row[key] for key in TEXT_KEYS}

@@ -29,6 +29,14 @@ def parse(source: Source, findings: Findings) -> Block | None:
     return _Parser(source, findings).file()
 
 
+def parse_fragment(source: Source, findings: Findings) -> Block:
+    """The statements of a text that stands for the inside of a figure block: `statement*`.
+
+    Raises EnoughFaults when too much is wrong to go on.
+    """
+    return _Parser(source, findings).fragment()
+
+
 class _Parser:
     """Recursive descent over the blocks. `_open` are the blocks around the present place."""
 
@@ -61,6 +69,19 @@ class _Parser:
                 return None
         figure = self._block()
         return figure and self._rest_of_file(figure)
+
+    def fragment(self) -> Block:
+        """`statement*` and then the end, as the body of a figure without a name."""
+        first = self._stream.here
+        body = Block(Word("figure", self._stream.span(first)), None, (), None)
+        if first.is_name("figure"):
+            self._findings.malformation(
+                "a whole figure stands here, and not only some blocks of one",
+                self._stream.span(first),
+                "leave out `figure {` and its `}`",
+            )
+            return body
+        return self._rest_of_file(body)
 
     def _rest_of_file(self, figure: Block) -> Block:
         """What stands after the figure's `}` is out of place, but read as part of the figure."""

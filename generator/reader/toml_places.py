@@ -47,6 +47,9 @@ class Places:
     items: dict[tuple[str, int, str], list[Span]] = field(
         default_factory=dict[tuple[str, int, str], list[Span]]
     )
+    parts: dict[tuple[str, int, str, int], list[Span]] = field(
+        default_factory=dict[tuple[str, int, str, int], list[Span]]
+    )
 
     def table(self, name: str, index: int = 0) -> Span:
         """The header of a table; of the whole text, named "", the first character."""
@@ -57,9 +60,15 @@ class Places:
         """A key, or its table."""
         return self.keys.get((table, index, key)) or self.table(table, index)
 
-    def value(self, table: str, index: int, key: str, item: int | None = None) -> Span:
-        """A value, or one item of an array, or else the key's place."""
+    def value(
+        self, table: str, index: int, key: str, item: int | None = None, part: int | None = None
+    ) -> Span:
+        """A value, or one item of an array, or one part of an item, or else the key's place."""
         place = (table, index, key)
+        if item is not None and part is not None:
+            parts = self.parts.get((*place, item), [])
+            if part < len(parts):
+                return parts[part]
         items = self.items.get(place, [])
         if item is not None and item < len(items):
             return items[item]
@@ -90,7 +99,12 @@ def locate(source: Source) -> Places:
         places.keys.setdefault(place, head[0].span.to(head[-1].span))
         places.values.setdefault(place, value[0].span.to(value[-1].span))
         if value[0].is_mark("["):
-            places.items.setdefault(place, list(_items(value[1:-1])))
+            items = list(_items(value[1:-1]))
+            places.items.setdefault(place, [_span(item) for item in items])
+            for k, item in enumerate(items):
+                if item[0].is_mark("["):
+                    parts = [_span(part) for part in _items(item[1:-1])]
+                    places.parts.setdefault((*place, k), parts)
     return places
 
 
@@ -121,19 +135,23 @@ def _depth_change(token: _Token) -> int:
     return 1 if opening else -1 if token.is_mark("]") or token.is_mark("}") else 0
 
 
-def _items(tokens: list[_Token]) -> Iterator[Span]:
-    """The stretches between the commas of an array."""
+def _span(tokens: list[_Token]) -> Span:
+    return tokens[0].span.to(tokens[-1].span)
+
+
+def _items(tokens: list[_Token]) -> Iterator[list[_Token]]:
+    """The tokens between the commas of an array."""
     depth = 0
     item: list[_Token] = []
     for token in tokens:
         if token.is_mark(",") and depth == 0:
-            yield item[0].span.to(item[-1].span)
+            yield item
             item = []
             continue
         depth += _depth_change(token)
         item.append(token)
     if item:
-        yield item[0].span.to(item[-1].span)
+        yield item
 
 
 def _key_parts(tokens: list[_Token]) -> list[str]:

@@ -1,6 +1,7 @@
 """Values of a TOML table, in SI by the unit that ends their key, or a fault where one is wrong."""
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, cast
@@ -14,7 +15,14 @@ from generator.reader.vocabulary import shown
 from generator.source import Span
 
 TABLE = "spring"
-"""Name of the tables of a springs file."""
+"""Name of the tables of springs about one axis in a springs file."""
+
+COUPLED = "coupled"
+"""Name of the tables of laws over several joints."""
+
+FEEDS = "a passive joint feeds no energy"
+
+Pair = tuple[float, float]
 
 _FACTORS: Mapping[str, Fraction] = {"deg": unit_named("deg").factor}
 """SI value of 1 for keys that end in `_deg`; the other keys are in SI already."""
@@ -41,26 +49,41 @@ class TableReader:
     index: int
     places: Places
     findings: Findings
+    within: tuple[str, int] | None = None
+    """Of a table in braces, the key and the place in its list: its own keys have no place."""
 
     @property
     def header(self) -> Span:
         """Where the table begins."""
+        if self.within is not None:
+            return self.places.value(self.name, self.index, *self.within)
         return self.places.table(self.name, self.index)
 
-    def place(self, key: str, item: int | None = None) -> Span:
-        """Where a value, or one item of an array, is written."""
-        return self.places.value(self.name, self.index, key, item)
+    def place(self, key: str, item: int | None = None, part: int | None = None) -> Span:
+        """Where a value, or one item of an array, or one part of such an item, is written."""
+        if self.within is not None:
+            return self.header
+        return self.places.value(self.name, self.index, key, item, part)
 
-    def error(self, key: str, message: str, hint: str = "", item: int | None = None) -> None:
+    def error(
+        self,
+        key: str,
+        message: str,
+        hint: str = "",
+        item: int | None = None,
+        part: int | None = None,
+    ) -> None:
         """Note an error of a value."""
-        self.findings.error(message, self.place(key, item), hint)
+        self.findings.error(message, self.place(key, item, part), hint)
 
     def refuse_unknown(self, known: Iterable[str], what: str) -> None:
         """Note an error for each key that is none of `known`."""
         names = tuple(known)
         for key in self.content:
             if key not in names:
-                place = self.places.key(self.name, self.index, key)
+                place = self.header
+                if self.within is None:
+                    place = self.places.key(self.name, self.index, key)
                 message = f"unknown key `{shown(key)}` in a {what}"
                 self.findings.error(message, place, nearest(key, names))
 
@@ -81,27 +104,30 @@ class TableReader:
         self.error(key, f"`{key}` is not `{said}`", f"it is one of: {', '.join(known)}")
         return None
 
-    def names(self, key: str) -> tuple[str, ...]:
+    def names(
+        self, key: str, example: str = '["left_knee", "right_knee"]', what: str = "spring"
+    ) -> tuple[str, ...]:
         """A list of names, at least one; empty, with a fault noted, when it is none."""
-        value: Any = self.content.get(key)
-        if value is None:
-            hint = f'write `{key} = ["left_knee", "right_knee"]`'
-            self.findings.error(f"this {self.name} has no `{key}`", self.header, hint)
+        if key not in self.content:
+            hint = f"write `{key} = {example}`"
+            self.findings.error(f"this {what} has no `{key}`", self.header, hint)
             return ()
-        items = cast("list[Any]", value) if isinstance(value, list) else []
+        items = self.items(key)
         if not items or not all(isinstance(item, str) for item in items):
-            self.error(key, f"`{key}` is a list of names", 'as in `["left_knee", "right_knee"]`')
+            self.error(key, f"`{key}` is a list of names", f"as in `{example}`")
             return ()
         return tuple(items)
 
-    def number(self, key: str, *, negative: bool = True, zero: bool = True) -> float | None:
+    def number(
+        self, key: str, *, negative: bool = True, zero: bool = True, hint: str = FEEDS
+    ) -> float | None:
         """A number in SI; None when there is none or, with a fault noted, a wrong one."""
         if key not in self.content:
             return None
         value = self._number(key, self.content[key], None)
         if value is not None and ((value < 0.0 and not negative) or (value == 0.0 and not zero)):
             least = "not below zero" if zero else "above zero"
-            self.error(key, f"`{key}` is {least}", "a passive joint feeds no energy")
+            self.error(key, f"`{key}` is {least}", hint)
             return None
         return value
 
@@ -109,43 +135,109 @@ class TableReader:
         """A list of `count` numbers in SI; None as for `number`."""
         if key not in self.content:
             return None
-        value: Any = self.content[key]
-        if not isinstance(value, list):
-            self.error(key, f"`{key}` is a list of {count} numbers", "in square brackets")
+        items, noun = self.items(key), "number" if count == 1 else "numbers"
+        if items is None:
+            self.error(key, f"`{key}` is a list of {count} {noun}", "in square brackets")
             return None
-        items = cast("list[Any]", value)
         if len(items) != count:
-            self.error(key, f"`{key}` has {len(items)} instead of {count} numbers")
+            self.error(key, f"`{key}` has {len(items)} instead of {count} {noun}")
             return None
         read = [self._number(key, item, k) for k, item in enumerate(items)]
         values = tuple(number for number in read if number is not None)
         return values if len(values) == count else None
 
-    def sign(self, key: str) -> int | None:
+    def interval(self, key: str) -> Pair | None:
+        """Two numbers in SI, lower and upper; None as for `number`."""
+        values = self.numbers(key, 2)
+        if values is not None and values[0] > values[1]:
+            self.error(key, f"`{key}` ends before it begins", "[lower, upper]")
+            return None
+        return cast("Pair | None", values)
+
+    def pairs(self, key: str, least: int, units: tuple[str, str] = ("", "")) -> tuple[Pair, ...]:
+        """A list of pairs of numbers in SI, `least` or more; empty as None for `number`.
+
+        Args:
+            key: its name.
+            least: how many there are at least.
+            units: "deg" for a number of each pair in degrees.
+        """
+        if key not in self.content:
+            return ()
+        items = self.items(key)
+        if items is None or not all(isinstance(item, list) for item in items):
+            self.error(key, f"`{key}` is a list of pairs of numbers", "as in `[[0, 1.5], [10, 2]]`")
+            return ()
+        if len(items) < least:
+            noun = "pair" if len(items) == 1 else "pairs"
+            self.error(key, f"`{key}` has {len(items)} {noun} and needs {least} at least")
+            return ()
+        read: list[Pair] = []
+        for k, item in enumerate(items):
+            if len(item) != 2:
+                noun = "number" if len(item) == 1 else "numbers"
+                self.error(key, f"a pair has two numbers, not {len(item)} {noun}", "", k)
+                continue
+            first, second = (
+                self._number(key, one, k, part, units[part]) for part, one in enumerate(item)
+            )
+            if first is not None and second is not None:
+                read.append((first, second))
+        return tuple(read) if len(read) == len(items) else ()
+
+    def signs(self, key: str, count: int) -> tuple[int, ...] | None:
+        """A list of `count` signs; None as for `number`."""
+        if key not in self.content:
+            return None
+        items = self.items(key)
+        if items is None or any(type(item) is not int or item not in (-1, 1) for item in items):
+            self.error(key, f"`{key}` is a list of -1 and +1", "in square brackets")
+            return None
+        if len(items) != count:
+            self.error(key, f"`{key}` has {len(items)} instead of {count} signs")
+            return None
+        return tuple(items)
+
+    def items(self, key: str) -> list[Any] | None:
+        """The items of a list as they were read; None for what is no list."""
+        value: Any = self.content.get(key)
+        return cast("list[Any]", value) if isinstance(value, list) else None
+
+    def sign(
+        self,
+        key: str,
+        hint: str = "-1: the moment resists; +1: it acts on the child as it stands",
+    ) -> int | None:
         """+1 or -1."""
         value = self.content.get(key)
         if value is None:
             return None
         if type(value) is int and value in (-1, 1):
             return value
-        hint = "-1: the moment resists; +1: it acts on the child as it stands"
         self.error(key, f"`{key}` is -1 or +1", hint)
         return None
 
-    def _number(self, key: str, value: object, item: int | None) -> float | None:
+    def _number(
+        self,
+        key: str,
+        value: object,
+        item: int | None,
+        part: int | None = None,
+        unit: str = "",
+    ) -> float | None:
         """One finite number in SI."""
-        factor = _FACTORS.get(key.rpartition("_")[2], Fraction(1))
+        factor = _FACTORS.get(unit or key.rpartition("_")[2], Fraction(1))
         text = value.text if isinstance(value, NumberText) else None
         if type(value) is int:
             text = str(value) if value.bit_length() < 8 * LONGEST_WORD else "inf"
+        message, hint = "", ""
         if text is None:
-            self.error(key, "a number is expected here", "without quotes and without a unit", item)
-            return None
-        if len(text) > LONGEST_WORD or "n" in text:
-            self.error(key, "this number is not finite", "a number is written in digits", item)
-            return None
-        try:
-            return converted(text, factor)
-        except OverflowError:
-            self.error(key, "this number is too large", "a number must be finite", item)
-            return None
+            message, hint = "a number is expected here", "without quotes and without a unit"
+        elif len(text) > LONGEST_WORD or "n" in text:
+            message, hint = "this number is not finite", "a number is written in digits"
+        else:
+            with suppress(OverflowError):
+                return converted(text, factor)
+            message, hint = "this number is too large", "a number must be finite"
+        self.error(key, message, hint, item, part)
+        return None

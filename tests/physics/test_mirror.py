@@ -5,6 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from generator import read_figure
@@ -12,7 +13,7 @@ from generator.engine.plan import Plan
 from generator.engine.simulate import simulate, springs_of
 from generator.figure import Figure, Location, Segment, Shift, SiteRef, Turn
 from generator.frames import homogeneous
-from springs import Joining, JointSprings, SpringSet
+from springs import CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet, published
 
 PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
 
@@ -100,8 +101,27 @@ def mirrored_springs(springs: SpringSet) -> SpringSet:
             x, y, z = spring.direction
             axes.append(replace(spring, direction=(-x, y, -z)))
         joints[other_side(name)] = JointSprings(other_side(name), tuple(axes))
-    return replace(springs, joints=joints)
+    coupled = []
+    for spring in springs.coupled:
+        axes = [
+            CoupledAxis(other_side(a.joint), (-a.direction[0], a.direction[1], -a.direction[2]))
+            for a in spring.axes
+        ]
+        coupled.append(replace(spring, axes=tuple(axes)))
+    return replace(springs, joints=joints, coupled=tuple(coupled))
 
+
+LEG = published.coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
+LEGS = tuple(
+    CoupledSpring(
+        LEG,
+        (
+            CoupledAxis(f"{s}_hip_joint", (0.0, 1.0, 0.0)),
+            CoupledAxis(f"{s}_knee", (0.0, -1.0, 0.0)),
+        ),
+    )
+    for s in ("left", "right")
+)
 
 POSE = {
     "waist": (0.2, 0.15, 0.3),
@@ -116,12 +136,14 @@ POSE = {
 RATES = {"left_hip_joint": (1.0, 2.0, -1.0), "right_elbow": (2.0,), "waist": (0.5, -0.4, 1.0)}
 
 
-def test_the_mirror_image_of_the_prototype() -> None:
+@pytest.mark.parametrize("coupled", [(), LEGS[:1]])
+def test_the_mirror_image_of_the_prototype(coupled) -> None:
     """Within 1e-8 over 1 s; centres of mass off the middle are reflected with their segments."""
     figure = read_figure(PROTOTYPE)
     image = mirrored(figure)
     assert image != figure
     springs = springs_of(figure, Plan(joining=Joining.CONSERVATIVE))
+    springs = replace(springs, coupled=coupled)
     common = {"stop": 1.0, "step": 1e-3}
     run = simulate(figure, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
     reflected = simulate(

@@ -103,5 +103,5 @@ def _torque_by_the_half_way_frame(case: Case, twin: Twin, data: object, name: st
     hung = twin.model.body(at.bodyid[0]).name
     sign = 1.0 if hung == joint.child.segment else -1.0
     rate = sign * half.T @ turns[hung] @ data.qvel[v : v + 3]
-    torque = elastic_torque(case.springs.joining, axes, r) + damping_torque(axes, rate)
+    torque = elastic_torque(case.springs.joining, axes, r) + damping_torque(axes, r, rate)
     return sign * turns[hung].T @ half @ torque

@@ -1,0 +1,176 @@
+"""Reading a run from a `.npz`: the inverse of writing one, bit for bit."""
+
+import json
+import zlib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.lib.npyio import NpzFile
+
+from generator.animation.header import Header, interval_of
+from generator.animation.npz import ABOUT, BY_JOINT, BY_SEGMENT, ENERGY, VERSION
+from generator.errors import Fault, InputError, error
+from generator.figure import Factor
+from generator.frames import Array
+from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
+from generator.whole_file import reason_of
+
+_BROKEN = (BadZipFile, ValueError, EOFError, KeyError, zlib.error, NotImplementedError, MemoryError)
+"""What numpy raises for a file that is none, or not whole."""
+
+Chains = dict[str, tuple[Factor, ...]]
+
+
+def read_npz(path: str | Path) -> tuple[Header, Recording]:
+    """The run in a `.npz` of this program, and where it is from.
+
+    Raises InputError, with all faults, when the file is none, is not whole, or lacks an array.
+    """
+    arrays = _arrays(Path(path))
+    about = _about(arrays, Path(path))
+    try:
+        chains = _chains(about["chains"])
+        if "run" not in about:
+            raise _wrong(path, ["it is from an action file, and holds no run; convert that one"])
+        times = arrays.get("times", np.zeros(0))
+        if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
+            raise _wrong(path, ["the array `times` is not one row that increases"])
+        faults = list(_faults(arrays, chains, times.size))
+        if faults:
+            raise _wrong(path, faults)
+        recording = _recording(arrays, about, chains)
+        return _header(about, times), recording
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise _wrong(path, [f"its `{ABOUT}` is not what this program writes"]) from None
+
+
+def _wrong(path: str | Path, said: Iterable[str]) -> InputError:
+    return InputError([error(f"`{path}` is no run: {each}") for each in said])
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+    """All arrays of the file by name."""
+    try:
+        loaded = np.load(path, allow_pickle=False)
+        if not isinstance(loaded, NpzFile):
+            raise _wrong(path, ["it is one array, not an archive of them"])
+        with loaded as archive:
+            return {name: archive[name] for name in archive.files}
+    except OSError as failure:
+        raise InputError([_unreadable(path, failure)]) from None
+    except _BROKEN:
+        raise _wrong(path, ["it is no archive of numpy, or not whole"]) from None
+
+
+def _unreadable(path: Path, failure: OSError) -> Fault:
+    return error(f"`{path}` cannot be read: {reason_of(failure)}")
+
+
+def _about(arrays: Mapping[str, np.ndarray[Any, Any]], path: Path) -> dict[str, Any]:
+    """What the file says in words."""
+    if ABOUT not in arrays:
+        raise _wrong(path, [f"it has no array `{ABOUT}`, which says what it is"])
+    try:
+        about = json.loads(str(arrays[ABOUT]))
+        version = about["npz"]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise _wrong(path, [f"its `{ABOUT}` is not what this program writes"]) from None
+    if version != VERSION:
+        raise _wrong(path, [f"its version is {version!r}, and this program reads {VERSION}"])
+    return about
+
+
+def _chains(said: Mapping[str, list[list[Any]]]) -> Chains:
+    return {
+        name: tuple(
+            Factor("R" if kind == "R" else "T", (float(x), float(y), float(z)))
+            for kind, x, y, z in factors
+        )
+        for name, factors in said.items()
+    }
+
+
+def _shapes(chains: Chains, count: int) -> dict[str, tuple[int, ...]]:
+    """The shape of every array but those of the segments."""
+    widths = {"rotation_vectors": 3, "reactions": 6, "passive_torques": 3}
+    shapes: dict[str, tuple[int, ...]] = {
+        f"{field}/{name}": (count, widths.get(field, len(chain)))
+        for field in BY_JOINT
+        for name, chain in chains.items()
+    }
+    shapes |= {f"{ENERGY}/{kind}": (count,) for kind in ENERGY_KINDS}
+    return shapes | {"centre_of_mass": (count, 3), "error_by_frame": (count,)}
+
+
+def _faults(
+    arrays: Mapping[str, np.ndarray[Any, Any]], chains: Chains, count: int
+) -> Iterable[str]:
+    """What is missing, and what has another shape than it must."""
+    shapes = _shapes(chains, count)
+    poses = [name for name in arrays if name.startswith(f"{BY_SEGMENT}/")]
+    shapes |= dict.fromkeys(poses, (count, 4, 4))
+    if not poses:
+        yield f"it has no arrays `{BY_SEGMENT}/SEGMENT`"
+    for name, shape in shapes.items():
+        if name not in arrays:
+            yield f"it has no array `{name}`"
+        elif arrays[name].shape != shape:
+            yield f"the array `{name}` has shape {arrays[name].shape}, not {shape}"
+        elif arrays[name].dtype != np.float64:
+            yield f"the array `{name}` holds {arrays[name].dtype}, not float64"
+
+
+def _named(arrays: Mapping[str, Array], field: str, names: Iterable[str]) -> dict[str, Array]:
+    return {name: arrays[f"{field}/{name}"] for name in names}
+
+
+def _recording(arrays: Mapping[str, Array], about: dict[str, Any], chains: Chains) -> Recording:
+    run = about["run"]
+    lead = f"{BY_SEGMENT}/"
+    segments = [name.removeprefix(lead) for name in arrays if name.startswith(lead)]
+    joints = {field: _named(arrays, field, chains) for field in BY_JOINT}
+    outcome = Outcome(Ending(about["outcome"]), run["message"], run["last_time"], run["joint"])
+    accuracy = Accuracy(
+        _number(run["estimate"]),
+        _number(run["asked"]),
+        float(run["held_until"]),
+        float(run["step"]),
+        int(run["steps"]),
+        arrays["error_by_frame"],
+    )
+    return Recording(
+        times=arrays["times"],
+        poses=_named(arrays, BY_SEGMENT, segments),
+        chains=chains,
+        **joints,
+        centre_of_mass=arrays["centre_of_mass"],
+        energy=_named(arrays, ENERGY, ENERGY_KINDS),
+        outcome=outcome,
+        accuracy=accuracy,
+        constraint_drift=float(run["constraint_drift"]),
+        wall_time=float(run["wall_time"]),
+        build_time=float(run["build_time"]),
+        springs=run["springs"],
+        law=run["law"],
+    )
+
+
+def _number(said: float | str | None) -> float | None:
+    return None if said is None else float(said)
+
+
+def _header(about: dict[str, Any], times: Array) -> Header:
+    return Header(
+        figure=about["figure"],
+        sha256=about["sha256"],
+        start=float(times[0]),
+        stop=float(times[-1]),
+        frame=interval_of(times),
+        springs=about["springs"],
+        law=about["law"],
+        outcome=Ending(about["outcome"]),
+        message=about["message"],
+    )

@@ -1,0 +1,55 @@
+"""Arguments and options that several commands have."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Name = Annotated[
+    str, typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure.")
+]
+Checked = Annotated[
+    str,
+    typer.Argument(
+        metavar="FIGURE|SPRINGS.toml",
+        help="A figure file, the name of a shipped figure, or a springs file.",
+    ),
+]
+Cited = Annotated[
+    str,
+    typer.Argument(
+        metavar="FIGURE|TABLE",
+        help="A figure file, the name of a shipped figure, a published table such as "
+        "`riener_edrich_1999` or `riener_edrich_1999/leg`, or `tables` for a list of them.",
+    ),
+]
+Springs = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE|NAME|none|printed",
+        help="Other springs than the figure's own: a .springs.toml or .optional file, the NAME of "
+        "FIGURE.NAME.springs.toml beside it, `none`, or `printed` for the values as printed.",
+    ),
+]
+PoseFile = Annotated[
+    Path | None,
+    typer.Option("--pose", metavar="FILE.pose", help="A pose, as `mover pose` writes it."),
+]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="JOINT=a,b,c", help="Displacements [deg or cm]."),
+]
+Along = Annotated[
+    Path | None, typer.Option(metavar="MOTION.action", help="A motion, in place of one pose.")
+]
+Table = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE.csv", help="A row for each frame of the motion."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
+
+
+PoseOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE.pose", help="Where the pose goes."),
+]

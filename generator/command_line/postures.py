@@ -1,0 +1,148 @@
+"""The commands that pose a figure: `pose`, `com`, `stability`, `shoulder`, `link`."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from generator.command_line.options import Along, Json, Name, PoseFile, PoseOutput, Set, Table
+
+if TYPE_CHECKING:
+    from generator.commands.answer import Answer
+
+
+class Side(StrEnum):
+    """The sides of the body, by the names of `generator.posture.shoulder_turns.Side`."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+class Rhythm(StrEnum):
+    """The rhythms of the shoulder, by the names of `generator.posture.shoulder_rhythm`."""
+
+    OTANI = "otani"
+    DE_GROOT_BRAND = "de_groot_brand"
+
+
+def pose(
+    figure: Name,
+    file: PoseFile = None,
+    displacements: Set = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="A .pose file, or a .fig with these displacements.",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> "Answer":
+    """Show and keep a pose: displacements of all joints, positions of all sites.
+
+    The option --set may be repeated and changes what --pose says.
+    """
+    del as_json
+    from generator.commands import pose as command
+
+    return command.pose(figure, file, displacements or (), output)
+
+
+def com(
+    figure: Name,
+    pose: PoseFile = None,
+    displacements: Set = None,
+    segments: Annotated[
+        str | None, typer.Option(metavar="a,b,...", help="Of these segments alone.")
+    ] = None,
+    along: Along = None,
+    output: Table = None,
+    as_json: Json = False,
+) -> "Answer":
+    """Find the centre of mass of a figure, in a pose or along a motion."""
+    del as_json
+    from generator.commands import com as command
+
+    return command.com(command.Request(figure, pose, displacements or (), segments, along, output))
+
+
+def stability(
+    figure: Name,
+    support: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SEGMENT[:FACE,...]|SEGMENT.SITE",
+            help="What carries the figure: faces of a segment's psurf, counted from 1, or all of "
+            "them, or a site. May be repeated.",
+        ),
+    ] = None,
+    below: Annotated[
+        str | None,
+        typer.Option(metavar="HEIGHT", help="In its place: all faces at or below, such as 1cm."),
+    ] = None,
+    up: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Normal of the ground; 0,1,0.")
+    ] = None,
+    pose: PoseFile = None,
+    displacements: Set = None,
+    along: Along = None,
+    output: Table = None,
+    as_json: Json = False,
+) -> "Answer":
+    """Test whether the centre of mass stands over the support, in a pose or along a motion."""
+    del as_json
+    from generator.commands import stability as command
+
+    return command.stability_of(
+        command.Request(figure, support or (), below, up, pose, displacements or (), along, output)
+    )
+
+
+def shoulder(
+    figure: Name,
+    side: Annotated[Side, typer.Option(help="Which arm.")],
+    latitude: Annotated[float, typer.Option(help="Of the elbow [deg]; 0 overhead, 180 hanging.")],
+    longitude: Annotated[
+        float, typer.Option(help="Of the elbow [deg]; 0 ahead, 90 to the arm's own side.")
+    ],
+    rhythm: Annotated[
+        Rhythm, typer.Option(help="How the clavicle follows the arm.")
+    ] = Rhythm.OTANI,
+    output: PoseOutput = None,
+    as_json: Json = False,
+) -> "Answer":
+    """Position an arm by where its elbow points, with the clavicle and the natural twist."""
+    del as_json
+    from generator.commands import shoulder as command
+
+    return command.shoulder(
+        figure,
+        side=side.value,
+        latitude=latitude,
+        longitude=longitude,
+        rhythm=rhythm.value,
+        output=output,
+    )
+
+
+def link(
+    figure: Name,
+    links: Annotated[
+        Path, typer.Argument(metavar="LINKS.toml", help="A file of links, docs/links.md.")
+    ],
+    pose: PoseFile = None,
+    displacements: Set = None,
+    output: PoseOutput = None,
+    as_json: Json = False,
+) -> "Answer":
+    """Set joints and let those follow that are linked to them.
+
+    The option --set may be repeated and changes what --pose says.
+    """
+    del as_json
+    from generator.commands import link as command
+
+    return command.link(figure, links, pose, displacements or (), output)

@@ -1,0 +1,164 @@
+"""Published tables in words and in data: what `mover cite` says of them."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from math import degrees, isinf
+
+from generator.commands.answer import Answer, aligned, counted, finite
+from springs.measured import Range
+from springs.published import publication, publications
+from springs.published_rows import Coupled, Curve, Publication
+from springs.reference import Reference
+
+ALL = "tables"
+"""`mover cite tables` lists the published tables."""
+
+
+def is_table(name: str) -> bool:
+    """Whether a name is a published table, a row of one, or asks for all."""
+    source, _, row = name.partition("/")
+    return name == ALL or (source in publications() and (not row or row in _rows(source)))
+
+
+def table_names(near: str) -> tuple[str, ...]:
+    """Names that `mover cite` knows beside figures: rows only of the table that is asked for."""
+    source = near.partition("/")[0]
+    rows = [f"{source}/{row}" for row in _rows(source)] if source in publications() else []
+    return (*rows, ALL, *publications())
+
+
+def cite_table(name: str) -> Answer:
+    """The references of all tables, of one with its rows, or of one row."""
+    source, _, row = name.partition("/")
+    if name == ALL:
+        return _all()
+    if row:
+        return _one_row(name, _rows(source)[row])
+    return _one(publication(source))
+
+
+def _rows(source: str) -> Mapping[str, Curve | Coupled]:
+    table = publication(source)
+    return {**table.curves, **table.coupled}
+
+
+def _all() -> Answer:
+    tables = [publication(name) for name in publications()]
+    return Answer(
+        text="\n\n".join(f"{t.name}: {_contents(t)}\n  {t.reference}" for t in tables),
+        data={"tables": [_head(table) for table in tables]},
+    )
+
+
+def _contents(table: Publication) -> str:
+    """`2 curves, 1 coupled law`."""
+    kinds = (
+        (table.curves, "curve"),
+        (table.coupled, "coupled law"),
+        (table.rhythms, "shoulder rhythm"),
+        (table.ranges, "range limit"),
+    )
+    return ", ".join(counted(len(rows), noun) for rows, noun in kinds if rows)
+
+
+def _one(table: Publication) -> Answer:
+    rows = [*table.curves.values(), *table.coupled.values()]
+    listed = aligned(
+        [(f"  {table.name}/{row.name}", _motion(row), _range_words(row)) for row in rows], left=3
+    )
+    parts = [f"{table.name}: {_contents(table)}\n  {table.reference}", table.note.strip(), listed]
+    return Answer(
+        text="\n\n".join(part for part in parts if part),
+        data={**_head(table), "note": table.note, "rows": [_row_data(table, row) for row in rows]},
+    )
+
+
+def _one_row(name: str, row: Curve | Coupled) -> Answer:
+    held = (f"{one} {angle:.4g} deg" for one, angle in _held_data(row).items())
+    rows = [
+        ("  motion", _motion(row)),
+        ("  formula", row.formula),
+        ("  convention", row.convention),
+        ("  range", _range_words(row)),
+        ("  held", ", ".join(held)),
+    ]
+    if isinstance(row, Curve) and row.damping is not None:
+        rows.append(("  damping", f"{row.damping:g} N m s/rad"))
+    listed = aligned([pair for pair in rows if pair[1]], left=2)
+    parts = [f"{name}\n  {row.reference}", listed, row.note.strip()]
+    table = publication(name.partition("/")[0])
+    return Answer("\n\n".join(part for part in parts if part), _row_data(table, row))
+
+
+def _motion(row: Curve | Coupled) -> str:
+    return row.motion if isinstance(row, Curve) else ", ".join(row.law.coordinates)
+
+
+def _ranges(row: Curve | Coupled) -> Iterable[Range | None]:
+    return (row.measured,) if isinstance(row, Curve) else row.law.measured
+
+
+def _range_words(row: Curve | Coupled) -> str:
+    """`measured 0 .. 90 deg`, or `usable`; for each angle of a coupled law."""
+    ends = ["not known" if known is None else _interval(*known) for known in _ranges(row)]
+    if all(known is None for known in _ranges(row)):
+        return "range not known"
+    return f"{'measured' if row.range_is_measured else 'usable'} {', '.join(ends)}"
+
+
+def _interval(low: float, high: float) -> str:
+    """`0 .. 90 deg`, or one end of it."""
+    if isinf(high):
+        return "all angles" if isinf(low) else f"from {_deg(low)} deg"
+    return f"up to {_deg(high)} deg" if isinf(low) else f"{_deg(low)} .. {_deg(high)} deg"
+
+
+def _deg(angle: float) -> str:
+    return f"{degrees(angle) + 0.0:.4g}"
+
+
+def _head(table: Publication) -> dict[str, object]:
+    return {
+        "table": table.name,
+        **_reference_data(table.reference),
+        "curves": list(table.curves),
+        "coupled": list(table.coupled),
+        "rhythms": list(table.rhythms),
+        "ranges": len(table.ranges),
+    }
+
+
+def _reference_data(reference: Reference) -> dict[str, object]:
+    return {
+        "reference": reference.text,
+        "place": reference.place,
+        "doi": reference.doi,
+        "sureness": reference.sureness.value,
+        "sureness_means": reference.sureness.words,
+    }
+
+
+def _row_data(table: Publication, row: Curve | Coupled) -> dict[str, object]:
+    return {
+        "row": f"{table.name}/{row.name}",
+        "motion": _motion(row),
+        **_reference_data(row.reference),
+        "formula": row.formula,
+        "convention": row.convention,
+        "range_deg": list(_degrees(_ranges(row))),
+        "range_is_measured": row.range_is_measured,
+        "held_deg": _held_data(row),
+        "damping_Nms_rad": row.damping if isinstance(row, Curve) else None,
+        "note": row.note,
+    }
+
+
+def _held_data(row: Curve | Coupled) -> dict[str, float]:
+    if not isinstance(row, Curve):
+        return {}
+    return {name: degrees(angle) for name, angle in row.held.items()}
+
+
+def _degrees(ranges: Iterable[Range | None]) -> Iterator[list[float | None] | None]:
+    """The ends in degrees, None for one that is open."""
+    for known in ranges:
+        yield None if known is None else [finite(degrees(end)) for end in known]

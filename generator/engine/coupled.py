@@ -1,0 +1,215 @@
+"""Passive laws over several joints, as one Exudyn object on all bodies concerned.
+
+Exudyn has connectors of two bodies only, so a coupled law is an `ObjectGenericODE2` on the nodes
+that the bodies have anyway: it adds no coordinates and no mass, only forces on the bodies' Euler
+parameters. Its function is Python in any case: Exudyn 1.13.6 breaks down over symbolic vectors of
+more than seven components, which are the coordinates of a single body. The Jacobian is given, since
+Exudyn would ask for the forces twice a coordinate to find it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from generator.engine.ball import refuse_half_turn
+from generator.engine.connector import Connector, Hanger, SpringError
+from generator.engine.exudyn_api import Index, exu, items, unused_name
+from generator.engine.relative_turn import (
+    BallAngles,
+    End,
+    HingeAngles,
+    Quaternion,
+    RelativeTurn,
+    quaternion,
+)
+from generator.errors import nearest
+from generator.figure import Figure, SiteRef
+from generator.frames import PERPENDICULAR, Array, unit
+from springs import FLOATS, CoupledAxis, CoupledSpring
+
+_COORDINATES = 7
+"""Of a rigid body with Euler parameters."""
+
+Forces = list[float]
+
+
+@dataclass(frozen=True)
+class CoupledObject:
+    """A coupled law as it stands in the system.
+
+    Attributes:
+        item: the Exudyn object.
+        spring: the law and where its coordinates are.
+        functions: its user functions, which must outlive the system.
+        stores: whether the law has an energy.
+    """
+
+    item: Index
+    spring: CoupledSpring
+    functions: tuple[Any, ...]
+    stores: bool
+
+
+def check_coupled(figure: Figure, springs: Sequence[CoupledSpring]) -> None:
+    """Refuse coupled laws that do not fit a figure.
+
+    Raises:
+        SpringError: an unknown joint, a joint without turns, or an axis that a joint does not have.
+    """
+    for spring in springs:
+        for name, axis in zip(spring.law.coordinates, spring.axes, strict=True):
+            joint = figure.joints.get(axis.joint)
+            if joint is None:
+                raise SpringError(
+                    f"the figure has no joint {axis.joint}, to which a coupled law gives its "
+                    f"{name}; {nearest(axis.joint, figure.joints)}"
+                )
+            turns = [unit(factor.axis) for factor in joint.chain if factor.kind == "R"]
+            if not turns:
+                raise SpringError(f"joint {joint.name} has the {name} of a coupled law but no turn")
+            across = _across(np.array(turns), np.asarray(axis.direction))
+            if across > PERPENDICULAR:
+                raise SpringError(
+                    f"joint {joint.name} does not turn about {axis.direction}, the axis of the "
+                    f"{name} of a coupled law"
+                )
+
+
+def _across(axes: Array, direction: Array) -> float:
+    """Length of what no sum of the axes, shape (n, 3), gives of a direction."""
+    return float(np.linalg.norm(direction - axes.T @ np.linalg.lstsq(axes.T, direction)[0]))
+
+
+def hang_coupled(
+    hanger: Hanger, spring: CoupledSpring, connectors: Mapping[str, tuple[Connector, ...]]
+) -> CoupledObject:
+    """The object of one coupled law.
+
+    Args:
+        hanger: where it is hung.
+        spring: a law that `check_coupled` has let pass, over joints that all move.
+        connectors: of the joints; those that it is about have one that reads the turn.
+
+    Raises:
+        SpringError: a joint of several turns that starts at 180 deg.
+    """
+    figure = hanger.placement.tree.figure
+    joints = [figure.joints[name] for name in dict.fromkeys(axis.joint for axis in spring.axes)]
+    bodies = list(dict.fromkeys(ref.segment for joint in joints for ref in joint.ends))
+    bodies = [name for name in bodies if name not in figure.ground]
+    nodes = [hanger.mbs.GetObject(hanger.bodies[name])["nodeNumber"] for name in bodies]
+    places = {name: k * _COORDINATES for k, name in enumerate(bodies)}
+
+    def end(ref: SiteRef) -> End:
+        site = quaternion(figure.site(ref).pose_in_segment[:3, :3])
+        if ref.segment in figure.ground:
+            return End(None, quaternion(hanger.placement.poses[ref.segment][:3, :3]), site)
+        place = places[ref.segment]
+        node = hanger.mbs.GetNode(nodes[place // _COORDINATES])
+        w, x, y, z = (float(node["referenceCoordinates"][k]) for k in range(3, 7))
+        return End(place, (w, x, y, z), site)
+
+    parts: list[_Part] = []
+    for joint in joints:
+        mine = tuple(k for k, axis in enumerate(spring.axes) if axis.joint == joint.name)
+        turn_axes = hanger.placement.tree.chains[joint.name].turn_axes
+        counter = None
+        if len(turn_axes) == 1:
+            signs = tuple(sign_about(spring.axes[k], turn_axes[0]) for k in mine)
+            x, y, z = unit(turn_axes[0]).tolist()
+            angles = HingeAngles((x, y, z), signs)
+            counter = turn_reader(connectors[joint.name]).counter
+        else:
+            refuse_half_turn(hanger, joint)
+            angles = BallAngles(tuple(spring.axes[k].direction for k in mine))
+        turn = RelativeTurn(end(joint.parent), end(joint.child), angles)
+        parts.append(_Part(turn, mine, counter))
+    law = _Law(spring, tuple(parts), len(bodies) * _COORDINATES)
+    item = hanger.mbs.AddObject(
+        items.ObjectGenericODE2(
+            name=unused_name(hanger.mbs, " ".join([*(j.name for j in joints), "spring"])),
+            nodeNumbers=nodes,
+            forceUserFunction=law.forces,
+            jacobianUserFunction=law.jacobian,
+        )
+    )
+    functions = (law.forces, law.jacobian)
+    return CoupledObject(item, spring, functions, spring.law.is_conservative)
+
+
+def sign_about(axis: CoupledAxis, turn_axis: tuple[float, float, float]) -> float:
+    """1 where a coordinate grows with turns about a hinge's axis, else -1."""
+    return float(np.sign(np.dot(axis.direction, turn_axis)))
+
+
+def turn_reader(connectors: Sequence[Connector]) -> Connector:
+    """The connector among a joint's own that reads its turn."""
+    return next(connector for connector in connectors if connector.kind != "slide")
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A joint of a coupled law: its turn, which coordinates it gives, what counts whole turns."""
+
+    turn: RelativeTurn
+    places: tuple[int, ...]
+    counter: Index | None
+
+    def near(self, mbs: Any) -> float:
+        """The joint's angle at the last step, to tell whole turns [rad]."""
+        if self.counter is None:
+            return 0.0
+        return float(mbs.GetNodeOutput(self.counter, exu.OutputVariableType.Coordinates))
+
+
+@dataclass(frozen=True)
+class _Law:
+    """The user functions of a coupled law."""
+
+    spring: CoupledSpring
+    parts: tuple[_Part, ...]
+    size: int
+
+    def _angles(
+        self, mbs: Any, q: Sequence[float]
+    ) -> tuple[list[float], list[tuple[Quaternion, Quaternion, Quaternion]]]:
+        """The law's angles [rad], and the orientations of each part's ends."""
+        angles = [0.0] * len(self.spring.axes)
+        ends = [part.turn.ends(q) for part in self.parts]
+        for part, (_, _, turn) in zip(self.parts, ends, strict=True):
+            values = part.turn.angles.values(turn, part.near(mbs))
+            for place, value in zip(part.places, values, strict=True):
+                angles[place] = value
+        return angles, ends
+
+    def forces(self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any) -> Forces:
+        """Generalized forces on the bodies' coordinates: sum of torques times gradients."""
+        angles, ends = self._angles(mbs, q)
+        torques = self.spring.law.torques(angles, FLOATS)
+        forces = [0.0] * self.size
+        for part, its in zip(self.parts, ends, strict=True):
+            part.turn.push(forces, its, [torques[k] for k in part.places])
+        return forces
+
+    def jacobian(
+        self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, fODE2: float, fODE2_t: float
+    ) -> Any:
+        """Minus the slopes of the forces by the coordinates, times `fODE2`.
+
+        Only the torques are varied: how the gradients turn with the bodies is left out, as a
+        modified Newton iteration converges well without.
+        """
+        angles, ends = self._angles(mbs, q)
+        gradients = np.zeros((len(angles), self.size))
+        for part, its in zip(self.parts, ends, strict=True):
+            for k in part.places:
+                forces = [0.0] * self.size
+                part.turn.push(forces, its, [float(k == place) for place in part.places])
+                gradients[k] = forces
+        matrix = exu.MatrixContainer()
+        slopes = np.array(self.spring.law.slopes(angles))
+        dense = -fODE2 * gradients.T @ slopes @ gradients
+        matrix.SetWithDenseMatrix(dense, useDenseMatrix=False)
+        return matrix

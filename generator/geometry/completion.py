@@ -1,0 +1,195 @@
+"""Masses, inertias and centres of mass that a figure lacks, estimated from its psurfs.
+
+What is there is kept, and so is the text: statements are put behind the `psurf` of their segment,
+each with a comment that says where it is from.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees
+
+from generator.errors import Fault, InputError, warning
+from generator.figure import CENTRE_OF_MASS, Figure, Segment
+from generator.geometry.estimate import FIELDS, products_of, statements_of
+from generator.geometry.segment import surface_of
+from generator.geometry.solid import Solid, solid_of
+from generator.inertia import MassProperties
+from generator.reader.draft import place_of
+from generator.reader.findings import Findings
+from generator.reader.tokens import Token, tokenize
+from generator.reader.units import Dimension, written
+from generator.reader.vocabulary import shown
+from generator.source import Source, Span
+
+
+@dataclass(frozen=True)
+class Addition:
+    """What a segment gets.
+
+    Attributes:
+        segment: its name.
+        fields: of `FIELDS`, those that were missing.
+        body: the segment as estimated, in its own frame.
+        density: of that body [kg/m3]; another than asked for where the mass was given.
+    """
+
+    segment: str
+    fields: tuple[str, ...]
+    body: MassProperties
+    density: float
+
+
+@dataclass(frozen=True)
+class Completion:
+    """A figure's text with what was missing, what that is, and warnings."""
+
+    text: str
+    additions: tuple[Addition, ...]
+    faults: tuple[Fault, ...]
+
+
+def complete_figure(figure: Figure, source: Source, density: float) -> Completion:
+    """Fill in what the moving segments of a figure lack, from their psurfs at `density` [kg/m3].
+
+    A segment whose mass is given keeps it: its inertia is that of its psurf with this mass. A
+    centre of mass that is given is kept as well; the inertia is then still that about the
+    psurf's own centre.
+
+    Args:
+        figure: as read from `source`, with the path that its psurfs lie beside.
+        source: the text of the figure.
+        density: [kg/m3], the same everywhere.
+
+    Raises:
+        InputError: psurfs that are needed cannot be read, or enclose no body; with all faults.
+        ValueError: the density is not above zero.
+    """
+    faults: list[Fault] = []
+    wrong: list[Fault] = []
+    additions: list[Addition] = []
+    solids: dict[str, Solid | None] = {}
+    for segment in figure.bodies.values():
+        missing = _missing(segment)
+        if not missing or segment.has_ground_mass:
+            continue
+        flaw = _why_not(segment, missing)
+        if flaw is not None:
+            faults.append(flaw)
+            continue
+        psurf = segment.psurf or ""
+        if psurf not in solids:
+            solids[psurf], told = _solid(figure, segment)
+            (faults if solids[psurf] else wrong).extend(told)
+        solid = solids[psurf]
+        if solid is not None:
+            addition = _addition(segment, missing, solid, density)
+            additions.append(addition)
+            faults += _told_of_products(segment, addition)
+    if wrong:
+        raise InputError([*faults, *wrong])
+    text = _with_statements(figure, source, additions)
+    return Completion(text, tuple(additions), tuple(faults))
+
+
+def _solid(figure: Figure, segment: Segment) -> tuple[Solid | None, tuple[Fault, ...]]:
+    """The body within a segment's psurf with its warnings; None with what is wrong."""
+    try:
+        solid = solid_of(surface_of(figure, segment))
+    except InputError as failure:
+        return None, failure.faults
+    return solid, solid.warnings
+
+
+def _missing(segment: Segment) -> tuple[str, ...]:
+    there = {
+        "mass": segment.mass is not None,
+        "inertia": segment.inertia is not None,
+        CENTRE_OF_MASS: CENTRE_OF_MASS in segment.sites,
+    }
+    return tuple(name for name in FIELDS if not there[name])
+
+
+def _why_not(segment: Segment, missing: Sequence[str]) -> Fault | None:
+    """What keeps a segment from being filled in, as a warning."""
+    lacks = " and ".join(f"`{name}`" for name in missing)
+    name = shown(segment.name)
+    if segment.mass == 0.0:
+        return warning(
+            f"segment `{name}` lacks {lacks}, but its mass is given as zero",
+            place_of(segment.origins, "mass"),
+            "leave out the mass to have it estimated as well",
+        )
+    if segment.psurf is None:
+        return warning(
+            f"segment `{name}` lacks {lacks}, and has no psurf to take it from",
+            place_of(segment.origins),
+        )
+    return None
+
+
+def _addition(segment: Segment, missing: tuple[str, ...], solid: Solid, density: float) -> Addition:
+    if segment.mass is not None:
+        density = segment.mass / solid.volume
+    return Addition(segment.name, missing, solid.mass_properties(density), density)
+
+
+def _told_of_products(segment: Segment, addition: Addition) -> list[Fault]:
+    products = products_of(addition.body)
+    if "inertia" not in addition.fields or products.are_small:
+        return []
+    return [
+        warning(
+            f"the products of inertia of `{shown(segment.name)}` are left out: up to "
+            f"{100.0 * products.ratio:.2g} % of its moments",
+            place_of(segment.origins, "psurf"),
+            f"its principal axes are turned by {degrees(products.angle):.2g} deg from its own; "
+            "a figure file holds moments along the segment's axes only",
+        )
+    ]
+
+
+def _with_statements(figure: Figure, source: Source, additions: Sequence[Addition]) -> str:
+    """The text with the statements of all additions, put in from the end on."""
+    tokens = list(tokenize(source, Findings())) if additions else []
+    at = {token.start: place for place, token in enumerate(tokens)}
+    pieces: dict[int, str] = {}
+    for addition in additions:
+        segment = figure.segments[addition.segment]
+        place = at[segment.origins["psurf"].start]
+        offset, piece = _insertion(source, tokens[place - 2 : place + 3], _lines(segment, addition))
+        pieces[offset] = piece
+    text = source.text
+    for offset in sorted(pieces, reverse=True):
+        text = text[:offset] + pieces[offset] + text[offset:]
+    return text
+
+
+def _lines(segment: Segment, addition: Addition) -> Mapping[str, str]:
+    """The statements of an addition, each with the comment that belongs to it."""
+    density = written(float(f"{addition.density:.5g}"), Dimension.DENSITY)
+    given = segment.mass is not None
+    of_mass = f" for the mass given, {density}" if given else f" at {density}"
+    statements = statements_of(addition.body)
+    return {
+        statements[name]: f"estimated from the psurf{'' if name == CENTRE_OF_MASS else of_mass}"
+        for name in addition.fields
+    }
+
+
+def _insertion(
+    source: Source, around: Sequence[Token], lines: Mapping[str, str]
+) -> tuple[int, str]:
+    """Where statements go and how: on lines of their own where `psurf = FILE;` has one.
+
+    `around` are the tokens `psurf`, `=`, the file, `;` and what follows.
+    """
+    keyword, _, _, end, after = around
+    span = Span(source, keyword.start, end.end)
+    line_start = source.text.rfind("\n", 0, keyword.start) + 1
+    line_end = source.text.find("\n", end.end)
+    line_end = len(source.text) if line_end == -1 else line_end
+    indent = source.text[line_start : keyword.start]
+    comment_goes_on = "/*" in source.text[end.end : line_end].replace("*/", "")
+    if indent.strip() or after.start < line_end or comment_goes_on:
+        return span.end, "".join(f" {text} /* {comment} */" for text, comment in lines.items())
+    return line_end, "".join(f"\n{indent}{text}  # {comment}" for text, comment in lines.items())

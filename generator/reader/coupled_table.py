@@ -1,0 +1,314 @@
+"""`[[coupled]]` of a springs file: a law over several joints, published or in own numbers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, cast
+
+from generator.errors import nearest
+from generator.reader.joint_axes import AXES
+from generator.reader.own_terms import OWN_KEYS, own_law
+from generator.reader.published_law import PUBLISHED, published_name
+from generator.reader.toml_values import TableReader
+from generator.reader.vocabulary import shown
+from generator.source import Span
+from springs.conservative import nearest_conservative
+from springs.coupled import CoupledExponential, CoupledTerm
+from springs.measured import Range
+from springs.published import coupled
+
+PLACE_KEYS = ("joints", "axes", "senses", "coordinates")
+HELD_KEYS = ("held", "held_deg")
+COUPLED_KEYS = (
+    *PLACE_KEYS,
+    PUBLISHED,
+    *HELD_KEYS,
+    *OWN_KEYS,
+    "conservative",
+    "scale",
+    "offsets_deg",
+    "reference",
+    "why",
+)
+
+NEAREST = "nearest"
+"""`conservative = "nearest"` takes the nearest law that is the gradient of an energy."""
+
+MOST = 6
+"""Coordinates of a law: looking at it everywhere takes a power of their number."""
+
+_MOST_COORDINATES, _MOST_TERMS = 3, 40
+"""What a nearest conservative law is sought for: the work grows with the power of the first."""
+
+_JOINTS = '["left_hip_joint", "left_knee"]'
+
+
+@dataclass(frozen=True)
+class CoupledEntry:
+    """A `[[coupled]]` table, in SI.
+
+    Attributes:
+        joints: for each side of the body the joints of the coordinates.
+        coordinates: names of the law's angles, in the order of the joints.
+        axes: for each coordinate "x", "y" or "z", or None for the only axis of the joint.
+        senses: for each coordinate -1 where the axis's positive angle is against it.
+        published: the published law, `publication/name`, or None.
+        own: the law in numbers of the file instead, or None.
+        held: the published law's other coordinates and their angles [rad].
+        is_nearest: whether the nearest conservative law takes its place.
+        scale: factor of its torques.
+        offsets: how far it is moved towards greater angles, one a coordinate [rad].
+        reference: where the numbers are from.
+        why: why they are read as they are.
+        origins: places of the keys' values; "coupled" is the table.
+        joint_origins: places of the joints, as in `joints`.
+    """
+
+    joints: tuple[tuple[str, ...], ...]
+    coordinates: tuple[str, ...]
+    axes: tuple[str | None, ...]
+    senses: tuple[int, ...]
+    published: str | None = None
+    own: CoupledExponential | None = None
+    held: tuple[tuple[str, float], ...] = ()
+    is_nearest: bool = False
+    scale: float = 1.0
+    offsets: tuple[float, ...] = ()
+    reference: str = ""
+    why: str = ""
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+    joint_origins: tuple[tuple[Span, ...], ...] = field(default=(), compare=False, repr=False)
+
+    @cached_property
+    def law(self) -> CoupledExponential:
+        """Torques on the children [N m] of the coordinates [rad], in their order."""
+        law = self.as_given
+        if self.is_nearest:
+            law = nearest_conservative(law, _box(law)).law
+        return self._changed(law)
+
+    @property
+    def replaced(self) -> CoupledExponential | None:
+        """The law for which the nearest conservative one stands, or None."""
+        return self._changed(self.as_given) if self.is_nearest else None
+
+    def _changed(self, law: CoupledExponential) -> CoupledExponential:
+        """A law with what `scale` and `offsets_deg` do to it."""
+        return law.scaled(self.scale, dict(zip(self.coordinates, self.offsets, strict=False)))
+
+    @property
+    def as_given(self) -> CoupledExponential:
+        """The law before it is changed, its coordinates in the order of the file."""
+        if self.published is None:
+            assert self.own is not None
+            return self.own
+        law = coupled(self.published).law
+        for name, angle in self.held:
+            law = law.holding(name, angle)
+        return _ordered(law, self.coordinates)
+
+
+def coupled_entry(table: TableReader) -> CoupledEntry | None:
+    """One `[[coupled]]`; None, with a fault noted, when it says nothing that can be used."""
+    before = len(table.findings.faults)
+    table.refuse_unknown(COUPLED_KEYS, "coupled law")
+    coordinates = table.names("coordinates", '["hip flexion", "knee flexion"]', "coupled law")
+    if len(coordinates) == 1:
+        hint = "a law of one angle is a `[[spring]]`"
+        table.error("coordinates", "a coupled law has two coordinates at least", hint)
+    if len(coordinates) > MOST:
+        table.error("coordinates", f"a coupled law has at most {MOST} coordinates")
+    for k, name in enumerate(coordinates):
+        if name in coordinates[:k]:
+            table.error("coordinates", f"`{shown(name)}` stands twice", "", k)
+    count = len(coordinates)
+    joints = _joints(table, count)
+    axes = _axes(table, count)
+    senses = table.signs("senses", count)
+    offsets = table.numbers("offsets_deg", count)
+    scale = table.number("scale", negative=False)
+    wanted = table.choice("conservative", (NEAREST,))
+    said = {key: table.text(key) or "" for key in ("reference", "why")}
+    held, published, own = _held(table), None, None
+    if PUBLISHED in table.content:
+        published = published_name(table, PUBLISHED, "coupled law")
+        _refuse_beside(table, OWN_KEYS, "own numbers", f"without `{PUBLISHED}`")
+        if published is not None and coordinates:
+            _check_coordinates(table, published, coordinates, held)
+    elif "terms" in table.content:
+        own = own_law(table, coordinates)
+        _refuse_beside(table, HELD_KEYS, "a published law", f"with `{PUBLISHED}`")
+    else:
+        hint = f"it needs one of: {PUBLISHED}, terms"
+        table.findings.error("this coupled law has no law", table.header, hint)
+    if len(table.findings.faults) > before:
+        return None
+    if published is not None:
+        row = coupled(published)
+        first = "As published." if wanted is None else "The nearest conservative law is taken."
+        note = " ".join(part for part in (first, row.note.strip()) if part)
+        said = {"reference": said["reference"] or str(row.reference), "why": said["why"] or note}
+    origins = {key: table.place(key) for key in table.content} | {"coupled": table.header}
+    entry = CoupledEntry(
+        joints=joints,
+        coordinates=coordinates,
+        axes=axes or (None,) * count,
+        senses=senses or (1,) * count,
+        published=published,
+        own=own,
+        held=held,
+        is_nearest=wanted is not None,
+        scale=1.0 if scale is None else scale,
+        offsets=offsets or (0.0,) * count,
+        reference=said["reference"],
+        why=said["why"],
+        origins=origins,
+        joint_origins=_joint_places(table, joints),
+    )
+    return entry if not entry.is_nearest or _can_be_nearest(table, entry) else None
+
+
+def _joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]:
+    """The joints of the coordinates, a list for each side; empty with a fault noted."""
+    if "joints" not in table.content:
+        hint = f"write `joints = {_JOINTS}`, or a list of such lists, one a side"
+        table.findings.error("this coupled law has no `joints`", table.header, hint)
+        return ()
+    items = table.items("joints") or []
+    is_flat = bool(items) and all(isinstance(item, str) for item in items)
+    sides = [items] if is_flat else items
+    if not sides or not all(map(_is_names, sides)):
+        hint = f"as in `{_JOINTS}`, or a list of such lists, one a side"
+        table.error("joints", "`joints` is a list of names", hint)
+        return ()
+    for k, side in enumerate(sides):
+        if count and len(side) != count:
+            said = f"there are {len(side)} joints for {count} coordinates"
+            hint = "one joint for each coordinate, in their order"
+            table.error("joints", said, hint, None if is_flat else k)
+        if side in sides[:k]:
+            table.error("joints", "these joints stand twice", "one list a side", k)
+    return tuple(tuple(side) for side in sides)
+
+
+def _is_names(value: Any) -> bool:
+    """Whether a value is a list of names, at least one."""
+    return (
+        bool(value)
+        and isinstance(value, list)
+        and all(isinstance(name, str) for name in cast("list[Any]", value))
+    )
+
+
+def _joint_places(
+    table: TableReader, joints: tuple[tuple[str, ...], ...]
+) -> tuple[tuple[Span, ...], ...]:
+    """Where each joint is written."""
+    is_flat = isinstance((table.items("joints") or [None])[0], str)
+    return tuple(
+        tuple(
+            table.place("joints", j) if is_flat else table.place("joints", k, j)
+            for j in range(len(side))
+        )
+        for k, side in enumerate(joints)
+    )
+
+
+def _axes(table: TableReader, count: int) -> tuple[str | None, ...] | None:
+    """For each coordinate the axis of its joint; None where they are left out, or wrong."""
+    if "axes" not in table.content:
+        return None
+    names = table.names("axes", '["y", "joint"]')
+    known = (*AXES, "joint")
+    for k, name in enumerate(names):
+        if name not in known:
+            hint = f"it is one of: {', '.join(known)}"
+            table.error("axes", f"an axis is not `{shown(name)}`", hint, k)
+    if names and len(names) != count:
+        table.error("axes", f"there are {len(names)} axes for {count} coordinates")
+    return tuple(None if name == "joint" else name for name in names)
+
+
+def _held(table: TableReader) -> tuple[tuple[str, float], ...]:
+    """The coordinates that are held, with their angles [rad]."""
+    present = [key for key in HELD_KEYS if key in table.content]
+    if len(present) == 1:
+        other = HELD_KEYS[1 - HELD_KEYS.index(present[0])]
+        table.error(present[0], f"`{present[0]}` needs `{other}` beside it", "a name and its angle")
+    if len(present) < 2:
+        return ()
+    names = table.names("held", '["ankle dorsiflexion"]')
+    angles = table.numbers("held_deg", len(names)) if names else None
+    return tuple(zip(names, angles, strict=True)) if angles is not None else ()
+
+
+def _check_coordinates(
+    table: TableReader,
+    published: str,
+    coordinates: tuple[str, ...],
+    held: tuple[tuple[str, float], ...],
+) -> None:
+    """Every coordinate of a published law is hung on a joint or held, and only one of the two."""
+    known = coupled(published).law.coordinates
+    names = [name for name, _ in held]
+    for key, said in (("coordinates", coordinates), ("held", names)):
+        for k, name in enumerate(said):
+            if name not in known:
+                missing = f"`{published}` has no coordinate `{shown(name)}`"
+                table.error(key, missing, nearest(name, known), k)
+    for k, name in enumerate(names):
+        if name in coordinates or name in names[:k]:
+            both = "hung on a joint and held" if name in coordinates else "held twice"
+            table.error("held", f"`{shown(name)}` is {both}", "", k)
+    missing = [name for name in known if name not in coordinates and name not in names]
+    if missing and "held" in table.content and not held:
+        return  # what is wrong with `held` has been said
+    if missing and all(name in known for name in (*coordinates, *names)):
+        listed = ", ".join(f'"{name}"' for name in (*names, *missing))
+        angles = ", ".join("0.0" for _ in (*names, *missing))
+        table.error(
+            PUBLISHED,
+            f"`{published}` depends on `{missing[0]}` too, and nothing says where that is",
+            f"hold it: `held = [{listed}]` and `held_deg = [{angles}]`",
+        )
+
+
+def _refuse_beside(table: TableReader, keys: tuple[str, ...], owner: str, hint: str) -> None:
+    for key in keys:
+        if key in table.content:
+            table.error(key, f"`{key}` belongs to {owner}", hint)
+
+
+def _can_be_nearest(table: TableReader, entry: CoupledEntry) -> bool:
+    """Whether a nearest conservative law can be sought; else the fault is noted."""
+    law = entry.as_given
+    for name, known in zip(law.coordinates, law.measured, strict=True):
+        if known is None or not known[0] < known[1]:
+            said = f"the range over which to come near is not known for `{shown(name)}`"
+            table.error("conservative", said, "`measured_deg` gives it, a pair for each coordinate")
+            return False
+    if len(law.coordinates) > _MOST_COORDINATES or len(law.terms) > _MOST_TERMS:
+        most = f"{_MOST_COORDINATES} coordinates and {_MOST_TERMS} terms"
+        table.error("conservative", f"a nearest law is sought for at most {most}")
+        return False
+    return True
+
+
+def _box(law: CoupledExponential) -> list[Range]:
+    """The ranges in which a law is known, all of them there."""
+    return [cast("Range", known) for known in law.measured]
+
+
+def _ordered(law: CoupledExponential, coordinates: tuple[str, ...]) -> CoupledExponential:
+    """The same law with its coordinates in another order."""
+    places = [law.coordinates.index(name) for name in coordinates]
+
+    def put(values: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(values[place] for place in places)
+
+    return CoupledExponential(
+        coordinates,
+        tuple(CoupledTerm(put(t.amplitudes), put(t.rates), t.exponent) for t in law.terms),
+        put(law.constants),
+        tuple(law.measured[place] for place in places),
+    )

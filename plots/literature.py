@@ -1,0 +1,137 @@
+"""Published curves as they are drawn beside a simulated one."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import inf, isinf, radians
+
+import numpy as np
+
+from springs import published
+from springs.elastic import Elastic
+from springs.measured import Range, extrapolation
+from springs.operations import Array
+from springs.reference import Reference
+from springs.table import Table
+
+_EVERYWHERE: Range = (-inf, inf)
+
+
+@dataclass(frozen=True)
+class Literature:
+    """A curve of the literature, in the senses of our angle and of the torque on the child.
+
+    Attributes:
+        label: in the legend, without its reference.
+        pieces: laws, each with the range for which it is given [rad]; of those that overlap the
+            first counts.
+        known: range in which the curve may be used [rad], or None where that is not known.
+        reference: where it is from.
+        held: angles of other joints while it was measured, in words, or "".
+        note: what a reader of the picture should know, or "".
+        is_substitute: whether it stands in for a source of the thesis that is not public.
+        is_line: whether anything is known between its points, where it has some.
+    """
+
+    label: str
+    pieces: tuple[tuple[Elastic, Range], ...]
+    known: Range | None
+    reference: Reference
+    held: str = ""
+    note: str = ""
+    is_substitute: bool = True
+    is_line: bool = True
+
+    def torque(self, angles: Array) -> Array:
+        """Torque on the child [N m] at angles [rad]; nan where the curve is not given."""
+        result = np.full_like(angles, np.nan)
+        for law, (low, high) in reversed(self.pieces):
+            inside = (angles >= low) & (angles <= high)
+            result[inside] = law.torque(angles[inside])
+        return result
+
+    def at(self, angle: float) -> float:
+        """Torque on the child [N m] at one angle [rad]."""
+        return float(self.torque(np.array([angle]))[0])
+
+    @property
+    def points(self) -> tuple[Array, Array] | None:
+        """Angles [rad] and torques [N m] of a digitised curve; None for a formula."""
+        law = self.pieces[0][0]
+        if not isinstance(law, Table):
+            return None
+        angles, torques = np.array(law.points).T
+        return angles, torques
+
+    @property
+    def is_digitised(self) -> bool:
+        """Whether it is a line through points."""
+        return isinstance(self.pieces[0][0], Table)
+
+    def beyond(self, low: float, high: float) -> str:
+        """What to say of the curve where it is drawn from `low` to `high` [rad], or ""."""
+        first = min(piece[1][0] for piece in self.pieces)
+        last = max(piece[1][1] for piece in self.pieces)
+        return extrapolation(self.known, max(low, first), min(high, last))
+
+
+def points_of(
+    points: tuple[tuple[float, float], ...], label: str, reference: Reference, note: str = ""
+) -> Literature:
+    """Single points (angle [rad], torque on the child [N m]), increasing, and no line."""
+    table = Table(points)
+    return Literature(
+        label, ((table, _EVERYWHERE),), table.measured, reference, "", note, is_line=False
+    )
+
+
+def published_curve(key: str, label: str, note: str = "") -> Literature:
+    """The curve `publication/name`; one that is given for one side of zero ends there."""
+    curve = published.curve(key)
+    given = _EVERYWHERE if curve.measured is None else curve.measured
+    half = isinf(given[0]) or isinf(given[1])
+    held = ", ".join(f"{name} at {np.degrees(at):.4g} deg" for name, at in curve.held.items())
+    return Literature(
+        label,
+        ((curve.law, given if half else _EVERYWHERE),),
+        None if half else curve.measured,
+        curve.reference,
+        held,
+        note,
+    )
+
+
+def joined(*parts: Literature) -> Literature:
+    """Curves of one publication for different ranges of one angle, as one; the first names it."""
+    first = parts[0]
+    pieces = tuple(piece for part in parts for piece in part.pieces)
+    return replace(first, pieces=pieces)
+
+
+def both_sides(half: Literature) -> Literature:
+    """A curve given for positive angles, with its mirror image for negative ones."""
+    mirrored = tuple((law.mirrored(), (-high, -low)) for law, (low, high) in half.pieces)
+    pieces = (*half.pieces, *mirrored)
+    return replace(half, pieces=pieces)
+
+
+def compared(literature: Literature) -> Literature:
+    """The same curve beside one for which the thesis names no source."""
+    return replace(literature, is_substitute=False)
+
+
+def held_law(
+    key: str, motion: str, held_deg: Mapping[str, float], label: str, note: str = ""
+) -> Literature:
+    """One coordinate of the law of several joints `publication/name`, the others held.
+
+    Args:
+        key: of the law.
+        motion: the coordinate, as "hip flexion".
+        held_deg: the other coordinates [deg].
+        label: in the legend.
+        note: as in `Literature`.
+    """
+    row = published.coupled(key)
+    law = row.law.about(motion, {name: radians(angle) for name, angle in held_deg.items()})
+    held = ", ".join(f"{name.split()[0]} at {angle:g} deg" for name, angle in held_deg.items())
+    return Literature(label, ((law, _EVERYWHERE),), law.measured, row.reference, held, note)

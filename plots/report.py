@@ -1,0 +1,207 @@
+"""The report of all plates: one HTML file that needs nothing but itself to be read."""
+
+from base64 import b64encode
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+
+from plots.claim import Claim
+from plots.drawn_plate import DrawnPlate, Failed
+
+LARGEST_SVG = 1_000_000
+"""A picture of more bytes than this is shown as PNG: browsers are slow to draw it [bytes]."""
+
+_TITLE = "Claims about curves and motion"
+
+# Nothing may be fetched, whatever a caption says.
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+_STYLE = """
+:root { color-scheme: light dark; --ink: #1a1a1a; --paper: #fff; --soft: #595959;
+  --line: #c8c8c8; --bad: #a33b00; --bad-paper: #fdeee4; --link: #005a91; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e6e6e6; --paper: #161616; --soft: #a8a8a8;
+  --line: #444; --bad: #ffab7a; --bad-paper: #3a2417; --link: #7cc4f0; } }
+body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
+  max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h1, h2, h3 { line-height: 1.25; }
+section { margin-top: 3rem; }
+a { color: var(--link); }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; table-layout: fixed; width: 100%; min-width: 46rem;
+  font-size: 0.9rem; }
+th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.5rem;
+  border-bottom: 1px solid var(--line); }
+th { box-sizing: border-box; width: 12%; }
+th:nth-child(1) { width: 30%; }
+th:nth-child(5) { width: 22%; }
+td { overflow-wrap: anywhere; }
+td.number { font-variant-numeric: tabular-nums; }
+tr.fails { background: var(--bad-paper); }
+tr.fails td.verdict { color: var(--bad); font-weight: bold; }
+figure { margin: 1rem 0; }
+figure img { display: block; width: 100%; max-width: 48rem; height: auto; background: #fff;
+  border: 1px solid var(--line); }
+figcaption { margin-top: 0.6rem; }
+.files, .references, .made { font-size: 0.9rem; color: var(--soft); overflow-wrap: anywhere; }
+dl.made { display: grid; grid-template-columns: max-content 1fr; gap: 0.1rem 1rem; }
+dl.made dd { margin: 0; }
+@media print {
+  :root { --ink: #000; --paper: #fff; --soft: #333; --line: #999; --bad: #000;
+    --bad-paper: #eee; --link: #000; }
+  body { font-size: 10pt; max-width: none; margin: 0; }
+  section.plate { break-before: page; margin-top: 0; }
+  table { font-size: 8pt; min-width: 0; }
+  figure img { width: auto; max-width: 100%; max-height: 130mm; }
+  figure, tr { break-inside: avoid; }
+  thead { display: table-header-group; }
+}
+"""
+
+
+def report(
+    plates: Sequence[DrawnPlate], failed: Sequence[Failed], made_with: Mapping[str, str]
+) -> str:
+    """The text of the report.
+
+    Args:
+        plates: in the order in which they are shown. Their files are linked to as lying beside it.
+        failed: plates that are missing, and why.
+        made_with: the command, the versions and the machine, each by its name.
+    """
+    return "".join(f"{line}\n" for line in _lines(plates, failed, made_with))
+
+
+def _lines(
+    plates: Sequence[DrawnPlate], failed: Sequence[Failed], made_with: Mapping[str, str]
+) -> Iterator[str]:
+    yield from (
+        "<!DOCTYPE html>",
+        '<html lang="en">',
+        "<head>",
+        '<meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{escape(_POLICY)}">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{_TITLE}</title>",
+        f"<style>{_STYLE}</style>",
+        "</head>",
+        "<body>",
+        "<main>",
+        f"<h1>{_TITLE}</h1>",
+        f"<p>{escape(tally([claim for plate in plates for claim in plate.claims]))}</p>",
+    )
+    if failed:
+        yield "<h2>Missing plates</h2>"
+        yield from _list("ul", "", map(str, failed))
+    yield from _contents(plates)
+    yield from _all_claims(plates)
+    for plate in plates:
+        yield from _plate(plate)
+    yield from _made(made_with)
+    yield from ("</main>", "</body>", "</html>")
+
+
+def tally(claims: Sequence[Claim]) -> str:
+    """How many claims hold, as a sentence."""
+    failing = sum(not claim.holds for claim in claims)
+    if not claims:
+        return "There are no claims."
+    if not failing:
+        return f"All {len(claims)} claims hold."
+    return f"{len(claims) - failing} of {len(claims)} claims hold, {failing} do not."
+
+
+def _contents(plates: Sequence[DrawnPlate]) -> Iterator[str]:
+    yield '<nav aria-label="Contents">'
+    yield "<h2>Contents</h2>"
+    yield "<ol>"
+    yield '<li><a href="#claims">All claims</a></li>'
+    for plate in plates:
+        failing = sum(not claim.holds for claim in plate.claims)
+        said = f" ({failing} of {len(plate.claims)} claims do not hold)" if failing else ""
+        yield f'<li><a href="#{plate.name}">{escape(plate.title)}</a>{said}</li>'
+    yield '<li><a href="#made">How this was made</a></li>'
+    yield "</ol>"
+    yield "</nav>"
+
+
+def _all_claims(plates: Sequence[DrawnPlate]) -> Iterator[str]:
+    yield '<section id="claims">'
+    yield "<h2>All claims</h2>"
+    rows = [
+        (claim, f'<a href="#{plate.name}">{plate.name.replace("_", "_<wbr>")}</a>')
+        for plate in plates
+        for claim in plate.claims
+    ]
+    yield from _table(rows)
+    yield "</section>"
+
+
+def _table(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
+    """Claims, each with markup for a last cell, or none of them with any."""
+    linked = any(link for _, link in rows)
+    yield '<div class="scroll">'
+    yield "<table>"
+    heads = ["Claim", "Measured", "Bound", "Verdict", "Remark", *(["Plate"] if linked else [])]
+    cells = "".join(f'<th scope="col">{head}</th>' for head in heads)
+    yield f"<thead><tr>{cells}</tr></thead>"
+    yield "<tbody>"
+    for claim, link in rows:
+        yield "".join(
+            (
+                "<tr>" if claim.holds else '<tr class="fails">',
+                f"<td>{escape(claim.sentence)}</td>",
+                f'<td class="number">{escape(claim.measured_words)}</td>',
+                f'<td class="number">{escape(claim.bound_words)}</td>',
+                f'<td class="verdict">{claim.verdict}</td>',
+                f"<td>{escape(claim.remark)}</td>",
+                f"<td>{link}</td>" if linked else "",
+                "</tr>",
+            )
+        )
+    yield "</tbody>"
+    yield "</table>"
+    yield "</div>"
+
+
+def _plate(plate: DrawnPlate) -> Iterator[str]:
+    yield f'<section class="plate" id="{plate.name}">'
+    yield f"<h2>{escape(plate.title)}</h2>"
+    yield "<figure>"
+    yield f'<img src="{_picture(plate)}" alt="{escape(plate.title)}">'
+    yield f"<figcaption>{escape(plate.caption)}</figcaption>"
+    yield "</figure>"
+    yield f"<p><strong>Sign convention:</strong> {escape(plate.sign)}</p>"
+    yield from _table([(claim, "") for claim in plate.claims])
+    if plate.references:
+        yield "<h3>References</h3>"
+        yield from _list("ol", "references", plate.references)
+    links = ", ".join(f'<a href="{name}">{name}</a>' for name in plate.files)
+    yield f'<p class="files">Files beside this one: {links}</p>'
+    yield "</section>"
+
+
+def _picture(plate: DrawnPlate) -> str:
+    """The picture as a data URL. As an image of its own its ids clash with nothing."""
+    if len(plate.svg) > LARGEST_SVG:
+        return f"data:image/png;base64,{b64encode(plate.png).decode()}"
+    return f"data:image/svg+xml;base64,{b64encode(plate.svg).decode()}"
+
+
+def _made(made_with: Mapping[str, str]) -> Iterator[str]:
+    yield '<section id="made">'
+    yield "<h2>How this was made</h2>"
+    yield '<dl class="made">'
+    for name, value in made_with.items():
+        yield f"<dt>{escape(name)}</dt><dd><code>{escape(value)}</code></dd>"
+    yield "</dl>"
+    yield (
+        "<p>Tables begin with three lines of comment, then their headers: read them with "
+        '<code>pandas.read_csv(file, comment="#")</code> or '
+        '<code>numpy.loadtxt(file, delimiter=",", skiprows=4)</code>.</p>'
+    )
+    yield "</section>"
+
+
+def _list(tag: str, kind: str, items: Iterator[str] | Sequence[str]) -> Iterator[str]:
+    yield f'<{tag} class="{kind}">' if kind else f"<{tag}>"
+    yield from (f"<li>{escape(item)}</li>" for item in items)
+    yield f"</{tag}>"

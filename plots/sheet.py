@@ -1,0 +1,139 @@
+"""The sheet that a plate is drawn on: its panels, its lines, and what stands below them."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+from textwrap import fill
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from plots.style import BLACK, BLUE, GREEN, GREY, VERMILION
+from springs.measured import Range
+from springs.operations import Array
+
+WIDTH = 7.2
+"""Of every sheet [inch]."""
+
+_FOOT_SIZE = 6.5
+_FOOT_LETTERS = 142
+"""Letters of the foot's size that stand on a line of the sheet."""
+
+_BEYOND = 0.8
+"""Line width where a curve is extrapolated [points]."""
+
+
+@dataclass(frozen=True)
+class Pen:
+    """How a line looks; no two pens differ by colour alone.
+
+    Attributes:
+        colour: of line and mark.
+        dash: matplotlib's name of a line style.
+        mark: matplotlib's name of a mark, or "".
+    """
+
+    colour: str
+    dash: str = "-"
+    mark: str = ""
+
+
+THESIS = Pen(BLACK)
+"""The thesis's own curve, on every sheet."""
+
+PENS = (
+    Pen(BLUE, "-", "o"),
+    Pen(VERMILION, "--", "s"),
+    Pen(GREEN, "-.", "^"),
+    Pen(GREY, "-", "D"),
+    Pen("#CC79A7", "--", "v"),
+    Pen("#56B4E9", "-.", "P"),
+)
+"""For several curves of one kind."""
+
+
+def blank(height: float) -> Figure:
+    """An empty sheet of a height [inch]; to be drawn on within `style.styled`."""
+    return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
+def sheet(
+    height: float, rows: int, columns: int = 1, heights: Sequence[float] = ()
+) -> tuple[Figure, list[list[Axes]]]:
+    """A blank sheet and its panels, row by row.
+
+    Args:
+        height: [inch].
+        rows: of panels; those above each other share the axis along.
+        columns: of panels; those of a row share the axis upwards.
+        heights: of the rows among each other; equal when left out.
+    """
+    figure = blank(height)
+    panels = figure.subplots(
+        rows,
+        columns,
+        sharex="col",
+        sharey="row",
+        squeeze=False,
+        height_ratios=heights or None,
+    )
+    return figure, [list(row) for row in panels]
+
+
+def draw_known(
+    axes: Axes, x: Array, y: Array, known: Range | None, pen: Pen, label: str, width: float = 1.6
+) -> None:
+    """A curve, solid or dashed where it is known and thin and dotted beyond.
+
+    Args:
+        axes: to draw on.
+        x: angles [deg].
+        y: values, shape of `x`.
+        known: the range in which the curve holds [rad]; None where none is known, so that all of it
+            is dotted.
+        pen: its look.
+        label: in the legend.
+        width: of the line where it is known [points].
+    """
+    low, high = (inf, -inf) if known is None else np.degrees(known)
+    slack = 1e-9 * (1.0 + np.abs(x).max())
+    inside = (x >= low - slack) & (x <= high + slack)
+    if inside.any():
+        axes.plot(x, np.where(inside, y, np.nan), pen.dash, color=pen.colour, lw=width, label=label)
+        label = "_"
+    # The dotted part begins at the last known point, so that the curve has no gap.
+    edge = np.convolve(~inside, [True, True, True], mode="same")
+    if not inside.all():
+        beyond = np.where(edge, y, np.nan)
+        axes.plot(x, beyond, ":", color=pen.colour, lw=_BEYOND, label=label)
+
+
+def draw_points(axes: Axes, x: Array, y: Array, pen: Pen, label: str, line: bool = True) -> None:
+    """Points that somebody measured, joined by a thin line."""
+    axes.plot(
+        x,
+        y,
+        linestyle=pen.dash if line else "none",
+        marker=pen.mark,
+        ms=4.0,
+        mfc="white",
+        color=pen.colour,
+        lw=1.0,
+        label=label,
+    )
+
+
+def zero_line(axes: Axes) -> None:
+    """The line on which there is nothing."""
+    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+
+
+def write_foot(figure: Figure, sign: str, references: Sequence[str]) -> None:
+    """The sign convention and the references in full, below the panels."""
+    parts = [sign, *(f"[{number}] {text}" for number, text in enumerate(references, start=1))]
+    lines = [fill(part, _FOOT_LETTERS, subsequent_indent="     ") for part in parts]
+    figure.supxlabel("\n".join(lines), fontsize=_FOOT_SIZE, x=0.01, ha="left")

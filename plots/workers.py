@@ -1,0 +1,128 @@
+"""Processes that make plates, as many at a time as there are cores."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
+from threading import Lock
+
+from plots.drawn_plate import DrawnPlate, Failed
+
+_LISTEN = 0.1
+"""How often the caller's check is asked while nothing arrives [s]."""
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def make_plates(
+    targets: Mapping[str, str], jobs: int, check: Callable[[], None] = lambda: None
+) -> Generator[DrawnPlate | Failed]:
+    """Make plates, each in one of several processes, and yield them as they are done.
+
+    A process that dies takes only its plate along. Closing the generator ends the processes.
+
+    Args:
+        targets: where each plate is made, `module:function`, by its name.
+        jobs: number of processes, at least 1.
+        check: asked several times a second; what it raises ends all.
+    """
+    workers = _Workers()
+    pool = ThreadPoolExecutor(max_workers=jobs)
+    try:
+        pending: set[Future[DrawnPlate | Failed]] = {
+            pool.submit(workers.make, name, target) for name, target in targets.items()
+        }
+        while pending:
+            check()
+            done, pending = wait(pending, timeout=_LISTEN, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        workers.kill()
+        pool.shutdown()  # the threads have read the end of the processes
+        workers.close()
+
+
+class _Workers:
+    """The running processes; several threads ask them at once, each for one plate."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._all: list[subprocess.Popen[bytes]] = []
+        self._idle: list[subprocess.Popen[bytes]] = []
+        self._ended = False
+
+    def make(self, name: str, target: str) -> DrawnPlate | Failed:
+        """The plate of a name, made by an idle process or by a new one."""
+        with self._lock:
+            if self._ended:
+                return Failed(name, "the processes were ended")
+            worker = self._idle.pop() if self._idle else self._start()
+        assert worker.stdin is not None
+        assert worker.stdout is not None
+        try:
+            pickle.dump((name, target), worker.stdin)
+            worker.stdin.flush()
+            made = pickle.load(worker.stdout)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            worker.kill()  # one that closed its pipes without ending
+            return Failed(name, f"its process ended with {_ending(worker.wait())}")
+        with self._lock:
+            self._idle.append(worker)
+        return made
+
+    def kill(self) -> None:
+        """End all processes at once, and start no more."""
+        with self._lock:
+            self._ended = True
+            for worker in self._all:
+                worker.kill()
+
+    def close(self) -> None:
+        """Wait for the processes to be gone and close what led to them."""
+        for worker in self._all:
+            with suppress(OSError), worker:
+                pass
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        worker: subprocess.Popen[bytes] = subprocess.Popen(
+            # Without -P a folder `plots` where the command is given would be taken for this one.
+            [sys.executable, "-P", "-m", "plots.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=_environment(),
+            # Ctrl-C is for the parent alone.
+            start_new_session=True,
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )
+        self._all.append(worker)
+        return worker
+
+
+def _environment() -> dict[str, str]:
+    """That of a process: it finds what this one finds, and computes in one thread.
+
+    There is a process for each core already, and one thread sums in one order.
+    """
+    threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    places = os.pathsep.join(os.path.abspath(place) for place in sys.path)
+    return os.environ | dict.fromkeys(threads, "1") | {"PYTHONPATH": places}
+
+
+def _ending(code: int) -> str:
+    """How a process ended, in words."""
+    if code < 0:
+        with suppress(ValueError):
+            return signal.Signals(-code).name
+    return f"exit code {code}"

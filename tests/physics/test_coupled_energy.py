@@ -1,0 +1,138 @@
+"""The energy book with laws over several joints: those with an energy, and those without."""
+
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.engine.plan import Plan
+from generator.engine.simulate import simulate, springs_of
+from generator.recording import Ending
+from springs import CoupledAxis, CoupledSpring, Joining, SpringSet, published
+from springs.conservative import nearest_conservative
+from springs.coupled import CoupledExponential, CoupledTerm
+from tests.chains import BALL, SKEW, X, Y, chain, negative, row, two_bodies
+
+PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+
+PUBLISHED = published.coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
+NEAREST = nearest_conservative(PUBLISHED, ((-0.26, 1.74), (0.0, 2.35))).law
+LAWS = {"published": PUBLISHED, "nearest conservative": NEAREST}
+
+BENT = {"left_hip_joint": (0.2, 0.3, 0.5), "right_knee": (0.6,), "waist": (0.1, -0.2, 0.3)}
+
+
+def legs(law) -> tuple[CoupledSpring, ...]:
+    return tuple(
+        CoupledSpring(
+            law, (CoupledAxis(f"{s}_hip_joint", Y), CoupledAxis(f"{s}_knee", negative(Y)))
+        )
+        for s in ("left", "right")
+    )
+
+
+def prototype(law, **plan):
+    figure = read_figure(PROTOTYPE)
+    springs = springs_of(figure, Plan(joining=Joining.CONSERVATIVE))
+    springs = replace(springs, coupled=legs(law))
+    return simulate(figure, Plan(springs=springs, displacements=BENT, **plan))
+
+
+def unbalance(run) -> float:
+    return float(np.max(np.abs(run.energy_balance - run.energy_balance[0])))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_book_closes_and_its_error_falls_with_the_square_of_the_step(name) -> None:
+    coarse, fine = (prototype(LAWS[name], stop=0.3, step=step) for step in (1e-3, 2.5e-4))
+    assert np.ptp(fine.energy["spring"]) > 5.0
+    assert unbalance(fine) < 2e-5 * np.ptp(fine.energy["gravity"])
+    assert unbalance(fine) < unbalance(coarse) / 8.0
+
+
+def test_a_conservative_law_s_energy_is_a_function_of_the_pose() -> None:
+    """Of the published one, which has none, the book holds the work since the start."""
+    figure = read_figure(PROTOTYPE)
+    runs = [
+        simulate(
+            figure,
+            Plan(stop=0.3, step=1e-3, springs=SpringSet(coupled=legs(law)), displacements=BENT),
+        )
+        for law in (NEAREST, PUBLISHED)
+    ]
+    expected = np.zeros(len(runs[0].times))
+    for side in ("left", "right"):
+        hip = runs[0].rotation_vectors[f"{side}_hip_joint"][:, 1]
+        expected += NEAREST.energy((hip, runs[0].displacements[f"{side}_knee"][:, 0]))
+    assert np.allclose(runs[0].energy["spring"], expected, atol=1e-9)
+    assert abs(expected[0]) > 1.0
+    assert runs[1].energy["spring"][0] == 0.0
+    assert np.ptp(runs[1].energy["spring"]) > 1.0
+
+
+def test_the_prototype_falls_at_its_default_tolerance() -> None:
+    """From its drawn pose, for which both sides do the same."""
+    figure = read_figure(PROTOTYPE)
+    own = springs_of(figure, Plan(joining=Joining.CONSERVATIVE))
+    with_legs = replace(own, coupled=legs(PUBLISHED))
+    run, without = (simulate(figure, Plan(springs=springs)) for springs in (with_legs, own))
+    assert run.outcome.succeeded
+    assert run.accuracy.estimate <= 1e-3
+    assert unbalance(run) < 1e-4 * np.ptp(run.energy["gravity"])
+    moved = run.displacements["left_knee"] - without.displacements["left_knee"]
+    assert np.max(np.abs(moved)) > 0.1
+
+
+STIFF = CoupledExponential(
+    ("one", "two"),
+    (CoupledTerm((-4.0, -2.0), (2.0, 1.0)), CoupledTerm((4.0, 4.0), (-2.0, -2.0))),
+    (0.0, 0.0),
+    (None, None),
+)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("text", ["Rs", "Ra Rs", "Rx Ry Rz"])
+def test_energy_is_kept_whatever_the_joints(text, reverse) -> None:
+    figure = two_bodies(chain(text), 0.2 * np.ones(len(chain(text))), reverse=reverse)
+    springs = SpringSet(
+        coupled=(CoupledSpring(STIFF, (CoupledAxis("ball", X), CoupledAxis("tested", SKEW))),)
+    )
+    assert STIFF.is_conservative
+    run = simulate(figure, Plan(stop=0.4, step=2.5e-4, springs=springs))
+    assert run.outcome.succeeded
+    assert np.ptp(run.energy["spring"]) > 0.5
+    assert unbalance(run) < 1e-4 * np.ptp(run.energy["kinetic"])
+
+
+def test_a_ball_of_a_coupled_law_ends_its_run_at_half_a_turn() -> None:
+    soft = CoupledExponential(
+        ("one", "two"), (CoupledTerm((-0.1, -0.1), (0.1, 0.1)),), (0.0, 0.0), (None, None)
+    )
+    springs = SpringSet(
+        coupled=(CoupledSpring(soft, (CoupledAxis("joint0", X), CoupledAxis("joint1", SKEW))),)
+    )
+    figure = row(2, (BALL, chain("Rs")))
+    run = simulate(figure, Plan(stop=2.0, springs=springs, velocities={"joint0": (20.0, 0.0, 0.0)}))
+    assert run.outcome.ending is Ending.TURNED_OVER
+    assert run.outcome.joint == "joint0"
+    assert np.linalg.norm(run.rotation_vectors["joint0"][-1]) > 2.0
+
+
+def test_a_hinge_of_a_coupled_law_may_go_round() -> None:
+    soft = CoupledExponential(
+        ("one", "two"), (CoupledTerm((-0.1, -0.1), (0.1, 0.1)),), (0.0, 0.0), (None, None)
+    )
+    springs = SpringSet(
+        coupled=(CoupledSpring(soft, (CoupledAxis("joint0", SKEW), CoupledAxis("joint1", SKEW))),)
+    )
+    figure = row(2, (chain("Rs"),))
+    plan = Plan(stop=0.6, step=2.5e-4, springs=springs, velocities={"joint0": (30.0,)})
+    run = simulate(figure, plan)
+    assert run.outcome.succeeded
+    assert run.displacements["joint0"][-1, 0] > 4.0 * np.pi
+    assert np.ptp(run.energy["spring"]) > 1.0
+    assert unbalance(run) < 1e-4 * np.ptp(run.energy["kinetic"])
