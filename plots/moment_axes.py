@@ -109,7 +109,7 @@ def draw_joint(
         lower.set_xlabel(f"angle [deg], positive in {curve.motion}")
         numbers = [references.index(str(one.reference)) + 1 for one in literature]
         strip.legend(
-            handles=[*_own_handles(curve), *map(_handle, literature, PENS, numbers)],
+            handles=[*_own_handles(curve, references), *map(_handle, literature, PENS, numbers)],
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             ncols=2,
@@ -229,8 +229,8 @@ def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
     )
 
 
-def _own_handles(curve: JointCurve) -> list[Line2D]:
-    """What the legend says of the simulated curve and of the thesis's."""
+def _own_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D]:
+    """What the legend says of the simulated curve, of the thesis's and of the normal range."""
     read = Line2D([], [], lw=1.0, marker=EXUDYN.mark, color=EXUDYN.colour, mec=BLACK, ms=4.5)
     read.set_markeredgewidth(0.7)
     read.set_label("simulated: read out of Exudyn, joint at rest")
@@ -239,7 +239,10 @@ def _own_handles(curve: JointCurve) -> list[Line2D]:
     if curve.cubic.dead_zone is not None:
         label = "cubic as printed, ruled out by the dead zone"
         handles.append(Line2D([], [], color=THESIS.colour, lw=1.1, ls=RULED_OUT, label=label))
-    ends = Line2D([], [], color=GREY, lw=0.9, ls=_END, label="end of the normal range of motion")
+    known = [str(end.reference) for end in (curve.low, curve.high) if end is not None]
+    numbers = sorted({references.index(text) + 1 for text in known})
+    cited = f" [{', '.join(map(str, numbers))}]" if numbers else ""
+    ends = Line2D([], [], color=GREY, lw=0.9, ls=_END, label=f"end of the normal range{cited}")
     return [*handles, ends]
 
 
