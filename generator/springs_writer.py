@@ -21,7 +21,8 @@ from generator.reader.law_keys import (
     Written,
 )
 from generator.reader.published_law import PUBLISHED
-from generator.reader.springs_file import LONGEST_LINE, NO_DEAD_ZONE, SpringEntry, SpringsFile
+from generator.reader.springs_file import NO_DEAD_ZONE, SpringEntry, SpringsFile
+from generator.reader.toml_document import LONGEST_LINE
 from generator.reader.toml_values import COUPLED, TABLE
 from generator.reader.units import decimal_of, unit_named
 from springs import Elastic

@@ -10,11 +10,9 @@ from numpy.typing import ArrayLike
 from generator.errors import InputError, MoverError, error, nearest
 from generator.figure import Figure, Segment, SiteRef
 from generator.frames import Array, unit
-from generator.geometry.psurf import read_psurf
-from generator.geometry.surface import Surface
+from generator.geometry.segment import surface_of
 from generator.posture.centre_of_mass import own_segments
 from generator.posture.stability import Y_UP
-from generator.reader.draft import place_of
 
 ROUNDING = 1e-9
 """By how much the rounding of a pose may lift a face over the height it lies at [m]."""
@@ -178,20 +176,6 @@ class LowFaces:
             positions.append(_placed(surface.vertices[surface.corners[low]], pose))
             names.extend(self._names[name][low].tolist())
         return Points(np.concatenate(positions), names, tuple(dict.fromkeys(names)))
-
-
-def surface_of(figure: Figure, segment: Segment) -> Surface:
-    """The psurf of a segment, which lies beside the figure's file.
-
-    Raises InputError when the segment has none, or one that cannot be read.
-    """
-    if segment.psurf is None:
-        message = f"segment `{segment.name}` has no psurf, so it has no faces"
-        raise InputError([error(message, place_of(segment.origins))])
-    if figure.path is None:
-        message = f"the psurf of `{segment.name}` cannot be found: the figure is in no file"
-        raise InputError([error(message, place_of(segment.origins, "psurf"))])
-    return read_psurf(figure.path.parent / segment.psurf)
 
 
 def _segment(figure: Figure, name: str) -> Segment:

@@ -5,8 +5,6 @@ unit of every number is part of its key. Several joints may share a curve: its a
 joint's declared axis, so the mirror image needs no second table.
 """
 
-import re
-import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -26,8 +24,9 @@ from generator.reader.law_keys import (
 )
 from generator.reader.published_law import PublishedLaw
 from generator.reader.text_file import unified
+from generator.reader.toml_document import document_in
 from generator.reader.toml_places import Places, locate
-from generator.reader.toml_values import COUPLED, TABLE, TableReader, number_text
+from generator.reader.toml_values import COUPLED, TABLE, TableReader
 from generator.reader.vocabulary import shown
 from generator.source import Source, Span
 from springs import Coefficients, Damping, Joining
@@ -36,10 +35,6 @@ from springs.stop import ONSET, STIFFNESS
 
 SUFFIX = ".springs.toml"
 
-LONGEST_TEXT = 100_000
-LONGEST_LINE = 1_000
-"""Bounds on what is read: `tomllib` needs minutes for some longer texts (`a.a.a. ... = 1`)."""
-
 TEXT_KEYS = ("motion", "reference", "why")
 OTHER_LAW_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
 SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *OTHER_LAW_KEYS, *TEXT_KEYS)
@@ -47,8 +42,6 @@ FILE_KEYS = ("figure", "law", TABLE, COUPLED)
 
 NO_DEAD_ZONE = "none"
 """`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
-
-_POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of document)\)$")
 
 
 @dataclass(frozen=True)
@@ -136,56 +129,8 @@ def parse_springs(text: str, name: str = "<text>") -> SpringsReading:
 
 def springs_in(source: Source, findings: Findings) -> SpringsFile | None:
     """The springs of a text; faults go to `findings`, which may raise EnoughFaults."""
-    document = _document(source, findings)
+    document = document_in(source, "springs file", findings)
     return None if document is None else _content(document, locate(source), findings)
-
-
-def _document(source: Source, findings: Findings) -> Mapping[str, Any] | None:
-    """The TOML document; None, with the fault noted, when the text is none."""
-    place = _excess(source)
-    if place is not None:
-        findings.error(
-            "this is too long for a springs file",
-            place,
-            f"at most {LONGEST_TEXT:,} characters in all and {LONGEST_LINE:,} in a line",
-        )
-        return None
-    try:
-        return tomllib.loads(source.text, parse_float=number_text)
-    except RecursionError:
-        findings.error("brackets are nested too deeply", Span(source, 0, 1), "a list holds no list")
-    except tomllib.TOMLDecodeError as failure:
-        message, span = _syntax_fault(str(failure), source)
-        findings.error(message, span, "a springs file is written in TOML")
-    return None
-
-
-def _excess(source: Source) -> Span | None:
-    """Where the text becomes longer than is read."""
-    if len(source.text) > LONGEST_TEXT:
-        return Span(source, LONGEST_TEXT, LONGEST_TEXT + 1)
-    start = 0
-    for line in source.text.split("\n"):
-        if len(line) > LONGEST_LINE:
-            return Span(source, start + LONGEST_LINE, start + LONGEST_LINE + 1)
-        start += len(line) + 1
-    return None
-
-
-def _syntax_fault(message: str, source: Source) -> tuple[str, Span]:
-    """What `tomllib` says, without its position, and the position as a span."""
-    match = _POSITION.search(message)
-    said = _POSITION.sub("", message)
-    said = f"{said[:1].lower()}{said[1:]}".replace("\\n", "end of line")
-    if match is None or match[1] is None:
-        end = len(source.text.rstrip())
-        return said, Span(source, max(end - 1, 0), max(end, 1))
-    line, column = int(match[1]), int(match[2])
-    before = source.text.split("\n")[: line - 1]
-    offset = sum(len(text) + 1 for text in before) + column - 1
-    last = sum(len(text) + 1 for text in before) + max(len(source.line(line)) - 1, 0)
-    offset = min(offset, last)
-    return said, Span(source, offset, offset + 1)
 
 
 def _content(document: Mapping[str, Any], places: Places, findings: Findings) -> SpringsFile:
