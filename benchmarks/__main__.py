@@ -1,17 +1,39 @@
-"""`python -m benchmarks`: how fast the prototype falls, and what the time goes into."""
+"""`python -m benchmarks [PART ...]`: measure everything, or the parts that are named.
+
+The parts run one after another in one process and in the order below, so that the ratios of one
+run are fair. The last five write what they measured into `plots/data`, where the plates
+`verification` and `work_precision` find it.
+"""
 
 import os
+import sys
+from importlib import import_module
 
 from generator.engine.door import open_exudyn
 
+PARTS = {
+    "prototype": "benchmarks.prototype",
+    "posture": "benchmarks.posture",
+    "geometry": "benchmarks.geometry",
+    "verification": "benchmarks.verification",
+    "work-precision": "benchmarks.work_precision",
+    "chains": "benchmarks.chains",
+    "startup": "benchmarks.startup",
+    "python-share": "benchmarks.python_share",
+}
 
-def run() -> None:
+
+def run(names: list[str]) -> None:
     """Measure with Exudyn as the command loads it, on one core."""
+    unknown = [name for name in names if name not in PARTS]
+    if unknown:
+        sys.exit(f"no part is called {', '.join(unknown)}; there are {', '.join(PARTS)}")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     open_exudyn()
-    from benchmarks.prototype import main
+    for name in PARTS:
+        if name in names or not names:
+            print(f"\n## {name}\n", flush=True)
+            import_module(PARTS[name]).main()
 
-    main()
 
-
-run()
+run(sys.argv[1:])

@@ -51,6 +51,7 @@ class RadialLaw:
     def torques(
         self, quaternions: Array, angles: Array, spins: Array, rates: Array
     ) -> tuple[Array, Array]:
+        """See `PassiveLaw`."""
         r, _, _ = rotation_vectors(quaternions)
         square = np.sum(r * r, axis=-1, keepdims=True)
         balls = -(self.linear + self.cubic * square) * r - self.viscous * spins
@@ -58,6 +59,7 @@ class RadialLaw:
         return balls, hinges
 
     def energy(self, quaternions: Array, angles: Array) -> float:
+        """See `PassiveLaw`."""
         r, _, _ = rotation_vectors(quaternions)
         square = np.concatenate([np.sum(r * r, axis=-1), angles**2])
         return float(np.sum((0.5 * self.linear + 0.25 * self.cubic * square) * square))
@@ -105,12 +107,13 @@ class CurveLaw:
     def torques(
         self, quaternions: Array, angles: Array, spins: Array, rates: Array
     ) -> tuple[Array, Array]:
+        """See `PassiveLaw`."""
         r, h, s = rotation_vectors(quaternions)
         a = self._displacements(r, angles)
         edge = np.clip(a, self._low, self._high)
         size = self._sense * (self._moment(a) - self._bounded * self._moment(edge))
         f = np.einsum("bi,bij->bj", size[: self._cut].reshape(-1, 3), self._axes)
-        w, v = quaternions[:, :1], quaternions[:, 1:]
+        w, v = near_side(quaternions)
         along = np.sum(v * f, axis=-1, keepdims=True)
         near = s < 1e-3
         part = np.where(
@@ -120,6 +123,7 @@ class CurveLaw:
         return balls, size[self._cut :] - self._hinge_damping * rates
 
     def energy(self, quaternions: Array, angles: Array) -> float:
+        """See `PassiveLaw`."""
         r, _, _ = rotation_vectors(quaternions)
         a = self._displacements(r, angles)
         edge = np.clip(a, self._low, self._high)
@@ -129,6 +133,12 @@ class CurveLaw:
             - (self._bounded * self._moment(edge) * (a - edge))
         )
         return float(-np.sum(self._sense * beyond))
+
+    def zones(self, quaternions: Array, angles: Array) -> Array:
+        """-1 below, 0 within or 1 above the dead zone of each curve that has one."""
+        r, _, _ = rotation_vectors(quaternions)
+        a = self._displacements(r, angles)
+        return self._bounded * (1.0 * (a > self._high) - (a < self._low))
 
     def _displacements(self, r: Array, angles: Array) -> Array:
         """Of all axes: components of the rotation vectors, then the hinges' angles [rad]."""
@@ -154,17 +164,20 @@ def _declared(figure: Figure, link: Link, axis: str) -> Array:
 
 
 def rotation_vectors(quaternions: Array) -> tuple[Array, Array, Array]:
-    """r (b, 3) [rad], h (b, 1) and s (b, 1) of unit quaternions (b, 4), to the near side of pi."""
-    quaternions[quaternions[:, 0] < 0.0] *= -1.0
-    w, v = quaternions[:, :1], quaternions[:, 1:]
+    """The r (b, 3) [rad], h (b, 1) and s (b, 1) of unit quaternions (b, 4), below a half turn."""
+    w, v = near_side(quaternions)
     s = np.sqrt(np.sum(v * v, axis=-1, keepdims=True))
     near = s < 1e-4
     h = np.where(near, 1.0 + s * s / 6.0, np.arctan2(s, w) / np.where(near, 1.0, s))
     return 2.0 * h * v, h, s
 
 
+def near_side(quaternions: Array) -> tuple[Array, Array]:
+    """Scalar part (b, 1) and vector part (b, 3), the scalar not negative."""
+    sign = np.where(quaternions[:, :1] < 0.0, -1.0, 1.0)
+    return sign * quaternions[:, :1], sign * quaternions[:, 1:]
+
+
 def cross(one: Array, other: Array) -> Array:
     """Row by row; numpy's own costs several times as much on small arrays."""
-    return (
-        one[:, [1, 2, 0]] * other[:, [2, 0, 1]] - one[:, [2, 0, 1]] * other[:, [1, 2, 0]]
-    )
+    return one[:, [1, 2, 0]] * other[:, [2, 0, 1]] - one[:, [2, 0, 1]] * other[:, [1, 2, 0]]

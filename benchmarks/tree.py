@@ -81,7 +81,7 @@ class TreeModel:
         return np.concatenate([*quaternions, angles, np.zeros(count)])
 
     def parts(self, state: Array) -> tuple[Array, Array, Array, Array]:
-        """Quaternions (..., b, 4), angles (..., h), spins in the tip (..., b, 3), rates (..., h)."""
+        """Quaternions (.., b, 4), angles (.., h), spins in the tips (.., b, 3), rates (.., h)."""
         b, h = len(self.balls), len(self.hinges)
         cuts = np.cumsum([4 * b, h, 3 * b])
         q, angles, spins, rates = np.split(state, cuts, axis=-1)
@@ -164,6 +164,5 @@ def quaternion(turn: Array) -> Array:
 
 def between(one: Mapping[str, Array], other: Mapping[str, Array]) -> Array:
     """Largest angle of R_a^T R_b over the joints, at each frame [rad], shape (n,)."""
-    # The sine alone: an angle found from its cosine is lost below 1e-8.
     apart = [np.swapaxes(one[name], -1, -2) @ turns for name, turns in other.items()]
     return np.max([Rotation.from_matrix(turn).magnitude() for turn in apart], axis=0)

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from generator.animation import ActionFile, read_action, write_recording
+    from generator.animation import ActionFile, read_action, read_npz, write_recording
     from generator.engine.assembly import Assembly
     from generator.engine.plan import Plan
     from generator.engine.simulate import Progress, simulate
@@ -36,6 +36,7 @@ _HOMES = {
     "place": "generator.posture.placement",
     "read_action": "generator.animation",
     "read_figure": "generator.reader",
+    "read_npz": "generator.animation",
     "read_pose": "generator.reader.pose_file",
     "simulate": "generator.engine.simulate",
     "stability": "generator.posture.stability",
@@ -58,6 +59,7 @@ __all__ = [
     "place",
     "read_action",
     "read_figure",
+    "read_npz",
     "read_pose",
     "simulate",
     "stability",

@@ -9,15 +9,23 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from generator.command_line import figures, geometry, postures
-from generator.command_line.options import Json, Name, PoseFile, Set, Springs
+from generator.command_line import conversion, figures, geometry, postures
+from generator.command_line.options import (
+    Joins,
+    Json,
+    LinksFile,
+    Lock,
+    Name,
+    PoseFile,
+    Set,
+    Springs,
+)
 from generator.joined import joining
 
 if TYPE_CHECKING:
@@ -27,6 +35,7 @@ if TYPE_CHECKING:
     from generator.commands.progress import Progress
 
 OWN = (
+    conversion.convert,
     figures.check,
     figures.describe,
     figures.cite,
@@ -35,6 +44,7 @@ OWN = (
     postures.stability,
     postures.shoulder,
     postures.link,
+    postures.settle,
     geometry.mass,
     geometry.complete,
 )
@@ -66,13 +76,6 @@ app = typer.Typer(
 )
 
 
-class Law(StrEnum):
-    """The laws that join the axes of a spherical joint, by the names of `springs.Joining`."""
-
-    CONSERVATIVE = "conservative"
-    WEIGHTED = "weighted"
-
-
 def _show_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"mover {version('exudyn-mover')}")
@@ -101,7 +104,7 @@ def simulate(
         float | None, typer.Option(help="A fixed step [s], without an error estimate.")
     ] = None,
     springs: Springs = None,
-    law: Annotated[Law | None, typer.Option(help="How the axes of a spherical joint join.")] = None,
+    law: Joins = None,
     gravity: Annotated[
         str | None, typer.Option(metavar="X,Y,Z", help="[m/s^2], world axes; 0,-9.81,0.")
     ] = None,
@@ -117,6 +120,16 @@ def simulate(
     loads: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Forces and moments that vary in time.")
     ] = None,
+    links: LinksFile = None,
+    locks: Lock = None,
+    drive: Annotated[
+        Path | None,
+        typer.Option(metavar="MOTION.action|.csv", help="A motion that joints follow."),
+    ] = None,
+    driven: Annotated[
+        list[str] | None,
+        typer.Option(metavar="JOINT", help="Only these joints of the --drive file; all."),
+    ] = None,
     python_torques: Annotated[
         bool, typer.Option("--python-torques", help="Torques as Python functions: slower, equal.")
     ] = False,
@@ -126,7 +139,10 @@ def simulate(
     output: Annotated[
         list[Path] | None,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="Where the motion goes: .action or .csv."
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Where the motion goes: .action .csv .npz .glb .bvh .mot .sto .x3d.",
         ),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")] = False,
@@ -134,7 +150,7 @@ def simulate(
 ) -> None:
     """Let a figure move under gravity, loads and its passive joints.
 
-    The options --set, --velocity and -o may be repeated.
+    The options --set, --velocity, --lock, --driven and -o may be repeated.
     """
 
     def answer() -> "Answer":
@@ -155,6 +171,10 @@ def simulate(
             displacements=displacements or (),
             velocities=velocities or (),
             loads=loads,
+            links=links,
+            locks=locks or (),
+            drive=drive,
+            driven=driven or (),
             python_torques=python_torques,
             wall_limit=wall_limit,
             outputs=output or (),

@@ -1,7 +1,7 @@
 """The result of a run: numpy arrays by name, and how the run ended."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -79,7 +79,8 @@ class Recording:
         velocities: rates of the displacements [rad/s or m/s], same shapes.
         rotation_vectors: of the child's site in the parent's, shape (n, 3) [rad], 0 to pi long.
         reactions: of each joint on its child at the child's site, shape (n, 6): force [N], moment
-            [N m], in the parent's site axes, springs not included.
+            [N m], in the parent's site axes, springs not included; what locks, links or drives the
+            joint is.
         passive_torques: of each joint's springs and damping on the child, shape (n, 3) [N m], in
             the parent's site axes.
         centre_of_mass: of all that moves, shape (n, 3) [m].
@@ -87,6 +88,11 @@ class Recording:
         outcome: how the run ended.
         accuracy: what the run knows of its error.
         constraint_drift: largest distance by which any joint's sites parted [m].
+        strayed: largest drift of a locked, linked or driven joint from where it must be, before
+            the frames were put right [rad or m].
+        drive_torques: of each driven joint, the torque about each of its displacements' axes that
+            drives it, shape (n, degrees of freedom) [N m]; torque times rate is its power. The
+            torque is part of the reaction.
         wall_time: time spent stepping [s].
         build_time: time spent building the system [s].
         springs: where the springs are from, "none" without any.
@@ -106,6 +112,8 @@ class Recording:
     outcome: Outcome
     accuracy: Accuracy
     constraint_drift: float = 0.0
+    strayed: float = 0.0
+    drive_torques: Mapping[str, Array] = field(default_factory=dict[str, Array])
     wall_time: float = 0.0
     build_time: float = 0.0
     springs: str = "none"

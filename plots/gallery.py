@@ -22,6 +22,8 @@ _ORDER = (
     "two_joint_hip",
     "off_axis",
     "fall_energy",
+    "verification",
+    "work_precision",
 )
 
 PLATES: Mapping[str, str] = {name: f"plots.{name}:plate" for name in _ORDER}

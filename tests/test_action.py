@@ -273,7 +273,7 @@ def test_a_file_that_is_not_there_is_a_sentence(tmp_path: Path):
         read_action(tmp_path / "none.action")
 
 
-@pytest.mark.parametrize("name", ["fall.mot", "fall", "action"])
+@pytest.mark.parametrize("name", ["fall.gif", "fall", "action"])
 def test_an_unknown_suffix_is_refused(tmp_path: Path, name: str):
     figure = read_figure("pendulum")
     with pytest.raises(UnknownFormatError, match=r"known are \.action, \.csv"):
@@ -341,7 +341,7 @@ while True:
 def test_a_killed_writer_leaves_a_whole_file_or_none(tmp_path: Path):
     moments = random.Random(7)
     cut = 0
-    module = str(ROOT / "generator" / "animation" / "whole_file.py")
+    module = str(ROOT / "generator" / "whole_file.py")
     for k in range(20):
         path = tmp_path / str(k) / "fall.action"
         path.parent.mkdir()

@@ -241,13 +241,13 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-o", "fall.mot"), "`.mot` is no known suffix; known are .action, .csv"),
+        (("-o", "fall.gif"), "`.gif` is no known suffix; known are .action, .csv"),
         (("-o", "fall"), "the suffix is missing"),
         (("--stop", "0"), "the stop time 0 s is not after the start 0 s"),
         (("--stop", "1e9"), "use a longer --frame or an earlier --stop"),
         (("--stop", "soon"), "Invalid value for '--stop'"),
         (("--wall-limit", "0"), "the wall limit must be positive"),
-        (("-o", "a.csv", "-o", "./a.csv"), "-o a.csv: the file was given before"),
+        (("-o", "a.csv", "-o", "./a.csv"), "a.csv: the file was given before"),
         (("--free-root", "--velocity", "shoulder=1,2,3"), "the figure has no joint `shoulder`"),
         (("--stop", "inf"), "--stop inf: the number must be finite"),
         (("--frame", "nan"), "--frame nan: the number must be finite"),

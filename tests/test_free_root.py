@@ -90,8 +90,8 @@ def test_a_plan_lets_go_after_its_displacements_are_set() -> None:
         displacements={"root_torso": (0.3, 0.2, 0.1)},
         velocities={"lower_torso": (0.0, 0.0, 1.0, 0.0, 2.0, 0.0)},
     )
-    placement, rates = start_of(made, plan)
+    start = start_of(made, plan)
     tree = hang(made)
     held = place(tree, drawn_displacements(tree) | {"root_torso": np.array([0.3, 0.2, 0.1])})
-    assert np.allclose(placement.poses["center_torso"], held.poses["center_torso"])
-    assert rates["lower_torso"] == pytest.approx([0, 0, 1, 0, 2, 0])
+    assert np.allclose(start.placement.poses["center_torso"], held.poses["center_torso"])
+    assert start.rates["lower_torso"] == pytest.approx([0, 0, 1, 0, 2, 0])

@@ -71,9 +71,7 @@ def test_forces_are_torques_times_the_slopes_of_the_angles(one, other, a, b, is_
     rests = [tuple(a * c for c in turned(one)), tuple(b * c for c in turned(other))]
     places = {"both move": (7, 0), "parent held": (None, 0), "child held": (7, None)}[moving]
     sites = [turned((0.4, -0.7, 0.3)), turned((-0.3, 0.9, 0.5))]
-    turn = RelativeTurn(
-        End(places[0], rests[0], sites[0]), End(places[1], rests[1], sites[1]), angles
-    )
+    turn = RelativeTurn(End(places[0], rests[0], sites[0]), End(places[1], rests[1], sites[1]))
     torques = (2.0, -0.7)
 
     relative = turn.ends([0.0] * 14)[2]
@@ -85,7 +83,7 @@ def test_forces_are_torques_times_the_slopes_of_the_angles(one, other, a, b, is_
         return float(np.dot(torques, angles.values(turn.ends(coordinates)[2], near)))
 
     forces = [0.0] * 14
-    turn.push(forces, turn.ends([0.0] * 14), torques)
+    turn.spread(forces, turn.ends([0.0] * 14), angles.gradient(relative, torques))
     h = 1e-5
     slopes = [(work(list(step)) - work(list(-step))) / (2.0 * h) for step in h * np.eye(14)]
     assert forces == pytest.approx(slopes, abs=1e-6)

@@ -23,6 +23,9 @@ _CENTIMETRES = 100.0
 _EVEN = 1e-6
 """Frames count as equally far apart up to this share of their interval."""
 
+_STILL = 1.0
+"""The interval that a motion of one frame is given [s]: some readers divide by it."""
+
 _LEAST_SHIFT = 1e-5
 """A bone is told with its position when its joint moves it by more than this [m]."""
 
@@ -41,7 +44,7 @@ def write(clip: Clip, path: Path) -> Losses:
         OtherMotionError: the motion is of another figure.
     """
     skeleton = skeleton_of(clip)
-    names = plain_names([clip.figure.root.segment, *(bone.joint for bone in skeleton.bones)])
+    names = plain_names([*(bone.joint for bone in skeleton.bones), _ground(clip, skeleton)])
     interval, raster, uneven = _raster(clip.times)
     lines = [*_hierarchy(clip, skeleton, names), *_motion(clip, skeleton, interval, raster)]
     write_whole(path, "".join(f"{line}\n" for line in lines))
@@ -53,7 +56,7 @@ def write(clip: Clip, path: Path) -> Losses:
         if start
         else None,
         loss_of_names(names),
-        Loss("shapes, colours and masses, and all segments that do not move"),
+        Loss("shapes, colours, masses and springs, and all segments that do not move"),
         Loss("displacements: the file holds orientations as angles of its own, X Y Z"),
         Loss("where the motion is from, and how the run ended"),
         unheld(clip),
@@ -68,7 +71,7 @@ def _raster(times: Array) -> tuple[float, Array, Loss | None]:
     The last frame of a run may be nearer than the others, and is left out then.
     """
     if len(times) == 1:
-        return 0.0, times, None
+        return _STILL, times, None
     steps = np.diff(times)
     interval = float(f"{steps[0]:.12g}")
     even = np.abs(times - times[0] - interval * np.arange(len(times))) <= _EVEN * interval
@@ -90,7 +93,7 @@ def _hierarchy(clip: Clip, skeleton: Skeleton, names: dict[str, str]) -> Iterato
     several = len(skeleton.roots) > 1
     lead = 1 if several else 0
     if several:
-        yield f"ROOT {names[clip.figure.root.segment]}"
+        yield f"ROOT {names[_ground(clip, skeleton)]}"
         yield from ("{", "\tOFFSET 0.0 0.0 0.0", f"\tCHANNELS 3 {_ROTATIONS}")
     bases = {bone.base for bone in skeleton.bones}
     for bone, ends in closings(skeleton.bones):
@@ -111,6 +114,12 @@ def _hierarchy(clip: Clip, skeleton: Skeleton, names: dict[str, str]) -> Iterato
             yield "\t" * (bone.depth + lead - k) + "}"
     if several:
         yield "}"
+
+
+def _ground(clip: Clip, skeleton: Skeleton) -> str:
+    """The name of the ground: that of the root's segment, unless a joint has it."""
+    name = clip.figure.root.segment
+    return f"{name}_ground" if any(bone.joint == name for bone in skeleton.bones) else name
 
 
 def _has_positions(skeleton: Skeleton, bone: Bone) -> bool:

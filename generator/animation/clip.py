@@ -75,11 +75,15 @@ def unheld(clip: Clip, *held: str) -> Loss | None:
         clip: the motion.
         held: the quantities that the format does hold.
     """
-    left = [name for name in _QUANTITIES if name not in held]
-    if clip.recording is None or not left:
+    if clip.recording is None:
         return None
+    driven = ["drive torques"] if clip.recording.drive_torques else []
+    left = [name for name in (*_QUANTITIES, *driven) if name not in held]
     return Loss("what the run says beside the motion", tuple(left))
 
 
 NO_FIGURE = Loss("the figure: its segments, masses and shapes; the joints alone are named")
 """Said of files that hold displacements and leave the figure to its own file."""
+
+NO_MASSES = Loss("the masses, inertias and springs of the figure")
+"""Said of files that hold what a figure looks like."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.animation.clip import Clip, unheld
+from generator.animation.clip import NO_MASSES, Clip, unheld
 from generator.animation.gltf import Buffer
 from generator.animation.looks import Colour, Look, linear_colour, looks_of
 from generator.animation.quaternions import continuous_quaternions
@@ -52,6 +52,7 @@ def write(clip: Clip, path: Path) -> Losses:
         if start
         else None,
         Loss("displacements: the file holds orientations, without whole turns"),
+        NO_MASSES,
         unheld(clip),
         _ROUNDED,
     ]

@@ -57,7 +57,7 @@ def header_of(recording: Recording, figure: Figure) -> Header:
     times, path = recording.times, figure.path
     return Header(
         figure=_one_line(figure.name if path is None else path.name),
-        sha256=None if path is None else _digest(path),
+        sha256=None if path is None else digest_of(path),
         start=float(times[0]),
         stop=float(times[-1]),
         frame=interval_of(times),
@@ -73,11 +73,11 @@ def interval_of(times: Array) -> float | None:
     return float(f"{times[1] - times[0]:.12g}") if len(times) > 1 else None
 
 
-def _digest(path: Path) -> str | None:
-    """SHA-256 of a file's bytes; None when it has gone since it was read."""
+def digest_of(path: Path) -> str | None:
+    """SHA-256 of a file's bytes, in hexadecimal; None for a file that cannot be read."""
     try:
         return sha256(path.read_bytes()).hexdigest()
-    except OSError:
+    except (OSError, ValueError):  # no path may hold a zero byte
         return None
 
 

@@ -22,6 +22,7 @@ VERSION = 1
 ABOUT = "about"
 
 BY_JOINT = ("displacements", "velocities", "rotation_vectors", "reactions", "passive_torques")
+BY_DRIVEN_JOINT = "drive_torques"
 BY_SEGMENT = "poses"
 ENERGY = "energy"
 
@@ -41,6 +42,7 @@ def write(clip: Clip, path: Path) -> Losses:
     else:
         for field in BY_JOINT:
             arrays |= _named(field, getattr(run, field))
+        arrays |= _named(BY_DRIVEN_JOINT, run.drive_torques)
         arrays |= {"centre_of_mass": run.centre_of_mass, "error_by_frame": run.accuracy.by_frame}
         arrays |= _named(ENERGY, run.energy)
     stream = BytesIO()
@@ -80,6 +82,7 @@ def _about_run(run: Recording) -> dict[str, Any]:
     return {
         "springs": run.springs,
         "law": run.law,
+        "ending": outcome.ending.value,
         "message": outcome.message,
         "last_time": outcome.last_time,
         "joint": outcome.joint,
@@ -89,6 +92,7 @@ def _about_run(run: Recording) -> dict[str, Any]:
         "step": accuracy.step,
         "steps": accuracy.steps,
         "constraint_drift": _word(run.constraint_drift),
+        "strayed": _word(run.strayed),
         "wall_time": run.wall_time,
         "build_time": run.build_time,
     }

@@ -4,14 +4,21 @@ import json
 import zlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.lib.npyio import NpzFile
 
 from generator.animation.header import Header, interval_of
-from generator.animation.npz import ABOUT, BY_JOINT, BY_SEGMENT, ENERGY, VERSION
+from generator.animation.npz import (
+    ABOUT,
+    BY_DRIVEN_JOINT,
+    BY_JOINT,
+    BY_SEGMENT,
+    ENERGY,
+    VERSION,
+)
 from generator.errors import Fault, InputError, error
 from generator.figure import Factor
 from generator.frames import Array
@@ -57,7 +64,8 @@ def _arrays(path: Path) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
         loaded = np.load(path, allow_pickle=False)
         if not isinstance(loaded, NpzFile):
             raise _wrong(path, ["it is one array, not an archive of them"])
-        with loaded as archive:
+        archive = cast("NpzFile[Any]", loaded)
+        with archive:
             return {name: archive[name] for name in archive.files}
     except OSError as failure:
         raise InputError([_unreadable(path, failure)]) from None
@@ -110,9 +118,14 @@ def _faults(
 ) -> Iterable[str]:
     """What is missing, and what has another shape than it must."""
     shapes = _shapes(chains, count)
-    poses = [name for name in arrays if name.startswith(f"{BY_SEGMENT}/")]
-    shapes |= dict.fromkeys(poses, (count, 4, 4))
-    if not poses:
+    segments = _names(arrays, BY_SEGMENT)
+    shapes |= {f"{BY_SEGMENT}/{name}": (count, 4, 4) for name in segments}
+    for name in _names(arrays, BY_DRIVEN_JOINT):
+        if name in chains:
+            shapes[f"{BY_DRIVEN_JOINT}/{name}"] = (count, len(chains[name]))
+        else:
+            yield f"it drives joint `{name}`, which it does not have"
+    if not segments:
         yield f"it has no arrays `{BY_SEGMENT}/SEGMENT`"
     for name, shape in shapes.items():
         if name not in arrays:
@@ -123,16 +136,20 @@ def _faults(
             yield f"the array `{name}` holds {arrays[name].dtype}, not float64"
 
 
+def _names(arrays: Mapping[str, np.ndarray[Any, Any]], field: str) -> list[str]:
+    """The names behind a field, of all arrays that have it."""
+    lead = f"{field}/"
+    return [name.removeprefix(lead) for name in arrays if name.startswith(lead)]
+
+
 def _named(arrays: Mapping[str, Array], field: str, names: Iterable[str]) -> dict[str, Array]:
     return {name: arrays[f"{field}/{name}"] for name in names}
 
 
 def _recording(arrays: Mapping[str, Array], about: dict[str, Any], chains: Chains) -> Recording:
     run = about["run"]
-    lead = f"{BY_SEGMENT}/"
-    segments = [name.removeprefix(lead) for name in arrays if name.startswith(lead)]
     joints = {field: _named(arrays, field, chains) for field in BY_JOINT}
-    outcome = Outcome(Ending(about["outcome"]), run["message"], run["last_time"], run["joint"])
+    outcome = Outcome(Ending(run["ending"]), run["message"], run["last_time"], run["joint"])
     accuracy = Accuracy(
         _number(run["estimate"]),
         _number(run["asked"]),
@@ -143,14 +160,20 @@ def _recording(arrays: Mapping[str, Array], about: dict[str, Any], chains: Chain
     )
     return Recording(
         times=arrays["times"],
-        poses=_named(arrays, BY_SEGMENT, segments),
+        poses=_named(arrays, BY_SEGMENT, _names(arrays, BY_SEGMENT)),
         chains=chains,
-        **joints,
+        displacements=joints["displacements"],
+        velocities=joints["velocities"],
+        rotation_vectors=joints["rotation_vectors"],
+        reactions=joints["reactions"],
+        passive_torques=joints["passive_torques"],
         centre_of_mass=arrays["centre_of_mass"],
         energy=_named(arrays, ENERGY, ENERGY_KINDS),
         outcome=outcome,
         accuracy=accuracy,
         constraint_drift=float(run["constraint_drift"]),
+        strayed=float(run["strayed"]),
+        drive_torques=_named(arrays, BY_DRIVEN_JOINT, _names(arrays, BY_DRIVEN_JOINT)),
         wall_time=float(run["wall_time"]),
         build_time=float(run["build_time"]),
         springs=run["springs"],

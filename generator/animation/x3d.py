@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from generator.animation.clip import Clip, unheld
+from generator.animation.clip import NO_MASSES, Clip, unheld
 from generator.animation.hanim import ROOT, SACRUM, names_of
 from generator.animation.looks import Look, looks_of
 from generator.animation.quaternions import axis_angles
@@ -65,6 +65,7 @@ def write(clip: Clip, path: Path) -> Losses:
         if scene.unknown
         else None,
         Loss("displacements: the file holds orientations, without whole turns"),
+        NO_MASSES,
         unheld(clip),
         Loss(f"digits: numbers have {_DIGITS}"),
     ]

@@ -1,9 +1,18 @@
 """Arguments and options that several commands have."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+
+class Law(StrEnum):
+    """The laws that join the axes of a spherical joint, by the names of `springs.Joining`."""
+
+    CONSERVATIVE = "conservative"
+    WEIGHTED = "weighted"
+
 
 Name = Annotated[
     str, typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure.")
@@ -38,6 +47,15 @@ PoseFile = Annotated[
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="JOINT=a,b,c", help="Displacements [deg or cm]."),
+]
+Joins = Annotated[Law | None, typer.Option("--law", help="How the axes of a spherical joint join.")]
+LinksFile = Annotated[
+    Path | None,
+    typer.Option("--links", metavar="LINKS.toml", help="Links that hold, docs/links.md."),
+]
+Lock = Annotated[
+    list[str] | None,
+    typer.Option("--lock", metavar="JOINT", help="A joint that stays at its displacement."),
 ]
 Along = Annotated[
     Path | None, typer.Option(metavar="MOTION.action", help="A motion, in place of one pose.")

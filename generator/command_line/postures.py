@@ -1,4 +1,4 @@
-"""The commands that pose a figure: `pose`, `com`, `stability`, `shoulder`, `link`."""
+"""The commands that pose a figure: `pose`, `com`, `stability`, `shoulder`, `link`, `settle`."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from generator.command_line.options import Along, Json, Name, PoseFile, PoseOutput, Set, Table
+from generator.command_line.options import (
+    Along,
+    Joins,
+    Json,
+    LinksFile,
+    Lock,
+    Name,
+    PoseFile,
+    PoseOutput,
+    Set,
+    Springs,
+    Table,
+)
 
 if TYPE_CHECKING:
     from generator.commands.answer import Answer
@@ -146,3 +158,39 @@ def link(
     from generator.commands import link as command
 
     return command.link(figure, links, pose, displacements or (), output)
+
+
+def settle(
+    figure: Name,
+    springs: Springs = None,
+    law: Joins = None,
+    gravity: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="[m/s^2], world axes; 0,-9.81,0.")
+    ] = None,
+    pose: PoseFile = None,
+    displacements: Set = None,
+    links: LinksFile = None,
+    locks: Lock = None,
+    output: PoseOutput = None,
+    as_json: Json = False,
+) -> "Answer":
+    """Find the pose in which a figure comes to rest under gravity and its springs.
+
+    The options --set and --lock may be repeated.
+    """
+    del as_json
+    from generator.commands import settle as command
+
+    return command.settle(
+        command.Request(
+            figure=figure,
+            springs=springs,
+            law=None if law is None else law.value,
+            gravity=gravity,
+            pose=pose,
+            displacements=displacements or (),
+            links=links,
+            locks=locks or (),
+            output=output,
+        )
+    )

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.animation import ActionFile, read_action
+from generator.animation.header import Header
 from generator.commands.answer import UsageError
 from generator.commands.inputs import faults_of_chains
 from generator.commands.options import chains_of, displacements_given
@@ -95,7 +96,9 @@ def motion_asked(
         raise UsageError("--along takes the poses from the motion, so --pose and --set do not fit")
     insist_on_chains(figure)
     action = read_action(path)
-    return Motion(action, tree_of_motion(figure, action.chains)), _doubts(figure, action, path)
+    return Motion(action, tree_of_motion(figure, action.chains)), doubts_of(
+        figure, action.header, path
+    )
 
 
 def insist_on_chains(figure: Figure) -> None:
@@ -126,15 +129,15 @@ def _from_file(figure: Figure, path: Path | None) -> tuple[dict[str, Array], tup
     return dict(reading.displacements), reading.faults
 
 
-def _doubts(figure: Figure, action: ActionFile, path: Path) -> tuple[Fault, ...]:
+def doubts_of(figure: Figure, header: Header, path: Path) -> tuple[Fault, ...]:
     """A warning where the figure's file is not the one that the motion was made of."""
-    if figure.path is None or action.header.sha256 is None:
+    if figure.path is None or header.sha256 is None:
         return ()
-    if sha256(figure.path.read_bytes()).hexdigest() == action.header.sha256:
+    if sha256(figure.path.read_bytes()).hexdigest() == header.sha256:
         return ()
     return (
         warning(
-            f"`{path}` is a motion of {action.header.figure} as it was; `{figure.path}` differs",
+            f"`{path}` is a motion of {header.figure} as it was; `{figure.path}` differs",
             hint="its joints are the same, its segments may not be",
         ),
     )

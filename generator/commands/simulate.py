@@ -4,16 +4,22 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from math import isfinite
-from os.path import realpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from generator.animation import UnknownFormatError, format_of, write_recording
+from generator.animation import clip_of_recording
 from generator.commands.answer import Answer, ExitCode, UsageError
+from generator.commands.driving import Holding, holding_of
 from generator.commands.inputs import figure_of, insist_on_motion, springs_of
 from generator.commands.interrupt import interrupted_at_a_frame
+from generator.commands.motion_files import (
+    insist_on_formats,
+    losses_data,
+    losses_text,
+    write_motion,
+)
 from generator.commands.options import chains_of, displacements_given, vector_given
-from generator.commands.outputs import insist_writable, unwritable
+from generator.commands.outputs import insist_writable
 from generator.commands.postures import start_of
 from generator.commands.summary import failure_text, summary_data, summary_text
 from generator.engine.door import open_exudyn
@@ -21,8 +27,6 @@ from generator.engine.plan import Plan
 from generator.errors import Fault, InputError, errors_among
 from generator.figure import Figure
 from generator.reader.loads_file import examine_loads
-from generator.recording import Recording
-from generator.whole_file import reason_of
 from springs import Joining
 
 if TYPE_CHECKING:
@@ -66,6 +70,10 @@ class Request:
     displacements: Sequence[str] = ()
     velocities: Sequence[str] = ()
     loads: Path | None = None
+    links: Path | None = None
+    locks: Sequence[str] = ()
+    drive: Path | None = None
+    driven: Sequence[str] = ()
     python_torques: bool = False
     wall_limit: float | None = None
     outputs: Sequence[Path] = ()
@@ -84,11 +92,12 @@ def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
         MoverError: the figure cannot be built as asked.
     """
     plan = _bare_plan(request)
-    _check_outputs(request.outputs)
+    insist_on_formats(request.outputs)
     figure, warnings = figure_of(request.figure)
     insist_on_motion(figure, warnings)
     plan, more = _whole_plan(plan, request, figure)
-    inputs = (figure.path, request.springs, request.loads, request.pose)
+    files = (request.loads, request.pose, request.links, request.drive)
+    inputs = (figure.path, request.springs, *files)
     insist_writable(request.outputs, inputs, reader="run")
     open_exudyn()
     from generator.engine.simulate import simulate as run  # Exudyn takes its time
@@ -101,11 +110,15 @@ def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
             check()
 
         recording = run(figure, plan, reached)
-        _write(recording, figure, request.outputs)
+        written = write_motion(clip_of_recording(recording, figure), request.outputs)
+    lost = losses_text(written)
     failure = failure_text(recording, request.outputs)
     return Answer(
-        text=summary_text(recording, request.outputs),
-        data=summary_data(request.figure, recording, request.outputs),
+        text="\n".join([summary_text(recording, request.outputs), *([lost] if lost else [])]),
+        data={
+            **summary_data(request.figure, recording, request.outputs),
+            "losses": losses_data(written),
+        },
         faults=(*warnings, *more),
         code=ExitCode.RUN_FAILED if failure else ExitCode.GOOD,
         failure=failure,
@@ -154,8 +167,16 @@ def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tup
             raise InputError((*faults, *reading.faults))
         loads, faults = reading.loads, (*faults, *reading.faults)
     displacements, more = start_of(figure, request.pose, request.displacements)
-    whole = replace(
+    holding, others = holding_of(
+        figure, request.links, request.locks, request.drive, request.driven
+    )
+    plan = _over_the_drives(plan, request, holding)
+    holding.insist_on(figure, request.displacements, plan.start)
+    whole = _replaced(
         plan,
+        links=holding.links,
+        locked=holding.locked,
+        drives=holding.drives,
         springs=springs,
         loads=loads,
         displacements=displacements,
@@ -163,25 +184,24 @@ def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tup
             "--velocity", request.velocities, chains_of(figure, free_root=plan.free_root)
         ),
     )
-    return whole, (*faults, *more)
+    return whole, (*faults, *more, *others)
 
 
-def _check_outputs(paths: Sequence[Path]) -> None:
-    """Raise UsageError for a suffix that names no format, and for one file given twice."""
-    targets: set[str] = set()
-    for path in paths:
-        try:
-            format_of(path)
-        except UnknownFormatError as failure:
-            raise UsageError(str(failure)) from None
-        if realpath(path) in targets:
-            raise UsageError(f"-o {path}: the file was given before")
-        targets.add(realpath(path))
+def _over_the_drives(plan: Plan, request: Request, holding: Holding) -> Plan:
+    """The plan from the first to the last time that all drives tell of, unless others are given."""
+    if not holding.drives:
+        return plan
+    drives = holding.drives.values()
+    return _replaced(
+        plan,
+        start=max(one.start for one in drives) if request.start is None else plan.start,
+        stop=min(one.stop for one in drives) if request.stop is None else plan.stop,
+    )
 
 
-def _write(recording: Recording, figure: Figure, paths: Sequence[Path]) -> None:
-    for path in paths:
-        try:
-            write_recording(recording, figure, path)
-        except OSError as failure:
-            raise InputError((unwritable(path, reason_of(failure)),)) from None
+def _replaced(plan: Plan, **changes: Any) -> Plan:
+    """The plan with changes. Raises UsageError for a plan that there is not."""
+    try:
+        return replace(plan, **changes)
+    except ValueError as failure:
+        raise UsageError(str(failure)) from None

@@ -27,6 +27,7 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
             kind: {"first": first, "last": last} for kind, first, last in _energies(recording)
         },
         "constraint_drift_m": recording.constraint_drift,
+        "strayed": recording.strayed,
         "springs": recording.springs,
         "law": recording.law,
         "files": [str(path) for path in files],
@@ -66,6 +67,9 @@ def _figures(recording: Recording, files: Sequence[Path]) -> list[tuple[str, str
         ("steps", f"{accuracy.steps} in all, the shortest {1000.0 * accuracy.step:.4g} ms"),
         ("time", f"{recording.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),
     ]
+    if recording.strayed > 0.0:
+        strayed = f"{recording.strayed:.2g} rad or m in what is locked, linked or driven"
+        rows.insert(2, ("", strayed))
     return rows + [("wrote", str(path)) for path in files]
 
 

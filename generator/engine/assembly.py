@@ -11,11 +11,12 @@ from generator.engine.chosen_springs import springs_of
 from generator.engine.connector import Connector, Hanger
 from generator.engine.coupled import CoupledObject, check_coupled, hang_coupled
 from generator.engine.exudyn_api import Index, MainSystem, exu
-from generator.engine.joints import Constraint, add_constraints
+from generator.engine.joints import Constraint, add_constraints, whole_lock
 from generator.engine.loads import add_loads, written_loads
 from generator.engine.passive import add_springs
 from generator.engine.plan import Plan
 from generator.engine.redundancy import needed_locks
+from generator.engine.servo import Servo, add_servos
 from generator.errors import MoverError
 from generator.figure import Figure
 from generator.loads import TimedLoad
@@ -23,7 +24,8 @@ from generator.posture.assemble import assemble as close_loops
 from generator.posture.assemble import consistent_rates
 from generator.posture.free_root import let_go
 from generator.posture.placement import Displacements, Placement, drawn_displacements
-from generator.posture.tree import hang
+from generator.posture.prescribed import Prescribed, PrescriptionError
+from generator.posture.tree import Tree, hang
 from springs import JointSprings, SpringSet
 
 
@@ -45,6 +47,8 @@ class Assembly:
             rest of a loop implies).
         springs: connectors of each joint that has springs, or an angle of a coupled law.
         coupled: the objects of the laws over several joints.
+        servos: the constraints of links and drives.
+        prescribed: what is locked, linked and driven.
         loads: each load with its marker.
         spring_set: the springs that were built.
         plan: the plan that it was built for.
@@ -58,6 +62,8 @@ class Assembly:
     joints: Mapping[str, tuple[Constraint, ...]]
     springs: Mapping[str, tuple[Connector, ...]]
     coupled: tuple[CoupledObject, ...]
+    servos: tuple[Servo, ...]
+    prescribed: Prescribed
     loads: tuple[tuple[TimedLoad, Index, Any], ...]
     spring_set: SpringSet
     plan: Plan
@@ -76,25 +82,68 @@ class Assembly:
         return self.placement.tree.figure
 
 
-def start_of(figure: Figure, plan: Plan) -> tuple[Placement, Mapping[str, Any]]:
-    """Where a run starts: the placement with closed loops, and the rates that were asked for.
+@dataclass(frozen=True)
+class Start:
+    """Where a run starts.
+
+    Attributes:
+        placement: with closed loops, and all that is prescribed put in.
+        rates: of the displacements, as they were asked for or are prescribed [rad/s or m/s].
+        prescribed: what is locked, linked and driven.
+    """
+
+    placement: Placement
+    rates: Displacements
+    prescribed: Prescribed
+
+
+def start_of(figure: Figure, plan: Plan) -> Start:
+    """Where a run starts.
 
     Raises:
         UnknownJointError: the plan names a joint that the figure lacks.
+        PrescriptionError: joints cannot be locked, linked or driven as the plan asks.
         OpenLoopError: the pose opens a loop that cannot be closed.
         ChainError: a joint's chain is none that one joint can hold.
     """
     tree = hang(figure)
     displacements = {**drawn_displacements(tree), **_by_joint(figure, plan.displacements)}
-    placement = close_loops(tree, displacements, held=set(plan.displacements))
+    prescribed = _prescribed(tree, plan, displacements)
+    displacements = prescribed.displacements(displacements, plan.start)
+    held = set(plan.displacements) | prescribed.held
+    placement = close_loops(tree, displacements, held=held)
     if plan.free_root:
         freed, moved = let_go(figure, placement.displacements)
         placement = close_loops(hang(freed), moved, held=set(moved))
+        _insist_on_kept(prescribed, freed)
+        prescribed = _prescribed(placement.tree, plan, moved)
+    prescribed.insist_on_loops(placement)
     rates = {
         name: np.zeros(j.degrees_of_freedom) for name, j in placement.tree.figure.joints.items()
     }
     rates.update(_by_joint(placement.tree.figure, plan.velocities))
-    return placement, rates
+    put_in = prescribed.rates(rates, plan.start)
+    for name in plan.velocities:
+        if not np.allclose(rates[name], put_in[name], rtol=1e-9, atol=1e-9):
+            raise PrescriptionError(
+                f"joint {name} is locked, linked or driven, and cannot start with another velocity"
+            )
+    return Start(placement, put_in, prescribed)
+
+
+def _insist_on_kept(prescribed: Prescribed, freed: Figure) -> None:
+    """Raise PrescriptionError for a joint that letting the root go has taken away."""
+    for name in sorted(prescribed.held - freed.joints.keys()):
+        raise PrescriptionError(
+            f"joint {name} holds the figure to the ground, from which a free root lets it go: "
+            "it cannot be locked, linked or driven"
+        )
+
+
+def _prescribed(tree: Tree, plan: Plan, displacements: Displacements) -> Prescribed:
+    """What the plan prescribes; `displacements` tell where locked joints stay."""
+    locked = {name: displacements.get(name, np.zeros(0)) for name in plan.locked}
+    return Prescribed(tree, plan.links, locked, plan.drives)
 
 
 def _by_joint(figure: Figure, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -135,23 +184,23 @@ def build(
         MoverError: the figure or the plan cannot be built; the message says why.
     """
     check_coupled(figure, springs.coupled)
-    placement, asked = start_of(figure, plan)
-    return _build(placement, asked, plan, springs, mbs)
+    return _build(start_of(figure, plan), plan, springs, mbs)
 
 
 def _build(
-    placement: Placement,
-    asked: Displacements,
+    start: Start,
     plan: Plan,
     springs: SpringSet,
     mbs: MainSystem | None,
 ) -> Assembly:
+    placement, prescribed = start.placement, start.prescribed
     figure = placement.tree.figure
     container = None
     if mbs is None:
         container = exu.SystemContainer()
         mbs = container.AddSystem()
-    rates = consistent_rates(placement, asked, held=set(plan.velocities))
+    held = set(plan.velocities) | prescribed.held
+    rates = consistent_rates(placement, start.rates, held=held)
     bodies, _ = add_bodies(mbs, placement, rates, plan.gravity)
     sites = {
         f"{segment.name}.{site.name}": add_marker(
@@ -161,6 +210,9 @@ def _build(
         for site in segment.sites.values()
     }
     locks = needed_locks(placement)
+    locks.update(
+        {name: (whole_lock(placement.between(figure.joints[name])),) for name in prescribed.locked}
+    )
     moving = {
         name: joint
         for name, joint in figure.joints.items()
@@ -185,11 +237,24 @@ def _build(
         if name in moving
     }
     coupled = tuple(hang_coupled(hanger, spring, connectors) for spring in held)
+    servos = add_servos(hanger, prescribed, plan.start)
     loads = [*written_loads(figure, plan.start, plan.stop), *plan.loads]
     moved = [load for load in loads if load.site.segment not in figure.ground]
     added = add_loads(mbs, placement, bodies, moved)
     if container is not None:
         cast("Any", mbs).Assemble()
     return Assembly(
-        mbs, container, placement, bodies, sites, joints, connectors, coupled, added, springs, plan
+        mbs,
+        container,
+        placement,
+        bodies,
+        sites,
+        joints,
+        connectors,
+        coupled,
+        servos,
+        prescribed,
+        added,
+        springs,
+        plan,
     )

@@ -17,12 +17,13 @@ from generator.engine.ball import refuse_half_turn
 from generator.engine.connector import Connector, Hanger, SpringError
 from generator.engine.exudyn_api import Index, exu, items, unused_name
 from generator.engine.relative_turn import (
+    Angles,
     BallAngles,
     End,
     HingeAngles,
     Quaternion,
     RelativeTurn,
-    quaternion,
+    end_of,
 )
 from generator.errors import nearest
 from generator.figure import Figure, SiteRef
@@ -103,13 +104,12 @@ def hang_coupled(
     places = {name: k * _COORDINATES for k, name in enumerate(bodies)}
 
     def end(ref: SiteRef) -> End:
-        site = quaternion(figure.site(ref).pose_in_segment[:3, :3])
-        if ref.segment in figure.ground:
-            return End(None, quaternion(hanger.placement.poses[ref.segment][:3, :3]), site)
-        place = places[ref.segment]
-        node = hanger.mbs.GetNode(nodes[place // _COORDINATES])
-        w, x, y, z = (float(node["referenceCoordinates"][k]) for k in range(3, 7))
-        return End(place, (w, x, y, z), site)
+        place, rest = places.get(ref.segment), (0.0, 0.0, 0.0, 0.0)
+        if place is not None:
+            node = hanger.mbs.GetNode(nodes[place // _COORDINATES])
+            w, x, y, z = (float(node["referenceCoordinates"][k]) for k in range(3, 7))
+            rest = (w, x, y, z)
+        return end_of(figure, hanger.placement.poses, ref, place, rest)
 
     parts: list[_Part] = []
     for joint in joints:
@@ -124,8 +124,8 @@ def hang_coupled(
         else:
             refuse_half_turn(hanger, joint)
             angles = BallAngles(tuple(spring.axes[k].direction for k in mine))
-        turn = RelativeTurn(end(joint.parent), end(joint.child), angles)
-        parts.append(_Part(turn, mine, counter))
+        turn = RelativeTurn(end(joint.parent), end(joint.child))
+        parts.append(_Part(turn, angles, mine, counter))
     law = _Law(spring, tuple(parts), len(bodies) * _COORDINATES)
     item = hanger.mbs.AddObject(
         items.ObjectGenericODE2(
@@ -151,9 +151,10 @@ def turn_reader(connectors: Sequence[Connector]) -> Connector:
 
 @dataclass(frozen=True)
 class _Part:
-    """A joint of a coupled law: its turn, which coordinates it gives, what counts whole turns."""
+    """A joint of a coupled law: its turn, the coordinates it gives, what counts whole turns."""
 
     turn: RelativeTurn
+    angles: Angles
     places: tuple[int, ...]
     counter: Index | None
 
@@ -162,6 +163,15 @@ class _Part:
         if self.counter is None:
             return 0.0
         return float(mbs.GetNodeOutput(self.counter, exu.OutputVariableType.Coordinates))
+
+    def push(
+        self,
+        forces: list[float],
+        ends: tuple[Quaternion, Quaternion, Quaternion],
+        torques: Sequence[float],
+    ) -> None:
+        """Add what torques per radian of the angles [N m] are to the bodies' Euler parameters."""
+        self.turn.spread(forces, ends, self.angles.gradient(ends[2], torques))
 
 
 @dataclass(frozen=True)
@@ -179,7 +189,7 @@ class _Law:
         angles = [0.0] * len(self.spring.axes)
         ends = [part.turn.ends(q) for part in self.parts]
         for part, (_, _, turn) in zip(self.parts, ends, strict=True):
-            values = part.turn.angles.values(turn, part.near(mbs))
+            values = part.angles.values(turn, part.near(mbs))
             for place, value in zip(part.places, values, strict=True):
                 angles[place] = value
         return angles, ends
@@ -190,7 +200,7 @@ class _Law:
         torques = self.spring.law.torques(angles, FLOATS)
         forces = [0.0] * self.size
         for part, its in zip(self.parts, ends, strict=True):
-            part.turn.push(forces, its, [torques[k] for k in part.places])
+            part.push(forces, its, [torques[k] for k in part.places])
         return forces
 
     def jacobian(
@@ -206,7 +216,7 @@ class _Law:
         for part, its in zip(self.parts, ends, strict=True):
             for k in part.places:
                 forces = [0.0] * self.size
-                part.turn.push(forces, its, [float(k == place) for place in part.places])
+                part.push(forces, its, [float(k == place) for place in part.places])
                 gradients[k] = forces
         matrix = exu.MatrixContainer()
         slopes = np.array(self.spring.law.slopes(angles))

@@ -7,7 +7,7 @@ locking rotations.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from generator.chain import Chain
 from generator.engine.bodies import add_marker
 from generator.engine.exudyn_api import Index, MainSystem, items, unused_name
 from generator.figure import Joint
-from generator.frames import Array, frame_with_z, homogeneous, unit
+from generator.frames import Array, frame_with_z, homogeneous, inverse_pose, unit
 from generator.posture.placement import Placement
 
 Locks = tuple[int, int, int]
@@ -34,12 +34,19 @@ class Lock:
         translations: locked along x, y, z of the frame of the first marker.
         rotations: locked about x, y, z.
         from_child: whether the first marker is the child's, so that slides are along its axes.
+        rest: pose (4, 4) of the child's site in the parent's in which the locked ones are zero.
     """
 
     frame: Array
     translations: Locks
     rotations: Locks
     from_child: bool = False
+    rest: Array = field(default_factory=lambda: np.eye(4))
+
+
+def whole_lock(between: Array) -> Lock:
+    """The lock of a joint that stays in the pose (4, 4) of the child's site in the parent's."""
+    return Lock(np.eye(3), LOCKED, LOCKED, rest=between)
 
 
 def locks_of(chain: Chain) -> tuple[Lock, ...]:
@@ -137,10 +144,13 @@ def add_constraints(
     added: list[Constraint] = []
     for lock in locks:
         turn = homogeneous(lock.frame, np.zeros(3))
+        poses = {
+            joint.parent: figure.site(joint.parent).pose_in_segment,
+            joint.child: figure.site(joint.child).pose_in_segment @ inverse_pose(lock.rest),
+        }
         ends = (joint.child, joint.parent) if lock.from_child else (joint.parent, joint.child)
         markers = [
-            add_marker(mbs, placement, bodies, ref.segment, figure.site(ref).pose_in_segment @ turn)
-            for ref in ends
+            add_marker(mbs, placement, bodies, ref.segment, poses[ref] @ turn) for ref in ends
         ]
         name = unused_name(mbs, joint.name)
         added.append(Constraint(mbs.AddObject(_item(name, markers, lock)), lock))

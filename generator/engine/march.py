@@ -247,17 +247,19 @@ def _advance(
 class _Log:
     """The states at the frames of a pass."""
 
-    def __init__(self, assembly: Assembly, start: float, multipliers: dict[str, Array]) -> None:
+    def __init__(self, assembly: Assembly, start: float, multipliers: "_Multipliers") -> None:
         """Begin with the state at the start, and the multipliers there."""
         self._assembly = assembly
+        # The bodies come first; a clock may stand behind them.
+        self._count = 7 * len(assembly.figure.bodies)
         self._reference = np.asarray(
             assembly.mbs.systemData.GetODE2Coordinates(
                 configuration=exu.ConfigurationType.Reference
             )
-        )
+        )[: self._count]
         self._times: list[float] = []
         self._states: list[tuple[Array, Array]] = []
-        self._multipliers: list[dict[str, Array]] = []
+        self._multipliers: list[_Multipliers] = []
         self.take(start, multipliers)
 
     def __len__(self) -> int:
@@ -268,11 +270,11 @@ class _Log:
         """Time of the last state [s]."""
         return self._times[len(self) - 1]
 
-    def take(self, now: float, multipliers: dict[str, Array] | None = None) -> None:
+    def take(self, now: float, multipliers: "_Multipliers | None" = None) -> None:
         """Keep the current state, with its multipliers unless others are given."""
         data = self._assembly.mbs.systemData
-        coordinates = np.array(data.GetODE2Coordinates())
-        rates = np.array(data.GetODE2Coordinates_t())
+        coordinates = np.array(data.GetODE2Coordinates())[: self._count]
+        rates = np.array(data.GetODE2Coordinates_t())[: self._count]
         self._times.append(now)
         self._states.append((coordinates, rates))
         self._multipliers.append(multipliers or _all_multipliers(self._assembly))
@@ -309,16 +311,25 @@ class _Log:
             rates[..., :3],
             spins_from_parameters(q[..., 3:], rates[..., 3:]),
             {
-                name: np.array([row[name] for row in self._multipliers[:count]])
+                name: np.array([row.joints[name] for row in self._multipliers[:count]])
                 for name in self._assembly.joints
             },
             work[:, 0],
             work[:, 1],
             work[:, 2],
+            np.array([row.servos for row in self._multipliers[:count]]),
         )
 
 
-def _start_multipliers(assembly: Assembly, settings: Any, start: float) -> dict[str, Array]:
+@dataclass(frozen=True)
+class _Multipliers:
+    """Those of the joints' constraint items, shape (items, 6), and of all servos' rows, (rows,)."""
+
+    joints: dict[str, Array]
+    servos: Array
+
+
+def _start_multipliers(assembly: Assembly, settings: Any, start: float) -> _Multipliers:
     """The multipliers at the start, which Exudyn leaves zero: those after a step of no account.
 
     The assembly is back at its start when it is assembled anew. A solver that fails here will fail
@@ -329,12 +340,18 @@ def _start_multipliers(assembly: Assembly, settings: Any, start: float) -> dict[
     return _all_multipliers(assembly)
 
 
-def _all_multipliers(assembly: Assembly) -> dict[str, Array]:
-    """The multipliers of every joint's constraints now, shape (items, 6) each."""
-    return {
+def _all_multipliers(assembly: Assembly) -> _Multipliers:
+    """The multipliers of all constraints now."""
+    joints = {
         name: np.array([_multipliers(assembly.mbs, c) for c in constraints])
         for name, constraints in assembly.joints.items()
     }
+    kind = exu.OutputVariableType.Force
+    servos = [
+        np.atleast_1d(np.asarray(assembly.mbs.GetObjectOutput(servo.item, kind), dtype=float))
+        for servo in assembly.servos
+    ]
+    return _Multipliers(joints, np.concatenate([np.zeros(0), *servos]))
 
 
 def _multipliers(mbs: Any, constraint: Constraint) -> Array:

@@ -1,4 +1,4 @@
-"""What is read at every step: the rates of springs and loads, for the work that they do.
+"""What is read at every step: rates of springs and loads, pulls of drives, for the work they do.
 
 Sensors are C++ and cost next to nothing; they are emptied now and then, so that a long run does not
 keep every step in memory.
@@ -13,6 +13,7 @@ from generator.engine.connector import Connector
 from generator.engine.coupled_torques import coupled_torques
 from generator.engine.exudyn_api import Index, exu, items
 from generator.engine.passages import Guide, Passage
+from generator.engine.servo import Servo
 from generator.frames import Array
 from generator.loads import LoadKind, TimedLoad
 from springs import AxisSpring, Joining, damping_torque, elastic_torque
@@ -34,7 +35,7 @@ class Meters:
 
     `work` holds the integrals since the start [J] at the frames that were read, each of shape (3,):
     dissipated by damping, put into springs that have no energy (the weighted law's and coupled laws
-    that are no gradient), done by loads; by the trapezoidal rule over the steps.
+    that are no gradient), done by loads and drives; by the trapezoidal rule over the steps.
     `passages` holds when springs passed corners of their laws, `tracks` where the springs that have
     corners were at the frames [rad or m].
     """
@@ -60,6 +61,9 @@ class Meters:
             and (joint in coupled or any(axis.elastic for axis in connector.springs))
         }
         self._loads = [(load, self._load_sensor(load)) for load, *_ in assembly.loads]
+        self._servos = [
+            (servo, self._servo_sensor(servo)) for servo in assembly.servos if servo.driven
+        ]
         self._tracked = {
             f"{joint} {connector.kind} {number}": (connector, spring, position_sensor)
             for joint, connector, position_sensor, _ in self._springs
@@ -119,6 +123,15 @@ class Meters:
             )
         )
 
+    def _servo_sensor(self, servo: Servo) -> Index:
+        return self._assembly.mbs.AddSensor(
+            items.SensorObject(
+                objectNumber=servo.item,
+                storeInternal=True,
+                outputVariableType=exu.OutputVariableType.Force,
+            )
+        )
+
     def read(self, frames: Array) -> Flip | None:
         """Take in the steps since the last reading.
 
@@ -159,6 +172,10 @@ class Meters:
             rate = self._stored(sensor)
             times = rate[:, 0]
             powers[2].append(np.sum(load.at(times) * rate[:, 1:], axis=1))
+        for servo, sensor in self._servos:
+            pulls = self._stored(sensor)
+            times = pulls[:, 0]
+            powers[2].append(-_power(pulls[:, 1:], servo.rates(times)))
         if times is None:
             self.work.extend(np.zeros(3) for _ in frames)
         else:

@@ -158,7 +158,8 @@ class Motion:
             multipliers = self._trace.multipliers[joint.name][:, number]
             lock = constraint.lock
             turn = moved.between[:, :3, :3]
-            child = turn @ lock.frame
+            rest = inverse_pose(lock.rest)
+            child = turn @ rest[:3, :3] @ lock.frame
             parent = np.broadcast_to(lock.frame, child.shape)
             first, second = (child, parent) if lock.from_child else (parent, child)
             if constraint.is_ball:
@@ -172,6 +173,7 @@ class Motion:
                 # The second marker is the parent's: turn the pair round, and move its point.
                 force, moment = -force, -moment
                 moment += np.cross(-moved.between[:, :3, 3], force)
+            moment += np.cross(turn @ rest[:3, 3], force)
             total += np.concatenate([force, moment], axis=1)
         return total
 

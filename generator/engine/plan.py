@@ -5,12 +5,17 @@ from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 
+from generator.drive import Drive
 from generator.loads import TimedLoad
+from generator.posture.links import Links
 from springs import Joining, SpringSet
 
 Vector = tuple[float, float, float]
 
 STANDARD_GRAVITY: Vector = (0.0, -9.81, 0.0)
+
+_ROUNDING = 1e-9
+"""By so much a run may go beyond a drive [s]."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,10 @@ class Plan:
         displacements: by joint, replacing the figure's own [rad or m].
         velocities: displacement rates by joint [rad/s or m/s]; zero where absent.
         loads: forces and moments that vary in time.
+        links: turns that follow others, from the start on.
+        locked: names of joints that stay at their displacement at the start.
+        drives: by joint, the motion of its turns, which replaces what `displacements` say of them.
+            All joints without one are simulated.
         python_torques: evaluate torques as Python functions instead of expression trees.
         wall_limit: longest time the run may take [s].
     """
@@ -49,6 +58,9 @@ class Plan:
     displacements: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     velocities: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     loads: Sequence[TimedLoad] = ()
+    links: Links = field(default_factory=Links)
+    locked: Sequence[str] = ()
+    drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
     python_torques: bool = False
     wall_limit: float = 600.0
 
@@ -71,3 +83,9 @@ class Plan:
                 raise ValueError(f"the {said} must be positive, not {getattr(self, name):g}")
         if self.step is not None and not self.step > 0.0:
             raise ValueError(f"the step must be positive, not {self.step:g} s")
+        for name, drive in self.drives.items():
+            if self.start < drive.start - _ROUNDING or self.stop > drive.stop + _ROUNDING:
+                raise ValueError(
+                    f"the run goes from {self.start:g} s to {self.stop:g} s, but the drive of "
+                    f"{name} only from {drive.start:g} s to {drive.stop:g} s"
+                )

@@ -8,13 +8,14 @@ bodies and do not stretch the parameters.
 Written for plain floats: a solver calls this at every evaluation of the forces.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import atan2, pi, sqrt
 from typing import Protocol, TypeAlias
 
 from scipy.spatial.transform import Rotation
 
+from generator.figure import Figure, SiteRef
 from generator.frames import Array
 
 Quaternion: TypeAlias = tuple[float, float, float, float]
@@ -83,6 +84,28 @@ class End:
             forces[at + 1] += x
             forces[at + 2] += y
             forces[at + 3] += z
+
+
+def end_of(
+    figure: Figure,
+    poses: Mapping[str, Array],
+    ref: SiteRef,
+    place: int | None,
+    rest: Quaternion,
+) -> End:
+    """The end of a joint at a site.
+
+    Args:
+        figure: whose site it is.
+        poses: of the segments, of which those of the ground are looked at.
+        ref: the site.
+        place: where the coordinates of its body begin; None for the ground.
+        rest: Euler parameters to which the body's coordinates are added.
+    """
+    site = quaternion(figure.site(ref).pose_in_segment[:3, :3])
+    if place is None:
+        return End(None, quaternion(poses[ref.segment][:3, :3]), site)
+    return End(place, rest, site)
 
 
 class Angles(Protocol):
@@ -179,12 +202,10 @@ class RelativeTurn:
     Attributes:
         parent: the end that the turn is told from.
         child: the end that turns.
-        angles: what is read of the turn.
     """
 
     parent: End
     child: End
-    angles: Angles
 
     def ends(self, coordinates: Sequence[float]) -> tuple[Quaternion, Quaternion, Quaternion]:
         """Orientations of the parent's and the child's site, and of the second in the first."""
@@ -192,15 +213,14 @@ class RelativeTurn:
         child = product(self.child.parameters(coordinates), self.child.site)
         return parent, child, product(conjugate(parent), child)
 
-    def push(
+    def spread(
         self,
         forces: list[float],
         ends: tuple[Quaternion, Quaternion, Quaternion],
-        torques: Sequence[float],
+        gradient: Quaternion,
     ) -> None:
-        """Add what torques per radian of the angles [N m] are to the bodies' Euler parameters."""
-        parent, child, turn = ends
-        gradient = self.angles.gradient(turn, torques)
+        """Add what a gradient by the turn is to the bodies' Euler parameters."""
+        parent, child, _ = ends
         # The turn is conj(parent) child, and the adjoint of a product by a factor is one by its
         # conjugate.
         self.child.add(forces, product(parent, gradient))

@@ -14,6 +14,8 @@ from generator.engine.march import Pass, frame_times, march
 from generator.engine.motion import JointMotion, Motion
 from generator.engine.passages import Guide
 from generator.engine.plan import Plan
+from generator.engine.put_right import put_right, strays, told_of_poles
+from generator.engine.servo_torques import drive_torques, servo_torques
 from generator.engine.trace import Trace
 from generator.figure import Figure
 from generator.frames import Array
@@ -22,6 +24,10 @@ from springs import SpringSet
 
 PARTED = 0.01
 """A run in which a joint's sites part by more than this has blown up [m]."""
+
+STRAYED = 0.01
+"""So has one in which a locked, linked or driven joint is off by more than this [rad or m]; it may
+have come to where the rates of its displacements are not defined."""
 
 
 @dataclass(frozen=True)
@@ -147,10 +153,20 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
     motion = Motion(assembly, trace)
     starts = assembly.placement.displacements
     joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
-    drifts = _drifts(assembly, joints)
-    torn = _torn(refined, drifts) if len(trace) > 1 else None
+    drifts, strayed = _drifts(assembly, joints), {}
+    if assembly.prescribed:
+        strayed = strays(assembly, trace, joints)
+    torn = _torn(refined, drifts, strayed) if len(trace) > 1 else None
     if torn is not None:
         return _record(runner, torn)
+    if assembly.prescribed:
+        trace = put_right(assembly, trace, joints)
+        motion = Motion(assembly, trace)
+        joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
+    pulled = servo_torques(assembly, trace, joints)
+    reactions = {name: motion.reaction(one, joints[name]) for name, one in figure.joints.items()}
+    for name, torque in pulled.items():
+        reactions[name][:, 3:] += torque
     return Recording(
         times=trace.times,
         poses=motion.poses,
@@ -158,15 +174,15 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
         displacements={name: moved.displacements for name, moved in joints.items()},
         velocities={name: moved.rates for name, moved in joints.items()},
         rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()},
-        reactions={
-            name: motion.reaction(joint, joints[name]) for name, joint in figure.joints.items()
-        },
+        reactions=reactions,
         passive_torques=motion.passive_torques(joints),
         centre_of_mass=_centre_of_mass(figure, trace),
         energy=energy_book(assembly, trace, joints),
-        outcome=refined.outcome,
+        outcome=told_of_poles(assembly, refined.outcome, joints),
         accuracy=refined.accuracy,
-        constraint_drift=max((float(np.max(drift)) for drift in drifts.values()), default=0.0),
+        constraint_drift=_largest(drifts),
+        strayed=_largest(strayed),
+        drive_torques=drive_torques(assembly, pulled, joints),
         wall_time=refined.wall_time,
         build_time=runner.build_time,
         springs=assembly.spring_set.origin,
@@ -193,21 +209,29 @@ def _drifts(assembly: Assembly, joints: Mapping[str, JointMotion]) -> dict[str, 
     return drifts
 
 
-def _torn(refined: Refined, drifts: Mapping[str, Array]) -> Refined | None:
-    """The run up to where a joint came apart, as a failure; None where all held."""
+def _largest(by_joint: Mapping[str, Array]) -> float:
+    return max((float(np.max(drift)) for drift in by_joint.values()), default=0.0)
+
+
+def _torn(
+    refined: Refined, drifts: Mapping[str, Array], strayed: Mapping[str, Array]
+) -> Refined | None:
+    """The run up to where a joint came apart or strayed, as a failure; None where all held."""
     first = {
-        name: int(np.argmax(~(drift <= PARTED)))
-        for name, drift in drifts.items()
-        if not np.all(drift <= PARTED)
+        (joint, what): int(np.argmax(~(drift <= bound)))
+        for what, bound, by_joint in (
+            ("came apart", PARTED, drifts),
+            ("left where it is held", STRAYED, strayed),
+        )
+        for joint, drift in by_joint.items()
+        if not np.all(drift <= bound)
     }
     if not first:
         return None
-    joint = min(first, key=lambda name: first[name])
-    count = max(1, first[joint])
+    joint, what = min(first, key=lambda one: first[one])
+    count = max(1, first[joint, what])
     last = float(refined.trace.times[count - 1])
-    message = (
-        f"joint {joint} came apart after {last:.4g} s: the step is too long for what acts there"
-    )
+    message = f"joint {joint} {what} after {last:.4g} s: the step is too long for what acts there"
     by_frame, estimate = refined.accuracy.by_frame[:count], refined.accuracy.estimate
     accuracy = replace(
         refined.accuracy,

@@ -19,6 +19,7 @@ from generator.engine.plan import Plan
 from generator.errors import MoverError
 from generator.figure import Figure, Site
 from generator.frames import Array, rotation_vector_from_matrix
+from generator.posture.links import Links
 from generator.posture.placement import Displacements, Placement, site_pose
 
 _HALF_TURN_SLACK = 1e-6
@@ -34,7 +35,7 @@ def static_torques(
 ) -> Mapping[str, Array]:
     """Torque of every joint's passive springs on its child, in n poses at rest.
 
-    Gravity, loads and velocities of the figure and of the plan are left out.
+    Gravity, loads, velocities, links, locks and drives of the figure and the plan are left out.
 
     Args:
         figure: whose joints are read; it has no closed loops.
@@ -49,11 +50,19 @@ def static_torques(
         StaticsError: the figure has loops, or a joint with springs is turned by 180 deg.
         MoverError: the figure cannot be built, or a pose does not fit it.
     """
-    still = replace(plan or Plan(), gravity=(0.0, 0.0, 0.0), velocities={}, loads=())
+    still = replace(
+        plan or Plan(),
+        gravity=(0.0, 0.0, 0.0),
+        velocities={},
+        loads=(),
+        links=Links(),
+        locked=(),
+        drives={},
+    )
     unloaded = _without_loads(figure)
     model = _Model.of(build(unloaded, still, springs_of(figure, still)))
     placements = [
-        start_of(unloaded, replace(still, displacements={**still.displacements, **pose}))[0]
+        start_of(unloaded, replace(still, displacements={**still.displacements, **pose})).placement
         for pose in poses
     ]
     torques = {name: np.zeros((len(placements), 3)) for name in model.assembly.figure.joints}

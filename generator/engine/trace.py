@@ -1,7 +1,7 @@
 """What one pass of the integrator leaves: the state of the bodies at every frame."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class Trace:
             them.
         dissipated: energy taken by damping since the start, shape (n,) [J].
         spring_work: work done since the start against springs that have no energy, shape (n,) [J].
-        load_work: work done by loads since the start, shape (n,) [J].
+        load_work: work done by loads and drives since the start, shape (n,) [J].
+        pulls: multipliers of the servos' rows, shape (n, rows) [N m]: minus the torques.
     """
 
     times: Array
@@ -38,6 +39,7 @@ class Trace:
     dissipated: Array
     spring_work: Array
     load_work: Array
+    pulls: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __len__(self) -> int:
         """Number of frames."""
@@ -46,6 +48,12 @@ class Trace:
     def first(self, count: int) -> "Trace":
         """The first `count` frames."""
         return self._each(lambda values: values[:count])
+
+    def moved(self, positions: Array, rotations: Array, velocities: Array, spins: Array) -> "Trace":
+        """The same with the bodies elsewhere; shapes and axes as those of the attributes."""
+        return replace(
+            self, positions=positions, rotations=rotations, velocities=velocities, spins=spins
+        )
 
     def _each(self, change: Callable[[Array], Array]) -> "Trace":
         multipliers = {name: change(values) for name, values in self.multipliers.items()}
@@ -59,6 +67,7 @@ class Trace:
             change(self.dissipated),
             change(self.spring_work),
             change(self.load_work),
+            change(self.pulls),
         )
 
 
@@ -86,6 +95,7 @@ def extrapolated(coarse: Trace, fine: Trace, ratio: float) -> Trace:
         limit(coarse.dissipated, fine.dissipated),
         limit(coarse.spring_work, fine.spring_work),
         limit(coarse.load_work, fine.load_work),
+        limit(coarse.pulls, fine.pulls),
     )
 
 

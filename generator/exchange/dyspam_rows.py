@@ -53,6 +53,16 @@ class Rows:
         """The row that comes next."""
         return self._rows[self._next] if self._next < len(self._rows) else None
 
+    @property
+    def left(self) -> int:
+        """How many rows there still are."""
+        return len(self._rows) - self._next
+
+    @property
+    def count(self) -> int:
+        """How many faults there are so far."""
+        return len(self.findings.faults)
+
     def take(self, what: str, form: str) -> Row:
         """The next row.
 
@@ -101,9 +111,8 @@ class Rows:
 
     def whole(self, word: Span, what: str, low: int = 0, high: int = MOST) -> int:
         """The whole number of a word; `low`, with a fault noted, where it is none of the range."""
-        before = len(self.findings.faults)
-        value = self.number(word)
-        if len(self.findings.faults) > before:
+        before, value = self.count, self.number(word)
+        if self.count > before:
             return low
         if not value.is_integer() or not low <= value <= high:
             hint = f"it is {low}" if low == high else f"it is {low} to {high}"

@@ -36,6 +36,8 @@ axes at right angles; reading takes the nearest turn."""
 _EXACT = 1e-6
 """A triad that is nearer to a turn than this is taken for one without a word."""
 
+_SPRING = "joint stiffness damping rest axis"
+
 _TYPES = " or ".join(f"{each.value} ({each.name.lower()})" for each in JointType)
 
 
@@ -87,18 +89,20 @@ def _lines(mechanism: Mechanism) -> Iterator[str]:
 def _mechanism(rows: Rows, structure: Structure) -> Mechanism:
     """Read table by table: every row of a table has its own form, and so a lost one shows."""
     heads = [_head(rows, k, structure.bodies) for k in range(1, structure.joints + 1)]
+    if rows.findings.has_errors:
+        raise BrokenTableError  # the other tables have rows for these joints
     triads = [
         (_triad(rows, first, k), _triad(rows, second, k))
         for k, (first, second, _, _) in enumerate(heads, start=1)
     ]
     bodies = [_body(rows, k) for k in range(1, structure.bodies + 1)]
-    points: list[Point] = []
-    while rows.ahead is not None and rows.ahead.has_commas:
-        points.append(_point(rows, len(points) + 1, structure.bodies))
+    before = rows.count
+    points = _points(rows, structure)
+    if rows.count == before:
+        _check_centres(bodies, points, rows)
     springs = _springs(rows, structure.springs, [head[2] for head in heads])
     starts = [_start(rows, k, kind) for k, (_, _, kind, _) in enumerate(heads, start=1)]
     rows.finish("the initial conditions of the last joint")
-    _check_centres(bodies, points, rows)
     connections = [
         Connection(*head[:3], triad, *start, place=head[3])
         for head, triad, start in zip(heads, triads, starts, strict=True)
@@ -157,6 +161,20 @@ def _body(rows: Rows, number: int) -> tuple[Body, Row]:
     return Body(centre, mass, (a, b, c), row.span), row
 
 
+def _points(rows: Rows, structure: Structure) -> list[Point]:
+    """The points, of which nothing says how many there are.
+
+    As printed they are told from springs by their commas. In a table without commas they are what
+    the tables below leave.
+    """
+    points: list[Point] = []
+    with_commas = rows.ahead is not None and rows.ahead.has_commas
+    below = structure.springs + structure.joints
+    while rows.ahead is not None and (rows.ahead.has_commas if with_commas else rows.left > below):
+        points.append(_point(rows, len(points) + 1, structure.bodies))
+    return points
+
+
 def _point(rows: Rows, number: int, bodies: int) -> Point:
     row = rows.take(f"point of interest {number}", "point body x y z")
     rows.whole(row.words[0], "number of the point", number, number)
@@ -168,7 +186,7 @@ def _point(rows: Rows, number: int, bodies: int) -> Point:
 def _springs(rows: Rows, count: int, kinds: list[JointType]) -> tuple[LinearSpring, ...]:
     springs: dict[tuple[int, int], LinearSpring] = {}
     for k in range(1, count + 1):
-        row = rows.take(f"spring {k} of {count}", "joint stiffness damping rest axis")
+        row, before = rows.take(f"spring {k} of {count}", _SPRING), rows.count
         joint = rows.whole(row.words[0], "number of the joint", 1, len(kinds))
         axes = kinds[joint - 1].axes
         axis = rows.whole(row.words[4], "axis of the spring", axes[0], axes[-1])
@@ -177,7 +195,7 @@ def _springs(rows: Rows, count: int, kinds: list[JointType]) -> tuple[LinearSpri
         spring = LinearSpring(joint, axis, stiffness, damping, rows.number(row.words[3]), row.span)
         if damping < 0.0:
             rows.findings.error("damping is negative", row.words[2], "it would feed energy")
-        if springs.setdefault((joint, axis), spring) is not spring:
+        if rows.count == before and springs.setdefault((joint, axis), spring) is not spring:
             rows.findings.error(f"a second spring of joint {joint}, axis {axis}", row.span)
     return tuple(springs.values())
 

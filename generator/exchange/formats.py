@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from generator.errors import MoverError, nearest
-from generator.exchange import peabody
+from generator.exchange import dyspam, mjcf, osim, peabody, urdf
 from generator.exchange.losses import Losses
 from generator.figure import Figure
 from springs import SpringSet
@@ -36,6 +36,10 @@ class ModelFormat:
 
 FORMATS: Mapping[str, ModelFormat] = {
     "peabody": ModelFormat((".fig",), peabody.write, "figure file of this program"),
+    "mjcf": ModelFormat((".xml", ".mjcf"), mjcf.write, "MuJoCo model"),
+    "urdf": ModelFormat((".urdf",), urdf.write, "robot model without loops or springs"),
+    "osim": ModelFormat((".osim",), osim.write, "OpenSim model"),
+    "dyspam": ModelFormat((), dyspam.write, "folder of the thesis's simulator's input files"),
 }
 """The formats by name: `NAME: ModelFormat((".suffix",), module.write, "what it is")`.
 
@@ -55,7 +59,7 @@ def suffixes() -> list[str]:
 
 
 def model_format(path: Path, name: str | None = None) -> ModelFormat:
-    """The format of this name, or without one that of the path's suffix.
+    """The format of this name, or without one that of the path's suffix or of a folder's name.
 
     Raises UnknownModelFormatError, which names those that are known.
     """
@@ -66,5 +70,7 @@ def model_format(path: Path, name: str | None = None) -> ModelFormat:
     for each in FORMATS.values():
         if path.suffix.lower() in each.suffixes:
             return each
+    if path.name in FORMATS and not FORMATS[path.name].suffixes:
+        return FORMATS[path.name]
     said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
     raise UnknownModelFormatError(f"{path}: {said} of a model; known are {', '.join(suffixes())}")

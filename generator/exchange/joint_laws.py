@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.chain import Chain
+from generator.errors import InputError, error
+from generator.exchange.model import Model
 from generator.exchange.report import Report
-from generator.figure import Figure
 from generator.frames import PERPENDICULAR, unit
-from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, JointSprings, Linear, SpringSet
 from springs.elastic import Frictional
 from springs.operations import Array
 
@@ -31,14 +32,19 @@ class JointLaws:
 
 
 def laws_of(chain: Chain, springs: JointSprings) -> JointLaws:
-    """The springs of a joint with the chain `chain`."""
+    """The springs of a joint with the chain `chain`.
+
+    Raises InputError for a spring along a slide that the joint has not.
+    """
     alone: dict[int, AxisSpring] = {}
     if len(chain.turns) == 1 and springs.axes:
         alone[chain.turns[0]] = _along(springs.axes[0], chain, chain.turns[0])
     for spring in springs.slides:
         place = next((k for k in chain.slides if _is_along(spring, chain, k)), None)
-        if place is not None:
-            alone[place] = _along(spring, chain, place)
+        if place is None:
+            said = f"joint `{springs.joint}` has a spring along which it cannot slide"
+            raise InputError([error(said)])
+        alone[place] = _along(spring, chain, place)
     return JointLaws(alone, springs.axes if len(chain.turns) > 1 else ())
 
 
@@ -52,32 +58,31 @@ def _along(spring: AxisSpring, chain: Chain, place: int) -> AxisSpring:
     return spring if same else spring.turned()
 
 
-def used_springs(figure: Figure, springs: SpringSet) -> Iterator[tuple[str, JointSprings]]:
-    """The springs of the figure's joints that move, in the order of the figure."""
-    for name, joint in figure.joints.items():
-        held = {ref.segment for ref in joint.ends} <= figure.ground
-        if name in springs.joints and not held:
+def used_springs(model: Model, springs: SpringSet) -> Iterator[tuple[str, JointSprings]]:
+    """The springs of the tree's joints, in the order of the figure."""
+    branches = {branch.joint.name for branch in model.tree.branches}
+    for name in model.figure.joints:
+        if name in springs.joints and name in branches:
             yield name, springs.joints[name]
 
 
-def equal_about_all(axes: tuple[AxisSpring, ...]) -> bool:
-    """Whether three directions are perpendicular to each other."""
+def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
+    """Whether these are springs about three axes, each perpendicular to the others."""
     if len(axes) != 3:
         return False
     rows: Array = np.array([axis.direction for axis in axes])
     return bool(np.abs(rows @ rows.T - np.eye(3)).max() < _EQUAL)
 
 
-def common_stiffness(axes: tuple[AxisSpring, ...], joining: Joining) -> float | None:
+def common_stiffness(axes: tuple[AxisSpring, ...]) -> float | None:
     """Stiffness [N m/rad] of a ball that resists turns about all axes alike; None for others.
 
-    Both ways of joining give then the torque -k r, where r is the rotation vector.
+    Both ways of joining axes give then the torque -k r, where r is the rotation vector.
     """
-    del joining
     laws = {axis.elastic for axis in axes}
     if laws == {()}:
         return 0.0
-    if not equal_about_all(axes) or len(laws) > 1:
+    if not are_perpendicular(axes) or len(laws) > 1:
         return None
     (law,) = laws
     linear = [one for one in law if isinstance(one, Linear) and one.rest == 0.0]
@@ -89,7 +94,7 @@ def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
     viscous = {axis.damping.viscous for axis in axes}
     if viscous == {0.0}:
         return 0.0
-    return viscous.pop() if equal_about_all(axes) and len(viscous) == 1 else None
+    return viscous.pop() if are_perpendicular(axes) and len(viscous) == 1 else None
 
 
 def rubs(spring: AxisSpring) -> bool:
@@ -97,10 +102,13 @@ def rubs(spring: AxisSpring) -> bool:
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
-def lose_what_no_format_has(springs: SpringSet, report: Report) -> None:
-    """Note the laws over several joints, and where the numbers are from."""
+def lose_what_no_format_has(model: Model, springs: SpringSet, report: Report) -> None:
+    """Note the laws over several joints and of what closes a loop, and where numbers are from."""
+    for joint in model.tree.closures:
+        if joint.name in springs.joints:
+            report.lose("springs of joints that close loops", joint.name)
     for spring in springs.coupled:
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
-        report.lose("laws over several joints are left out", " and ".join(joints))
+        report.lose("laws over several joints", " and ".join(joints))
     if springs.references:
         report.lose("the references of the springs")

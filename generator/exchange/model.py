@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import count
 
 from generator.errors import Fault, InputError, error
 from generator.exchange.names import coordinate_names, loss_of_names, plain_names
@@ -65,6 +66,13 @@ def model_of(figure: Figure, report: Report) -> Model:
     chains = {name: joint.chain for name, joint in figure.joints.items()}
     placement = assemble(tree, drawn_displacements(tree))
     return Model(placement, segments, joints, coordinate_names(chains))
+
+
+def unused_name(name: str, taken: set[str]) -> str:
+    """The name, or one made of it that is not taken yet; from now on it is."""
+    new = next(one for k in count(1) if (one := name if k == 1 else f"{name}_{k}") not in taken)
+    taken.add(new)
+    return new
 
 
 def _incomplete(segment: Segment) -> Fault | None:

@@ -33,11 +33,9 @@ def _plain(name: str) -> str:
 def loss_of_names(plain: Mapping[str, str]) -> Loss | None:
     """The loss of names that could not stay; None where all did."""
     changed = tuple(f"{name!r} is {word}" for name, word in plain.items() if name != word)
-    return (
-        Loss("names with other characters than letters, digits and _", changed)
-        if (changed)
-        else None
-    )
+    if not changed:
+        return None
+    return Loss("names with other characters than letters, digits and _", changed)
 
 
 def coordinate_names(chains: Mapping[str, Sequence[Factor]]) -> dict[str, tuple[str, ...]]:

@@ -1,0 +1,83 @@
+"""Cost against the number of segments: chains of bars on spherical joints with linear springs.
+
+Run with `python -m benchmarks chains`. 0.1 s, in steps of 1 ms or to an accuracy of 1e-3, springs
+and damping of each engine's own. Walls are the best of several rounds in which all take turns.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from math import inf, nan
+
+from benchmarks import cases, tables
+from benchmarks.cases import Case
+from benchmarks.engines import in_exudyn, in_mujoco, in_opensim
+from benchmarks.outside import Fall
+
+COMMAND = "python -m benchmarks chains"
+
+COUNTS = (5, 10, 20, 40, 80, 160)
+
+STOP, STEP, ACCURACY = 0.1, 1e-3, 1e-3
+
+ROUNDS = 5
+
+
+def main() -> None:
+    """Print the table and write it."""
+    runs: dict[int, Mapping[str, Callable[[], Fall]]] = {}
+    builds: dict[int, dict[str, float]] = {}
+    for count in COUNTS:
+        runs[count], builds[count] = _runs(cases.chain(count))
+    walls = {count: dict.fromkeys(runs[count], inf) for count in COUNTS}
+    for _ in range(ROUNDS):
+        for count in COUNTS:
+            for name, run in runs[count].items():
+                walls[count][name] = min(walls[count][name], run().wall)
+    rows: list[tables.Row] = []
+    for count in COUNTS:
+        for name, seconds in walls[count].items():
+            before = walls[count // 2][name] if count // 2 in walls else nan
+            rows.append(
+                {
+                    "method": name,
+                    "segments": count,
+                    "wall [s]": seconds,
+                    "over half as many": seconds / before,
+                    "build [s]": builds[count][name],
+                }
+            )
+    tables.show(rows)
+    tables.write("chains", COMMAND, rows)
+
+
+def _runs(case: Case) -> tuple[Mapping[str, Callable[[], Fall]], dict[str, float]]:
+    """What runs the chain by each method, and how long it took to build it there [s]."""
+    law = case.radial
+    builds: dict[str, float] = {}
+
+    def built(name: str, make: Callable[[], object]) -> object:
+        begun = time.perf_counter()
+        made = make()
+        builds[name] = time.perf_counter() - begun
+        return made
+
+    springs = in_exudyn.radial_springs(case.figure, law)
+    ours = "Exudyn, fixed step"
+    plan = in_exudyn.plan_of(case.displacements, springs, stop=STOP, step=STEP)
+    builds[ours] = in_exudyn.fall(case.figure, plan)[1].build_time
+    runs: dict[str, Callable[[], Fall]] = {ours: lambda: in_exudyn.fall(case.figure, plan)[0]}
+    mujoco = built("MuJoCo, RK4", lambda: in_mujoco.MuJoCo(case.tree, law))
+    builds["MuJoCo, implicitfast"] = builds["MuJoCo, RK4"]
+    for integrator in ("RK4", "implicitfast"):
+        runs[f"MuJoCo, {integrator}"] = lambda i=integrator: mujoco.fall(STOP, STEP, i, None, None)
+    name = "OpenSim, Runge-Kutta-Merson"
+    opensim = built(name, lambda: in_opensim.OpenSim(case.tree, law))
+    runs[name] = lambda: opensim.fall(STOP, ACCURACY)
+    try:
+        from benchmarks.engines import in_drake
+    except ImportError:
+        return runs, builds
+    name = "Drake, Runge-Kutta 3"
+    drake = built(name, lambda: in_drake.Drake(case.tree, law))
+    runs[name] = lambda: drake.fall(STOP, ACCURACY)
+    return runs, builds

@@ -1,0 +1,1 @@
+"""One engine a module: how it is built from a tree, and how it moves it."""

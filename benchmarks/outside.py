@@ -1,0 +1,127 @@
+"""A tree that another engine accelerates and SciPy integrates, and what is measured of a motion."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from benchmarks.passive_law import PassiveLaw
+from benchmarks.tree import TreeModel
+from generator.frames import Array
+
+
+@dataclass(frozen=True)
+class Fall:
+    """A motion of n frames; SI units.
+
+    Attributes:
+        rotations: of each joint's child in its parent, shape (n, 3, 3).
+        centre: of mass, in the world, shape (n, 3) [m]; empty where it was not asked for.
+        energy: kinetic, of gravity and of springs together, shape (n,) [J]; or empty.
+        wall: time spent integrating [s].
+        evaluations: of accelerations, or steps where the engine integrates by itself.
+    """
+
+    rotations: Mapping[str, Array]
+    centre: Array
+    energy: Array
+    wall: float
+    evaluations: int = 0
+
+
+class Accelerator(Protocol):
+    """An engine that knows the accelerations of a tree under gravity."""
+
+    def accelerations(
+        self,
+        quaternions: Array,
+        angles: Array,
+        spins: Array,
+        rates: Array,
+        torques: tuple[Array, Array],
+    ) -> tuple[Array, Array]:
+        """Of the balls' spins in the tips' axes, shape (b, 3), and of the hinges' rates (h,)."""
+        ...
+
+    def book(
+        self, quaternions: Array, angles: Array, spins: Array, rates: Array
+    ) -> tuple[Array, float]:
+        """Centre of mass [m], and kinetic energy with that of gravity [J]."""
+        ...
+
+
+def fall(
+    model: TreeModel,
+    law: PassiveLaw,
+    engine: Accelerator,
+    stop: float,
+    tolerance: float,
+    frame: float | None = 0.02,
+    method: str = "DOP853",
+) -> Fall:
+    """Integrate with one of SciPy's methods; a relative and an absolute tolerance alike.
+
+    `frame` [s] is that of the result; None keeps the last state only, and no book.
+    """
+    b = len(model.balls)
+
+    def rate(_: float, state: Array) -> Array:
+        q, angles, spins, rates = model.parts(state)
+        q = q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
+        gained = engine.accelerations(q, angles, spins, rates, law.torques(q, angles, spins, rates))
+        return np.concatenate(
+            [_quaternion_rates(q, spins).ravel(), rates, gained[0].ravel(), gained[1]]
+        )
+
+    times = [0.0, stop] if frame is None else np.linspace(0.0, stop, round(stop / frame) + 1)
+    begun = time.perf_counter()
+    # Frame by frame: steps that end at frames need no interpolation, whose error is larger.
+    states, evaluations = [model.start], 0
+    first = None
+    for here, there in pairwise(times):
+        done = solve_ivp(
+            rate,
+            (here, there),
+            states[-1],
+            method,
+            rtol=tolerance,
+            atol=tolerance,
+            first_step=first,
+        )
+        if not done.success:
+            raise RuntimeError(done.message)
+        evaluations += done.nfev
+        state = done.y[:, -1]
+        state[: 4 * b] = _unit(state[: 4 * b].reshape(b, 4)).ravel()
+        states.append(state)
+        first = min(float(np.max(np.diff(done.t))), there - here)
+    wall = time.perf_counter() - begun
+    rows = np.array(states)
+    centres, energies = [], []
+    for state in rows if frame is not None else []:
+        parts = model.parts(state)
+        centre, energy = engine.book(*parts)
+        centres.append(centre)
+        energies.append(energy + law.energy(*parts[:2]))
+    return Fall(model.rotations(rows), np.array(centres), np.array(energies), wall, evaluations)
+
+
+def _quaternion_rates(q: Array, spins: Array) -> Array:
+    """Of q' = q (0, spin) / 2 for spins in the tips' axes."""
+    w, x, y, z = q.T
+    a, b, c = spins.T
+    parts = [
+        -x * a - y * b - z * c,
+        w * a + y * c - z * b,
+        w * b + z * a - x * c,
+        w * c + x * b - y * a,
+    ]
+    return 0.5 * np.stack(parts, axis=-1)
+
+
+def _unit(q: Array) -> Array:
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)

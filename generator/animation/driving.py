@@ -1,0 +1,75 @@
+"""Joints driven by a motion from a file: a table, or an action file."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from generator.animation.action import ActionFile
+from generator.animation.action_reader import read_action
+from generator.drive import Drive
+from generator.errors import Fault, InputError, error, errors_among, nearest
+from generator.figure import Figure
+from generator.reader.driven_file import examine_drives
+
+ACTION_SUFFIX = ".action"
+
+
+def read_drives(path: str | Path, figure: Figure, only: Sequence[str] = ()) -> Mapping[str, Drive]:
+    """What a file drives of a figure.
+
+    Args:
+        path: of an action file, or else of a table.
+        figure: whose joints are driven.
+        only: names of the joints to drive; all that the file moves when there are none.
+
+    Raises:
+        InputError: with all faults.
+    """
+    if Path(path).suffix.lower() == ACTION_SUFFIX:
+        return drives_of(read_action(path), figure, only, str(path))
+    reading = examine_drives(path, figure, only)
+    if errors_among(reading.faults):
+        raise InputError(reading.faults)
+    _insist_on(only, reading.drives, str(path))
+    return reading.drives
+
+
+def drives_of(
+    action: ActionFile, figure: Figure, only: Sequence[str] = (), name: str = "<action>"
+) -> Mapping[str, Drive]:
+    """What an action file drives of a figure; `name` is what errors call it.
+
+    Raises InputError as `read_drives` does.
+    """
+    asked = {
+        joint: chain
+        for joint, chain in action.chains.items()
+        if chain and (not only or joint in only)
+    }
+    faults: list[Fault] = []
+    if len(action.times) < 2:
+        faults.append(error(f"{name}: a motion of one frame drives nothing"))
+    for joint, chain in asked.items():
+        known = figure.joints.get(joint)
+        if known is None:
+            hint = f"{nearest(joint, figure.joints)}; `--driven` chooses some of its joints"
+            faults.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
+        elif known.chain != chain:
+            faults.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
+        elif any(factor.kind != "R" for factor in chain):
+            said = f"{name}: joint `{joint}` slides, and only turns can be driven in a simulation"
+            faults.append(error(said))
+    if faults:
+        raise InputError(faults)
+    _insist_on(only, asked, name)
+    return {joint: Drive(action.times, action.displacements[joint]) for joint in asked}
+
+
+def _insist_on(only: Sequence[str], found: Mapping[str, object], name: str) -> None:
+    """Raise InputError for joints that were asked for and are not in the file."""
+    faults = [
+        error(f"{name}: joint `{joint}` is not driven there", hint=nearest(joint, found))
+        for joint in only
+        if joint not in found
+    ]
+    if faults:
+        raise InputError(faults)

@@ -1,0 +1,196 @@
+"""`mover convert`: a motion or a figure in the formats of other programs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from generator.animation import (
+    FORMATS,
+    Clip,
+    clip_of_action,
+    clip_of_recording,
+    read_action,
+    read_npz,
+)
+from generator.animation.header import Header, digest_of
+from generator.commands.answer import Answer, UsageError, counted
+from generator.commands.import_model import import_model, is_model
+from generator.commands.inputs import figure_of, springs_of
+from generator.commands.motion_files import (
+    Written,
+    insist_distinct,
+    insist_on_formats,
+    losses_data,
+    losses_text,
+    write_motion,
+)
+from generator.commands.outputs import insist_writable, unwritable
+from generator.commands.postures import doubts_of, insist_on_chains, insist_on_reach
+from generator.errors import Fault, InputError, MoverError, error
+from generator.exchange.formats import (
+    ModelFormat,
+    UnknownModelFormatError,
+    model_format,
+    suffixes,
+)
+from generator.exchange.losses import Losses
+from generator.figure import Figure
+from generator.posture.placement import Placement
+from generator.reader import shipped_figures
+from generator.whole_file import reason_of
+
+ACTION, NPZ = ".action", ".npz"
+READ = (ACTION, NPZ)
+"""The formats of motions that can be read."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """The command line of `mover convert`; None where an option is not given.
+
+    Attributes:
+        source: a file of a motion, or a figure.
+        outputs: the files to write, each in the format of its suffix.
+        figure: of a motion; without it the one that the motion names.
+        springs: of a figure; without it the figure's own.
+        to: name of a format of models, in place of the suffix.
+        apart: of another program's model, whether hinges with springs stay joints of their own.
+    """
+
+    source: str
+    outputs: Sequence[Path]
+    figure: str | None = None
+    springs: str | None = None
+    to: str | None = None
+    apart: bool = False
+
+
+def convert(request: Request) -> Answer:
+    """Write what is asked for.
+
+    Raises:
+        UsageError: the source and the outputs do not fit, or a format is not known.
+        InputError: the motion or the figure is wrong, or a file cannot be written.
+        MoverError: the motion is of another figure, or a format cannot hold it.
+    """
+    insist_distinct(request.outputs)
+    if Path(request.source).suffix.lower() in FORMATS:
+        return _motion(request)
+    if is_model(request.source):
+        if (request.figure, request.springs, request.to) != (None, None, None):
+            raise UsageError(
+                f"{request.source} is a model of another program, which takes --apart only"
+            )
+        return import_model(request.source, request.outputs, apart=request.apart)
+    return _model(request)
+
+
+def _motion(request: Request) -> Answer:
+    """A motion in other formats of motions."""
+    path = Path(request.source)
+    if path.suffix.lower() not in READ:
+        raise UsageError(f"{path}: motions are read from {', '.join(READ)}, and only written else")
+    if request.to is not None or request.springs is not None:
+        raise UsageError(f"{path} is a motion; --to and --springs are for figures")
+    for output in request.outputs:
+        if output.suffix.lower() in suffixes():
+            raise UsageError(
+                f"{output} is a figure and {path} a motion; give the figure to convert"
+            )
+    insist_on_formats(request.outputs)
+    header, clip_of = _read(path)
+    figure, warnings = _figure_of(header, path, request.figure)
+    insist_writable(request.outputs, (path, figure.path))
+    insist_on_chains(figure)
+    clip = clip_of(figure)
+    insist_on_reach(Placement(clip.tree, clip.displacements, clip.poses))
+    written = write_motion(clip, request.outputs)
+    frames = counted(clip.times.size, "frame")
+    title = f"{frames} of {figure.path}, {clip.times[0]:g} to {clip.times[-1]:g} s"
+    data = {"frames": clip.times.size}
+    faults = (*warnings, *doubts_of(figure, header, path))
+    return _answer(request, title, str(figure.path), data, written, faults)
+
+
+def _read(path: Path) -> tuple[Header, Callable[[Figure], Clip]]:
+    """Where the motion in a file is from, and what makes it one of a figure. Raises InputError."""
+    if path.suffix.lower() == ACTION:
+        action = read_action(path)
+        return action.header, lambda figure: clip_of_action(action, figure)
+    header, recording = read_npz(path)
+    return header, lambda figure: replace(clip_of_recording(recording, figure), header=header)
+
+
+def _figure_of(header: Header, path: Path, asked: str | None) -> tuple[Figure, tuple[Fault, ...]]:
+    """The figure that is asked for, else the one that a motion names, with warnings.
+
+    The file of that name beside the motion and the shipped one are looked at; the first that is the
+    one the motion was made of is taken, else the first. Raises InputError.
+    """
+    if asked is not None:
+        return figure_of(asked)
+    beside = path.parent / header.figure
+    shipped = {each.name: each for each in shipped_figures().values()}.get(header.figure)
+    digests = {each: digest_of(each) for each in (beside, shipped) if each is not None}
+    found = [each for each, digest in digests.items() if digest is not None]
+    if not found:
+        said = f"`{path}` is a motion of `{header.figure}`, which does not lie beside it"
+        raise InputError([error(said, hint="name the figure with --figure")])
+    same = [each for each in found if digests[each] == header.sha256]
+    return figure_of(str((same or found)[0]))
+
+
+def _model(request: Request) -> Answer:
+    """A figure with its springs in the formats of models."""
+    if request.figure is not None:
+        raise UsageError(f"{request.source} is a figure; --figure is for motions")
+    writers = [(output, _writer(request, output)) for output in request.outputs]
+    figure, warnings = figure_of(request.source)
+    springs, more = springs_of(figure, request.springs)
+    new = [out for out, each in writers if each.suffixes or not out.is_dir()]
+    insist_writable(new, (figure.path, request.springs))
+    written: dict[Path, Losses] = {}
+    for output, each in writers:
+        try:
+            written[output] = each.write(figure, springs, output)
+        except OSError as failure:
+            raise InputError((unwritable(output, reason_of(failure)),)) from None
+        except ValueError as failure:
+            raise MoverError(f"`{output}` cannot be written: {failure}") from None
+    title = f"{request.source} with springs: {springs.origin}"
+    return _answer(request, title, str(figure.path), {}, written, (*warnings, *more))
+
+
+def _writer(request: Request, output: Path) -> ModelFormat:
+    """The format of an output. Raises UsageError."""
+    if request.to is None and output.suffix.lower() in FORMATS:
+        raise UsageError(
+            f"{output} is a motion and {request.source} a figure; "
+            f"`mover simulate {request.source} -o {output}` makes it move"
+        )
+    try:
+        return model_format(output, request.to)
+    except UnknownModelFormatError as failure:
+        raise UsageError(str(failure)) from None
+
+
+def _answer(
+    request: Request,
+    title: str,
+    figure: str,
+    data: Mapping[str, object],
+    written: Written,
+    faults: tuple[Fault, ...],
+) -> Answer:
+    lost = losses_text(written)
+    return Answer(
+        text="\n".join([title, *(f"wrote {path}" for path in written), *([lost] if lost else [])]),
+        data={
+            "source": request.source,
+            "figure": figure,
+            **data,
+            "files": [str(path) for path in written],
+            "losses": losses_data(written),
+        },
+        faults=faults,
+    )

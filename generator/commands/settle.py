@@ -1,0 +1,122 @@
+"""`mover settle`: the pose in which a figure comes to rest."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from generator.animation.displayed import unit_of
+from generator.commands.answer import Answer, aligned
+from generator.commands.driving import holding_of
+from generator.commands.inputs import figure_of, insist_on_motion, springs_of
+from generator.commands.lengths import in_units, rounded
+from generator.commands.options import vector_given
+from generator.commands.outputs import insist_writable, write_text
+from generator.commands.postures import start_of
+from generator.commands.shoulder import insist_on_pose_file
+from generator.engine.door import open_exudyn
+from generator.engine.plan import STANDARD_GRAVITY, Plan
+from generator.figure import Figure
+from generator.writer import write_pose
+from springs import Joining
+
+if TYPE_CHECKING:
+    from generator.engine.settle import Rest
+
+
+@dataclass(frozen=True)
+class Request:
+    """The command line of `mover settle`; None where an option is not given."""
+
+    figure: str
+    springs: str | None = None
+    law: str | None = None
+    gravity: str | None = None
+    pose: Path | None = None
+    displacements: Sequence[str] = ()
+    links: Path | None = None
+    locks: Sequence[str] = ()
+    output: Path | None = None
+
+
+def settle(request: Request) -> Answer:
+    """Let a figure come to rest, and write the pose.
+
+    Raises:
+        UsageError: an option cannot be read or does not fit the figure.
+        InputError: a file is wrong, or cannot be written.
+        MoverError: the figure comes to no rest, or cannot be built as asked.
+    """
+    insist_on_pose_file(request.output)
+    joining = None if request.law is None else Joining(request.law)
+    figure, warnings = figure_of(request.figure)
+    insist_on_motion(figure, warnings)
+    springs, more = springs_of(figure, request.springs, joining)
+    start, doubts = start_of(figure, request.pose, request.displacements)
+    holding, others = holding_of(figure, request.links, request.locks)
+    holding.insist_on(figure, request.displacements, 0.0)
+    files = [] if request.output is None else [request.output]
+    insist_writable(files, (figure.path, request.springs, request.pose, request.links))
+    gravity = STANDARD_GRAVITY
+    if request.gravity is not None:
+        gravity = vector_given("--gravity", request.gravity)
+    plan = Plan(
+        springs=springs,
+        joining=joining,
+        displacements=start,
+        links=holding.links,
+        locked=holding.locked,
+        gravity=gravity,
+    )
+    open_exudyn()
+    from generator.engine.settle import settle as come_to_rest  # Exudyn takes its time
+
+    rest = come_to_rest(figure, plan)
+    for path in files:
+        write_text(
+            path, write_pose(figure, {n: list(row) for n, row in rest.displacements.items()})
+        )
+    parts = [f"{request.figure} {rest.state}", _pose_text(figure, rest), _numbers_text(rest)]
+    return Answer(
+        text="\n\n".join([*parts, *(f"wrote {path}" for path in files)]),
+        data={
+            "figure": request.figure,
+            "state": rest.state,
+            "joints": [
+                {
+                    "name": name,
+                    "displacement": in_units(rest.displacements[name], joint.chain),
+                    "units": [unit_of(factor) for factor in joint.chain],
+                }
+                for name, joint in figure.joints.items()
+            ],
+            "residual": rest.residual,
+            "stiffness": rest.stiffness,
+            "slowest_per_s2": rest.slowest,
+            "energy_J": rest.energy,
+            "start_energy_J": rest.start_energy,
+            "steps": rest.steps,
+            "files": [str(path) for path in files],
+        },
+        faults=(*warnings, *more, *doubts, *others),
+    )
+
+
+def _pose_text(figure: Figure, rest: "Rest") -> str:
+    rows = [["joint", "displacement"]]
+    for name, joint in figure.joints.items():
+        values = zip(in_units(rest.displacements[name], joint.chain), joint.chain, strict=True)
+        rows.append([name, *(f"{rounded(value, 3)} {unit_of(factor)}" for value, factor in values)])
+    return aligned(rows)
+
+
+def _numbers_text(rest: "Rest") -> str:
+    rows = [["largest force left", f"{rest.residual:.2g} N m or N"]]
+    if rest.stiffness is not None and rest.slowest is not None:
+        rows.append(["smallest stiffness", f"{rest.stiffness:.4g} N m/rad"])
+        rows.append(["square of the slowest motion's rate", f"{rest.slowest:.4g} 1/s^2"])
+    if rest.energy is not None and rest.start_energy is not None:
+        lost = rest.start_energy - rest.energy
+        rows.append(["energy", f"{rest.energy:.6g} J, {lost:.6g} J less than at the start"])
+    rows.append(["steps", str(rest.steps)])
+    return aligned(rows, left=2)

@@ -1,0 +1,57 @@
+"""Joint angles converge with the order that the integrator has, and that extrapolation makes."""
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from generator.engine.accuracy import joint_differences
+from generator.engine.assembly import build
+from generator.engine.chosen_springs import springs_of
+from generator.engine.march import Pass, frame_times, march
+from generator.engine.plan import Plan
+from generator.engine.trace import extrapolated
+from tests.chains import BALL, chain, row
+
+FIGURE = row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05)
+"""Its springs have no corners."""
+
+PLAN = Plan(stop=0.6)
+
+LONGEST = 4e-3
+
+
+@cache
+def one_pass(parts: int) -> Pass:
+    """With steps of 4 ms cut into so many."""
+    assembly = build(FIGURE, PLAN, springs_of(FIGURE, PLAN))
+    times = frame_times(PLAN.start, PLAN.stop, PLAN.frame)
+    return march(assembly, times, LONGEST, 1e-12, np.inf, lambda _: None, parts=parts)
+
+
+@cache
+def truth():
+    return extrapolated(one_pass(40).trace, one_pass(60).trace, 1.5)
+
+
+def order(errors: list[float]) -> list[float]:
+    """Of the error in the step, by each halving."""
+    return [float(np.log2(coarse / fine)) for coarse, fine in pairwise(errors)]
+
+
+def test_a_pass_is_of_second_order() -> None:
+    errors = [
+        float(np.max(joint_differences(FIGURE, truth(), one_pass(n).trace))) for n in (1, 2, 4, 8)
+    ]
+    assert errors[-1] < 1e-4
+    assert all(1.9 < found < 2.1 for found in order(errors)), errors
+
+
+def test_two_extrapolated_passes_are_of_fourth_order() -> None:
+    """The trapezoidal rule's error has even powers of the step only."""
+    errors = []
+    for n in (1, 2, 4):
+        limit = extrapolated(one_pass(n).trace, one_pass(2 * n).trace, 2.0)
+        errors.append(float(np.max(joint_differences(FIGURE, truth(), limit))))
+    assert errors[-1] < 1e-6
+    assert all(3.7 < found < 4.3 for found in order(errors)), errors

@@ -1,0 +1,164 @@
+"""Linked joints in a simulation: they stay linked, and links do no work."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from generator.drive import Drive
+from generator.engine.plan import Plan
+from generator.engine.simulate import simulate
+from generator.posture.links import Freedom, Link, Links
+from generator.recording import Ending
+from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
+from tests.chains import BALL, X, Y, Z, body, chain, figure, ground, joint, row
+
+NONE = SpringSet()
+
+
+def link(follower, control, factor=1.0, offset=0.0):
+    """A link of `joint` or `joint 2`, degrees of freedom counted from 1."""
+
+    def freedom(text):
+        name, _, number = text.partition(" ")
+        return Freedom(name, int(number or 1) - 1)
+
+    return Link(freedom(follower), freedom(control), factor, offset)
+
+
+def two_pendulums(factors, one=0.9, other=0.0):
+    """Two bodies that hang side by side, on joints `one` and `other`."""
+    return figure(
+        [
+            ground(),
+            body("first", 2.0, (0.03, 0.04, 0.05), (0.0, -0.3, 0.0)),
+            body("second", 1.0, (0.02, 0.02, 0.03), (0.1, -0.2, 0.05)),
+        ],
+        [
+            joint("one", "ground.base", "first.near", factors, np.atleast_1d(one)),
+            joint("other", "ground.base", "second.near", factors, np.atleast_1d(other)),
+        ],
+    )
+
+
+def test_three_chained_links_hold_to_1e_8() -> None:
+    """Each follows the one before, at every frame, in displacements and in rates."""
+    made = row(5, (chain("Rz"),), bend=0.4)
+    links = Links(
+        (
+            link("joint1", "joint0", 0.5, 0.1),
+            link("joint2", "joint1", -2.0),
+            link("joint3", "joint2", 0.7, -0.3),
+        )
+    )
+    run = simulate(made, Plan(stop=1.0, links=links, springs=NONE))
+    q, rates = run.displacements, run.velocities
+    assert run.outcome.succeeded
+    assert np.ptp(q["joint0"]) > 0.5
+    for name, control, factor, offset in (
+        ("joint1", "joint0", 0.5, 0.1),
+        ("joint2", "joint1", -2.0, 0.0),
+        ("joint3", "joint2", 0.7, -0.3),
+    ):
+        assert np.max(np.abs(q[name] - factor * q[control] - offset)) < 1e-8
+        assert np.max(np.abs(rates[name] - factor * rates[control])) < 1e-8
+    # The integrator itself strays little further: the frames are put right by no more than this.
+    assert 0.0 < run.strayed < 1e-6
+
+
+def test_links_do_no_work() -> None:
+    """The book closes to the accuracy of the run, springs and damping included."""
+    made = row(4, (BALL, chain("Rz")), bend=0.3)
+    springs = SpringSet(
+        {"joint2": JointSprings("joint2", tuple(AxisSpring(a, (Linear(2.0),)) for a in (X, Y, Z)))}
+        | {"joint1": JointSprings("joint1", (AxisSpring(Z, (), Damping(0.05)),))}
+    )
+    links = Links(
+        (
+            link("joint1", "joint0 3", 0.8),
+            link("joint2 1", "joint0 2", -0.6, 0.1),
+            link("joint3", "joint1", 1.5),
+        )
+    )
+    run = simulate(made, Plan(stop=0.6, links=links, springs=springs, tolerance=1e-6))
+    assert run.outcome.succeeded
+    balance = run.energy_balance
+    assert np.ptp(run.energy["kinetic"]) > 0.5
+    assert np.max(np.abs(balance - balance[0])) < 1e-4 * np.max(run.energy["kinetic"])
+    assert np.all(run.energy["work"] == 0.0)
+
+
+@pytest.mark.parametrize("factor", [1.0, -0.5, 2.0])
+def test_two_linked_pendulums_are_one(factor) -> None:
+    """Against the closed equation of their one angle, and against what the link must pull."""
+    made = two_pendulums(chain("Rz"))
+    offset = 0.2
+    links = Links((link("other", "one", factor, offset),))
+    run = simulate(made, Plan(stop=1.5, links=links, springs=NONE, tolerance=1e-7))
+
+    about, torques = [], []
+    for name in ("first", "second"):
+        segment = made.segments[name]
+        x, y, _ = centre = segment.centre_of_mass
+        about.append(segment.inertia[2] + segment.mass * (centre[0] ** 2 + centre[1] ** 2))
+        torques.append(
+            lambda a, m=segment.mass, x=x, y=y: -9.81 * m * (x * np.cos(a) - y * np.sin(a))
+        )
+
+    def acceleration(angle):
+        pull = torques[0](angle) + factor * torques[1](factor * angle + offset)
+        return pull / (about[0] + factor**2 * about[1])
+
+    found = solve_ivp(
+        lambda _, y: [y[1], acceleration(y[0])],
+        (0.0, 1.5),
+        [0.9, 0.0],
+        "DOP853",
+        t_eval=run.times,
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    angle = found.y[0]
+    assert np.max(np.abs(run.displacements["one"][:, 0] - angle)) < 1e-7
+    pulled = factor * about[1] * acceleration(angle) - torques[1](factor * angle + offset)
+    assert np.max(np.abs(run.reactions["other"][:, 5] - pulled)) < 1e-4
+    assert np.max(np.abs(run.reactions["one"][:, 5] + factor * pulled)) < 1e-4
+
+
+def test_links_of_what_moves_alike_pull_nothing() -> None:
+    """Two equal spherical pendulums, linked whole, move as each would alone."""
+    made = two_pendulums(BALL, (0.5, 0.3, 0.2), (0.5, 0.3, 0.2))
+    first = made.segments["first"]
+    twin = body("second", first.mass, first.inertia, (0.0, -0.3, 0.0))
+    made = figure([made.segments["ground"], first, twin], list(made.joints.values()))
+    links = Links(tuple(link(f"other {k}", f"one {k}") for k in (1, 2, 3)))
+    rates = {"one": (0.5, 0.0, -0.4), "other": (0.5, 0.0, -0.4)}
+    plan = Plan(stop=0.8, springs=NONE, tolerance=1e-6, velocities=rates)
+    alone, linked = simulate(made, plan), simulate(made, Plan(**{**vars(plan), "links": links}))
+    assert np.max(np.abs(alone.displacements["one"] - linked.displacements["one"])) < 2e-6
+    assert np.max(np.abs(linked.reactions["other"][:, 3:])) < 1e-4
+
+
+def test_a_joint_follows_a_driven_one_through_a_link() -> None:
+    """And what it needs is the drive's work."""
+    made = two_pendulums(chain("Rz"))
+    times = np.linspace(0.0, 1.0, 21)
+    drive = Drive(times, np.sin(3.0 * times)[:, None])
+    links = Links((link("other", "one", -0.5, 0.2),))
+    run = simulate(made, Plan(links=links, drives={"one": drive}, springs=NONE, tolerance=1e-6))
+    assert np.max(np.abs(run.displacements["one"] - drive.at(run.times))) < 1e-8
+    assert np.max(np.abs(run.displacements["other"] - 0.2 + 0.5 * drive.at(run.times))) < 1e-8
+    balance = run.energy_balance
+    assert np.max(np.abs(balance - balance[0])) < 1e-5
+    assert np.ptp(run.energy["work"]) > 0.1
+
+
+@pytest.mark.parametrize("dof", [1, 2])
+def test_a_link_of_single_displacements_ends_where_they_have_no_rates(dof) -> None:
+    """The second displacement goes over 90 deg, where the axes of the first and third are one."""
+    made = two_pendulums(BALL, (0.5, 0.3, 0.2), (0.5, 0.3, 0.2))
+    links = Links((link(f"other {dof}", f"one {dof}", 1.0, 0.1),))
+    run = simulate(made, Plan(springs=NONE, links=links, velocities={"one": (0.0, 6.0, 0.0)}))
+    assert run.outcome.ending is Ending.SOLVER_FAILED
+    assert run.outcome.joint in ("one", "other")
+    assert "two of its axes fall together" in run.outcome.message
+    assert np.max(np.abs(run.displacements[run.outcome.joint][-1, 1])) > np.radians(70.0)
