@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from generator.exchange.imported import Coordinate, Imported
-from generator.exchange.incoming.freedom_groups import ROUNDED, Group, groups_of, straightened
+from generator.exchange.incoming.freedom_groups import Group, groups_of
 from generator.exchange.incoming.joint_fields import JointFields, joint_fields, spring_entries
 from generator.exchange.incoming.passive_tree import (
     Body,
@@ -206,13 +206,7 @@ def _hang(draft: _Draft, body: Body) -> None:
     """The segment of a body, its joints, and the carriers between them."""
     whole = body.whole_mass
     assert whole is not None, "checked before"
-    freedoms = straightened(body.freedoms)
-    turned = [one.name for one, was in zip(freedoms, body.freedoms, strict=True) if one != was]
-    if turned:
-        draft.report.lose(
-            f"axes that are across each other within {ROUNDED:g} rad, and exactly so here", *turned
-        )
-    groups = groups_of(freedoms, apart=draft.apart)
+    groups = groups_of(body.freedoms, apart=draft.apart)
     carried = max(len(groups) - 1, 0)
     mass = whole.with_mass(whole.mass * (1.0 - carried * SHARE))
     names = [_joint_name(body, group, len(groups)) for group in groups] or [body.joint or body.name]
@@ -220,8 +214,8 @@ def _hang(draft: _Draft, body: Body) -> None:
     for k, group in enumerate(groups[:-1], start=1):
         name = f"{body.name}/{k}"
         draft.report.lose(
-            "joint axes of one body that miss each other or are oblique, with a segment of "
-            f"{SHARE:g} of its mass between them",
+            "joints of one body that stay apart, since their axes miss each other, are oblique or "
+            f"have springs of their own: a segment of {SHARE:g} of its mass stands between them",
             f"{body.name} ({', '.join(freedom.name for freedom in body.freedoms)})",
         )
         draft.turned[name] = draft.add_segment(f"{body.name}_{k}", _carrier(whole, group), {})

@@ -1,7 +1,7 @@
 """Which freedoms of a body make one joint: rotations about one point, each axis across the next."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from generator.frames import PERPENDICULAR, Array
 
 TOGETHER = 1e-9
 """Distance of axes that count as meeting [m]."""
-
-ROUNDED = 1e-6
-"""Largest cosine of axes that count as printed perpendicular; they are then made so."""
 
 
 @dataclass(frozen=True)
@@ -70,21 +67,6 @@ def groups_of(freedoms: Sequence[Freedom], *, apart: bool = False) -> tuple[Grou
         groups.append(alone)
         held = alone.freedoms
     return tuple(groups)
-
-
-def straightened(freedoms: Sequence[Freedom]) -> tuple[Freedom, ...]:
-    """The freedoms with axes exactly across each other where they were printed so."""
-    made: list[Freedom] = []
-    for freedom in freedoms:
-        last = next((one for one in reversed(made) if one.kind == "R"), None)
-        if freedom.kind == "R" and last is not None:
-            slant = float(np.dot(last.axis, freedom.axis))
-            if PERPENDICULAR / 10.0 < abs(slant) < ROUNDED:
-                across = np.asarray(freedom.axis) - slant * np.asarray(last.axis)
-                x, y, z = (across / np.linalg.norm(across)).tolist()
-                freedom = replace(freedom, axis=(x, y, z))
-        made.append(freedom)
-    return tuple(made)
 
 
 def _group(freedoms: tuple[Freedom, ...], *, apart: bool) -> Group | None:

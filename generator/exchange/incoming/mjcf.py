@@ -18,8 +18,6 @@ from generator.frames import Array
 from generator.reader.findings import Findings
 from generator.reader.vocabulary import shown
 
-ROOT = "mujoco"
-
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
 _LOST: Final = {

@@ -24,8 +24,6 @@ from generator.inertia import MassProperties
 from generator.reader.findings import Findings
 from generator.reader.vocabulary import shown
 
-ROOT = "OpenSimDocument"
-
 GRAVITY = (0.0, -9.80665, 0.0)
 
 OLDEST = 30000

@@ -21,9 +21,7 @@ from generator.inertia import MassProperties
 from generator.reader.findings import Findings
 from generator.reader.vocabulary import shown
 
-ROOT = "robot"
-
-ROOT_JOINT = "root"
+ROOT_JOINT = "base"
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 

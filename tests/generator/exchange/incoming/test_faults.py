@@ -216,13 +216,13 @@ def test_a_file_that_cannot_be_read_is_a_sentence(tmp_path, name):
 
 SAMPLES = [
     (MODELS / name).read_text(encoding="utf-8")
-    for name in ("humanoid.xml", "mechanism.xml", "arm.urdf")
+    for name in ("humanoid.xml", "mechanism.xml", "arm.urdf", "leg.osim")
 ]
 
 
 @given(st.data())
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_a_damaged_model_is_read_or_refused(data):
     text = data.draw(st.sampled_from(SAMPLES))

@@ -161,16 +161,6 @@ def test_hinges_through_one_point_make_one_joint_where_axes_are_across():
     assert group.centre == pytest.approx((0.0, 0.0, 0.1))
 
 
-def test_axes_that_are_printed_across_each_other_are_made_so():
-    x, y = Freedom("x", "R", (1.0, 0.0, 0.0)), Freedom("y", "R", (3e-7, 1.0, 0.0))
-    made = imported(Body("b", None, np.eye(4), (x, y), weight()))
-    (joint,) = made.figure.joints.values()
-    outer, inner = joint.chain[1].axis, joint.chain[0].axis
-    assert abs(np.dot(outer, inner)) < 1e-15
-    (told,) = [loss for loss in made.losses.each if "exactly so here" in loss.what]
-    assert told.where == ("y",)
-
-
 def test_a_ball_stays_whole_whatever_stands_beside_it():
     ball = [
         Freedom(name, "R", axis, whole="ball", damping=1.0)

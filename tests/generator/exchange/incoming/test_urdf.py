@@ -74,7 +74,7 @@ def test_a_link_with_mass_at_the_root_is_held_and_can_be_let_go():
       <joint name="hip" type="continuous"><parent link="pelvis"/><child link="leg"/></joint>
     </robot>"""
     figure = parse_model(Source("r.urdf", text)).figure
-    held = figure.joints["root_"]
+    held = figure.joints["base"]
     assert (held.chain, held.parent.segment, held.child.segment) == ((), "world", "pelvis")
     assert figure.total_mass == 7.0
 
