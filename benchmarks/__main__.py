@@ -33,7 +33,10 @@ def run(names: list[str]) -> None:
     for name in PARTS:
         if name in names or not names:
             print(f"\n## {name}\n", flush=True)
-            import_module(PARTS[name]).main()
+            try:
+                import_module(PARTS[name]).main()
+            except ModuleNotFoundError as missing:
+                sys.exit(f"the part {name} needs the module {missing.name}, which is not installed")
 
 
 run(sys.argv[1:])

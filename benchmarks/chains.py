@@ -19,7 +19,7 @@ COUNTS = (5, 10, 20, 40, 80, 160)
 
 STOP, STEP, ACCURACY = 0.1, 1e-3, 1e-3
 
-ROUNDS = 5
+ROUNDS = 9
 
 
 def main() -> None:

@@ -35,12 +35,13 @@ _CAPTION = (
     "equations: Exudyn constraints between bodies in redundant coordinates, integrated by this "
     "program; MuJoCo joint coordinates and its own Runge-Kutta method of order 4; Pinocchio, "
     "OpenSim and Drake give accelerations that SciPy integrates. The law of the joints was written "
-    "a second time for all engines but Exudyn, and derived in another way. Above: four joints, a "
-    "line for every engine's finest run; they cannot be told apart. Below: by how much each differs "
-    "from the reference. From the striding start the reference itself is the one that is off, by "
-    "4e-9 rad: the others agree with each other more closely than with it. "
+    "a second time for all engines but Exudyn, and derived in another way. Above: four joints, the "
+    "lines of all engines' finest runs on top of each other. Below: by how much each differs from "
+    "the reference. From the striding start the reference itself is the one that is off, by 4e-9 "
+    "rad: the others agree with each other more closely than with it. "
 )
-_SHOWN = ("right_elbow", "left_shoulder", "right_hip_joint", "left_knee")
+_SHOWN = {"right_elbow": "-", "left_shoulder": "--", "right_hip_joint": "-.", "left_knee": ":"}
+"""Joints whose angles are drawn, with their lines."""
 
 
 def plate() -> Plate:
@@ -129,7 +130,7 @@ def _draw(motion: Measurements, references: tuple[str, ...]) -> Figure:
             lower.axhline(AGREEMENT, color=BLACK, lw=1.0, ls=(0, (1, 1)), label="the claim's bound")
             lower.set_ylim(1e-16, 1e-5)
             lower.set_xlabel("time [s]")
-        _name_joints(panels[0][0], motion.where(start=starts[0], engine=engines[0]))
+        panels[0][0].legend(loc="upper left", fontsize=7.0)
         panels[0][0].set_ylabel("angle of four joints [deg]")
         panels[1][0].set_ylabel("largest joint difference [rad]")
         panels[1][-1].legend(loc="lower right", fontsize=7.0)
@@ -139,8 +140,9 @@ def _draw(motion: Measurements, references: tuple[str, ...]) -> Figure:
 
 def _draw_motion(upper: Axes, lower: Axes, one: Measurements, engine: str, pen: Pen) -> None:
     time = one.column("time [s]")
-    for joint in _SHOWN:
-        upper.plot(time, one.column(f"{joint} [deg]"), pen.dash, color=pen.colour, lw=1.0)
+    for joint, dash in _SHOWN.items():
+        label = joint.replace("_", " ").removesuffix(" joint") if engine == _OURS else "_"
+        upper.plot(time, one.column(f"{joint} [deg]"), dash, color=pen.colour, lw=1.0, label=label)
     lower.semilogy(
         time[1:],
         one.column("joints [rad]")[1:],
@@ -153,20 +155,6 @@ def _draw_motion(upper: Axes, lower: Axes, one: Measurements, engine: str, pen: 
         lw=1.0,
         label=engine,
     )
-
-
-def _name_joints(axes: Axes, one: Measurements) -> None:
-    """Write each joint's name at its line."""
-    for joint, place in zip(_SHOWN, (0.55, 0.75, 0.45, 0.9), strict=True):
-        row = int(place * (len(one.rows) - 1))
-        axes.annotate(
-            joint.replace("_", " ").removesuffix(" joint"),
-            (one.column("time [s]")[row], one.column(f"{joint} [deg]")[row]),
-            xytext=(0, 3),
-            textcoords="offset points",
-            ha="right",
-            fontsize=6.5,
-        )
 
 
 def _tables(motion: Measurements) -> dict[str, Mapping[str, Array]]:

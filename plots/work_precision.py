@@ -22,8 +22,8 @@ from springs.operations import Array
 _OURS = "Exudyn"
 _SIGN = (
     "Wall time is of integration alone, the best of several rounds in which all runs of a kind "
-    "take turns; the error is the largest angle of R_a^T R_b over all joints at the end. A cost at an "
-    "error is that of the cheapest run measured that errs by no more. Ratios are this program's "
+    "take turns; the error is the largest angle of R_a^T R_b over all joints at the end. A cost at "
+    "an error is that of the cheapest run measured that errs by no more. Ratios are this program's "
     "over the other's."
 )
 _CAPTION = (
@@ -32,8 +32,8 @@ _CAPTION = (
     "engine holds by itself, but for Pinocchio, which has none and is called from numpy and SciPy. "
     "This program holds them as six axis springs a ball. Middle: one second of the prototype with "
     "its own springs, which only this program holds by itself; others call numpy for them, which "
-    "takes most of their time. Right: a tenth of a second of chains of bars on spherical joints with linear "
-    "springs, in steps of 1 ms or to an accuracy of 1e-3. "
+    "takes most of their time. Right: a tenth of a second of chains of bars on spherical joints "
+    "with linear springs, in steps of 1 ms or to an accuracy of 1e-3. "
 )
 
 _PENS: Mapping[tuple[str, str], Pen] = {
@@ -148,9 +148,14 @@ def _claims(made: Measured) -> list[Claim]:
 
 def _draw(made: Measured) -> Figure:
     with styled():
-        figure, ((left, middle, right),) = sheet(4.6, 1, 3)
-        _draw_costs(left, made.costs.where(figure="reference"), "reference figure, own springs")
-        _draw_costs(middle, made.costs.where(figure="prototype"), "prototype's curves")
+        figure, ((left, middle, right),) = sheet(4.8, 1, 3)
+        named: set[str] = set()
+        _draw_costs(
+            left, made.costs.where(figure="reference"), "reference figure, native springs", named
+        )
+        _draw_costs(
+            middle, made.costs.where(figure="prototype"), "prototype, its own curves", named
+        )
         left.set_ylabel("wall time [s]")
         for method, pen in _CHAINS.items():
             one = made.chains.where(method=method)
@@ -167,17 +172,15 @@ def _draw(made: Measured) -> Figure:
     return figure
 
 
-def _draw_costs(axes: Axes, costs: Measurements, title: str) -> None:
-    first = "reference" in title
+def _draw_costs(axes: Axes, costs: Measurements, title: str, named: set[str]) -> None:
+    """Draw the methods; those that the legend has are not named again."""
     for (engine, method), pen in _PENS.items():
         one = costs.where(engine=engine, method=method)
         if one.rows:
-            label = (
-                f"{engine}, {method}" if first or "SciPy" in method or "split" in method else "_"
-            )
-            if not first and engine == "Pinocchio":
-                label = "_"
-            _line(axes, one.column("error [rad]"), one.column("wall [s]"), pen, label)
+            label = f"{engine}, {method}"
+            shown = "_" if label in named else label
+            _line(axes, one.column("error [rad]"), one.column("wall [s]"), pen, shown)
+            named.add(label)
     axes.set_xscale("log")
     axes.invert_xaxis()
     axes.set_xlabel("error [rad]")

@@ -1,5 +1,7 @@
 """A figure that nothing holds and nothing pulls keeps its momentum, whatever its joints do."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -101,7 +103,6 @@ def test_linear_momentum_is_kept_to_rounding(given) -> None:
     run = flight(**given)
     linear, _ = momenta(run)
     expected = run.centre_of_mass[0] + run.times[:, None] * linear[0] / PROTOTYPE.total_mass
-    print('LIN', np.max(np.abs(run.centre_of_mass - expected)))
     assert np.max(np.abs(run.centre_of_mass - expected)) < 1e-12
 
 
@@ -109,7 +110,7 @@ def test_angular_momentum_converges_with_the_order_of_the_integrator() -> None:
     springs = smooth_springs(PROTOTYPE)
     changes = [change(momenta(flight(springs=springs, step=h))[1]) for h in (2e-3, 1e-3, 5e-4)]
     assert changes[0] < 1e-3
-    for coarse, fine in zip(changes[:-1], changes[1:], strict=True):
+    for coarse, fine in pairwise(changes):
         assert 3.5 < coarse / fine < 4.5
 
 

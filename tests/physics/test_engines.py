@@ -1,0 +1,136 @@
+"""The prototype with its own springs in other engines, and the measured tables of the plates."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from benchmarks import cases
+from benchmarks.cases import Case
+from benchmarks.engines import in_exudyn
+from benchmarks.outside import Fall, fall
+from benchmarks.tree import between
+from tests.physics.test_engines_law import random_state
+
+pytestmark = pytest.mark.verify
+
+SHORT = 0.3
+"""Until then all starts have met corners of curves [s]."""
+
+
+def accelerator(name: str, case: Case):
+    """An engine that gives accelerations; skips the test where it is not installed."""
+    if name == "Pinocchio":
+        pytest.importorskip("pinocchio")
+        from benchmarks.engines.in_pinocchio import Pinocchio
+
+        return Pinocchio(case.tree)
+    if name == "OpenSim":
+        pytest.importorskip("opensim")
+        from benchmarks.engines.in_opensim import OpenSim
+
+        return OpenSim(case.tree)
+    pytest.importorskip("pydrake")
+    from benchmarks.engines.in_drake import Drake
+
+    return Drake(case.tree)
+
+
+def moved(name: str, case: Case, stop: float) -> Fall:
+    """The case in an engine, converged to about 1e-7 rad."""
+    if name == "MuJoCo":
+        pytest.importorskip("mujoco")
+        from benchmarks.engines.in_mujoco import MuJoCo
+
+        return MuJoCo(case.tree).fall(stop, 2.5e-4, law=case.law)
+    return fall(case.tree, case.law, accelerator(name, case), stop, 1e-10)
+
+
+@cache
+def ours(pose: str, stop: float, tolerance: float) -> Fall:
+    case = cases.prototype(pose)
+    plan = in_exudyn.plan_of(case.displacements, stop=stop, tolerance=tolerance)
+    return in_exudyn.fall(case.figure, plan)[0]
+
+
+def apart(one: Fall, other: Fall) -> tuple[float, float, float]:
+    """Largest differences: joints [rad], centre of mass [m], change of energy [J]."""
+    changes = [f.energy - f.energy[0] for f in (one, other)]
+    return (
+        float(between(one.rotations, other.rotations).max()),
+        float(np.linalg.norm(one.centre - other.centre, axis=1).max()),
+        float(np.abs(changes[0] - changes[1]).max()),
+    )
+
+
+@pytest.mark.parametrize("name", ["MuJoCo", "OpenSim", "Pinocchio", "Drake"])
+@pytest.mark.parametrize("pose", ["standing", "reaching"])
+def test_the_first_moments_agree_to_a_millionth(pose: str, name: str) -> None:
+    joints, centre, energy = apart(
+        ours(pose, SHORT, 1e-6), moved(name, cases.prototype(pose), SHORT)
+    )
+    assert joints < 1e-6
+    assert centre < 1e-6
+    assert energy < 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["MuJoCo", "OpenSim", "Pinocchio", "Drake"])
+def test_a_second_agrees_to_a_millionth(name: str) -> None:
+    case = cases.prototype("reaching")
+    joints, centre, energy = apart(ours("reaching", 1.0, 1e-6), moved(name, case, 1.0))
+    assert joints < 1e-6
+    assert centre < 1e-6
+    assert energy < 1e-5
+
+
+def test_the_comparison_sees_a_gram() -> None:
+    """A heavier hand of 1 g breaks the agreement."""
+    case = cases.prototype("reaching")
+    links = list(case.tree.links)
+    place = next(k for k, link in enumerate(links) if link.name == "left_lower_arm")
+    links[place] = replace(links[place], mass=links[place].mass + 1e-3)
+    heavier = replace(case, tree=replace(case.tree, links=tuple(links)))
+    assert apart(ours("reaching", SHORT, 1e-6), moved("Pinocchio", heavier, SHORT))[0] > 1e-5
+
+
+@pytest.mark.parametrize("name", ["OpenSim", "Drake"])
+def test_accelerations_are_those_of_pinocchio(name: str) -> None:
+    case = cases.prototype("striding")
+    one, other = accelerator("Pinocchio", case), accelerator(name, case)
+    for seed in range(5):
+        state = random_state(case, seed)
+        torques = case.law.torques(*state)
+        for found, expected in zip(
+            other.accelerations(*state, torques), one.accelerations(*state, torques), strict=True
+        ):
+            assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+        assert other.book(*state)[0] == pytest.approx(one.book(*state)[0], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["MuJoCo", "OpenSim", "Drake"])
+def test_the_reference_figure_is_the_same_with_each_engine_s_own_springs(name: str) -> None:
+    """What the work-precision plate compares: springs held natively, against numpy's."""
+    case = cases.reference()
+    truth = fall(case.tree, case.law, accelerator("Pinocchio", case), 0.2, 1e-11, None)
+    if name == "MuJoCo":
+        mujoco = pytest.importorskip("benchmarks.engines.in_mujoco")
+        made = mujoco.MuJoCo(case.tree, case.radial).fall(0.2, 5e-4, frame=None)
+    elif name == "OpenSim":
+        opensim = pytest.importorskip("benchmarks.engines.in_opensim")
+        made = opensim.OpenSim(case.tree, case.radial).fall(0.2, 1e-8)
+    else:
+        drake = pytest.importorskip("benchmarks.engines.in_drake")
+        made = drake.Drake(case.tree, case.radial).fall(0.2, 1e-5)
+    assert between(truth.rotations, made.rotations).max() < 1e-6
+
+
+def test_the_reference_figure_is_the_same_here() -> None:
+    case = cases.reference()
+    truth = fall(case.tree, case.law, accelerator("Pinocchio", case), 0.2, 1e-11, None)
+    springs = in_exudyn.radial_springs(case.figure, case.radial)
+    plan = in_exudyn.plan_of(case.displacements, springs, stop=0.2, tolerance=1e-5)
+    made, _ = in_exudyn.fall(case.figure, plan)
+    last = {name: turns[[0, -1]] for name, turns in made.rotations.items()}
+    assert between(truth.rotations, last).max() < 1e-6
