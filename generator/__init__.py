@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from generator.posture.stability import stability
     from generator.posture.tree import hang
     from generator.reader import read_figure
+    from generator.reader.passive import read_springs
     from generator.reader.pose_file import read_pose
     from generator.recording import Outcome, Recording
     from generator.writer import write_pose
@@ -38,6 +39,7 @@ _HOMES = {
     "read_figure": "generator.reader",
     "read_npz": "generator.animation",
     "read_pose": "generator.reader.pose_file",
+    "read_springs": "generator.reader.passive",
     "simulate": "generator.engine.simulate",
     "stability": "generator.posture.stability",
     "static_torques": "generator.engine.statics",
@@ -61,6 +63,7 @@ __all__ = [
     "read_figure",
     "read_npz",
     "read_pose",
+    "read_springs",
     "simulate",
     "stability",
     "static_torques",

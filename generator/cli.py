@@ -4,29 +4,34 @@ What each command takes stands in `generator.command_line`, what it does in `gen
 What a command needs is imported when it runs: the help must not wait for numpy, scipy and Exudyn.
 """
 
-import json
-import os
 import sys
-from collections.abc import Callable
-from contextlib import suppress
-from importlib.metadata import version
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
 
-import typer
+from generator.interruption import SAID, leave_interrupted
 
-from generator.command_line import conversion, figures, geometry, postures
-from generator.command_line.options import (
-    Joins,
-    Json,
-    LinksFile,
-    Lock,
-    Name,
-    PoseFile,
-    Set,
-    Springs,
-)
-from generator.joined import joining
+try:  # these take some tenths of a second, in which Ctrl-C may come
+    import os
+    from collections.abc import Callable, Generator
+    from contextlib import contextmanager, suppress
+    from importlib.metadata import version
+    from pathlib import Path
+    from typing import TYPE_CHECKING, Annotated, Any, cast
+
+    import typer
+
+    from generator.command_line import conversion, figures, geometry, postures
+    from generator.command_line.options import (
+        Joins,
+        Json,
+        LinksFile,
+        Lock,
+        Name,
+        PoseFile,
+        Set,
+        Springs,
+    )
+    from generator.joined import joining
+except KeyboardInterrupt:
+    leave_interrupted(as_json="--json" in sys.argv)
 
 if TYPE_CHECKING:
     from io import TextIOWrapper
@@ -64,8 +69,26 @@ def _give_made(make: "Callable[[Progress], Answer]", *, as_json: bool, quiet: bo
     _give(answer, as_json=as_json, quiet=quiet)
 
 
+_Joining = joining(_give_made, {function.__name__: function for function in OWN})
+
+# Of the parser's errors typer names some only; this is the one that all of them are.
+_ParserError = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
+
+
+class _Commands(_Joining):
+    """All commands; what goes wrong before one of them begins is told as what goes wrong in it."""
+
+    def make_context(self, info_name: Any, args: list[str], *others: Any, **extra: Any) -> Any:
+        with _told_at_the_door(as_json="--json" in args):
+            return super().make_context(info_name, args, *others, **extra)
+
+    def invoke(self, ctx: Any) -> Any:
+        with _told_at_the_door(as_json="--json" in ctx.args):
+            return super().invoke(ctx)
+
+
 app = typer.Typer(
-    cls=joining(_give_made, {function.__name__: function for function in OWN}),
+    cls=_Commands,
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -195,7 +218,7 @@ def _on_terminal() -> bool:
 
 def _give(make: "Callable[[], Answer]", *, as_json: bool, quiet: bool = False) -> None:
     """Print an answer, or what kept it from being made, and exit with its code."""
-    from generator.commands.answer import ExitCode, UsageError
+    from generator.commands.answer import ExitCode, UsageError, json_text
     from generator.errors import InputError, MoverError, errors_among
 
     try:
@@ -209,16 +232,16 @@ def _give(make: "Callable[[], Answer]", *, as_json: bool, quiet: bool = False) -
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
     except KeyboardInterrupt:
-        said = "interrupted before there was anything to write"
-        _fail(ExitCode.RUN_FAILED, f"error: {said}", {"error": said}, as_json)
+        _fail(ExitCode.RUN_FAILED, f"error: {SAID}", {"error": SAID}, as_json)
     else:
-        if not quiet:
-            for fault in answer.faults:
-                typer.echo(f"{fault}\n", err=True)
-        if answer.failure is not None:
-            typer.echo(f"error: {answer.failure}", err=True)
+        with _error_stream():
+            if not quiet:
+                for fault in answer.faults:
+                    typer.echo(f"{fault}\n", err=True)
+            if answer.failure is not None:
+                typer.echo(f"error: {answer.failure}", err=True)
         if as_json:
-            typer.echo(json.dumps(answer.data, indent=2, allow_nan=False))
+            typer.echo(json_text(answer.data))
         elif not quiet:
             typer.echo(answer.text)
         raise typer.Exit(answer.code)
@@ -226,10 +249,44 @@ def _give(make: "Callable[[], Answer]", *, as_json: bool, quiet: bool = False) -
 
 def _fail(code: int, text: str, data: object, as_json: bool) -> None:
     """Tell people what is wrong, and programs as well, and exit."""
-    typer.echo(text, err=True)
+    from generator.commands.answer import json_text
+
+    with _error_stream():
+        typer.echo(text, err=True)
     if as_json:
-        typer.echo(json.dumps(data, indent=2))
+        typer.echo(json_text(data))
     raise typer.Exit(code)
+
+
+@contextmanager
+def _told_at_the_door(*, as_json: bool) -> Generator[None]:
+    """Tell that the parser refuses the command line, or that Ctrl-C came while it was read."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        leave_interrupted(as_json=as_json)
+    except _ParserError as failure:
+        with _error_stream():
+            failure.show()
+        if as_json:
+            from generator.commands.answer import json_text
+
+            typer.echo(json_text({"error": failure.format_message()}))
+        raise typer.Exit(failure.exit_code) from None
+
+
+@contextmanager
+def _error_stream() -> Generator[None]:
+    """For what goes to the error stream, which may be full: that changes no answer and no code."""
+    try:
+        yield
+    except OSError:
+        _silence(2)
+
+
+def _silence(descriptor: int) -> None:
+    """Send a stream nowhere: what is left in its buffer must not fail once more at the exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
 def main() -> None:
@@ -240,10 +297,12 @@ def main() -> None:
     try:
         app()
     except OSError as failure:
-        # What is left in the buffer must not fail once more at the exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        typer.echo(f"error: the answer could not be written: {failure.strerror}", err=True)
+        _silence(1)
+        with _error_stream():
+            typer.echo(f"error: the answer could not be written: {failure.strerror}", err=True)
         sys.exit(1)
+    except KeyboardInterrupt:
+        leave_interrupted(as_json="--json" in sys.argv)
 
 
 if __name__ == "__main__":

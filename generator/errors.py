@@ -124,7 +124,3 @@ class InputError(MoverError):
         """Collect the faults; the message is all of them, one after the other."""
         self.faults = tuple(faults)
         super().__init__("\n".join(str(fault) for fault in self.faults))
-
-
-class RunError(MoverError):
-    """A run failed and the caller asked for that to be an error."""

@@ -1,6 +1,10 @@
-"""What is claimed of every joint's curve, and of the curves that are compared with it."""
+"""What is claimed of every joint's curve, and of the curves that are compared with it.
 
-from math import degrees, radians
+Claims that compare fail of a joint without springs. Those that a joint is free somewhere do not;
+they are made only where it has some torque, or where what is published has.
+"""
+
+from math import degrees, nan, radians
 
 import numpy as np
 
@@ -18,6 +22,9 @@ ORDER = 2.0
 
 PUSHES = 1.0
 """A torque that sets a limb moving [N m]."""
+
+HALF = 0.5
+"""A joint is near a published one within this share of its torque; a limp joint is off by all."""
 
 
 def read_out(curve: JointCurve) -> list[Claim]:
@@ -89,7 +96,9 @@ def printed_holds(curve: JointCurve) -> Claim:
 def same_way(
     curve: JointCurve, one: Literature, low: float, high: float, remark: str = ""
 ) -> Claim:
-    """That simulated and published torque do not oppose each other.
+    """That simulated and published torque drive the same way wherever both drive.
+
+    A joint that never drives there does not: the share is nan.
 
     Args:
         curve: as read.
@@ -101,46 +110,64 @@ def same_way(
     inside = curve.within(low, high)
     published = one.torque(curve.angles[inside])
     simulated = curve.simulated[inside]
-    opposed = (simulated * published < 0.0) & (
-        np.minimum(np.abs(simulated), np.abs(published)) > PUSHES
-    )
+    both = np.minimum(np.abs(simulated), np.abs(published)) > PUSHES
     angles = curve.angles[inside]
     widths = np.diff([angles[0], *(0.5 * (angles[1:] + angles[:-1])), angles[-1]])
+    over = float(np.sum(widths[both]))
+    opposed = float(np.sum(widths[both & (simulated * published < 0.0)]))
     return Claim(
-        f"From {range_words(low, high)} there is no angle at which simulated curve and {one.label} "
-        f"push opposite ways, both with more than {PUSHES:g} N m",
-        degrees(float(np.sum(widths[opposed]))),
-        "deg",
-        at_most=0.0,
+        f"From {range_words(low, high)} simulated curve and {one.label} push the same way wherever "
+        f"both push with more than {PUSHES:g} N m, which is over {degrees(over):.3g} deg",
+        100.0 * (1.0 - opposed / over) if over else nan,
+        "%",
+        at_least=100.0,
         remark=remark,
     )
 
 
-def near(
-    curve: JointCurve,
-    one: Literature,
-    low: float,
-    high: float,
-    bound: float = FIRM,
-    remark: str = "",
+def both_small(
+    curve: JointCurve, one: Literature, low: float, high: float, remark: str = ""
 ) -> Claim:
-    """That simulated and published torque differ by little.
+    """That neither simulated nor published torque is firm: the joint is free where others are.
 
     Args:
         curve: as read.
         one: the published curve.
         low: lower end of the range compared [rad].
         high: upper end.
-        bound: of the root mean square [N m]; by default what an examiner's hand can tell.
         remark: of the claim.
     """
-    less = curve.less(one, low, high)
+    published, _ = curve.beside(one, low, high)
+    inside = curve.within(low, high)
     return Claim(
-        f"From {range_words(low, high)} the simulated torque is that of {one.label} within "
-        f"{bound:g} N m (root mean square of {less.size} differences)",
-        float(np.sqrt(np.mean(less**2))),
+        f"From {range_words(low, high)} both are small: neither the simulated torque nor that of "
+        f"{one.label} exceeds {FIRM:g} N m, which stops an examiner's hand",
+        max(float(np.abs(curve.simulated[inside]).max()), float(np.abs(published).max())),
         "N m",
-        at_most=bound,
+        at_most=FIRM,
+        remark=remark,
+    )
+
+
+def near(curve: JointCurve, one: Literature, low: float, high: float, remark: str = "") -> Claim:
+    """That simulated and published torque differ by little against the published one.
+
+    Without springs the share is 1.
+
+    Args:
+        curve: as read.
+        one: the published curve.
+        low: lower end of the range compared [rad].
+        high: upper end.
+        remark: of the claim.
+    """
+    published, less = curve.beside(one, low, high)
+    own = float(np.sqrt(np.mean(published**2)))
+    return Claim(
+        f"From {range_words(low, high)} the simulated torque is that of {one.label} within half of "
+        f"it: root mean square of {less.size} differences, as a share of its own, {own:.3g} N m",
+        float(np.sqrt(np.mean(less**2))) / own,
+        at_most=HALF,
         remark=remark,
     )
 

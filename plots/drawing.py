@@ -7,12 +7,15 @@ from io import StringIO
 
 from plots.drawn_plate import DrawnPlate
 from plots.plate import Plate
-from plots.style import picture
+from plots.sheet import write_title
+from plots.style import picture, styled
 from springs.operations import Array
 
 
 def draw(plate: Plate) -> DrawnPlate:
-    """Draw a plate; the same plate gives the same bytes."""
+    """Draw a plate with its title above it; the same plate gives the same bytes."""
+    with styled():
+        write_title(plate.figure, plate.title)
     return DrawnPlate(
         name=plate.name,
         title=plate.title,

@@ -2,7 +2,7 @@
 
 from math import degrees, radians
 
-from plots.curve_claims import late_stop, near, read_out, same_way
+from plots.curve_claims import both_small, late_stop, near, read_out, same_way
 from plots.curve_plate import curve_plate
 from plots.joint_curve import read_curve
 from plots.literature import published_curve
@@ -28,8 +28,15 @@ def plate() -> Plate:
     claims = [
         *read_out(curve),
         late_stop(curve, f"{edge}: this elbow cannot be bent as a man's can"),
-        near(curve, saul, 0.0, zone[1]),
-        near(curve, saul, 0.0, radians(130.0), remark=f"{edge}; the model's elbow is free there"),
+        both_small(
+            curve,
+            saul,
+            0.0,
+            zone[1],
+            f"the model holds a straight elbow with {abs(saul.at(0.0)):.0f} N m, the thesis's "
+            "is free from 0 deg on",
+        ),
+        near(curve, saul, 0.0, radians(130.0), f"{edge}; the model's elbow is free there"),
         same_way(curve, saul, 0.0, radians(130.0)),
     ]
     title = "Elbow flexion (the thesis's figure 4.2)"

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from generator.commands.answer import Answer, UsageError, aligned
+from generator.commands.outputs import insist_writable
 from generator.errors import MoverError
 from generator.reader.given_springs import rule_said
 from generator.reader.moments_file import MeasuredMoments, read_moments
 from generator.reader.springs_file import SpringEntry, SpringsFile
 from generator.springs_writer import write_springs
-from plots.output import insist_on_file, write
+from plots.output import write
 from springs import Cubic, NotRestoringError
 from springs.fit import CubicFit, fit_cubic
 from springs.operations import Array
@@ -49,8 +50,7 @@ def fit(request: Request) -> Answer:
     fitted = fit_cubic(moments.angles, moments.moments, passive=request.passive)
     law = _law_of(fitted)
     files = [path for path in (request.output, request.plot) if path is not None]
-    for path in files:
-        insist_on_file(path)
+    insist_writable(files, (request.data,))
     if request.output is not None:
         if law is None:
             raise MoverError(f"there is no spring to write: {fitted.doubts[0]}; try --passive")

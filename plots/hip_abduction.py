@@ -3,7 +3,14 @@
 from dataclasses import replace
 from math import radians
 
-from plots.curve_claims import of_size, printed_holds, read_out, same_way, soft, stops
+from plots.curve_claims import (
+    both_small,
+    of_size,
+    printed_holds,
+    read_out,
+    same_way,
+    stops,
+)
 from plots.curve_plate import curve_plate
 from plots.joint_curve import read_curve
 from plots.literature import Literature, compared, points_of, published_curve
@@ -27,7 +34,7 @@ def plate() -> Plate:
     claims = [
         *read_out(curve),
         printed_holds(curve),
-        soft(curve),
+        both_small(curve, anderson, *curve.normal),
         stops(curve, "adduction meets its wall 16 deg late"),
         of_size(curve, cadavers, 30.0, "the dead zone ends at 46 deg, where a hip is long held"),
         of_size(curve, anderson, 60.0),

@@ -5,7 +5,15 @@ from math import degrees, radians
 import numpy as np
 
 from plots.claim import Claim
-from plots.curve_claims import near, printed_holds, read_out, same_way, soft, stops
+from plots.curve_claims import (
+    both_small,
+    near,
+    printed_holds,
+    read_out,
+    same_way,
+    soft,
+    stops,
+)
 from plots.curve_plate import curve_plate
 from plots.joint_curve import JointCurve, read_curve
 from plots.literature import Literature, compared, published_curve
@@ -30,15 +38,22 @@ def plate() -> Plate:
         published_curve("van_arkel_2015/hip_rotation", "van Arkel 2015, cadaver hips")
     )
     anderson = compared(published_curve("anderson_1999/hip_rotation", "Anderson 1999, ligaments"))
+    low, _ = curve.normal
     claims = [
         *read_out(curve),
         printed_holds(curve),
         soft(curve),
         stops(curve),
         _same_edges(curve, cadavers),
-        near(curve, cadavers, radians(-35.0), radians(35.0)),
+        both_small(curve, cadavers, radians(-35.0), radians(35.0)),
+        near(
+            curve,
+            cadavers,
+            *curve.normal,
+            f"at {degrees(low):.1f} deg cadaver hips hold {abs(cadavers.at(low)):.0f} N m, "
+            f"this one {abs(curve.at(low)):.0f}",
+        ),
         same_way(curve, cadavers, *curve.normal),
-        near(curve, anderson, *curve.normal),
     ]
     title = "Hip rotation (the thesis's figure 4.10)"
     literature = [cadavers, anderson]

@@ -109,19 +109,25 @@ class JointCurve:
         inside = self.within(low, high)
         return zero_of(self.angles[inside], self.simulated[inside])
 
-    def less(self, literature: Literature, low: float, high: float) -> Array:
-        """Simulated less published torque at the readings of a range, or at published points.
+    def beside(self, literature: Literature, low: float, high: float) -> tuple[Array, Array]:
+        """Published torque, and simulated less published, within a range.
 
-        Shape (m,) [N m]; readings at which the literature has no curve are left out.
+        They are at the readings, or at the points of a digitised curve; readings at which the
+        literature has no curve are left out.
+
+        Returns:
+            Both in N m, shape (m,) each.
         """
         inside = self.within(low, high)
         angles, simulated = self.angles[inside], self.simulated[inside]
         if literature.points is not None:
             at, published = literature.points
             chosen = (at >= low - 1e-12) & (at <= high + 1e-12)
-            return np.interp(at[chosen], self.angles, self.simulated) - published[chosen]
-        difference = simulated - literature.torque(angles)
-        return difference[np.isfinite(difference)]
+            published = published[chosen]
+            return published, np.interp(at[chosen], self.angles, self.simulated) - published
+        published = literature.torque(angles)
+        given = np.isfinite(published)
+        return published[given], (simulated - published)[given]
 
 
 def zero_of(angles: Array, torques: Array) -> float:

@@ -2,7 +2,7 @@
 
 from math import degrees, radians
 
-from plots.curve_claims import late_stop, near, of_size, read_out, same_way
+from plots.curve_claims import both_small, late_stop, of_size, read_out, same_way
 from plots.curve_plate import curve_plate
 from plots.joint_curve import read_curve
 from plots.literature import held_law, published_curve
@@ -44,7 +44,7 @@ def plate() -> Plate:
     claims = [
         *read_out(curve),
         late_stop(curve, f"{edge}, as it is printed: this knee does not bend as far as a man's"),
-        near(curve, silder, 0.0, radians(90.0)),
+        both_small(curve, silder, 0.0, radians(90.0)),
         of_size(curve, silder, 95.0),
         of_size(curve, silder, 115.0, "the dummy's knee ends in a wall where a man's goes on"),
         same_way(curve, silder, 0.0, radians(120.0)),

@@ -16,7 +16,17 @@ from matplotlib.ticker import MultipleLocator
 
 from plots.joint_curve import JointCurve
 from plots.literature import Literature
-from plots.sheet import PENS, THESIS, Pen, draw_known, draw_points, sheet, write_foot, zero_line
+from plots.sheet import (
+    PENS,
+    THESIS,
+    Pen,
+    draw_known,
+    draw_points,
+    sheet,
+    write_foot,
+    write_title,
+    zero_line,
+)
 from plots.style import BLACK, GREY, PALE, styled
 from springs.operations import Array
 
@@ -116,7 +126,7 @@ def draw_joint(
             borderaxespad=0.0,
             fontsize=7.5,
         )
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10.0)
+        write_title(figure, title)
         write_foot(figure, foot, references)
     return figure
 

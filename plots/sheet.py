@@ -19,6 +19,7 @@ from springs.operations import Array
 WIDTH = 7.2
 """Of every sheet [inch]."""
 
+_TITLE_SIZE = 10.0
 _FOOT_SIZE = 6.5
 _FOOT_LETTERS = 142
 """Letters of the foot's size that stand on a line of the sheet."""
@@ -130,6 +131,20 @@ def draw_points(axes: Axes, x: Array, y: Array, pen: Pen, label: str, line: bool
 def zero_line(axes: Axes) -> None:
     """The line on which there is nothing."""
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
+
+
+def write_title(figure: Figure, title: str) -> None:
+    """The title, above the panels, and above a legend of the whole figure where there is one.
+
+    Title and legend of a figure would get the same room, so the legend takes the title in.
+    """
+    for legend in figure.legends[:1]:
+        legend.set_title(title)
+        legend.get_title().set_fontsize(_TITLE_SIZE)
+        legend.set_alignment("left")
+        return
+    if figure.get_suptitle() != title:
+        figure.suptitle(title, x=0.01, ha="left", fontsize=_TITLE_SIZE)
 
 
 def write_foot(figure: Figure, sign: str, references: Sequence[str]) -> None:

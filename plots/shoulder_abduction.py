@@ -2,7 +2,14 @@
 
 from math import radians
 
-from plots.curve_claims import late_stop, near, printed_holds, read_out, same_way
+from plots.curve_claims import (
+    both_small,
+    late_stop,
+    near,
+    printed_holds,
+    read_out,
+    same_way,
+)
 from plots.curve_plate import curve_plate
 from plots.joint_curve import read_curve
 from plots.literature import published_curve
@@ -32,13 +39,13 @@ def plate() -> Plate:
         *read_out(curve),
         printed_holds(curve),
         late_stop(curve, "the cubic grows from 91 deg on"),
-        near(curve, saul, 0.0, zone[1]),
+        both_small(curve, saul, 0.0, zone[1]),
         near(
             curve,
             saul,
             0.0,
             radians(175.0),
-            remark="the cubic resists from 91 deg on, the model from 150",
+            "the cubic resists from 91 deg on, the model from 150",
         ),
         same_way(curve, saul, 0.0, radians(175.0)),
     ]

@@ -35,7 +35,7 @@ def plate() -> Plate:
             remark=early,
         ),
         late_stop(curve, "the cubic has no dead zone and 5 N m at 46 deg already"),
-        near(curve, saul, 0.0, radians(150.0), remark="the model is free from 30 deg on"),
+        near(curve, saul, 0.0, radians(150.0), "the model is free from 30 deg on"),
         same_way(
             curve,
             saul,

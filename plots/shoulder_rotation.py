@@ -5,7 +5,7 @@ from math import radians
 import numpy as np
 
 from plots.claim import Claim
-from plots.curve_claims import late_stop, near, read_out, same_way
+from plots.curve_claims import both_small, late_stop, read_out, same_way
 from plots.curve_plate import curve_plate
 from plots.joint_curve import read_curve
 from plots.literature import published_curve
@@ -41,7 +41,7 @@ def plate() -> Plate:
             "N m",
             at_most=LOOSE,
         ),
-        near(curve, saul, radians(-90.0), radians(20.0)),
+        both_small(curve, saul, radians(-90.0), radians(20.0)),
         same_way(curve, saul, radians(-90.0), radians(20.0)),
         late_stop(
             curve,

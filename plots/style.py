@@ -27,6 +27,7 @@ FORMATS = ("svg", "png")
 _RC: Mapping[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
+    "axes.titlesize": 9.0,
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.spines.top": False,

@@ -47,9 +47,10 @@ _CAPTION = (
     "as lines, thin and dotted beyond the range in which they are used, and as marks the torques "
     "read out of Exudyn, the equations hung on hip and knee of the prototype and the ankle held at "
     "0 deg. The equations are {beyond}. Below: equations less points (left), and the nearest pair "
-    "of torques that are a gradient less the equations (right). The equations are none: carried "
-    "round a closed loop of hip and knee angles the two joints do work. To make them one, the "
-    "hip's moment must change by {hip:.2f} and the knee's by {knee:.2f} N m (root mean square)."
+    "of torques of the same exponentials that are a gradient less the equations (right). The "
+    "equations are none: carried round a closed loop of hip and knee angles they do work. That "
+    "pair changes the hip's moment by {hip:.2f} and the knee's by {knee:.2f} N m (root mean "
+    "square)."
 )
 
 
@@ -205,15 +206,16 @@ def _gradient(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]
             remark="the two moments were fitted each by itself and are no gradient of one energy",
         ),
         Claim(
-            f"The nearest pair that is a gradient does no work in Exudyn {loop}",
+            f"The nearest pair of the same exponentials that is a gradient does no work in Exudyn "
+            f"{loop}",
             TwoJointLeg(nearest.law).loop_work(BOX),
             "J",
             at_least=-WORK_BOUND,
             at_most=WORK_BOUND,
         ),
         Claim(
-            "The nearest pair that is a gradient differs from Riener & Edrich's hip moment less "
-            "than theirs does from Silder's points (root mean square)",
+            "That pair differs from Riener & Edrich's hip moment less than theirs does from "
+            "Silder's points (root mean square)",
             nearest.rms[0],
             "N m",
             at_most=float(np.sqrt(np.mean(off**2))),
@@ -266,7 +268,7 @@ def _finish(points: Axes, residual: Axes, equations: Axes, gradient: Axes) -> No
     points.set_ylabel("hip moment [N m]")
     residual.set_ylabel("difference [N m]")
     residual.set_title("Riener & Edrich in Exudyn - Silder", loc="left", fontsize=9.0)
-    gradient.set_title("nearest gradient - Riener & Edrich", loc="left", fontsize=9.0)
+    gradient.set_title("nearest gradient of that form - Riener & Edrich", loc="left", fontsize=9.0)
     for axes in (residual, gradient):
         axes.set_xlabel("hip flexion [deg]")
 
@@ -280,7 +282,9 @@ def _tables(
         named = f"knee {knee:g} deg [N m]"
         tables["exudyn"][f"Exudyn, {named}"] = found.marks[knee]
         tables["exudyn"][f"equations, {named}"] = np.asarray(law.torques(at)[0])
-        tables["exudyn"][f"nearest gradient, {named}"] = np.asarray(nearest.law.torques(at)[0])
+        tables["exudyn"][f"nearest gradient of its form, {named}"] = np.asarray(
+            nearest.law.torques(at)[0]
+        )
         hip, moment = found.silder[knee].T
         tables[f"silder_knee_{knee:.0f}"] = {
             "hip flexion [deg]": hip,

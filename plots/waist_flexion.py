@@ -31,9 +31,16 @@ def plate() -> Plate:
         printed_holds(curve),
         late_stop(curve, early),
         stops(curve, "extension is held 19 deg beyond the normal end only"),
-        near(curve, schmidt, low, zone[1]),
-        near(curve, schmidt, low, high, remark=early),
-        near(curve, han, 0.0, high, remark=early),
+        near(
+            curve,
+            schmidt,
+            low,
+            zone[1],
+            f"all of it is in the dead zone; those spines hold {abs(schmidt.at(zone[1])):.0f} N m "
+            "where it ends",
+        ),
+        near(curve, schmidt, low, high, early),
+        near(curve, han, 0.0, high, early),
         same_way(curve, schmidt, low, high),
     ]
     title = "Waist, bent forward (the thesis's figure 4.12)"

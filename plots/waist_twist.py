@@ -1,6 +1,6 @@
 """The waist's passive torque in twisting (the thesis's figure 4.13)."""
 
-from plots.curve_claims import near, printed_holds, read_out, same_way, soft, stops
+from plots.curve_claims import near, printed_holds, read_out, stops
 from plots.curve_plate import curve_plate
 from plots.joint_curve import read_curve
 from plots.literature import compared, published_curve
@@ -21,11 +21,9 @@ def plate() -> Plate:
     claims = [
         *read_out(curve),
         printed_holds(curve),
-        soft(curve),
         stops(curve, free),
-        near(curve, schmidt, *curve.normal, remark=free),
-        near(curve, han, *curve.normal),
-        same_way(curve, schmidt, *curve.normal),
+        near(curve, schmidt, *curve.normal, free),
+        near(curve, han, *curve.normal, free),
     ]
     title = "Waist, twisted (the thesis's figure 4.13)"
     literature = [schmidt, han, anderson]

@@ -1,7 +1,8 @@
 """A process that makes plates: `python -m plots.worker`, started by `plots.workers`.
 
 It reads pairs of a plate's name and of where it is made from its standard input, and writes a
-`DrawnPlate` or a `Failed` for each to its standard output, both pickled.
+`DrawnPlate` or a `Failed` for each to its standard output, both pickled. When the input ends,
+whoever wanted the plates is gone, and it ends in the middle of one.
 """
 
 import os
@@ -9,6 +10,8 @@ import pickle
 import sys
 import traceback
 from importlib import import_module
+from queue import SimpleQueue
+from threading import Thread
 from types import ModuleType
 
 from plots.drawn_plate import DrawnPlate, Failed
@@ -16,10 +19,11 @@ from plots.drawn_plate import DrawnPlate, Failed
 
 def make(name: str, target: str) -> DrawnPlate | Failed:
     """Make and draw the plate of a name by a function `module:function`."""
-    from plots.drawing import draw
-
     module = None
     try:
+        # What it imports may refuse the user's settings, which is a reason as any other.
+        from plots.drawing import draw
+
         path, _, function = target.partition(":")
         module = import_module(path)
         plate = getattr(module, function)()
@@ -46,13 +50,21 @@ def main() -> None:
     # Libraries print, some of them past Python: the stream of the answers is kept from them.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
+    wanted: SimpleQueue[tuple[str, str]] = SimpleQueue()
+    Thread(target=_listen, args=(wanted,), daemon=True).start()
     while True:
-        try:
-            name, target = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
+        name, target = wanted.get()
         pickle.dump(make(name, target), answers)
         answers.flush()
+
+
+def _listen(wanted: "SimpleQueue[tuple[str, str]]") -> None:
+    """Pass on what is asked for; end the process with the input, whatever it is doing."""
+    while True:
+        try:
+            wanted.put(pickle.load(sys.stdin.buffer))
+        except EOFError:
+            os._exit(0)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,17 @@ import pickle
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from threading import Lock
+from typing import IO
 
 from plots.drawn_plate import DrawnPlate, Failed
+
+_ENDS_WITHIN = 5.0
+"""How long a process that closed its pipes may take to end [s]."""
 
 _LISTEN = 0.1
 """How often the caller's check is asked while nothing arrives [s]."""
@@ -60,6 +65,7 @@ class _Workers:
         self._lock = Lock()
         self._all: list[subprocess.Popen[bytes]] = []
         self._idle: list[subprocess.Popen[bytes]] = []
+        self._said: dict[int, IO[bytes]] = {}
         self._ended = False
 
     def make(self, name: str, target: str) -> DrawnPlate | Failed:
@@ -75,8 +81,7 @@ class _Workers:
             worker.stdin.flush()
             made = pickle.load(worker.stdout)
         except (OSError, EOFError, pickle.UnpicklingError):
-            worker.kill()  # one that closed its pipes without ending
-            return Failed(name, f"its process ended with {_ending(worker.wait())}")
+            return Failed(name, f"its process ended with {self._end_of(worker)}")
         with self._lock:
             self._idle.append(worker)
         return made
@@ -91,22 +96,38 @@ class _Workers:
     def close(self) -> None:
         """Wait for the processes to be gone and close what led to them."""
         for worker in self._all:
-            with suppress(OSError), worker:
+            with suppress(OSError), self._said[worker.pid], worker:
                 pass
 
+    def _end_of(self, worker: subprocess.Popen[bytes]) -> str:
+        """How a process ended that answers no more, and the last that it said."""
+        try:
+            ending = _ending(worker.wait(_ENDS_WITHIN))
+        except subprocess.TimeoutExpired:
+            worker.kill()
+            worker.wait()
+            ending = "closed pipes"
+        said = self._said[worker.pid]
+        said.seek(0)
+        lines = said.read().decode(errors="replace").split("\n")
+        last = next((line.strip() for line in reversed(lines) if line.strip()), "")
+        return f"{ending}: {last}" if last else ending
+
     def _start(self) -> subprocess.Popen[bytes]:
+        said = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
         worker: subprocess.Popen[bytes] = subprocess.Popen(
             # Without -P a folder `plots` where the command is given would be taken for this one.
             [sys.executable, "-P", "-m", "plots.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=said,
             env=_environment(),
             # Ctrl-C is for the parent alone.
             start_new_session=True,
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
         self._all.append(worker)
+        self._said[worker.pid] = said
         return worker
 
 

@@ -71,10 +71,12 @@ class _Grid:
         places = np.unravel_index(index, shape)
         return tuple(float(a[k]) for a, k in zip(self.angles, places, strict=True))
 
-    def words(self, place: Sequence[float]) -> str:
-        """`hip flexion 100 deg, knee flexion 0 deg`."""
-        pairs = zip(self.law.coordinates, place, strict=True)
-        return ", ".join(f"{name} {degrees(angle) + 0.0:.4g} deg" for name, angle in pairs)
+    def words(self, place: Sequence[float], but: int | None = None) -> str:
+        """`hip flexion 100 deg, knee flexion 0 deg`, without the coordinate `but`."""
+        pairs = enumerate(zip(self.law.coordinates, place, strict=True))
+        return ", ".join(
+            f"{name} {degrees(angle) + 0.0:.4g} deg" for k, (name, angle) in pairs if k != but
+        )
 
 
 def lint_coupled(law: CoupledExponential) -> tuple[Finding, ...]:
@@ -91,7 +93,7 @@ def lint_coupled(law: CoupledExponential) -> tuple[Finding, ...]:
 
 
 def lint_replaced(original: CoupledExponential) -> tuple[Finding, ...]:
-    """What there is to say of a law in place of which the nearest conservative one is taken."""
+    """What there is to say of a law for which the nearest conservative one of its form stands."""
     return tuple(
         replace(finding, is_doubt=False, sentence=f"the law that was replaced: {finding.sentence}")
         for finding in _energies(_Grid(original))
@@ -134,7 +136,10 @@ def _energies(grid: _Grid) -> Iterator[Finding]:
             f"{rms:.3g} N m about {name} (at most {most:.3g})"
             for name, rms, most in zip(law.coordinates, nearest.rms, nearest.largest, strict=True)
         )
-        said = f"the nearest law with an energy differs by rms {differences}"
+        said = (
+            "the nearest law of the same exponentials that has an energy differs by rms "
+            f"{differences}"
+        )
         yield Finding(Kind.ENERGY, False, said, ends, (*nearest.rms, *nearest.largest))
 
 
@@ -149,12 +154,23 @@ def _senses(grid: _Grid) -> Iterator[Finding]:
             if everywhere:
                 said = f"{where} the torque drives the joint on, with up to {most:.3g} N m"
             elif most > _ROUNDING * grid.size:
-                said = (
-                    f"{where} the torque drives on at some of the other angles, by {most:.3g} N m"
-                )
+                at = grid.words(_most_driven(grid, i, driven), but=i)
+                said = f"{where} the torque drives on at some of the other angles, by "
+                said += f"{most:.3g} N m at {at}"
             else:
                 said = f"{where} the torque drives back whatever the other angles are"
             yield Finding(Kind.SENSE, everywhere, said, (angle,), (max(most, 0.0),))
+
+
+def _most_driven(grid: _Grid, i: int, driven: Array) -> tuple[float, ...]:
+    """All angles at which a torque at an end of angle `i` is greatest [rad]; its own is any."""
+    places = np.unravel_index(int(driven.argmax()), driven.shape)
+    others = [(angles[k]) for angles, k in zip(_but(grid.angles, i), places, strict=True)]
+    return (*map(float, others[:i]), 0.0, *map(float, others[i:]))
+
+
+def _but(angles: Sequence[Array], i: int) -> list[Array]:
+    return [one for k, one in enumerate(angles) if k != i]
 
 
 def _slopes(grid: _Grid) -> Iterator[Finding]:

@@ -87,9 +87,11 @@ def _sides(group: Sequence[CoupledSpring], everyone: Sequence[CoupledSpring]) ->
         if other != names and other not in joints:
             lone.append(other)
     for names in lone:
-        listed = " and ".join(f"`{name}`" for name in names)
+        each = tuple(dict.fromkeys(names))
+        listed = " and ".join(f"`{name}`" for name in each)
         law = "another law" if names in elsewhere else "no such law"
-        yield Finding(Kind.SYMMETRY, True, f"{listed} have {law}")
+        has = "has" if len(each) == 1 else "have"
+        yield Finding(Kind.SYMMETRY, True, f"{listed} {has} {law}")
     if not lone and len(joints) > 1:
         yield Finding(Kind.SYMMETRY, False, "left and right have the same law")
 

@@ -12,6 +12,9 @@ from springs.operations import NUMPY, Operations, Real
 
 Vector = tuple[float, float, float]
 
+UNKNOWN_AXIS: Vector = (0.0, 0.0, 0.0)
+"""Stands for the only axis of a joint whose figure is not known; nothing can be simulated so."""
+
 _UNIT = 1e-9
 """By how much the length of a direction may differ from 1."""
 
@@ -92,7 +95,8 @@ class CoupledAxis:
 
     def __post_init__(self) -> None:
         """Refuse a direction that would stretch the coordinate."""
-        if abs(hypot(*self.direction) - 1.0) > _UNIT:
+        length = hypot(*self.direction)
+        if self.direction != UNKNOWN_AXIS and abs(length - 1.0) > _UNIT:
             raise ValueError(f"the direction of a coupled angle has length 1, not {self.direction}")
 
 

@@ -103,7 +103,9 @@ def _middle(one: Run, other: Run) -> str:
 def _equilibria(curve: SampledCurve) -> Iterator[Finding]:
     for run in curve.runs:
         if run.sign == 0 and run.end > run.start:
-            said = f"there is no torque between {_deg(run.start, '')} and {_deg(run.end)}"
+            start, end = _deg(run.start), _deg(run.end)
+            where = f"at {end}" if start == end else f"between {_deg(run.start, '')} and {end}"
+            said = f"there is no torque {where}"
             yield Finding(Kind.EQUILIBRIUM, False, said, (run.start, run.end))
     acting = [run for run in curve.runs if run.sign]
     for one, other in pairwise(acting):
@@ -194,7 +196,10 @@ def _end(curve: SampledCurve, end: RangeEnd, side: float) -> Iterator[Finding]:
     torques = [curve.at(place) for place in places]
     pairs = zip(places, torques, strict=True)
     listed = ", ".join(f"{abs(torque):.4g} N m at {_deg(place)}" for place, torque in pairs)
-    said = f"it resists with {FIRM:g} N m from {_deg(firm)} on: {listed}, the normal end"
+    where = f"with {FIRM:g} N m from {_deg(firm)} on"
+    if firm == (curve.low if side > 0.0 else curve.high):
+        where = f"with more than {FIRM:g} N m at all angles from {_deg(firm)} on"
+    said = f"it resists {where}: {listed}, the normal end"
     yield Finding(Kind.EARLY, True, said, (firm, *places), (FIRM, *torques))
 
 

@@ -37,9 +37,9 @@ def extrapolation(measured: Range | None, low: float, high: float) -> str:
     first, last = measured
     if low >= first - _ROUNDING and high <= last + _ROUNDING:
         return ""
-    known = f"{degrees(first):.4g} .. {degrees(last):.4g} deg"
+    known = f"{degrees(first) + 0.0:.4g} .. {degrees(last) + 0.0:.4g} deg"
     parts = [
-        f"{degrees(start):.4g} .. {degrees(end):.4g} deg"
+        f"{degrees(start) + 0.0:.4g} .. {degrees(end) + 0.0:.4g} deg"
         for start, end in ((low, min(high, first)), (max(low, last), high))
         if end - start > _ROUNDING
     ]

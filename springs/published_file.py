@@ -229,19 +229,21 @@ def _coupled(row: _Row) -> Coupled:
     constants = row.numbers("constants")
     key = row.range_key()
     ranges = _Row(f"{row.label}, {key}", row.table(key))
-    turned = row.items("turned")
+    against = row.items("turned")
+    turned = tuple(c for c, joint in zip(coordinates, joints, strict=True) if joint in against)
     law = CoupledExponential(
         coordinates,
         tuple(terms),
         tuple(constants.get(joint, 0.0) for joint in joints),
         tuple(_radians(ranges.pair(joint)) for joint in joints),
-    ).mirrored(*(c for c, joint in zip(coordinates, joints, strict=True) if joint in turned))
+    ).mirrored(*turned)
     return Coupled(
         name=row.text("name"),
         law=law,
         formula=formula,
         reference=row.reference(),
         convention=row.text("convention", ""),
+        turned=turned,
         range_is_measured=key == "measured_deg",
         note=row.text("note"),
     )

@@ -69,6 +69,7 @@ class Coupled:
         law: torques on the children [N m] of our angles [rad].
         formula: as printed.
         convention: the printed senses, in words.
+        turned: coordinates of which angle and moment are printed in the other sense.
         range_is_measured: as in `Curve`.
         reference: where it is from.
         note: what a user should know.
@@ -79,6 +80,7 @@ class Coupled:
     formula: str
     reference: Reference
     convention: str = ""
+    turned: tuple[str, ...] = ()
     range_is_measured: bool = False
     note: str = ""
 

@@ -24,7 +24,7 @@ def lint_known_range(curve: SampledCurve) -> Iterator[Finding]:
         if said:
             torques = curve.at(curve.low), curve.at(curve.high)
             places = " and ".join(
-                f"{torque + 0.0:.4g} N m at {degrees(end):.1f} deg"
+                f"{torque + 0.0:.4g} N m at {_deg(end)} deg"
                 for end, torque in zip(ends, torques, strict=True)
             )
             yield Finding(Kind.KNOWN, False, f"{said}; {places}", ends, torques)
@@ -36,7 +36,7 @@ def lint_hysteresis(curve: SampledCurve) -> Iterator[Finding]:
         if not isinstance(law, Directional):
             continue
         lost, ends = law.loss(curve.low, curve.high), (curve.low, curve.high)
-        over = f"{degrees(curve.low):.1f} .. {degrees(curve.high):.1f} deg"
+        over = f"{_deg(curve.low)} .. {_deg(curve.high)} deg"
         said = f"a slow cycle over {over} loses {lost:.4g} J to the hysteresis"
         yield Finding(Kind.HYSTERESIS, False, said, ends, (lost,))
         up, down = (
@@ -47,10 +47,14 @@ def lint_hysteresis(curve: SampledCurve) -> Iterator[Finding]:
         if excess[worst] > _EQUAL * max(1.0, curve.size):
             angle, much = float(curve.angles[worst]), float(excess[worst])
             said = (
-                f"at {degrees(angle):.1f} deg the curve of the growing angle lies {much:.3g} N m "
+                f"at {_deg(angle)} deg the curve of the growing angle lies {much:.3g} N m "
                 "above that of the falling one: a cycle there feeds energy"
             )
             yield Finding(Kind.HYSTERESIS, True, said, (angle,), (much,))
+
+
+def _deg(angle: float) -> str:
+    return f"{round(degrees(angle), 1) + 0.0:.1f}"
 
 
 def _knows_range(law: Elastic) -> bool:

@@ -49,7 +49,9 @@ def lint_symmetry(
     worst = int(differences.argmax())
     angle, much = float(_ANGLES[worst]), float(differences[worst])
     if much > _EQUAL * (1.0 + abs(float(mine[worst]))):
-        said = f"`{name}` differs by up to {much:.3g} N m, at {degrees(angle):.1f} deg"
+        said = (
+            f"`{name}` differs by up to {much:.3g} N m, at {round(degrees(angle), 1) + 0.0:.1f} deg"
+        )
         return (Finding(Kind.SYMMETRY, True, said, (angle,), (much,)),)
     frictions = (total_friction(one.elastic, _ANGLES, 1.0) for one in (spring, other))
     mine, its = (np.asarray(0.0 if one is None else one) for one in frictions)

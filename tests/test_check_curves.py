@@ -54,15 +54,17 @@ def test_a_springs_file_is_told_whole():
 
 
 def test_the_findings_in_json():
-    said = json.loads(mover("check", SPRINGS, "--json").stdout)
+    said = json.loads(mover("check", SPRINGS, "--json").stdout)["findings"]
     assert {one["severity"] for one in said} == {"doubt", "note"}
     (stop,) = (f for f in said if f["kind"] == "free motion" and "left_elbow" in f["joints"])
     assert stop["severity"] == "doubt"
     assert stop["angles_deg"] == pytest.approx([97.4, 144.6], abs=0.05)
     assert (stop["axis"], stop["motion"]) == ("y", "flexion")
     figure = json.loads(mover("check", "prototype", "--json").stdout)
-    assert [f for f in figure if "kind" in f] == said
-    assert [f["severity"] for f in figure if "kind" not in f] == ["warning"]
+    assert figure["findings"] == said
+    assert [fault["severity"] for fault in figure["faults"]] == ["warning"]
+    assert "error" not in figure
+    assert figure["verdict"].endswith("the figure can be simulated")
 
 
 @pytest.mark.parametrize("head", ["", 'figure = "prototype"\n'])
@@ -98,7 +100,83 @@ def test_a_figure_that_is_not_there_is_a_warning(tmp_path: Path):
     result = mover("check", springs_file(tmp_path, 'figure = "nobody"\n' + WRONG))
     assert result.exit_code == 0
     assert "own.springs.toml:1:10: warning: the figure `nobody` is not to be found" in result.stdout
-    assert "left_knee, right_knee about z, flexion" in result.stdout
+    assert "left_knee, right_knee about its axis, flexion" in result.stdout
+
+
+@pytest.mark.parametrize("head", ["", 'figure = "prototype"\n'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[[spring]]\njoints = ["left_knee", "left_knee"]\nstiffness_Nm_rad = 1\n',
+        KNEES + "stiffness_Nm_rad = 1\n" + KNEES + "viscous_Nms_rad = 1\n",
+        KNEES + 'axis = "y"\nstiffness_Nm_rad = 1\n' + KNEES + 'axis = "y"\ncoulomb_Nm = 1\n',
+        KNEES + 'axis = "joint"\nstiffness_Nm_rad = 1\n' + KNEES + 'axis = "y"\ncoulomb_Nm = 1\n',
+    ],
+)
+def test_a_second_spring_about_one_axis_is_an_error_without_a_figure_too(
+    head: str, text: str, tmp_path: Path
+):
+    result = mover("check", springs_file(tmp_path, head + text))
+    assert result.exit_code == 1
+    assert "a second spring about one axis of `left_knee`" in result.stdout
+    assert "the springs cannot be used" in result.stdout
+
+
+def test_several_axes_of_one_joint_are_none_too_many(tmp_path: Path):
+    axes = [f'axis = "{axis}"\nstiffness_Nm_rad = 1\n' for axis in "xyz"]
+    text = "".join('[[spring]]\njoints = ["left_hip"]\n' + axis for axis in axes)
+    assert mover("check", springs_file(tmp_path, text)).exit_code == 0
+
+
+COUPLED = (
+    '[[coupled]]\njoints = ["left_hip_joint", "left_knee"]\naxes = ["y", "joint"]\n'
+    'coordinates = ["hip flexion", "knee flexion"]\npublished = "riener_edrich_1999/leg"\n'
+    'held = ["ankle dorsiflexion"]\nheld_deg = [0]\n'
+)
+
+
+@pytest.mark.parametrize("head", ["", 'figure = "prototype"\n'])
+def test_one_law_over_several_joints_twice_is_an_error_too(head: str, tmp_path: Path):
+    result = mover("check", springs_file(tmp_path, head + COUPLED + COUPLED))
+    assert result.exit_code == 1
+    assert "this law hangs on `left_hip_joint` and `left_knee` already" in result.stdout
+    once = mover("check", springs_file(tmp_path, head + COUPLED))
+    assert once.exit_code == 0
+
+
+def test_an_axis_that_only_a_figure_tells_is_not_invented(tmp_path: Path):
+    path = springs_file(tmp_path, KNEES + "stiffness_Nm_rad = 1\n" + COUPLED)
+    result = mover("check", path)
+    assert "left_knee, right_knee about its axis, from" in result.stdout
+    assert "\nleft_hip_joint y, left_knee: hip flexion, knee flexion\n" in result.stdout
+    said = json.loads(mover("check", path, "--json").stdout)["findings"]
+    assert {one["axis"] for one in said if "axis" in one} == {"joint"}
+
+
+@pytest.mark.parametrize("head", ["", 'figure = "prototype"\n'])
+def test_a_published_curve_of_another_joint_is_a_warning(head: str, tmp_path: Path):
+    text = KNEES + 'published = "silder_2007/hip_knee_15"\n'
+    result = mover("check", springs_file(tmp_path, head + text))
+    assert result.exit_code == 0
+    line = 2 + bool(head)
+    for column, joint in ((11, "left_knee"), (24, "right_knee")):
+        said = f"`silder_2007/hip_knee_15` is a curve of hip flexion, and hangs on `{joint}`"
+        assert f"own.springs.toml:{line}:{column}: warning: {said}" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("joint", "row"),
+    [
+        ("left_knee", "silder_2007/knee_hip_45_ankle_0"),
+        ("waist", "schmidt_1998/flexion"),
+        ("lumbar_spine", "schmidt_1998/flexion"),
+        ("left_shoulder", "saul_2015/shoulder_elv"),
+        ("hinge_3", "silder_2007/hip_knee_15"),
+    ],
+)
+def test_one_of_this_joint_or_of_no_known_one_is_none(joint: str, row: str, tmp_path: Path):
+    text = f'[[spring]]\njoints = ["{joint}"]\npublished = "{row}"\n'
+    assert "no warnings" in mover("check", springs_file(tmp_path, text)).stdout
 
 
 @pytest.mark.parametrize(
@@ -141,13 +219,14 @@ def test_a_law_over_several_joints_is_told_whole():
         "the torques are the gradient of an energy",
         "the law that was replaced: carried once round hip flexion -15 .. 100 deg and knee flexion "
         "0 .. 135 deg the law does -12.67 J of work",
-        "differs by rms 0.837 N m about hip flexion (at most 6), 1.55 N m about knee flexion",
+        "the nearest law of the same exponentials that has an energy differs by rms 0.837 N m "
+        "about hip flexion (at most 6), 1.55 N m about knee flexion",
         "it is an extrapolation, with up to",
         "left and right have the same law",
         "9 curves, 1 law over several joints, 11 doubts",
     ):
         assert sentence in result.stdout
-    said = json.loads(mover("check", path, "--json").stdout)
+    said = json.loads(mover("check", path, "--json").stdout)["findings"]
     (replaced,) = (f for f in said if "replaced" in f["message"] and len(f["values"]) == 1)
     assert replaced["values"] == pytest.approx([-12.67], abs=0.01)
     assert replaced["joints"][1] == ["right_hip_joint", "right_knee"]
@@ -176,7 +255,7 @@ def test_a_curve_beside_a_coupled_law_is_a_doubt(tmp_path: Path):
 def test_an_extrapolated_curve_is_told(tmp_path: Path):
     text = KNEES + 'published = "silder_2007/knee_hip_45_ankle_0"\n'
     result = mover("check", springs_file(tmp_path, text))
-    assert "left_knee, right_knee about z, flexion, from -11.0 to 147.7 deg" in result.stdout
+    assert "left_knee, right_knee about its axis, flexion, from -11.0 to 147.7 deg" in result.stdout
     assert "the curve is known for 0 .. 120 deg only" in result.stdout
     assert "note   known range" in result.stdout
 

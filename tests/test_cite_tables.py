@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from generator.cli import app
+from generator.reader import shipped_figures
 from springs.published import coupled, curve, publication, publications
 
 
@@ -47,6 +48,61 @@ def test_a_row_tells_its_place_its_range_and_what_was_held():
     assert leg["sureness"] == "C2"
     assert leg["range_is_measured"] is False
     assert leg["range_deg"][0] == pytest.approx([-15.0, 100.0])
+
+
+@pytest.mark.parametrize(
+    ("row", "turned"),
+    [
+        (
+            "riener_edrich_1999/leg",
+            "angle and moment, so that both are positive in ankle dorsiflexion",
+        ),
+        ("anderson_1999/knee", "angle and moment, so that positive is knee flexion"),
+        (
+            "anderson_madigan_nussbaum_2007/knee_male_18_25",
+            "moment, so that positive is knee flexion",
+        ),
+        ("silder_2007/leg", ""),
+    ],
+)
+def test_what_is_printed_in_another_sense_is_told(row: str, turned: str):
+    plain = mover("cite", row).stdout
+    assert ("turned here" in plain) is bool(turned)
+    assert turned in plain
+    assert json.loads(mover("cite", row, "--json").stdout)["turned"] == turned
+
+
+def test_an_equation_is_not_digitised():
+    leg = json.loads(mover("cite", "silder_2007/leg", "--json").stdout)
+    assert leg["place"] == "the equations, with the mean parameters of the subjects"
+    points = json.loads(mover("cite", "silder_2007/hip_knee_15", "--json").stdout)
+    assert points["place"] == "digitised from the published curves"
+
+
+@pytest.mark.parametrize(
+    ("figure", "used"),
+    [
+        ("prototype", ["the figure language", "the laws of joints", "the prototype figure"]),
+        (
+            "pendulum",
+            ["the figure language", "the laws of joints", "the pendulum of its figure 3.4"],
+        ),
+        ("fourbar", ["the figure language"]),
+    ],
+)
+def test_what_of_a_figure_is_the_thesis_s(figure: str, used: list[str]):
+    said = json.loads(mover("cite", figure, "--json").stdout)
+    assert said["references"][0]["used_for"] == used
+
+
+def test_a_figure_of_a_shipped_name_is_not_the_shipped_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    bars = shipped_figures()["fourbar"].read_text(encoding="utf-8")
+    (tmp_path / "prototype").write_text(bars, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    said = json.loads(mover("cite", "prototype", "--json").stdout)
+    assert said["references"][0]["used_for"] == ["the figure language"]
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from typer.testing import CliRunner, Result
 
 from generator import read_action
 from generator.cli import app
+from generator.commands.answer import json_text
 from generator.recording import ENERGY_KINDS, Ending
 
 ROOT = Path(__file__).parents[1]
@@ -278,6 +279,50 @@ def test_a_wrong_command_line_ends_with_2(words: Sequence[str], message: str):
     assert result.stdout == ""
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--velocity", "shoulder=1e300,0,0"), "`1e300` is beyond 1e6 deg"),
+        (("--set", "shoulder=0,1e100,0"), "`1e100` is beyond 1e6 deg"),
+        (("--gravity", "0,1e300,0"), "the numbers must be at most 1e+09"),
+    ],
+)
+def test_numbers_beyond_all_that_is_meant_are_a_matter_of_usage(words: Sequence[str], said: str):
+    result = mover("simulate", "pendulum", *words, "--stop", 0.1, "--json")
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert said in json.loads(result.stdout)["error"]
+
+
+def test_numbers_that_json_does_not_have_are_null():
+    data = {"a": [1.0, float("nan"), (float("inf"), 2)], "b": {"c": -float("inf"), "d": "nan"}}
+    assert json.loads(json_text(data)) == {
+        "a": [1.0, None, [None, 2]],
+        "b": {"c": None, "d": "nan"},
+    }
+    assert json_text({"a": 1.5}) == '{\n  "a": 1.5\n}'
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("simulate", "pendulum", "--stop", "soon"), "Invalid value for '--stop'"),
+        (("simulate",), "Missing argument 'FIGURE'"),
+        (("shoulder", "prototype", "--side", "left", "--latitude", "abc"), "'--latitude'"),
+        (("com", "prototype", "--strict"), "No such option: --strict"),
+        (("dance", "prototype"), "No such command 'dance'"),
+        (("--strict",), "No such option: --strict"),
+    ],
+)
+def test_what_the_parser_refuses_is_told_in_json_too(words: Sequence[str], said: str):
+    plain, result = mover(*words), mover(*words, "--json")
+    assert (plain.exit_code, result.exit_code) == (2, 2)
+    assert plain.stdout == ""
+    assert said in plain.stderr
+    assert result.stderr == plain.stderr
+    assert said in json.loads(result.stdout)["error"]
+
+
 def test_a_missing_figure_ends_with_1(tmp_path: Path):
     done = mover_process("simulate", "prototipe", "-o", "fall.action", folder=tmp_path)
     assert done.returncode == 1
@@ -375,7 +420,10 @@ def test_check_tells_all_errors_with_their_places(tmp_path: Path):
     assert "did you mean `mass`?" in result.stdout
     assert "did you mean `root`?" in result.stdout
     assert "the figure cannot be used" in result.stdout
-    faults = json.loads(mover("check", path, "--json").stdout)
+    said = json.loads(mover("check", path, "--json").stdout)
+    assert said["error"] == "the input is wrong"
+    assert said["verdict"].endswith("the figure cannot be used")
+    faults = said["faults"]
     assert {fault["severity"] for fault in faults} >= {"error"}
     assert all(fault["file"] == str(path) and fault["line"] > 0 for fault in faults)
 
@@ -487,6 +535,56 @@ def test_an_output_that_is_full_is_told(words: str):
     )
     assert done.returncode == 1
     assert done.stderr == "error: the answer could not be written: No space left on device\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a device that is full")
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("com prototype --set x=1 --json", 2),
+        ("com prototype --strict --json", 2),
+        ("com nobody --json", 1),
+        ("com prototype --json", 0),
+    ],
+)
+def test_an_error_stream_that_is_full_changes_nothing(words: str, code: int):
+    line = f"{sys.executable} -m generator.cli {words} 2> /dev/full"
+    done = subprocess.run(
+        line, shell=True, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True, check=False
+    )
+    assert done.returncode == code
+    assert ("error" in json.loads(done.stdout)) == (code != 0)
+
+
+INTERRUPTED = """
+import builtins
+find = builtins.__import__
+def interrupted(name, *others, **more):
+    if name == MODULE:
+        raise KeyboardInterrupt
+    return find(name, *others, **more)
+builtins.__import__ = interrupted
+from generator.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["typer", "generator.joined", "generator.commands", "generator.errors", "numpy"],
+)
+def test_ctrl_c_while_modules_are_loaded_is_told(module: str):
+    code = INTERRUPTED.replace("MODULE", repr(module))
+    done = subprocess.run(
+        [sys.executable, "-c", code, "com", "prototype", "--json"],
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 3
+    assert done.stderr == "error: interrupted before there was anything to write\n"
+    assert json.loads(done.stdout) == {"error": "interrupted before there was anything to write"}
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a shell that closes streams")

@@ -48,6 +48,7 @@ def test_the_published_pair_does_work_round_its_range():
     assert loop.values == pytest.approx([-12.67], abs=0.01)
     assert [round(degrees(angle)) for angle in loop.angles] == [-15, 100, 0, 135]
     assert not nearest.is_doubt
+    assert "nearest law of the same exponentials that has an energy" in nearest.sentence
     assert nearest.values == pytest.approx((0.84, 1.55, 6.0, 7.4), abs=0.05)
 
 
@@ -76,6 +77,21 @@ def test_a_torque_that_drives_on_whatever_the_other_angle_is_a_doubt():
     assert upper.values == pytest.approx([exp(2.5)])
     (slope,) = [one for one in of(lint_coupled(outwards), Kind.SLOPE) if one.is_doubt]
     assert "about a" in slope.sentence
+
+
+def test_where_a_torque_drives_on_at_some_of_the_other_angles_is_told():
+    """At hip 100 deg the published hip drives on with a bent knee: 8.072 - exp(1.3391) N m."""
+    (upper,) = [
+        one for one in of(lint_coupled(PAIR), Kind.SENSE) if "upper end of hip" in one.sentence
+    ]
+    assert not upper.is_doubt
+    assert upper.values == pytest.approx([4.26], abs=0.005)
+    assert upper.sentence.endswith("by 4.26 N m at knee flexion 135 deg")
+    mended = nearest_conservative(PAIR, [known or RANGE for known in PAIR.measured]).law
+    (upper,) = [
+        one for one in of(lint_coupled(mended), Kind.SENSE) if "upper end of hip" in one.sentence
+    ]
+    assert upper.values == pytest.approx([3.15], abs=0.005)
 
 
 def test_the_published_laws_drive_back_and_have_no_negative_stiffness():
@@ -124,6 +140,12 @@ def test_a_side_without_the_law_is_a_doubt():
     (symmetry,) = of(report(side("left")).findings, Kind.SYMMETRY)
     assert symmetry.is_doubt
     assert symmetry.sentence == "`right_hip_joint` and `right_knee` have no such law"
+
+
+def test_a_joint_of_two_coordinates_is_named_once():
+    hip = CoupledSpring(PAIR, tuple(CoupledAxis("left_hip_joint", one) for one in (Y, (1, 0, 0))))
+    (symmetry,) = of(report(hip).findings, Kind.SYMMETRY)
+    assert symmetry.sentence == "`right_hip_joint` has no such law"
 
 
 def test_a_side_with_another_law_is_a_doubt_of_both():

@@ -187,11 +187,11 @@ BROKEN = {
     "unknown key": (LEG + "sense = [1, 1]\n", ["8:1 unknown key `sense` in a coupled law"]),
     "joints of numbers": (
         LEG.replace('["left_hip_joint", "left_knee"]', "[1, 2]"),
-        ["2:10 `joints` is a list of names"],
+        ["2:10 `joints` must be a list of names"],
     ),
     "joints mixed": (
         LEG.replace('["left_hip_joint", "left_knee"]', '["left_knee", ["a", "b"]]'),
-        ["2:10 `joints` is a list of names"],
+        ["2:10 `joints` must be a list of names"],
     ),
     "three joints": (
         LEG.replace('["left_hip_joint", "left_knee"]', '[["a", "b"], ["a", "b", "c"]]'),
@@ -209,12 +209,12 @@ BROKEN = {
         + f"\nterms = [{{ amplitudes_Nm = {[1] * 7}, rates_1_rad = {[-1] * 7} }}]\n",
         ["3:15 a coupled law has at most 6 coordinates"],
     ),
-    "an axis": (LEG.replace('"y"', '"w"'), ["3:9 an axis is not `w`"]),
+    "an axis": (LEG.replace('"y"', '"w"'), ["3:9 an axis cannot be `w`"]),
     "three axes": (
         LEG.replace('["y", "joint"]', '["y", "x", "z"]'),
         ["3:8 there are 3 axes for 2 coordinates"],
     ),
-    "senses": (LEG + "senses = [1, 2]\n", ["8:10 `senses` is a list of -1 and +1"]),
+    "senses": (LEG + "senses = [1, 2]\n", ["8:10 `senses` must be a list of -1 and +1"]),
     "one sense": (LEG + "senses = [1]\n", ["8:10 `senses` has 1 instead of 2 signs"]),
     "one coordinate": (
         LEG.replace('["hip flexion", "knee flexion"]', '["hip flexion"]').replace(
@@ -278,11 +278,14 @@ BROKEN = {
     ),
     "conservative": (
         LEG + "conservative = true\n",
-        ["8:16 `conservative` is not `true`"],
+        ["8:16 `conservative` cannot be `true`"],
     ),
-    "scale": (LEG + "scale = -0.5\n", ["8:9 `scale` is not below zero"]),
+    "scale": (LEG + "scale = -0.5\n", ["8:9 `scale` must not be below zero"]),
     "offsets": (LEG + "offsets_deg = [1]\n", ["8:15 `offsets_deg` has 1 instead of 2 numbers"]),
-    "terms of numbers": (HEAD + "terms = [1]\n", ["5:9 `terms` is a list of tables in braces"]),
+    "terms of numbers": (
+        HEAD + "terms = [1]\n",
+        ["5:9 `terms` must be a list of tables in braces"],
+    ),
     "an empty term": (
         HEAD + "terms = [{}]\n",
         ["5:10 this term has no `amplitudes_Nm`", "5:10 this term has no `rates_1_rad`"],
@@ -296,7 +299,7 @@ BROKEN = {
     ),
     "a term without angle": (
         HEAD + "terms = [{ amplitudes_Nm = [1, 1], rates_1_rad = [0, 0] }]\n",
-        ["5:10 the rates of a term are not all zero"],
+        ["5:10 the rates of a term must not all be zero"],
     ),
     "ranges": (
         OWN + "measured_deg = [[0, 90], [90, 0]]\n",
@@ -314,6 +317,74 @@ def test_what_is_wrong_is_said_with_its_place(name: str):
     text, expected = BROKEN[name]
     assert said(text) == expected
     assert errors_among(parse_springs(text).faults)
+
+
+@pytest.mark.parametrize("held", ["20", "-20", "0.0", "19.999999999"])
+def test_within_the_known_range_a_coordinate_is_held_without_a_word(held: str):
+    assert said(LEG.replace("[10]", f"[{held}]")) == []
+
+
+@pytest.mark.parametrize("held", ["60", "-20.1", "180"])
+def test_beyond_the_known_range_it_is_held_with_a_warning(held: str):
+    reading = parse_springs(LEG.replace("[10]", f"[{held}]"))
+    (fault,) = reading.faults
+    assert errors_among(reading.faults) == ()
+    assert f"`ankle dorsiflexion` is held at {held} deg, beyond what is known" in fault.message
+    assert fault.hint == "the law is known for -20 .. 20 deg"
+    assert fault.span is not None
+    assert (fault.span.line, fault.span.column) == (7, 13)
+
+
+@pytest.mark.parametrize("held", ["400", "-180.5", "1e300"])
+def test_beyond_half_a_turn_it_is_not_held(held: str):
+    (fault,) = errors_among(parse_springs(LEG.replace("[10]", f"[{held}]")).faults)
+    assert "an angle is held within half a turn, not at" in fault.message
+
+
+def test_a_coordinate_of_another_joint_is_a_warning():
+    turned = OWN.replace('"hip flexion", "knee flexion"', '"knee flexion", "hip flexion"')
+    reading = parse_springs(turned)
+    assert errors_among(reading.faults) == ()
+    assert said(turned) == [
+        "2:11 `knee flexion` hangs on `left_hip_joint`",
+        "2:29 `hip flexion` hangs on `left_knee`",
+    ]
+    assert said(OWN.replace('"hip flexion", "knee flexion"', '"one", "two"')) == []
+    assert said(OWN.replace('"left_hip_joint", "left_knee"', '"first", "second"')) == []
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        LEG,
+        LEG.replace('"left_hip_joint", "left_knee"', '"left_knee", "left_hip_joint"')
+        .replace('"y", "joint"', '"joint", "y"')
+        .replace('"hip flexion", "knee flexion"', '"knee flexion", "hip flexion"'),
+    ],
+)
+def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Path):
+    (fault,) = read(LEG + second, tmp_path).faults
+    assert errors_among([fault])
+    assert "this law hangs on `left_" in fault.message
+    assert "already" in fault.message
+    assert fault.hint == "the first stands in line 1"
+    assert fault.span is not None
+    assert fault.span.line == 9
+
+
+def test_two_laws_over_the_same_axes_are_a_warning(tmp_path: Path):
+    reading = read(LEG + OWN, tmp_path)
+    (fault,) = reading.faults
+    assert not errors_among(reading.faults)
+    assert fault.message == (
+        "a second law over the same axes of `left_hip_joint` and `left_knee`: the two add"
+    )
+    assert reading.springs is not None
+    assert len(reading.springs.coupled) == 2
+
+
+def test_one_law_on_two_sides_in_two_tables_is_right(tmp_path: Path):
+    assert read(LEG + LEG.replace("left_", "right_"), tmp_path).faults == ()
 
 
 def test_the_hint_says_how_to_hold_what_is_left():
@@ -342,7 +413,7 @@ def test_what_does_not_fit_the_figure_is_said_with_its_place(
     old: str, new: str, message: str, place: tuple[int, int], hint: str, tmp_path: Path
 ):
     assert old in OWN
-    (fault,) = read(OWN.replace(old, new), tmp_path).faults
+    (fault,) = errors_among(read(OWN.replace(old, new), tmp_path).faults)
     assert message in fault.message
     assert hint in fault.hint
     assert fault.span is not None

@@ -29,6 +29,24 @@ def test_the_same_plate_gives_the_same_bytes():
     assert draw(spring()) == draw(spring())
 
 
+def test_every_picture_has_its_title():
+    plate = spring()
+    once = draw(plate)
+    assert plate.figure.get_suptitle() == plate.title
+    (above,) = (text for text in plate.figure.texts if text.get_text() == plate.title)
+    assert above.get_position()[1] > plate.figure.axes[0].get_position().y1
+    assert draw(plate) == once
+
+
+def test_a_legend_of_the_whole_figure_takes_the_title_in():
+    plate = spring()
+    plate.figure.legend(loc="outside upper center")
+    assert draw(plate) == draw(plate)
+    (legend,) = plate.figure.legends
+    assert legend.get_title().get_text() == plate.title
+    assert plate.figure.get_suptitle() == ""
+
+
 def test_the_last_digits_of_a_layout_do_not_count():
     figure = spring().figure
     picture(figure, "svg")

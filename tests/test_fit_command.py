@@ -232,6 +232,48 @@ def test_a_name_that_no_file_holds(tmp_path: Path):
     assert "at most 1000 characters" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("name", "words"), [("a.springs.toml", ("--joint", "knee", "-o")), ("a.svg", ("--plot",))]
+)
+def test_the_data_are_not_written_over(name: str, words: tuple[str, ...], tmp_path: Path):
+    path = data_file(tmp_path, ELBOW).rename(tmp_path / name)
+    before = path.read_bytes()
+    result = mover("fit", path, *words, path)
+    assert result.exit_code == 1
+    assert f"`{path}` cannot be written: the command reads it" in result.stderr
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("passive", [(), ("--passive",)])
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("0,1e308\n10,-1e308\n20,1e308\n30,1e308\n", "is too large"),
+        ("0,1\n1e-300,2\n2e-300,1\n3e-300,5\n", "too close together"),
+    ],
+)
+def test_numbers_of_no_joint_are_refused(
+    rows: str, said: str, passive: tuple[str, ...], tmp_path: Path
+):
+    path = tmp_path / "data.csv"
+    path.write_text(f"angle [deg],moment [N m]\n{rows}", encoding="utf-8")
+    result = mover("fit", path, *passive, "--json")
+    assert result.exit_code == 1
+    assert said in result.stderr
+    assert "Warning" not in result.stderr
+    assert said in json.loads(result.stdout)["faults"][0]["message"]
+
+
+@pytest.mark.parametrize("passive", [(), ("--passive",)])
+def test_the_largest_numbers_are_fitted(passive: tuple[str, ...], tmp_path: Path):
+    path = tmp_path / "data.csv"
+    rows = "-720,1e12\n-719,-1e12\n0,1e12\n719,1e12\n720,-1e12\n"
+    path.write_text(f"angle [deg],moment [N m]\n{rows}", encoding="utf-8")
+    result = mover("fit", path, *passive, "--json")
+    assert result.exit_code == 0
+    assert None not in json.loads(result.stdout)["coefficients"]
+
+
 @pytest.mark.parametrize("option", ["-o", "--plot"])
 def test_a_folder_that_is_not_there(option: str, tmp_path: Path):
     path = tmp_path / "none" / ("a.springs.toml" if option == "-o" else "a.svg")

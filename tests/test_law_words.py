@@ -44,6 +44,10 @@ LAWS: list[tuple[Elastic, str]] = [
         "falling angle: curve through 2 points, 1 N m at 0 deg to -1.5 N m at 90 deg, +2 N m; "
         "slip 0.01 rad/s",
     ),
+    (
+        Table(((-1.0, -0.0), (-0.0, -8.1))),
+        "curve through 2 points, 0 N m at -57.3 deg to -8.1 N m at 0 deg",
+    ),
 ]
 
 

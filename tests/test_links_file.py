@@ -100,7 +100,7 @@ LINK = '[[link]]\njoints = ["b"]\ncontrol = "a"\n'
         ("[[link]]\n", (1, 1), "this link has no `joints`"),
         ('[[link]]\njoints = ["b"]\n', (1, 1), "this link has no `control`"),
         ('[[link]]\njoints = []\ncontrol = "a"\n', (2, 10), "list of names"),
-        ("[[link]]\njoints = ['b']\ncontrol = 3\n", (3, 11), "`control` is a text"),
+        ("[[link]]\njoints = ['b']\ncontrol = 3\n", (3, 11), "`control` must be a text"),
         (LINK + "factr = 2\n", (4, 1), "unknown key `factr` in a link"),
         (LINK + "factor = 0.0\n", (4, 10), "a factor of zero links nothing"),
         (LINK + "factor = nan\n", (4, 10), "not finite"),

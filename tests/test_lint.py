@@ -31,6 +31,7 @@ from springs.lint import FIRM, UNKNOWN_END, lint_curve
 from springs.normal_range import RangeEnd, normal_range
 from springs.reference import Reference, Sureness
 from springs.sampled_curve import Run, SampledCurve
+from springs.smooth_limit import SmoothLimit
 
 Z = (0.0, 0.0, 1.0)
 SOURCE = Reference("invented for this test", Sureness.PAGE)
@@ -302,6 +303,28 @@ def test_a_joint_that_is_firm_everywhere():
     (early,) = doubts(lint(Linear(100.0, -3.0), low=-5.0, high=40.0), Kind.EARLY)
     assert degrees(early.angles[0]) == pytest.approx(-15.0)
     assert np.degrees(early.angles[1:]) == pytest.approx([0.0, 30.0, 40.0], abs=1e-9)
+    assert early.sentence.startswith(
+        "it resists with more than 10 N m at all angles from -15.0 deg on: 300 N m at 0.0 deg"
+    )
+
+
+def test_a_joint_that_becomes_firm_is_told_from_where():
+    (early,) = doubts(lint(Linear(40.0), low=-5.0, high=40.0), Kind.EARLY)
+    assert early.sentence.startswith("it resists with 10 N m from 14.3 deg on: 20.94 N m at 30.0")
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "where"),
+    [
+        (60.0, 60.0, "at 60.0 deg"),
+        (30.0, 30.04, "at 30.0 deg"),
+        (0, 30, "between 0.0 and 30.0 deg"),
+    ],
+)
+def test_a_stretch_without_torque_is_told_by_its_ends(lower: float, upper: float, where: str):
+    limits = SmoothLimit(radians(lower), radians(upper), 30.0, 30.0, radians(3.0))
+    said = [one.sentence for one in notes(lint(limits), Kind.EQUILIBRIUM)]
+    assert said == [f"there is no torque {where}"]
 
 
 def test_what_drives_on_at_an_end_is_not_called_resistance():

@@ -108,6 +108,7 @@ SITE = "lower_torso.distal"
         (HEADER + f"{SITE},localforce,0,nan,2,3\n", 2, 33, "`nan` is not finite", ""),
         (HEADER + f"{SITE},localforce,0,1,2,-inf\n", 2, 37, "`-inf` is not finite", ""),
         (HEADER + f"{SITE},localforce,0,1,2,1e999\n", 2, 37, "`1e999` is beyond", ""),
+        (HEADER + f"{SITE},localforce,0,1,2,1e13\n", 2, 37, "`1e13` is too large", "1e+12"),
         (HEADER + f"{SITE},localforce,0,1,2\n", 2, 1, "this row has 5 cells, not 6", ""),
         (
             HEADER + f"{SITE},localforce,0.2,1,2,3\n{SITE},localforce,0.1,1,2,3\n",

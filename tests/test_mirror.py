@@ -65,6 +65,33 @@ def test_with_the_signs_the_limb_is_the_mirror_image(part, signs, values, turned
             assert mirror @ image @ own == pytest.approx(opposite, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("control", "follower"),
+    [
+        ("left_elbow", "left_knee"),
+        ("right_elbow", "left_knee"),
+        ("left_shoulder", "waist"),
+        ("left_clavicle", "left_clavicle"),
+    ],
+)
+def test_joints_that_are_no_pair_are_refused(control, follower):
+    with pytest.raises(MirrorError, match=f"`{follower}` is no mirror image of `{control}`"):
+        mirror_signs(FIGURE, FIGURE.joints[control], FIGURE.joints[follower])
+
+
+def renamed(figure, names):
+    joints = {names.get(n, n): replace(j, name=names.get(n, n)) for n, j in figure.joints.items()}
+    return replace(figure, joints=joints)
+
+
+def test_places_make_a_pair_of_joints_with_other_names():
+    figure = renamed(FIGURE, {"left_knee": "knie_links", "right_knee": "knie_rechts"})
+    assert mirror_signs(figure, figure.joints["knie_links"], figure.joints["knie_rechts"]) == (1,)
+    midway = renamed(FIGURE, {"left_clavicle": "one", "right_clavicle": "other"})
+    with pytest.raises(MirrorError, match="no mirror image"):  # both lie in the plane itself
+        mirror_signs(midway, midway.joints["one"], midway.joints["other"])
+
+
 def test_joints_that_are_no_images_are_refused():
     joints = FIGURE.joints
     with pytest.raises(MirrorError, match="`left_elbow` has 1 degree of freedom and `waist` 3"):

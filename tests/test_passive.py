@@ -474,7 +474,7 @@ BROKEN_TOML = {
         ['joints = ["knee"]\nstiffness_Nm_rad = -1', 'joints = ["left_hip"]\naxis = "joint"\n' + K],
         [
             "2:11 the figure has no joint `knee`",
-            "3:20 `stiffness_Nm_rad` is not below zero",
+            "3:20 `stiffness_Nm_rad` must not be below zero",
             "6:8 joint `left_hip` turns about 3 axes",
         ],
     ),

@@ -216,7 +216,7 @@ def test_a_file_that_cannot_be_written_in_the_end_ends_the_rest(tmp_path: Path, 
         check=False,
     )
     assert done.returncode == 1
-    assert "spring.png` cannot be written: is a directory" in done.stderr
+    assert "spring.png` cannot be written: it is a directory" in done.stderr
     assert not list(tmp_path.glob(".*.part"))
 
 

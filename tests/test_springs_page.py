@@ -1,17 +1,22 @@
 """docs/springs-file.md: its examples are read without a fault, and it names every key."""
 
 import re
+from math import radians
 from pathlib import Path
 
 import pytest
 
+from generator import Recording, read_figure, read_springs
+from generator.errors import InputError
 from generator.reader.coupled_table import COUPLED_KEYS
 from generator.reader.own_terms import TERM_KEYS
 from generator.reader.springs_file import FILE_KEYS, SPRING_KEYS, SpringsFile, parse_springs
 from generator.springs_writer import write_springs
+from springs import Cubic, Linear
 
 PAGE = (Path(__file__).parents[1] / "docs" / "springs-file.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+PYTHON = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 CURVES, COUPLED = PAGE.split("## A law over several joints")
 
 
@@ -50,6 +55,64 @@ def test_every_key_of_a_coupled_law_is_in_a_table_and_no_other():
 def test_every_law_over_several_joints_of_the_page_is_one(example: str):
     for entry in content(example).coupled:
         assert len(entry.law.coordinates) == 2
+
+
+def test_the_elbow_beyond_its_dead_zone_is_as_the_page_has_it():
+    (found,) = re.findall(r"elbow, `(\[.*\])` with", CURVES)
+    text = f'[[spring]]\njoints = ["a"]\ncoefficients_Nm_rad = {found}\nsense = -1\n'
+    text += "dead_zone_deg = [0, 97.402825]\n"
+    (entry,) = content(text).entries
+    assert entry.coefficients is not None
+    law = Cubic(entry.coefficients, -1, entry.dead_zone)
+    printed = Cubic(entry.coefficients, -1)
+    told = " ".join(CURVES.split())
+    assert f"gives 0 at 97.4 deg and {law.torque(radians(120.0)):.0f} N m at 120 deg" in told
+    assert f"-M(120 deg) is {printed.torque(radians(120.0)):.0f} N m" in told
+    assert law.torque(radians(97.4)) == 0.0
+
+
+def test_the_figure_keeps_what_the_file_does_not_name(tmp_path: Path):
+    path = tmp_path / "own.springs.toml"
+    path.write_text('[[spring]]\njoints = ["waist"]\naxis = "x"\nstiffness_Nm_rad = 3\n', "utf-8")
+    springs = read_springs(path, read_figure("prototype"))
+    (elbow,) = springs.joints["left_elbow"].axes
+    assert elbow.elastic == (Linear(1e-7),)
+    assert "(the prototype's `stiff` is 1e-7 N m/rad)" in PAGE
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_a_nearest_law_takes_the_coordinates_and_terms_of_the_page(count: int):
+    assert "for at most 3 coordinates and 40 terms" in COUPLED
+    for terms in (40, 41):
+        said = f"""[[coupled]]
+joints = {[f"j{k}" for k in range(count)]}
+coordinates = {[f"c{k}" for k in range(count)]}
+measured_deg = {[[0, 90]] * count}
+conservative = "nearest"
+terms = [
+"""
+        term = f"{{ amplitudes_Nm = {[1] * count}, rates_1_rad = {[1] * count} }},\n"
+        faults = parse_springs(said + terms * term + "]\n").faults
+        assert bool(faults) is (count > 3 or terms > 40)
+
+
+@pytest.mark.parametrize("code", PYTHON)
+def test_the_code_of_the_page_runs(code: str, capsys: pytest.CaptureFixture[str]):
+    names: dict[str, object] = {}
+    exec(compile(code, "springs-file.md", "exec"), names)
+    assert "prototype.coupled.springs.toml" in capsys.readouterr().out
+    recording = names["recording"]
+    assert isinstance(recording, Recording)
+    assert recording.outcome.succeeded
+
+
+def test_springs_with_faults_are_an_error_that_holds_all(tmp_path: Path):
+    path = tmp_path / "own.springs.toml"
+    path.write_text('[[spring]]\njoints = ["a", "b"]\nstiffness_Nm_rad = 3\n', "utf-8")
+    with pytest.raises(InputError) as failure:
+        read_springs(path, read_figure("prototype"))
+    assert len(failure.value.faults) == 2
+    assert read_springs("none", read_figure("prototype")).joints == {}
 
 
 def test_the_error_is_printed_as_the_page_has_it():

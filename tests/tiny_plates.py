@@ -15,7 +15,7 @@ ANGLES = np.linspace(-30.0, 30.0, 7)
 
 TARGETS = {
     name: f"tests.tiny_plates:{name}"
-    for name in ("spring", "damper", "raising", "dying", "misnamed", "endless")
+    for name in ("spring", "damper", "raising", "dying", "misnamed", "endless", "complaining")
 }
 
 
@@ -77,6 +77,12 @@ def raising() -> Plate:
 def dying() -> Plate:
     """A plate that takes its process along."""
     os._exit(7)
+
+
+def complaining() -> Plate:
+    """A plate that takes its process along and says why, past Python."""
+    os.write(2, b"first\nout of memory\n")
+    os._exit(3)
 
 
 def misnamed() -> Plate:

@@ -1,9 +1,11 @@
 """The answer of a command, and how columns of text are set."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from math import isfinite
+from typing import Any, cast
 
 from generator.errors import Fault, MoverError
 
@@ -27,7 +29,7 @@ class Answer:
 
     Attributes:
         text: for people.
-        data: for `--json`.
+        data: for `--json`; numbers that are not finite become null.
         faults: warnings found on the way, to be told beside the answer.
         code: exit code.
         failure: the sentence that says why a run failed.
@@ -67,3 +69,21 @@ def counted(count: int, noun: str) -> str:
 def finite(number: float | None) -> float | None:
     """The number, or None for one that JSON does not have."""
     return number if number is not None and isfinite(number) else None
+
+
+def json_text(data: object) -> str:
+    """The text of a value in JSON, with null for numbers that it does not have."""
+    try:
+        return json.dumps(data, indent=2, allow_nan=False)
+    except ValueError:
+        return json.dumps(_with_nulls(data), indent=2, allow_nan=False)
+
+
+def _with_nulls(data: object) -> object:
+    if isinstance(data, float):
+        return finite(data)
+    if isinstance(data, Mapping):
+        return {key: _with_nulls(value) for key, value in cast("Mapping[Any, Any]", data).items()}
+    if isinstance(data, list | tuple):
+        return [_with_nulls(value) for value in cast("Sequence[Any]", data)]
+    return data

@@ -86,11 +86,12 @@ def _answer(
         told.append(tally(reports, coupled))
     return Answer(
         text="\n\n".join([*map(str, faults), *told, verdict]),
-        data=[
-            *(fault.as_dict() for fault in faults),
-            *curves_data(reports),
-            *coupled_findings_data(coupled),
-        ],
+        data={
+            **({"error": "the input is wrong"} if errors_among(faults) else {}),
+            "verdict": verdict,
+            "faults": [fault.as_dict() for fault in faults],
+            "findings": [*curves_data(reports), *coupled_findings_data(coupled)],
+        },
         code=ExitCode.WRONG_INPUT if errors_among(faults) else ExitCode.GOOD,
     )
 

@@ -1,18 +1,29 @@
 """`mover cite`: where the numbers of a figure are from."""
 
+from collections.abc import Iterator
+
 from generator.commands.answer import Answer, UsageError
 from generator.commands.cite_tables import cite_table, is_table, table_names
 from generator.commands.inputs import figure_of, springs_of
 from generator.commands.spring_words import axis_name, places_of
 from generator.errors import Fault, InputError, error, nearest
+from generator.figure import Figure
 from generator.reader.figure_file import find_figure, shipped_figures
 from generator.reader.vocabulary import shown
+from springs import SpringSet
 
 THESIS = (
     "E. M. Otani, Software Tools for Dynamic and Kinematic Modeling of Human Motion, "
     "MS-CIS-89-43, University of Pennsylvania, 1989"
 )
-THESIS_USE = "the figure language, the laws of joints, the prototype figure"
+LANGUAGE, LAWS = "the figure language", "the laws of joints"
+
+OF_THE_THESIS = {
+    "prototype": "the prototype figure",
+    "clavicles": "the prototype figure",
+    "pendulum": "the pendulum of its figure 3.4",
+}
+"""What the thesis has of shipped figures."""
 
 
 def cite(name: str, springs: str | None = None) -> Answer:
@@ -37,7 +48,7 @@ def cite(name: str, springs: str | None = None) -> Answer:
     for spring in spring_set.coupled:
         if spring.reference:
             uses[spring.reference].append(" with ".join(places_of(spring)))
-    entries = [(THESIS, [THESIS_USE]), *uses.items()]
+    entries = [(THESIS, list(_thesis_uses(figure, spring_set))), *uses.items()]
     return Answer(
         text="\n\n".join(f"{reference}\n  for {', '.join(used)}" for reference, used in entries),
         data={
@@ -47,6 +58,16 @@ def cite(name: str, springs: str | None = None) -> Answer:
         },
         faults=(*warnings, *more),
     )
+
+
+def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
+    """What of a figure is the thesis's."""
+    yield LANGUAGE
+    if springs.joints or springs.coupled:
+        yield LAWS
+    for name, path in shipped_figures().items():
+        if name in OF_THE_THESIS and path == figure.path:
+            yield OF_THE_THESIS[name]
 
 
 def _is_figure(name: str) -> bool:

@@ -77,7 +77,8 @@ def _one_row(name: str, row: Curve | Coupled) -> Answer:
     rows = [
         ("  motion", _motion(row)),
         ("  formula", row.formula),
-        ("  convention", row.convention),
+        ("  as printed", row.convention),
+        ("  turned here", _turned(row)),
         ("  range", _range_words(row)),
         ("  held", ", ".join(held)),
     ]
@@ -87,6 +88,16 @@ def _one_row(name: str, row: Curve | Coupled) -> Answer:
     parts = [f"{name}\n  {row.reference}", listed, row.note.strip()]
     table = publication(name.partition("/")[0])
     return Answer("\n\n".join(part for part in parts if part), _row_data(table, row))
+
+
+def _turned(row: Curve | Coupled) -> str:
+    """What is printed in another sense than that of our motion and of the torque on the child."""
+    if isinstance(row, Coupled):
+        names = " and ".join(row.turned)
+        return f"angle and moment, so that both are positive in {names}" if names else ""
+    pairs = ((row.angle_sign, "angle"), (row.moment_sign, "moment"))
+    parts = " and ".join(noun for sign, noun in pairs if sign < 0)
+    return f"{parts}, so that positive is {row.motion}" if parts else ""
 
 
 def _motion(row: Curve | Coupled) -> str:
@@ -144,6 +155,7 @@ def _row_data(table: Publication, row: Curve | Coupled) -> dict[str, object]:
         **_reference_data(row.reference),
         "formula": row.formula,
         "convention": row.convention,
+        "turned": _turned(row),
         "range_deg": list(_degrees(_ranges(row))),
         "range_is_measured": row.range_is_measured,
         "held_deg": _held_data(row),

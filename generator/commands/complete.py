@@ -8,19 +8,29 @@ from generator.commands.quantities import density_given
 from generator.errors import Fault, InputError, warning
 from generator.geometry.completion import Addition, complete_figure
 from generator.reader import examine_figure, parse_figure
+from generator.reader.figure_file import SUFFIX
 
 
 def complete(name: str, density: str, output: Path) -> Answer:
     """Write the figure that `name` means to `output`, with masses, inertias and centres filled in.
 
     The text is that of the figure; what is missing is put behind the `psurf` of its segment.
+
+    Raises:
+        UsageError: the density cannot be read, or the output is no figure file.
+        InputError: the figure or a psurf is wrong, or the output cannot be written or is one of
+            them.
     """
+    if output.suffix.lower() != SUFFIX:
+        said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
+        raise UsageError(f"-o {output}: {said}; a figure file ends in {SUFFIX}")
     meant = density_given("--density", density)
     reading = examine_figure(name)
     if reading.figure is None or reading.figure.path is None:
         raise InputError(reading.faults)
     figure, path = reading.figure, reading.figure.path
-    insist_writable([output], ())
+    psurfs = {segment.psurf for segment in figure.segments.values() if segment.psurf}
+    insist_writable([output], (path, *(path.parent / psurf for psurf in psurfs)))
     try:
         done = complete_figure(figure, reading.source, meant)
     except ValueError as failure:

@@ -8,6 +8,7 @@ from generator.commands.spring_words import axis_name, places_of
 from springs.coupled_report import CoupledReport
 from springs.curve_report import CurveReport
 from springs.finding import Finding
+from springs.joint import UNKNOWN_AXIS
 
 
 def curves_text(reports: Sequence[CurveReport], *, notes: bool) -> Iterator[str]:
@@ -58,7 +59,9 @@ def curves_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
             "message": finding.sentence,
             "kind": finding.kind.value,
             "joints": list(report.joints),
-            "axis": axis_name(report.spring),
+            "axis": axis_name(report.spring)
+            if report.spring.direction != UNKNOWN_AXIS
+            else "joint",
             "motion": report.spring.motion,
             "angles_deg": [degrees(angle) for angle in finding.angles],
             "values": list(finding.values),

@@ -37,7 +37,7 @@ def law_words(law: Elastic, *, slides: bool = False) -> str:
         return f"exponentials {law.constant:g} {terms} N m{_known(law.measured)}"
     if isinstance(law, Table):
         (low, first), (high, last) = law.points[0], law.points[-1]
-        ends = f"{first:.4g} N m at {_shown(low, slides)} to {last:.4g} N m at"
+        ends = f"{first + 0.0:.4g} N m at {_shown(low, slides)} to {last + 0.0:.4g} N m at"
         return f"curve through {len(law.points)} points, {ends} {_shown(high, slides)}"
     if isinstance(law, SmoothLimit):
         below, above = law.lower_stiffness, law.upper_stiffness
@@ -187,7 +187,7 @@ def _known(measured: Range | None) -> str:
 
 
 def _shown(value: float, slides: bool) -> str:
-    return f"{100.0 * value:.4g} cm" if slides else f"{degrees(value):.4g} deg"
+    return f"{100.0 * value + 0.0:.4g} cm" if slides else f"{degrees(value) + 0.0:.4g} deg"
 
 
 def _range(low: float | None, high: float | None, slides: bool) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import degrees
+from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from generator.commands.quantities import density_given, length_unit_given
 from generator.errors import nearest
 from generator.frames import Array
 from generator.geometry.estimate import Products, products_of, statements_of
-from generator.geometry.read import read_surface, unit_of
+from generator.geometry.read import PSURF, read_surface, unit_of
 from generator.geometry.segment import surface_of
 from generator.geometry.solid import Solid, solid_of
 from generator.geometry.surface import Surface
@@ -39,7 +40,7 @@ class Request:
     Attributes:
         file: a psurf or mesh file; with `segment` a figure.
         density: with its unit.
-        unit: of the file's lengths; None for that of its format.
+        unit: of the file's lengths; None for that of its format, which a figure's psurf keeps.
         about: a point `x,y,z` in that unit, for another inertia tensor.
         segment: a segment of the figure.
         fix_winding: whether to turn faces that look to the wrong side.
@@ -91,6 +92,11 @@ def _surface(request: Request, unit: Fraction | None) -> tuple[Surface, Fraction
         hint = nearest(request.segment, figure.segments)
         raise UsageError(f"the figure has no segment `{request.segment}`; {hint}")
     segment = figure.segments[request.segment]
+    if unit is not None and Path(segment.psurf or "").suffix.lower() == PSURF:
+        raise UsageError(
+            f"--unit {request.unit}: `{segment.psurf}` is in cm, as the psurfs of all figures are; "
+            "--unit is for files that do not say it"
+        )
     return surface_of(figure, segment, unit), unit_of(segment.psurf or "", unit)
 
 

@@ -1,21 +1,19 @@
 """Option values that a figure gives a meaning: `JOINT=a,b,c` and `X,Y,Z`."""
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
-from generator.animation.displayed import LENGTH_UNIT, meant_number, unit_of
+from generator.animation.displayed import meant_number, unit_of
 from generator.commands.answer import UsageError
 from generator.errors import nearest
 from generator.figure import Factor, Figure, Vector
 from generator.posture.free_root import let_go
 from generator.posture.placement import drawn_displacements
 from generator.posture.tree import hang
-from generator.reader.units import EXAMPLES, POWERS, Dimension, UnitError, converted, unit_named
+from generator.reader.values import bound_of
 
-_LENGTH = re.compile(
-    r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?)\s*([A-Za-z][A-Za-z0-9]*)?"
-)
+LARGEST = 1e9
+"""Beyond it a component that a person gives is a slip; see `generator.reader.units.Bound`."""
 
 Chains = Mapping[str, Sequence[Factor]]
 
@@ -56,43 +54,31 @@ def displacements_given(
                 f"{option} {text}: `{name}` takes {len(chain)} values ({units}), not {len(parts)}"
             )
         given[name] = tuple(
-            _meant(option, text, part.strip(), unit_of(factor))
+            _meant(option, text, part.strip(), factor)
             for part, factor in zip(parts, chain, strict=True)
         )
     return given
 
 
-def vector_given(option: str, text: str) -> Vector:
-    """What `X,Y,Z` says. Raises UsageError unless it is three finite numbers."""
+def vector_given(option: str, text: str, largest: float = LARGEST) -> Vector:
+    """What `X,Y,Z` says. Raises UsageError unless it is three numbers, none beyond `largest`."""
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
         raise UsageError(f"{option} {text}: expected three numbers, X,Y,Z") from None
     if not all(map(isfinite, (x, y, z))):
         raise UsageError(f"{option} {text}: the numbers must be finite")
+    if any(abs(part) > largest for part in (x, y, z)):
+        raise UsageError(f"{option} {text}: the numbers must be at most {largest:g}")
     return x, y, z
 
 
-def length_given(option: str, text: str) -> float:
-    """The length [m] that `1cm` says; a bare number is in cm. Raises UsageError."""
-    match = _LENGTH.fullmatch(text.strip())
-    if match is None:
-        raise UsageError(f"{option} {text}: expected a length such as 1cm")
+def _meant(option: str, text: str, part: str, factor: Factor) -> float:
     try:
-        unit = unit_named(match[2] or LENGTH_UNIT)
-    except UnitError as fault:
-        raise UsageError(f"{option} {text}: {fault}; {fault.hint}") from None
-    if unit.powers != POWERS[Dimension.LENGTH]:
-        units = EXAMPLES[Dimension.LENGTH]
-        raise UsageError(f"{option} {text}: `{match[2]}` is no unit of a length; units: {units}")
-    try:
-        return converted(match[1], unit.factor)
-    except OverflowError:
-        raise UsageError(f"{option} {text}: the length must be finite") from None
-
-
-def _meant(option: str, text: str, part: str, unit: str) -> float:
-    try:
-        return meant_number(part, unit)
+        value = meant_number(part, unit_of(factor))
     except (ValueError, OverflowError):
         raise UsageError(f"{option} {text}: `{part}` is no finite number") from None
+    bound = bound_of(factor)
+    if not bound.holds(value):
+        raise UsageError(f"{option} {text}: `{part}` is beyond {bound.said}")
+    return value

@@ -19,6 +19,7 @@ from generator.posture.shoulder_pose import ArmPose, pose_arm
 from generator.posture.shoulder_rhythm import RHYTHMS, ShoulderRhythm
 from generator.posture.shoulder_turns import Side
 from generator.reader.pose_file import SUFFIX
+from generator.reader.units import BOUNDS, Dimension
 from generator.writer import write_pose
 
 _EQUATIONS = {
@@ -57,6 +58,8 @@ def shoulder(
     for option, value in (("--latitude", latitude), ("--longitude", longitude)):
         if not isfinite(value):
             raise UsageError(f"{option} {value}: the number must be finite")
+        if not (bound := BOUNDS[Dimension.ANGLE]).holds(radians(value)):
+            raise UsageError(f"{option} {value:g}: {bound}")
     if not 0.0 <= latitude <= 180.0:
         raise UsageError(f"--latitude {latitude:g}: it is between 0, overhead, and 180, hanging")
     insist_on_pose_file(output)

@@ -9,6 +9,7 @@ from generator.commands.law_words import (
     law_words,
 )
 from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
+from springs.joint import UNKNOWN_AXIS
 
 Vector = tuple[float, float, float]
 
@@ -16,12 +17,14 @@ _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 
 
 def axis_name(spring: AxisSpring) -> str:
-    """`x`, `-x` or `(0.6, 0.8, 0)`: the axis of a spring in the joint's frame."""
+    """`x`, `-x`, `(0.6, 0.8, 0)`: the axis of a spring in the joint's frame; or `its axis`."""
     return direction_name(spring.direction)
 
 
 def direction_name(direction: Vector) -> str:
     """The same of an axis alone."""
+    if direction == UNKNOWN_AXIS:
+        return "its axis"
     x, y, z = (part + 0.0 for part in direction)
     if (x, y, z) in _AXES:
         return _AXES[x, y, z]
@@ -31,8 +34,13 @@ def direction_name(direction: Vector) -> str:
 
 
 def places_of(spring: CoupledSpring) -> tuple[str, ...]:
-    """`left_knee -y` for each coordinate of a coupled law."""
-    return tuple(f"{axis.joint} {direction_name(axis.direction)}" for axis in spring.axes)
+    """`left_knee -y` for each coordinate of a coupled law; the joint alone where that is all."""
+    return tuple(
+        axis.joint
+        if axis.direction == UNKNOWN_AXIS
+        else f"{axis.joint} {direction_name(axis.direction)}"
+        for axis in spring.axes
+    )
 
 
 def springs_data(springs: SpringSet) -> dict[str, object]:

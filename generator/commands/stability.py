@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,13 @@ from generator.commands.answer import Answer, UsageError, aligned, counted, fini
 from generator.commands.com import insist_on_table, masses_asked
 from generator.commands.inputs import figure_of
 from generator.commands.lengths import CM, in_cm, rounded, xyz_cm
-from generator.commands.options import length_given, vector_given
+from generator.commands.options import vector_given
 from generator.commands.outputs import insist_writable, write_text
 from generator.commands.postures import Motion, insist_near, motion_asked, placement_asked
+from generator.commands.quantities import length_given
 from generator.commands.support_words import support_asked
 from generator.figure import Vector
-from generator.frames import Array
+from generator.frames import Array, unit
 from generator.posture.centre_of_mass import Masses
 from generator.posture.stability import Y_UP, Balance, Stability, stability
 from generator.posture.support import Points, Support
@@ -111,12 +113,12 @@ def sentence(found: Stability) -> str:
 
 
 def _up(text: str | None) -> Vector:
-    up = Y_UP if text is None else vector_given("--up", text)
-    length = float(np.linalg.norm(up))
-    if not 1e-100 < length < 1e100:
+    up = np.array(Y_UP if text is None else vector_given("--up", text, largest=inf))
+    largest = np.abs(up).max()
+    if largest == 0.0:
         raise UsageError(f"--up {text}: a direction has a length other than zero")
-    x, y, z = up
-    return x / length, y / length, z / length
+    x, y, z = unit(up / largest).tolist()  # the squares of very long vectors are no floats
+    return x, y, z
 
 
 def _standing(masses: Masses, support: Support, poses: Mapping[str, Array], up: Vector) -> Standing:

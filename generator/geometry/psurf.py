@@ -6,7 +6,8 @@
     face   := INDEX INDEX INDEX+ text? ";" text?
 
 Each of these and each `;;` is a line. Vertices are in cm and counted from 1 in every block; faces
-run counter-clockwise seen from outside. Blank lines and text after the numbers say nothing.
+run counter-clockwise seen from outside. Blank lines and text after the numbers say nothing; the
+text of a face does not begin as a number does, or it would be a corner that cannot be read.
 """
 
 import re
@@ -31,9 +32,16 @@ CENTIMETRE = bare_factor(Dimension.LENGTH)
 _END = ";;"
 _WORD = re.compile(r"[^\s;]+")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,6})?")
+_PLAIN_VERTEX = re.compile(
+    rf"\s*({_NUMBER.pattern})\s+({_NUMBER.pattern})\s+({_NUMBER.pattern})(?!\S)"
+)
 _INDEX = re.compile(r"[+-]?[0-9]+")
 _PLAIN_FACE = re.compile(r"[0-9 \t]+")
+_LIKE_NUMBER = re.compile(r"[+-]?\.?[0-9]")
 _LONGEST_INDEX = 18
+
+MOST_LINES = 500_000
+"""Lines of the longest text that is read; it takes some seconds."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +76,19 @@ def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) ->
     findings = Findings()
     parser = _Parser(Source(name, unified(text)), unit, findings)
     with suppress(EnoughFaults):
-        parser.file()
+        if not _is_too_long(parser.source, findings):
+            parser.file()
     surface = None if findings.has_errors else parser.surface()
     return PsurfReading(surface, findings.in_order())
+
+
+def _is_too_long(source: Source, findings: Findings) -> bool:
+    lines = source.text.count("\n") + 1
+    if lines <= MOST_LINES:
+        return False
+    hint = f"at most {MOST_LINES:,} are read; save larger surfaces as .ply or .stl"
+    findings.error(f"this psurf has {lines:,} lines", Span(source, 0, 1), hint)
+    return True
 
 
 @dataclass
@@ -160,6 +178,12 @@ class _Parser:
 
     def _vertex(self, line: str, start: int) -> None:
         """`NUMBER NUMBER NUMBER text?`."""
+        plain = _PLAIN_VERTEX.match(line) if len(line) <= LONGEST_WORD else None
+        if plain is not None:
+            with suppress(OverflowError):
+                x, y, z = (converted(number, self.unit) for number in plain.groups())
+                self.vertices.append((x, y, z))
+                return
         words = self._words(line, start)[:3]
         numbers = [self._coordinate(word) for word in words]
         if len(numbers) < 3 and None not in numbers:
@@ -230,6 +254,8 @@ class _Parser:
         numbers = [bool(_INDEX.fullmatch(word.text)) for word in words]
         # Text after the last number says nothing; text before it may have been one.
         count = len(numbers) - numbers[::-1].index(True) if True in numbers else len(numbers)
+        while count < len(words) and _LIKE_NUMBER.match(words[count].text):
+            count += 1
         for word in words[:count]:
             if not _INDEX.fullmatch(word.text):
                 sound = False

@@ -1,9 +1,12 @@
-"""Which signs make a joint move as the mirror image of another.
+"""Which joints are mirror images, and which signs make the one move as the image of the other.
 
 The plane of symmetry is the sagittal one of the world's frame, x = 0, with all displacements zero.
-A turn about an axis is, in the mirror, the opposite turn about the axis's image; a slide goes along
-the image itself.
+Two joints are a pair where their names say so (`left_knee` and `right_knee`: people are not quite
+even), or where the place of the one is the mirror image of that of the other. A turn about an axis
+is, in the mirror, the opposite turn about the axis's image; a slide goes along the image itself.
 """
+
+import re
 
 import numpy as np
 
@@ -15,6 +18,11 @@ from generator.posture.tree import hang
 
 PARALLEL = 1e-6
 """Largest distance between unit vectors that count as one."""
+
+NEAR = 0.01
+"""Largest distance of places that count as mirror images, as part of that from the plane."""
+
+_SIDES = re.compile(r"left|right")
 
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 
@@ -50,6 +58,11 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
     tree = hang(figure)
     zeros = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
     placement = place(tree, zeros)
+    if not (_named_as_pair(control, follower) or _placed_as_pair(placement, control, follower)):
+        raise MirrorError(
+            f"`{follower.name}` is no mirror image of `{control.name}`: neither do their names "
+            "differ in left and right alone, nor are their places mirror images in the plane x = 0"
+        )
     signs: list[int] = []
     for number, (one, other) in enumerate(zip(control.chain, follower.chain, strict=True), 1):
         image = _MIRROR * _axis_in_world(placement, control, one)
@@ -63,6 +76,18 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
             )
         signs.append(sign)
     return tuple(signs)
+
+
+def _named_as_pair(one: Joint, other: Joint) -> bool:
+    """Whether the names are the same but for `left` and `right`, which stand for each other."""
+    exchanged = _SIDES.sub(lambda side: "right" if side[0] == "left" else "left", one.name)
+    return exchanged == other.name != one.name
+
+
+def _placed_as_pair(placement: Placement, one: Joint, other: Joint) -> bool:
+    """Whether the joints lie off the plane, each where the other one's image is."""
+    place, opposite = (site_pose(placement, joint, "parent")[:3, 3] for joint in (one, other))
+    return bool(np.linalg.norm(_MIRROR * place - opposite) < NEAR * abs(place[0]))
 
 
 def _axis_in_world(placement: Placement, joint: Joint, factor: Factor) -> Array:

@@ -10,19 +10,20 @@ from generator.figure import Vector
 from generator.reader.figure_file import SUFFIX, examine_figure, shipped_figures
 from generator.reader.findings import EnoughFaults, Findings
 from generator.reader.given_coupled import coupled_springs, replaced_laws
-from generator.reader.given_springs import entry_spring
+from generator.reader.given_springs import GivenSpring, entry_spring, without_repeats
 from generator.reader.passive import springs_for
 from generator.reader.springs_file import SpringsFile, springs_in
 from generator.reader.text_file import read_text
 from generator.reader.vocabulary import shown
 from springs import AxisSpring, Joining, JointSprings, SpringSet
 from springs.coupled_report import Replaced
+from springs.joint import UNKNOWN_AXIS
 
 _AXES: Mapping[str | None, Vector] = {
     "x": (1.0, 0.0, 0.0),
     "y": (0.0, 1.0, 0.0),
     "z": (0.0, 0.0, 1.0),
-    None: (0.0, 0.0, 1.0),
+    None: UNKNOWN_AXIS,
 }
 
 
@@ -82,13 +83,19 @@ def _figure_file(content: SpringsFile, folder: Path) -> Path | None:
 
 
 def _springs_alone(content: SpringsFile, origin: str, findings: Findings) -> SpringSet:
-    """The springs without a figure: no limits bound an axis, and the only axis of a joint is z."""
-    axes: dict[str, list[AxisSpring]] = {}
+    """The springs without a figure: no limits bound an axis, and which is the only one is unknown.
+
+    Whatever that is, a second spring about it is one too many, and so is one about another axis.
+    """
+    given: list[GivenSpring] = []
     for entry in content.entries:
-        for name in entry.joints:
+        for k, name in enumerate(entry.joints):
             spring = entry_spring(name, entry, _AXES[entry.axis], findings, bounded=False)
             if spring is not None:
-                axes.setdefault(name, []).append(spring)
-    joints = {name: JointSprings(name, tuple(given)) for name, given in axes.items()}
+                given.append(GivenSpring(name, spring, entry.origins.get(f"joints.{k}")))
+    axes: dict[str, list[AxisSpring]] = {}
+    for one in without_repeats(given, findings):
+        axes.setdefault(one.joint, []).append(one.spring)
+    joints = {name: JointSprings(name, tuple(springs)) for name, springs in axes.items()}
     coupled = coupled_springs(content, lambda hung, _: _AXES[hung.axis], findings)
     return SpringSet(joints, content.law or Joining.CONSERVATIVE, origin, coupled)

@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import degrees, radians
 from typing import Any, cast
 
 from generator.errors import nearest
 from generator.reader.joint_axes import AXES
+from generator.reader.joint_words import is_elsewhere
 from generator.reader.own_terms import OWN_KEYS, own_law
 from generator.reader.published_law import PUBLISHED, published_name
 from generator.reader.toml_values import TableReader
@@ -39,6 +41,12 @@ MOST = 6
 
 _MOST_COORDINATES, _MOST_TERMS = 3, 40
 """What a nearest conservative law is sought for: the work grows with the power of the first."""
+
+_MENDED = "The nearest conservative law of the same exponentials"
+
+_HALF_TURN = radians(180.0)
+_ROUNDING = 1e-9
+"""What converting degrees may add to an end of a range [rad]."""
 
 _JOINTS = '["left_hip_joint", "left_knee"]'
 
@@ -96,6 +104,12 @@ class CoupledEntry:
         """A law with what `scale` and `offsets_deg` do to it."""
         return law.scaled(self.scale, dict(zip(self.coordinates, self.offsets, strict=False)))
 
+    def is_same(self, other: "CoupledEntry") -> bool:
+        """Whether another table has the same law, whatever the order of its coordinates."""
+        if set(self.coordinates) != set(other.coordinates):
+            return False
+        return self.law == _ordered(other.law, self.coordinates)
+
     @property
     def as_given(self) -> CoupledExponential:
         """The law before it is changed, its coordinates in the order of the file."""
@@ -145,10 +159,13 @@ def coupled_entry(table: TableReader) -> CoupledEntry | None:
         return None
     if published is not None:
         row = coupled(published)
-        first = "As published." if wanted is None else "The nearest conservative law is taken."
+        _doubt_held(table, row.law, held)
+        first = "As published." if wanted is None else f"{_MENDED} is taken."
         note = " ".join(part for part in (first, row.note.strip()) if part)
         said = {"reference": said["reference"] or str(row.reference), "why": said["why"] or note}
     origins = {key: table.place(key) for key in table.content} | {"coupled": table.header}
+    places = _joint_places(table, joints)
+    _doubt_joints(table, coordinates, joints, places)
     entry = CoupledEntry(
         joints=joints,
         coordinates=coordinates,
@@ -163,7 +180,7 @@ def coupled_entry(table: TableReader) -> CoupledEntry | None:
         reference=said["reference"],
         why=said["why"],
         origins=origins,
-        joint_origins=_joint_places(table, joints),
+        joint_origins=places,
     )
     return entry if not entry.is_nearest or _can_be_nearest(table, entry) else None
 
@@ -179,7 +196,7 @@ def _joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]:
     sides = [items] if is_flat else items
     if not sides or not all(map(_is_names, sides)):
         hint = f"as in `{_JOINTS}`, or a list of such lists, one a side"
-        table.error("joints", "`joints` is a list of names", hint)
+        table.error("joints", "`joints` must be a list of names", hint)
         return ()
     for k, side in enumerate(sides):
         if count and len(side) != count:
@@ -223,7 +240,7 @@ def _axes(table: TableReader, count: int) -> tuple[str | None, ...] | None:
     for k, name in enumerate(names):
         if name not in known:
             hint = f"it is one of: {', '.join(known)}"
-            table.error("axes", f"an axis is not `{shown(name)}`", hint, k)
+            table.error("axes", f"an axis cannot be `{shown(name)}`", hint, k)
     if names and len(names) != count:
         table.error("axes", f"there are {len(names)} axes for {count} coordinates")
     return tuple(None if name == "joint" else name for name in names)
@@ -239,7 +256,38 @@ def _held(table: TableReader) -> tuple[tuple[str, float], ...]:
         return ()
     names = table.names("held", '["ankle dorsiflexion"]')
     angles = table.numbers("held_deg", len(names)) if names else None
+    for k, angle in enumerate(angles or ()):
+        if abs(angle) > _HALF_TURN:
+            said = f"an angle is held within half a turn, not at {degrees(angle):.6g} deg"
+            table.error("held_deg", said, "", k)
     return tuple(zip(names, angles, strict=True)) if angles is not None else ()
+
+
+def _doubt_held(
+    table: TableReader, law: CoupledExponential, held: tuple[tuple[str, float], ...]
+) -> None:
+    """Note a warning for each coordinate that is held where the law is not known."""
+    for k, (name, angle) in enumerate(held):
+        known = law.measured[law.coordinates.index(name)]
+        if known is not None and not known[0] - _ROUNDING <= angle <= known[1] + _ROUNDING:
+            low, high = (f"{degrees(end):.4g}" for end in known)
+            said = f"`{shown(name)}` is held at {degrees(angle):.6g} deg, beyond what is known"
+            hint = f"the law is known for {low} .. {high} deg"
+            table.findings.warning(said, table.place("held_deg", k), hint)
+
+
+def _doubt_joints(
+    table: TableReader,
+    coordinates: tuple[str, ...],
+    joints: tuple[tuple[str, ...], ...],
+    places: tuple[tuple[Span, ...], ...],
+) -> None:
+    """Note a warning for each coordinate that hangs on a joint of which it is not."""
+    for side, spans in zip(joints, places, strict=True):
+        for name, joint, span in zip(coordinates, side, spans, strict=True):
+            if is_elsewhere(name, joint):
+                said = f"`{shown(name)}` hangs on `{shown(joint)}`"
+                table.findings.warning(said, span, "joints stand in the order of `coordinates`")
 
 
 def _check_coordinates(

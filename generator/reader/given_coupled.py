@@ -68,6 +68,7 @@ def coupled_springs(
         findings: for faults.
     """
     made: list[CoupledSpring] = []
+    hung: dict[frozenset[CoupledAxis], CoupledEntry] = {}
     for entry in content.coupled:
         if not (_is_finite(entry.as_given) and _is_finite(entry.law)):
             findings.error(
@@ -78,9 +79,38 @@ def coupled_springs(
             continue
         for k in range(len(entry.joints)):
             axes = _side(entry, k, direction, findings)
-            if axes is not None:
-                made.append(CoupledSpring(entry.law, axes, entry.reference, entry.why))
+            if axes is None:
+                continue
+            made.append(CoupledSpring(entry.law, axes, entry.reference, entry.why))
+            other = hung.setdefault(frozenset(map(_line, axes)), entry)
+            if other is not entry:
+                _note_second(entry, other, axes, k, findings)
     return tuple(made)
+
+
+def _line(axis: CoupledAxis) -> CoupledAxis:
+    """An axis told without its sense."""
+    x, y, z = (abs(part) for part in axis.direction)
+    return CoupledAxis(axis.joint, (x, y, z))
+
+
+def _note_second(
+    entry: CoupledEntry,
+    first: CoupledEntry,
+    axes: tuple[CoupledAxis, ...],
+    k: int,
+    findings: Findings,
+) -> None:
+    """Two laws over the same axes add: an error where it is one law, else a warning."""
+    named = " and ".join(f"`{shown(axis.joint)}`" for axis in axes)
+    place = entry.joint_origins[k][0] if entry.joint_origins else None
+    header = first.origins.get("coupled")
+    where = f"the first stands in line {header.line}" if header else ""
+    if entry.is_same(first):
+        findings.error(f"this law hangs on {named} already", place, where)
+    else:
+        said = f"a second law over the same axes of {named}: the two add"
+        findings.warning(said, place, where)
 
 
 def replaced_laws(content: SpringsFile) -> tuple[Replaced, ...]:

@@ -79,7 +79,7 @@ def from_records(
         spring = _record_spring(joint, record, direction, printed, findings)
         if spring is not None:
             given.append(GivenSpring(joint.name, spring, place))
-    return _without_repeats(given, findings)
+    return without_repeats(given, findings)
 
 
 def from_springs_file(
@@ -106,7 +106,7 @@ def from_springs_file(
             if spring is not None:
                 stop = (entry.stop_stiffness, entry.stop_onset)
                 given.append(GivenSpring(name, spring, place, *stop))
-    return _without_repeats(given, findings)
+    return without_repeats(given, findings)
 
 
 def _joint_numbered(
@@ -245,7 +245,7 @@ def _refuse(joint: str, failure: NotRestoringError, place: Span | None, findings
     )
 
 
-def _without_repeats(given: list[GivenSpring], findings: Findings) -> list[GivenSpring]:
+def without_repeats(given: list[GivenSpring], findings: Findings) -> list[GivenSpring]:
     """Each axis of a joint once; a second spring is a fault."""
     kept: list[GivenSpring] = []
     by_joint: dict[str, list[GivenSpring]] = {}

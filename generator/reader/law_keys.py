@@ -140,7 +140,7 @@ def _exponentials(table: TableReader, measured: Pair | None) -> Exponential | No
     flat = [k for k, (_, rate) in enumerate(pairs) if rate == 0.0]
     for k in flat:
         hint = "an exponential of rate zero is a constant: `constant_Nm`"
-        table.error(EXPONENTIALS, "the rate of an exponential is not zero", hint, k, 1)
+        table.error(EXPONENTIALS, "the rate of an exponential must not be zero", hint, k, 1)
     if not pairs or flat:
         return None
     terms = tuple(Term(amplitude, rate) for amplitude, rate in pairs)
@@ -172,7 +172,7 @@ def _limits(table: TableReader, measured: Pair | None) -> SmoothLimit | None:
     transition = table.number(TRANSITION, negative=False, zero=False, hint=above)
     for k, value in enumerate(stiffness or ()):
         if value < 0.0:
-            table.error(LIMIT_STIFFNESS, "a limit's stiffness is not below zero", "", k)
+            table.error(LIMIT_STIFFNESS, "a limit's stiffness must not be below zero", "", k)
             stiffness = None
     if limits is None or stiffness is None or transition is None:
         return None

@@ -12,7 +12,7 @@ from pathlib import Path
 from generator.errors import Fault, InputError, nearest
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
-from generator.reader.csv_text import cells_of, lines_of, number_in, title_of
+from generator.reader.csv_text import Column, cells_of, columns_in, lines_of, number_in
 from generator.reader.findings import EnoughFaults, Findings
 from generator.reader.text_file import read_text, unified
 from generator.reader.vocabulary import shown
@@ -44,12 +44,6 @@ class LoadsReading:
 
     loads: tuple[TimedLoad, ...]
     faults: tuple[Fault, ...]
-
-
-@dataclass(frozen=True)
-class _Column:
-    place: int
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -97,30 +91,14 @@ def parse_loads(text: str, figure: Figure, name: str = "<text>") -> LoadsReading
     return LoadsReading(() if findings.has_errors else loads, findings.in_order())
 
 
-def _columns(line: Span, findings: Findings) -> dict[str, _Column]:
+def _columns(line: Span, findings: Findings) -> dict[str, Column]:
     """Where each column is, by name."""
-    columns: dict[str, _Column] = {}
-    cells = cells_of(line)
-    if len(cells) == 1 and ";" in line.text:
-        findings.error("columns are separated by commas", line, EXAMPLE)
-        return columns
-    for place, cell in enumerate(cells):
-        name, unit = title_of(cell)
-        if name not in UNITS:
-            hint = nearest(name, UNITS)
-            findings.error(f"unknown column `{shown(cell.text)}`", cell, hint)
-        elif name in columns:
-            findings.error(f"a second column `{name}`", cell)
-        elif unit not in UNITS[name]:
+    columns = columns_in(line, UNITS, EXAMPLE, findings)
+    for name, column in columns.items():
+        if column.unit not in UNITS[name]:
             expected = " or ".join(f"`{name} {known}`".replace(" `", "`") for known in UNITS[name])
-            what = "has an unknown unit" if unit else "has no unit"
-            findings.error(f"column `{name}` {what}", cell, f"write {expected}")
-            columns[name] = _Column(place, unit)
-        else:
-            columns[name] = _Column(place, unit)
-    missing = [name for name in UNITS if name not in columns]
-    if missing and not findings.has_errors:
-        findings.error(f"there is no column {', '.join(f'`{m}`' for m in missing)}", line, EXAMPLE)
+            what = "has an unknown unit" if column.unit else "has no unit"
+            findings.error(f"column `{name}` {what}", column.title, f"write {expected}")
     units = {columns[name].unit for name in ("x", "y", "z") if name in columns}
     if len(units) > 1 and not findings.has_errors:
         findings.error("x, y and z have different units", line, EXAMPLE)
@@ -128,7 +106,7 @@ def _columns(line: Span, findings: Findings) -> dict[str, _Column]:
 
 
 def _row(
-    line: Span, columns: Mapping[str, _Column], figure: Figure, findings: Findings
+    line: Span, columns: Mapping[str, Column], figure: Figure, findings: Findings
 ) -> _Row | None:
     """What a line says; None, with the faults noted, when it says nothing."""
     cells = cells_of(line)

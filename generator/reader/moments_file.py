@@ -4,15 +4,16 @@ The first line that is no comment names the columns with their units, in any ord
 another unit of angle, `moment [N m]` or another unit of moment (`docs/fits.md`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from math import degrees, radians
 from pathlib import Path
 
-from generator.errors import Fault, InputError, nearest
-from generator.reader.csv_text import cells_of, lines_of, number_in, title_of
+from generator.errors import Fault, InputError
+from generator.reader.csv_text import cells_of, columns_in, lines_of, number_in
 from generator.reader.findings import EnoughFaults, Findings
 from generator.reader.text_file import read_text, unified
 from generator.reader.units import EXAMPLES, POWERS, Dimension, UnitError, unit_named
@@ -24,6 +25,15 @@ EXAMPLE = "angle [deg],moment [N m]"
 
 LEAST = 4
 """Different angles that a cubic needs."""
+
+SAME = 1e-4
+"""Part of the range of the angles below which two count as one: rounding would tell them apart."""
+
+FARTHEST = radians(720.0)
+"""Largest angle of a joint [rad]; a larger one is a slip."""
+
+LEAST_RANGE = radians(0.01)
+"""Range of the angles that a cubic needs [rad]; a smaller one is a slip."""
 
 
 @dataclass(frozen=True)
@@ -102,23 +112,10 @@ def parse_moments(text: str, name: str = "<text>") -> MomentsReading:
 
 def _columns(line: Span, findings: Findings) -> dict[str, _Column]:
     """Where each column is, by name, and the SI value of its unit."""
-    columns: dict[str, _Column] = {}
-    cells = cells_of(line)
-    if len(cells) == 1 and ";" in line.text:
-        findings.error("columns are separated by commas", line, EXAMPLE)
-        return columns
-    for place, cell in enumerate(cells):
-        name, unit = title_of(cell)
-        if name not in COLUMNS:
-            findings.error(f"unknown column `{shown(cell.text)}`", cell, nearest(name, COLUMNS))
-        elif name in columns:
-            findings.error(f"a second column `{name}`", cell)
-        else:
-            columns[name] = _Column(place, _factor(name, unit, cell, findings))
-    missing = [f"`{name}`" for name in COLUMNS if name not in columns]
-    if missing and not findings.has_errors:
-        findings.error(f"there is no column {' or '.join(missing)}", line, EXAMPLE)
-    return columns
+    return {
+        name: _Column(column.place, _factor(name, column.unit, column.title, findings))
+        for name, column in columns_in(line, COLUMNS, EXAMPLE, findings).items()
+    }
 
 
 def _factor(name: str, unit: str, cell: Span, findings: Findings) -> Fraction:
@@ -149,11 +146,12 @@ def _row(line: Span, columns: Mapping[str, _Column], findings: Findings) -> _Row
     angle, moment = numbers["angle"], numbers["moment"]
     if angle is None or moment is None:
         return None
-    return _Row(
-        angle * float(columns["angle"].factor),
-        moment * float(columns["moment"].factor),
-        by_name["angle"],
-    )
+    turned = angle * float(columns["angle"].factor)
+    if abs(turned) > FARTHEST:
+        hint = f"a joint's angle is at most {degrees(FARTHEST):g} deg"
+        findings.error(f"the angle {shown(by_name['angle'].text)} is too large", line, hint)
+        return None
+    return _Row(turned, moment * float(columns["moment"].factor), by_name["angle"])
 
 
 def _check_order(rows: list[_Row], findings: Findings) -> None:
@@ -168,9 +166,27 @@ def _check_order(rows: list[_Row], findings: Findings) -> None:
 
 
 def _check_count(rows: list[_Row], lines: list[Span], findings: Findings) -> None:
-    different = len({row.angle for row in rows})
-    if different < LEAST and not findings.has_errors:
+    if findings.has_errors:
+        return
+    different = _count_different([row.angle for row in rows])
+    if different < LEAST:
         findings.error(
             f"a cubic needs {LEAST} different angles; this file has {different or 'none'}",
             lines[-1],
+            f"angles less than {SAME:g} of their range apart count as one" if different > 1 else "",
         )
+    elif rows[-1].angle - rows[0].angle < LEAST_RANGE:
+        findings.error(
+            "the angles are too close together for a cubic",
+            lines[-1],
+            f"from the first to the last are at least {degrees(LEAST_RANGE):g} deg",
+        )
+
+
+def _count_different(angles: Sequence[float]) -> int:
+    """How many of the angles, which do not fall, are apart from the last that was counted."""
+    counted: list[float] = []
+    for angle in angles:
+        if not counted or angle - counted[-1] > SAME * (angles[-1] - angles[0]):
+            counted.append(angle)
+    return len(counted)

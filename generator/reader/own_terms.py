@@ -16,7 +16,7 @@ def own_law(table: TableReader, coordinates: tuple[str, ...]) -> CoupledExponent
     items = table.items("terms")
     if not items or not all(isinstance(item, dict) for item in items):
         hint = "as in `[{amplitudes_Nm = [1.0, 0.5], rates_1_rad = [2.0, 1.0]}]`"
-        table.error("terms", "`terms` is a list of tables in braces", hint)
+        table.error("terms", "`terms` must be a list of tables in braces", hint)
         return None
     if not count:
         return None
@@ -55,7 +55,7 @@ def _term(table: TableReader, count: int) -> CoupledTerm | None:
         return None
     if not any(rates):
         hint = "such a term is a constant: `constants_Nm`"
-        table.error("rates_1_rad", "the rates of a term are not all zero", hint)
+        table.error("rates_1_rad", "the rates of a term must not all be zero", hint)
         return None
     return CoupledTerm(amplitudes, rates, exponent or 0.0)
 

@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from generator.errors import Fault
+from generator.errors import Fault, InputError
 from generator.figure import Figure, Joint, Vector
 from generator.reader.draft import place_of
 from generator.reader.findings import EnoughFaults, Findings
@@ -78,6 +78,27 @@ def springs_for(
         return PassiveReading(None, findings.in_order())
     replaced = () if content is None else replaced_laws(content)
     return PassiveReading(springs, findings.in_order(), replaced)
+
+
+def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
+    """The springs in a file, hung on the joints of a figure.
+
+    Joints that the file does not name keep the figure's own `stiff`, `rest` and `damp`, and all
+    joints its limits.
+
+    Args:
+        path_or_name: of the file, or what `--springs` takes: NAME for `FIGURE.NAME.springs.toml`
+            beside the figure's file, "printed" or "none".
+        figure: that gets them.
+
+    Raises:
+        InputError: anything is wrong; it holds all faults. Warnings pass.
+    """
+    folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
+    reading = springs_for(figure, folder, stem, path_or_name)
+    if reading.springs is None:
+        raise InputError(reading.faults)
+    return reading.springs
 
 
 def _given_by(

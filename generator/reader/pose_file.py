@@ -22,6 +22,7 @@ from generator.reader.resolve import per_axis
 from generator.reader.syntax import parse_fragment
 from generator.reader.text_file import read_text, unified
 from generator.reader.tree import Block, Connect, Field, Statement, Word
+from generator.reader.values import bound_of
 from generator.reader.vocabulary import known_in, shown
 from generator.source import Source, Span
 
@@ -129,7 +130,16 @@ def _displacement(block: Block, joint: Joint, findings: Findings) -> Array | Non
             findings.error(message, block.name.span, f"write {EXAMPLE}")
         return None
     values = per_axis(given[0], joint.chain, findings)
-    return None if values is None else np.array(values, dtype=float)
+    if values is None:
+        return None
+    for factor, value in zip(joint.chain, values, strict=True):
+        if not (bound := bound_of(factor)).holds(value):
+            place = given[0].value.span if given[0].value else given[0].name.span
+            findings.error(
+                f"this displacement of `{shown(joint.name)}` is too large", place, str(bound)
+            )
+            return None
+    return np.array(values, dtype=float)
 
 
 def _misplaced(word: Word, findings: Findings) -> None:

@@ -14,6 +14,7 @@ from generator.errors import Fault, nearest
 from generator.reader.coupled_table import CoupledEntry, coupled_entry
 from generator.reader.findings import EnoughFaults, Findings
 from generator.reader.joint_axes import AXES
+from generator.reader.joint_words import is_elsewhere
 from generator.reader.law_keys import (
     HYSTERESIS,
     LAW_KEYS,
@@ -200,6 +201,7 @@ def _entry(table: TableReader) -> SpringEntry | None:
         if viscous is None:
             viscous = law.row.damping
         said = _with_published(said, law, joints)
+        _doubt_joints(table, law, joints)
     origins = {key: table.place(key) for key in table.content} | {"spring": table.header}
     origins |= {f"joints.{k}": table.place("joints", k) for k in range(len(joints))}
     return SpringEntry(
@@ -224,6 +226,14 @@ def _entry(table: TableReader) -> SpringEntry | None:
         why=said["why"],
         origins=origins,
     )
+
+
+def _doubt_joints(table: TableReader, law: PublishedLaw, joints: tuple[str, ...]) -> None:
+    """Note a warning for each joint of which a published curve is not."""
+    for k, joint in enumerate(joints):
+        if is_elsewhere(law.row.motion, joint):
+            said = f"`{law.key}` is a curve of {law.row.motion}, and hangs on `{shown(joint)}`"
+            table.findings.warning(said, table.place("joints", k), "is it meant for another joint?")
 
 
 def _with_published(

@@ -59,5 +59,5 @@ def _not_utf8(data: bytes, name: str, place: int) -> tuple[Source, Fault]:
         Span(source, len(before), len(before) + 1),
         f"save the file as UTF-8; in Latin-1 this byte is `{chr(byte)}`"
         if chr(byte).isprintable()
-        else "a figure file is a text in UTF-8",
+        else "the file should be a text in UTF-8",
     )

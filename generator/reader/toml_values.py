@@ -92,7 +92,7 @@ class TableReader:
         value = self.content.get(key)
         if value is None or isinstance(value, str):
             return value
-        self.error(key, f"`{key}` is a text", 'a text stands in quotes: `"..."`')
+        self.error(key, f"`{key}` must be a text", 'a text stands in quotes: `"..."`')
         return None
 
     def choice(self, key: str, known: tuple[str, ...]) -> str | None:
@@ -101,7 +101,7 @@ class TableReader:
         if value is None or value in known:
             return value
         said = shown(value) if isinstance(value, str) else self.place(key).text
-        self.error(key, f"`{key}` is not `{said}`", f"it is one of: {', '.join(known)}")
+        self.error(key, f"`{key}` cannot be `{said}`", f"it is one of: {', '.join(known)}")
         return None
 
     def names(
@@ -114,7 +114,7 @@ class TableReader:
             return ()
         items = self.items(key)
         if not items or not all(isinstance(item, str) for item in items):
-            self.error(key, f"`{key}` is a list of names", f"as in `{example}`")
+            self.error(key, f"`{key}` must be a list of names", f"as in `{example}`")
             return ()
         return tuple(items)
 
@@ -126,8 +126,8 @@ class TableReader:
             return None
         value = self._number(key, self.content[key], None)
         if value is not None and ((value < 0.0 and not negative) or (value == 0.0 and not zero)):
-            least = "not below zero" if zero else "above zero"
-            self.error(key, f"`{key}` is {least}", hint)
+            least = "not be below zero" if zero else "be above zero"
+            self.error(key, f"`{key}` must {least}", hint)
             return None
         return value
 
@@ -137,7 +137,7 @@ class TableReader:
             return None
         items, noun = self.items(key), "number" if count == 1 else "numbers"
         if items is None:
-            self.error(key, f"`{key}` is a list of {count} {noun}", "in square brackets")
+            self.error(key, f"`{key}` must be a list of {count} {noun}", "in square brackets")
             return None
         if len(items) != count:
             self.error(key, f"`{key}` has {len(items)} instead of {count} {noun}")
@@ -166,7 +166,9 @@ class TableReader:
             return ()
         items = self.items(key)
         if items is None or not all(isinstance(item, list) for item in items):
-            self.error(key, f"`{key}` is a list of pairs of numbers", "as in `[[0, 1.5], [10, 2]]`")
+            self.error(
+                key, f"`{key}` must be a list of pairs of numbers", "as in `[[0, 1.5], [10, 2]]`"
+            )
             return ()
         if len(items) < least:
             noun = "pair" if len(items) == 1 else "pairs"
@@ -191,7 +193,7 @@ class TableReader:
             return None
         items = self.items(key)
         if items is None or any(type(item) is not int or item not in (-1, 1) for item in items):
-            self.error(key, f"`{key}` is a list of -1 and +1", "in square brackets")
+            self.error(key, f"`{key}` must be a list of -1 and +1", "in square brackets")
             return None
         if len(items) != count:
             self.error(key, f"`{key}` has {len(items)} instead of {count} signs")
@@ -214,7 +216,7 @@ class TableReader:
             return None
         if type(value) is int and value in (-1, 1):
             return value
-        self.error(key, f"`{key}` is -1 or +1", hint)
+        self.error(key, f"`{key}` must be -1 or +1", hint)
         return None
 
     def _number(

@@ -72,6 +72,41 @@ EXAMPLES: Mapping[Dimension, str] = {
 
 
 @dataclass(frozen=True)
+class Bound:
+    """How large a number of a dimension may be where a person gives it: beyond lies a slip.
+
+    Within it the squares and products that commands make stay far from the largest float.
+
+    Attributes:
+        dimension: what is measured.
+        largest: [SI], of either sign.
+        said: the same in words.
+    """
+
+    dimension: Dimension
+    largest: float
+    said: str
+
+    def holds(self, value: float) -> bool:
+        """Whether a value [SI] is within the bound; what is not finite is not."""
+        return abs(value) <= self.largest
+
+    def __str__(self) -> str:
+        """The bound as a sentence."""
+        return f"{self.dimension.value} is at most {self.said}"
+
+
+BOUNDS: Mapping[Dimension, Bound] = {
+    bound.dimension: bound
+    for bound in (
+        Bound(Dimension.LENGTH, 1e9, "1e9 m"),
+        Bound(Dimension.ANGLE, float(10**6 * PI / 180), "1e6 deg"),
+        Bound(Dimension.DENSITY, 1e6, "1e6 kg/m3"),
+    )
+}
+
+
+@dataclass(frozen=True)
 class Unit:
     """A product of powers of the base units: `factor` is its value in SI."""
 

@@ -8,8 +8,10 @@ from generator.figure import Factor, Location, Shift, Turn, Vector
 from generator.reader.findings import Findings
 from generator.reader.tree import Call, Items, Number, Product, Text, Value, Word
 from generator.reader.units import (
+    BOUNDS,
     EXAMPLES,
     POWERS,
+    Bound,
     Dimension,
     UnitError,
     bare_factor,
@@ -122,6 +124,11 @@ def chain(node: Value, findings: Findings) -> tuple[Factor, ...] | None:
         factors.append(axis and Factor(kind, axis))
     read = tuple(factor for factor in factors if factor is not None)
     return read if len(read) == len(factors) else None
+
+
+def bound_of(factor: Factor) -> Bound:
+    """How large a displacement about or along `factor`, or its rate, may be where one is given."""
+    return BOUNDS[Dimension.ANGLE if factor.kind == "R" else Dimension.LENGTH]
 
 
 def _axis(call: Call, findings: Findings) -> Vector | None:

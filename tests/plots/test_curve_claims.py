@@ -69,22 +69,57 @@ def test_a_joint_that_is_never_held_fails() -> None:
 
 
 def test_torques_that_oppose_each_other_fail() -> None:
-    against = claims.same_way(curve(), published(-20.0), radians(-30.0), radians(30.0))
-    with_it = claims.same_way(curve(), published(3.0), radians(-30.0), radians(30.0))
+    low, high = radians(-30.0), radians(30.0)
+    against = claims.same_way(curve(), published(-20.0), low, high)
+    half = claims.same_way(curve(-20.0 * np.abs(ANGLES)), published(20.0), low, high)
+    with_it = claims.same_way(curve(), published(3.0), low, high)
     assert with_it.holds
     assert not against.holds
-    # All but the 2.9 deg either side of zero where neither pushes with 1 N m.
-    assert against.measured == pytest.approx(60.0 - 2.0 * 2.9, abs=1.5)
+    assert against.measured == 0.0
+    assert not half.holds
+    assert half.measured == pytest.approx(50.0)
+    # All but the 2.9 deg either side of zero where one of 20 N m/rad does not push with 1 N m.
+    over = float(against.sentence.rsplit("over ", 1)[1].split()[0])
+    assert over == pytest.approx(60.0 - 2.0 * 2.9, abs=1.5)
 
 
 def test_a_curve_far_from_the_published_one_fails() -> None:
+    """Of two straight lines the root mean squares are as their slopes."""
     low, high = radians(-60.0), radians(60.0)
     assert claims.near(curve(), published(20.0), low, high).measured == pytest.approx(0.0)
-    far = claims.near(curve(), published(60.0), low, high)
+    for stiffness, share in ((60.0, 2.0 / 3.0), (12.0, 2.0 / 3.0), (30.0, 1.0 / 3.0)):
+        found = claims.near(curve(), published(stiffness), low, high)
+        assert found.measured == pytest.approx(share)
+        assert found.holds is (share < 0.5)
     inside = ANGLES[np.abs(ANGLES) < radians(60.5)]
-    assert far.measured == pytest.approx(40.0 * np.sqrt(np.mean(inside**2)))
-    assert not far.holds
-    assert far.at_most == 10.0
+    own = 60.0 * np.sqrt(np.mean(inside**2))
+    assert f"{own:.3g} N m" in claims.near(curve(), published(60.0), low, high).sentence
+
+
+def test_both_are_small_where_neither_is_firm() -> None:
+    """20 N m/rad at 20 deg are 7 N m; 10 N m are at 28.6 deg, and at 19.1 for 30 N m/rad."""
+    low, high = radians(-20.0), radians(20.0)
+    assert claims.both_small(curve(), published(3.0), low, high).holds
+    assert claims.both_small(curve(), published(3.0), low, high).measured == pytest.approx(
+        20.0 * radians(20.0)
+    )
+    assert not claims.both_small(curve(), published(30.0), low, high).holds
+    assert not claims.both_small(curve(), published(3.0), low, radians(29.0)).holds
+
+
+def test_a_limp_joint_fails_whatever_it_is_compared_with() -> None:
+    limp = curve(np.zeros_like(ANGLES))
+    low, high = radians(-30.0), radians(30.0)
+    for stiffness in (-20.0, 0.1, 3.0, 300.0):
+        other = published(stiffness)
+        assert claims.near(limp, other, low, high).measured == pytest.approx(1.0)
+        assert not claims.near(limp, other, low, high).holds
+        assert np.isnan(claims.same_way(limp, other, low, high).measured)
+        assert not claims.same_way(limp, other, low, high).holds
+        assert not claims.of_size(limp, other, 20.0).holds
+    assert not claims.stops(limp).holds
+    assert not claims.late_stop(limp).holds
+    assert not claims.read_out(limp)[0].holds
 
 
 def test_sizes_are_compared_with_their_sign() -> None:

@@ -40,14 +40,17 @@ def test_a_torque_that_drives_on_is_no_stop() -> None:
 def test_differences_from_points_are_taken_at_the_points() -> None:
     made = curve(-20.0 * ANGLES)
     points = tuple((radians(a), 1.0) for a in (-10.0, 0.5, 20.0, 80.0))
-    less = made.less(points_of(points, "made", SOURCE), radians(-5.0), radians(30.0))
+    made_of = points_of(points, "made", SOURCE)
+    published, less = made.beside(made_of, radians(-5.0), radians(30.0))
+    assert published == pytest.approx([1.0, 1.0])
     assert less == pytest.approx([-20.0 * radians(0.5) - 1.0, -20.0 * radians(20.0) - 1.0])
 
 
 def test_differences_are_left_out_where_nothing_is_published() -> None:
     made = curve(-20.0 * ANGLES)
     half = published_curve("han_2010/flexion", "Han")
-    assert made.less(half, radians(-30.0), radians(30.0)).size == 31
+    published, less = made.beside(half, radians(-30.0), radians(30.0))
+    assert published.size == less.size == 31
 
 
 def test_a_curve_is_read_at_the_edges_of_its_dead_zone_and_of_the_normal_range() -> None:

@@ -211,13 +211,43 @@ def test_ends_of_line_are_kept(folder):
     assert output.read_bytes().count(b"\r\n") == output.read_bytes().count(b"\n")
 
 
-def test_a_figure_may_be_completed_in_place(folder):
+def test_what_is_complete_stays_as_it_is(folder):
+    _, _, once, _ = completed(folder, '    psurf = "brick.pss";')
+    again = folder / "again.fig"
+    result = mover("complete", folder / "out.fig", "--density", "2g/cm3", "-o", again)
+    assert result.exit_code == 0
+    assert again.read_text() == once
+
+
+@pytest.mark.parametrize("output", ["arm.fig", "./arm.fig", "link.fig", "brick.fig"])
+def test_what_the_command_reads_is_not_written_over(folder, output):
     path = folder / "arm.fig"
     path.write_text(FIGURE.format(arm='    psurf = "brick.pss";'))
-    assert mover("complete", path, "--density", "2g/cm3", "-o", path).exit_code == 0
-    once = path.read_text()
-    assert mover("complete", path, "--density", "2g/cm3", "-o", path).exit_code == 0
-    assert path.read_text() == once
+    (folder / "link.fig").symlink_to(path)
+    (folder / "brick.fig").symlink_to(folder / "brick.pss")
+    before = {file: file.read_bytes() for file in folder.iterdir()}
+    result = mover("complete", path, "--density", "2g/cm3", "-o", folder / output)
+    assert result.exit_code == 1
+    assert "cannot be written: the command reads it" in result.stderr
+    assert {file: file.read_bytes() for file in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("output", "said"),
+    [
+        ("brick.pss", "`.pss` is no known suffix; a figure file ends in .fig"),
+        ("out.txt", "`.txt` is no known suffix"),
+        ("out", "the suffix is missing"),
+    ],
+)
+def test_a_figure_is_written_to_a_figure_file(folder, output, said):
+    path, brick = folder / "arm.fig", (folder / "brick.pss").read_bytes()
+    path.write_text(FIGURE.format(arm='    psurf = "brick.pss";'))
+    result = mover("complete", path, "--density", "2g/cm3", "-o", folder / output)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert (folder / "brick.pss").read_bytes() == brick
+    assert sorted(file.name for file in folder.iterdir()) == ["arm.fig", "brick.pss"]
 
 
 def test_what_the_new_file_will_not_find_is_told(tmp_path):

@@ -200,14 +200,17 @@ def test_a_segments_psurf_lies_beside_its_figure(tmp_path):
         (("--density", "1.05g"), "`g` is no unit of a density"),
         (("--density", "1.05 g/cm9"), "unknown unit `cm9`"),
         (("--density", "heavy"), "expected a density such as 1.05g/cm3"),
-        (("--density", "0g/cm3"), "above zero and finite"),
-        (("--density", "-1g/cm3"), "above zero and finite"),
-        (("--density", "1e999g/cm3"), "above zero and finite"),
+        (("--density", "0g/cm3"), "a density is at least 1e-06 kg/m3"),
+        (("--density", "-1g/cm3"), "a density is at least 1e-06 kg/m3"),
+        (("--density", "1e-300g/cm3"), "a density is at least 1e-06 kg/m3"),
+        (("--density", "1e999g/cm3"), "a density is at most 1e6 kg/m3"),
+        (("--density", "1e4g/cm3"), "a density is at most 1e6 kg/m3"),
         (("--density", "1e308kg/m3", "--unit", "ft"), "--density 1e308kg/m3: "),
         ((*DENSITY, "--unit", "kg"), "`kg` is no unit of a length"),
         ((*DENSITY, "--unit", "furlong"), "unknown unit `furlong`"),
         ((*DENSITY, "--about", "1,2"), "expected three numbers, X,Y,Z"),
         ((*DENSITY, "--about", "1,2,nan"), "must be finite"),
+        ((*DENSITY, "--about", "1e300,0,0"), "the numbers must be at most 1e+09"),
     ],
 )
 def test_options_that_say_nothing_are_a_matter_of_usage(tmp_path, words, said):
@@ -216,6 +219,28 @@ def test_options_that_say_nothing_are_a_matter_of_usage(tmp_path, words, said):
     result = mover("mass", path, *words)
     assert result.exit_code == 2
     assert said in result.stderr
+
+
+def test_the_psurf_of_a_segment_has_the_unit_of_psurfs():
+    words = ("mass", "--segment", "left_lower_leg", "prototype", *DENSITY, "--unit", "mm")
+    result = mover(*words)
+    assert result.exit_code == 2
+    assert "--unit mm: `ecalf.pss` is in cm" in result.stderr
+
+
+def test_a_mesh_may_be_the_surface_of_a_segment(tmp_path):
+    trimesh.creation.box((20, 30, 40)).export(tmp_path / "brick.stl")
+    text = (FIGURES / "pendulum.fig").read_text(encoding="utf-8")
+    link, psurf = next((n, s.psurf) for n, s in read_figure("pendulum").segments.items() if s.psurf)
+    (tmp_path / "mesh.fig").write_text(text.replace(psurf, "brick.stl"), encoding="utf-8")
+    words = ("mass", "--segment", link, tmp_path / "mesh.fig", *DENSITY, "--unit", "mm", "--json")
+    assert json.loads(mover(*words).stdout)["volume_m3"] == pytest.approx(24e-6)
+
+
+def test_a_far_point_is_weighed_with_finite_numbers(brick):
+    words = ("mass", brick, "--density", "1e6kg/m3", "--about", "1e9,0,0", "--json")
+    about = json.loads(mover(*words).stdout)["about"]
+    assert about["inertia_kg_m2"][1][1] == pytest.approx(24.0 * 1e14)
 
 
 def test_a_density_must_be_given(brick):

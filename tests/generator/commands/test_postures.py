@@ -332,7 +332,11 @@ def test_frames_without_support_have_no_margin(bending, tmp_path):
         (["stability", "prototype", "--below", "high"], "expected a length such as 1cm"),
         (["stability", "prototype", "--below", "1kg"], "no unit of a length"),
         (["stability", "prototype", "--below", "1cn"], "unknown unit `cn`"),
-        (["stability", "prototype", "--below", "1e999cm"], "must be finite"),
+        (["stability", "prototype", "--below", "1e999cm"], "a length is at most 1e9 m"),
+        (["stability", "prototype", "--below", "1e12cm"], "a length is at most 1e9 m"),
+        (["stability", "prototype", "--below", "1"], "the unit is missing; give one of cm, m"),
+        (["pose", "prototype", "--set", "left_knee=1e100"], "`1e100` is beyond 1e6 deg"),
+        (["pose", "prototype", "--set", "left_knee=-1.1e6"], "`-1.1e6` is beyond 1e6 deg"),
         (["stability", "prototype", "--below", "nan"], "expected a length"),
         (["stability", "prototype", "--support", "left_leg"], "no segment `left_leg`"),
         (["stability", "prototype", "--support", "left_lower_leg:627"], "no face 627"),
@@ -426,6 +430,24 @@ def test_a_folder_that_may_not_be_written_in_is_told(tmp_path):
     tmp_path.chmod(0o500)
     code, said = failure("pose", "prototype", "-o", tmp_path / "x.pose")
     assert (code, "permission denied" in said) == (1, True)
+
+
+@pytest.mark.parametrize("length", ["1e300", "1", "1e-300", "5e-324"])
+def test_the_length_of_up_does_not_matter(length):
+    words = ("stability", "prototype", "--below", "0cm")
+    assert answer(*words, "--up", f"0,{length},0") == answer(*words)
+
+
+def test_a_link_to_no_folder_is_told_by_where_it_leads(tmp_path):
+    (tmp_path / "x.pose").symlink_to("nowhere/x.pose")
+    code, said = failure("pose", "prototype", "-o", tmp_path / "x.pose")
+    assert (code, f"there is no directory `{tmp_path / 'nowhere'}`" in said) == (1, True)
+
+
+def test_a_displacement_may_be_as_large_as_is_said():
+    said = answer("pose", "prototype", "--set", "left_knee=1e6")
+    (knee,) = (joint for joint in said["joints"] if joint["name"] == "left_knee")
+    assert knee["displacement"] == pytest.approx([1e6])
 
 
 def test_poses_out_of_this_world_are_refused(tmp_path):

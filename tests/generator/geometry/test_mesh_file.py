@@ -103,6 +103,28 @@ def test_what_is_no_mesh_is_told(tmp_path, suffix, content):
     assert len(raised.value.faults) == 1
 
 
+@pytest.mark.parametrize("size", [1, 50, 83, 84, 300, 683])
+def test_a_mesh_that_is_cut_short_is_told(tmp_path, size):
+    path = tmp_path / "cut.stl"
+    trimesh.creation.box(SIZE).export(path)
+    whole = path.read_bytes()
+    assert len(whole) == 684
+    path.write_bytes(whole[:size])
+    with pytest.raises(InputError, match=rf"it is cut short, at {size} (of 684 )?bytes"):
+        read_surface(path, Fraction(1))
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".glb"])
+def test_bytes_of_no_mesh_are_told_in_words(tmp_path, suffix):
+    path = tmp_path / f"noise{suffix}"
+    path.write_bytes(b"\xff\xfe\x80\x81" * 100)
+    with pytest.raises(InputError) as raised:
+        read_surface(path, Fraction(1))
+    (fault,) = raised.value.faults
+    assert "it is cut short, or holds something else" in fault.message
+    assert "module" not in str(fault)
+
+
 def test_a_cloud_of_points_has_no_faces(tmp_path):
     trimesh.PointCloud(np.eye(3)).export(tmp_path / "cloud.ply")
     with pytest.raises(InputError, match="there are no faces"):

@@ -19,6 +19,7 @@ from generator.geometry import (
     read_psurf,
     write_psurf,
 )
+from generator.geometry.psurf import MOST_LINES
 
 FIGURES = Path(__file__).parents[3] / "figures"
 
@@ -89,6 +90,37 @@ def test_reading_stops_after_a_hundred_errors():
     faults = parse_psurf("0 0 0\n" * 3 + ";;\n" + "1 2 7;\n" * 150 + ";;\n").faults
     assert len(faults) == 100
     assert "reading stopped here" in faults[-1].hint
+
+
+@pytest.mark.parametrize("text", ["4.0", "+4.0", "-1.5", ".5", "2x", "4.0 outer"])
+def test_the_text_of_a_face_does_not_begin_as_a_number(text):
+    head = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n;;\n"
+    (fault,) = parse_psurf(f"{head}1 3 2 {text};\n1 2 4;\n;;\n").faults[:1]
+    assert fault.span is not None
+    assert (fault.span.line, fault.span.text) == (6, text.split()[0])
+    assert "is not the number of a vertex" in fault.message
+
+
+@pytest.mark.parametrize("text", ["outer 4.0", "(4)", "front-left"])
+def test_other_text_of_a_face_says_nothing(text):
+    assert parsed(f"0 0 0\n1 0 0\n0 1 0\n;;\n1 3 2 {text};\n;;\n").faces == ((0, 2, 1),)
+
+
+def test_a_text_of_too_many_lines_is_refused():
+    (fault,) = parse_psurf("0 0 0\n" * MOST_LINES).faults
+    assert fault.message == "this psurf has 500,001 lines"
+    assert "at most 500,000 are read" in fault.hint
+
+
+@pytest.mark.parametrize("numbers", ["1e400 0 0", "1 2", "1 2 x", "0 0 1e", "1 2 3"])
+def test_plain_vertices_are_read_as_others_are(numbers):
+    """With a blank more than a word may be long, the same numbers are read one by one."""
+    rest = "\n1 0 0\n0 1 0\n;;\n1 2 3;\n;;\n"
+    plain, long = parse_psurf(numbers + rest), parse_psurf(numbers + " " * 300 + rest)
+    assert [f.message for f in plain.faults] == [f.message for f in long.faults]
+    assert (plain.surface is None) == (long.surface is None)
+    if plain.surface is not None and long.surface is not None:
+        assert (plain.surface.vertices == long.surface.vertices).all()
 
 
 def test_a_word_without_end_is_no_number():

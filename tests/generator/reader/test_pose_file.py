@@ -11,12 +11,14 @@ from hypothesis import strategies as st
 from generator import read_figure
 from generator.errors import InputError, errors_among
 from generator.reader.pose_file import examine_pose, parse_pose, read_pose
+from generator.reader.units import BOUNDS, Dimension
 from generator.writer import write_pose
 from tests.chains import chain, row
 
 FAULTS = sorted((Path(__file__).parents[2] / "faults").glob("pose_*.pose"))
 
-NUMBER = st.floats(allow_nan=False, allow_infinity=False)
+LARGEST = BOUNDS[Dimension.ANGLE].largest
+NUMBER = st.floats(-LARGEST, LARGEST)
 SLIDING = row(3, (chain("Rx Ry Rz Tx Ty Tz"), chain("Ts"), ()))
 
 
