@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.errors import errors_among
 from generator.reader.coupled_table import CoupledEntry
 from generator.reader.published_law import PublishedLaw
 from generator.reader.springs_file import SpringEntry, SpringsFile, parse_springs
@@ -27,6 +28,7 @@ NUMBERS = st.floats(
 )
 POSITIVE = st.floats(min_value=1e-6, max_value=1e6)
 ANGLES = st.floats(min_value=-2.0 * pi, max_value=2.0 * pi)
+HELD = st.floats(min_value=-pi, max_value=pi)
 TEXTS = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\r"), max_size=250)
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=20)
 COEFFICIENTS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
@@ -147,7 +149,7 @@ def coupled_entries(draw: st.DrawFn) -> CoupledEntry:
         own = draw(own_laws(coordinates))
     else:
         *hung, last = draw(st.permutations(coupled(published).law.coordinates))
-        coordinates, held = tuple(hung), ((last, draw(ANGLES)),)
+        coordinates, held = tuple(hung), ((last, draw(HELD)),)
     count = len(coordinates)
     knows = own is None or own.measured[0] is not None
     sides = st.tuples(*[NAMES] * count)
@@ -179,7 +181,8 @@ FILES = st.builds(
 @given(FILES, TEXTS.filter(lambda text: text.isprintable()))
 def test_what_is_written_is_read_back(content: SpringsFile, comment: str):
     reading = parse_springs(write_springs(content, comment))
-    assert reading.faults == ()
+    # Where it is held, a law may be an extrapolation.
+    assert errors_among(reading.faults) == ()
     assert reading.content == content
 
 
