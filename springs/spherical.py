@@ -57,8 +57,8 @@ def group_torque(f: Vector, r: Vector, ops: Operations = NUMPY) -> Vector:
     safe = ops.where(small, 1.0, a)
     series = 1.0 / 24.0 + (7.0 / 5760.0) * a * a
     excess = ops.where(small, series, (0.5 / ops.sin(0.5 * safe) - 1.0 / safe) / safe)
-    across = ops.scaled(ops.dot(r, r), f) - ops.scaled(ops.dot(r, f), r)
-    return f + ops.scaled(excess, across)
+    # f stands in it twice only: expression trees are evaluated without sharing.
+    return ops.scaled(1.0 + excess * a * a, f) - ops.scaled(excess * ops.dot(r, f), r)
 
 
 def conservative_energy(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Real:
@@ -136,19 +136,21 @@ def _component(axis: AxisSpring, vector: Vector, ops: Operations) -> Real:
     place = _aligned(axis)
     if place is not None:
         return ops.part(vector, place)
-    terms = [c * ops.part(vector, k) for k, c in enumerate(axis.direction) if c != 0.0]
-    return reduce(add, terms)
+    return ops.dot(ops.vector(axis.direction), vector)
 
 
 def _joined(
     axes: Sequence[AxisSpring], size: Callable[[AxisSpring], Real], ops: Operations
 ) -> Vector:
-    """The sum of the axes' directions, each times its size."""
+    """The sum of the axes' directions, each times its size; each size stands in it once."""
     sums: list[Real] = [None, None, None]
+    skew: list[Vector] = []
     for axis in map(_positive, axes):
-        value = size(axis)
-        for k, c in enumerate(axis.direction):
-            if c != 0.0:
-                term = value if c == 1.0 else c * value
-                sums[k] = term if sums[k] is None else sums[k] + term
-    return ops.vector([0.0 if part is None else part for part in sums])
+        value, place = size(axis), _aligned(axis)
+        if place is None:
+            skew.append(ops.scaled(value, ops.vector(axis.direction)))
+        else:
+            sums[place] = value if sums[place] is None else sums[place] + value
+    if any(part is not None for part in sums) or not skew:
+        skew.append(ops.vector([0.0 if part is None else part for part in sums]))
+    return reduce(add, skew)

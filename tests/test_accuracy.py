@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.engine.accuracy import LONGEST_STEP, first_step
 from generator.engine.plan import Plan
 from generator.engine.simulate import simulate
 from generator.frames import rotation_vector_from_matrix
@@ -92,6 +93,16 @@ def test_the_estimate_is_honest(name, tolerance) -> None:
     assert run.accuracy.estimate <= tolerance
     assert np.max(true) <= tolerance
     assert np.max(true) <= 3.0 * run.accuracy.estimate
+
+
+@pytest.mark.parametrize("frame", [0.001, 0.004, 0.005, 0.02, 0.033, 0.5])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-8])
+def test_the_first_step_divides_a_frame_evenly(frame, tolerance) -> None:
+    step = first_step(frame, tolerance)
+    count = frame / step
+    assert 0.0 < step <= LONGEST_STEP
+    assert count == pytest.approx(round(count))
+    assert round(count) == 1 or round(count) % 2 == 0
 
 
 def test_a_tolerance_out_of_reach_says_until_when_it_held() -> None:

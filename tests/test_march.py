@@ -57,6 +57,20 @@ def test_the_frames_do_not_change_the_motion() -> None:
     assert np.max(np.abs(one.trace.positions[-1] - many.trace.positions[-1])) < 1e-8
 
 
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_frames_taken_on_the_way_are_those_of_a_pass_that_stops_there(count) -> None:
+    """A stop is at each frame where the last one is not as long as the others."""
+    times = frame_times(0.0, 0.2, 0.02)
+    passing = run_pass(row(2, stiff=3.0, damp=0.1), times=times, step=0.02 / count)
+    shift = np.append(times[:-1], 0.2 + 1e-6) - 1e-9 * np.arange(times.size) * (times > 0.0)
+    stopping = run_pass(row(2, stiff=3.0, damp=0.1), times=shift, step=0.02 / count)
+    assert stopping.steps >= passing.steps
+    first = slice(0, times.size - 1)
+    apart = passing.trace.positions[first] - stopping.trace.positions[first]
+    assert np.max(np.abs(apart)) < 1e-6
+    assert np.allclose(passing.trace.dissipated[first], stopping.trace.dissipated[first], atol=1e-5)
+
+
 def test_the_watch_is_told_after_every_frame() -> None:
     told: list[float] = []
     run_pass(row(1), watch=told.append)

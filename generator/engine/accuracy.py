@@ -9,6 +9,7 @@ them, without which the limits would not converge so fast.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import ceil, inf, isfinite, sqrt
 
 import numpy as np
 
@@ -19,12 +20,16 @@ from generator.figure import Figure
 from generator.frames import Array, homogeneous, inverse_pose, rotation_vector_from_matrix
 from generator.recording import Accuracy, Ending, Outcome
 
-LONGEST_STEP = 2e-3
-"""Step of the first pass [s], where frames are not nearer to each other."""
+LONGEST_STEP = 5e-3
+"""Longest step of the first pass at the default tolerance [s]."""
 
-PARTS = (1, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233)
-"""Into how many parts the passes cut it: whole ones give passes whose steps have one ratio
-everywhere, also where frames are cut at corners."""
+SHORTEST_FIRST_STEP = 2.5e-3
+"""So short may a smaller tolerance make it [s]."""
+
+LEAST, MOST = 1.5, 2.0
+"""A pass cuts the first step into so many times the parts of the pass before: at least, at most.
+Nearer passes make a limit that magnifies what is not smooth in their errors, and an estimate that
+does not see it. Whole parts give steps of one ratio everywhere, also where frames are cut."""
 
 CAUTION = 0.75
 """The estimate is so much of the distance between the last two limits. Theory has the last one far
@@ -34,7 +39,13 @@ let it come as far off as this; the worst case tried was off by 1.7 times the es
 SMALLEST_STEP = 6e-5
 """Smallest step that the default tolerance may ask for [s]; it shrinks with the tolerance."""
 
-_CUT_SHORT = (Ending.INTERRUPTED, Ending.TOO_LONG)
+SURE_STEP = 4e-4
+"""Passes that fail alike with a longer step than this may have failed for the step [s]."""
+
+PARTED_PASSES = 0.1
+"""Passes farther apart than this go different ways [rad]."""
+
+CUT_SHORT = (Ending.INTERRUPTED, Ending.TOO_LONG)
 """Endings of a pass that say nothing against the passes before it."""
 
 
@@ -71,7 +82,11 @@ def refine(
     """
     floor = SMALLEST_STEP * min(1.0, (tolerance / 1e-3) ** 0.25)
     done: list[Pass] = []
-    for parts in PARTS:
+    tried: list[int] = []
+    errors = np.zeros(0)
+    while True:
+        parts = _next_parts(tried, float(errors[-1]) / tolerance if errors.size else None)
+        tried.append(parts)
         step = longest_step / parts
         if len(done) >= 3 and step < floor:
             break
@@ -81,12 +96,45 @@ def refine(
         if latest.outcome.ending is Ending.INTERRUPTED and len(done) >= 2:
             return _result(figure, tolerance, done, latest.outcome)
         done.append(latest)
-        if latest.outcome.ending in _CUT_SHORT or _hopeless(done):
+        if latest.outcome.ending in CUT_SHORT:
             break
         errors = estimated_errors(figure, _furthest(done))
         if latest.outcome.succeeded and errors.size and errors[-1] <= tolerance:
             break
+        if latest.step <= SURE_STEP and _hopeless(done):
+            break
     return _result(figure, tolerance, done, done[-1].outcome)
+
+
+def _next_parts(tried: list[int], excess: float | None) -> int:
+    """Into how many parts the next pass cuts the first step.
+
+    The limit of passes of a and b parts has an error of fourth order, in proportion to 1/(a b)^2.
+    The estimate after passes of a, b and c parts is in truth that of the limit of a and b; so that
+    the one after next, that of the limit of c and n, comes out at half the tolerance, n is chosen.
+
+    Args:
+        tried: parts of the passes so far.
+        excess: the last estimate over the tolerance, or None where there is no estimate.
+    """
+    if len(tried) < 3:
+        return len(tried) + 1
+    a, b, c = tried[-3:]
+    known = excess is not None and isfinite(excess)
+    wanted = a * b / c * sqrt(2.0 * (excess or 0.0)) if known else inf
+    return ceil(c * float(np.clip(wanted / c, LEAST, MOST)))
+
+
+def first_step(frame: float, tolerance: float) -> float:
+    """Step of the first pass [s], for frames so far apart [s] and a tolerance [rad].
+
+    A limit of two passes is of fourth order. Frames that are cut at all are cut into an even number
+    of steps: multipliers have an error that changes sign from step to step, and a pass of odd parts
+    would not be extrapolated with one of even parts.
+    """
+    wanted = LONGEST_STEP * min(1.0, (tolerance / 1e-3) ** 0.25)
+    wanted = max(wanted, SHORTEST_FIRST_STEP)
+    return frame if frame <= wanted else frame / (2 * ceil(frame / (2.0 * wanted) - 1e-9))
 
 
 def estimated_errors(figure: Figure, passes: list[Pass]) -> Array:
@@ -160,10 +208,8 @@ def _result(figure: Figure, tolerance: float, done: list[Pass], outcome: Outcome
     """What the passes amount to."""
     steps = sum(one.steps for one in done)
     wall_time = sum(one.wall_time for one in done)
-    used = _furthest(done) if outcome.ending in _CUT_SHORT else _up_to_the_last(done)
-    trace = used[-1].trace
-    if len(used) > 1:
-        trace = extrapolated(used[-2].trace, trace, used[-2].step / used[-1].step)
+    used = _furthest(done) if outcome.ending in CUT_SHORT else _up_to_the_last(done)
+    trace = used[-1].trace if len(used) == 1 else _limit(figure, *used[-2:])
     errors = estimated_errors(figure, used)
     if not errors.size:
         errors = np.full(len(trace), np.inf)
@@ -175,6 +221,18 @@ def _result(figure: Figure, tolerance: float, done: list[Pass], outcome: Outcome
     if outcome.last_time < last:
         message += " of a finer pass"
     return Refined(trace, replace(outcome, message=message, last_time=last), accuracy, wall_time)
+
+
+def _limit(figure: Figure, coarse: Pass, fine: Pass) -> Trace:
+    """The limit of two passes as long as they go together, and from there on the finer one.
+
+    Passes that have parted have no limit: what would be extrapolated is no motion of the figure.
+    """
+    limit = extrapolated(coarse.trace, fine.trace, coarse.step / fine.step)
+    parted = joint_differences(figure, coarse.trace, fine.trace) > PARTED_PASSES
+    if not np.any(parted):
+        return limit
+    return limit.first(int(np.argmax(parted))).then(fine.trace.first(len(limit)))
 
 
 def _sentence(accuracy: Accuracy, last: float) -> str:

@@ -8,10 +8,9 @@ halved, so no pass can crawl.
 """
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import ceil
 from typing import Any
 
@@ -20,26 +19,25 @@ import numpy as np
 from generator.engine.assembly import Assembly
 from generator.engine.exudyn_api import SolverError, exu, set_times
 from generator.engine.joints import Constraint
+from generator.engine.legs import (
+    STEPS_A_BITE,
+    bites,
+    count_steps,
+    end_of_leg,
+    jumps_of,
+    stretches,
+)
 from generator.engine.meters import Flip, Meters
 from generator.engine.passages import Guide
 from generator.engine.trace import Trace, rotations_from_parameters, spins_from_parameters
 from generator.frames import Array
 from generator.recording import Ending, Outcome
 
-_SHORTEST = 0.05
-"""Cuts nearer to each other than this part of a step are not worth a step of their own."""
-
 _MOMENT = 1e-8
 """A step so short that nothing moves in it [s]."""
 
-_JUMP = 1e-9
-"""Half the length of the step that takes in the jump of a load [s]."""
-
-FRAMES_A_READING = 10
+FRAMES_A_READING = 20
 """Frames between two readings of the meters: reading each costs as much as many steps."""
-
-STEPS_A_BITE = 500
-"""Largest number of steps that Exudyn takes before it is asked again."""
 
 _HALF_TURN_SUSPECT = 2.8
 """A solver that fails with a sprung joint beyond this angle [rad] failed for that joint."""
@@ -107,36 +105,50 @@ def march(
     first = _start_multipliers(assembly, settings, float(times[0]))
     meters = Meters(assembly)
     log = _Log(assembly, float(times[0]), first)
-    steps, read = 0, 0
-    guide, jumps = guide or Guide(), _jumps(assembly)
+    steps, read, k = 0, 0, 0
+    guide, jumps = guide or Guide(), jumps_of(assembly)
     outcome = Outcome(Ending.DONE, "", float(times[-1]))
+    passing = _Passing(log, watch, deadline)
+    a_frame = parts * count_steps(float(times[1] - times[0]), step)
     try:
-        for k, (here, there) in enumerate(pairwise(times)):
-            corners = guide.cuts(k, float(here), float(there), meters.now)
+        while k + 1 < times.size:
+            most = min(read + FRAMES_A_READING - k, STEPS_A_BITE // a_frame)
+            last = end_of_leg(times, k, most, jumps, guide)
+            here, there = float(times[k]), float(times[last])
             try:
-                for interval in _stretches(float(here), float(there), jumps, corners, step / parts):
-                    count = parts * _count(interval[1] - interval[0], step)
-                    for bite, some in _bites(interval, count):
-                        if time.monotonic() > deadline and bite[0] > here:
-                            raise TimeoutError
-                        _advance(assembly, settings, bite, some, read < k or bite[0] > here)
-                        steps += some
+                if last > k + 1:
+                    count = (last - k) * a_frame
+                    with passing.over(assembly.mbs, times[k + 1 : last], a_frame):
+                        _advance(assembly, settings, (here, there), count, read < k)
+                    steps += count
+                    if len(log) < last:
+                        raise TimeoutError
+                else:
+                    corners = guide.cuts(k, here, there, meters.now)
+                    for interval in stretches(here, there, jumps, corners, step / parts):
+                        count = parts * count_steps(interval[1] - interval[0], step)
+                        for bite, some in bites(interval, count):
+                            if time.monotonic() > deadline and bite[0] > here:
+                                raise TimeoutError
+                            _advance(assembly, settings, bite, some, read < k or bite[0] > here)
+                            steps += some
             except SolverError:
                 outcome = _failure(assembly, log, meters)
                 break
             except TimeoutError:
                 outcome = _too_long(log.last_time)
                 break
-            log.take(float(there))
-            if k + 1 - read == FRAMES_A_READING or there == times[-1]:
-                flip = meters.read(times[read + 1 : k + 2])
-                read = k + 1
+            log.take(there)
+            k = last
+            if k - read == FRAMES_A_READING or there == times[-1]:
+                flip = meters.read(times[read + 1 : k + 1])
+                read = k
                 if flip is not None:
                     outcome = _turned_over(flip)
                     break
-            watch(float(there))
+            watch(there)
             if time.monotonic() > deadline and there < times[-1]:
-                outcome = _too_long(float(there))
+                outcome = _too_long(there)
                 break
     except KeyboardInterrupt:
         outcome = _interrupted(log.last_time)
@@ -152,52 +164,43 @@ def march(
     last = float(trace.times[-1])
     outcome = replace(outcome, last_time=last)
     frame = float(times[1] - times[0])
-    used = frame / (parts * _count(frame, step))
+    used = frame / a_frame
     return Pass(trace, outcome, used, steps, spent, meters.guide)
 
 
-def _count(length: float, step: float) -> int:
-    """Number of equal steps, none longer than `step`, in a stretch of time [s]."""
-    return max(1, ceil(length / step - 1e-9))
+class _Passing:
+    """Takes the frames that the integrator passes without a stop; Exudyn calls it at every step."""
 
+    def __init__(self, log: "_Log", watch: Watch, deadline: float) -> None:
+        self._log, self._watch, self._deadline = log, watch, deadline
+        self._waiting: list[float] = []
+        self._every, self._steps, self._taken, self._told = 1, 0, 0, 0
 
-def _jumps(assembly: Assembly) -> Array:
-    """Times just before and just after the jumps of loads [s].
+    @contextmanager
+    def over(self, mbs: Any, times: Array, every: int) -> Generator[None]:
+        """While a leg is integrated that passes frames [s], one after each `every` steps."""
+        self._waiting, self._every = times.tolist(), every
+        self._steps, self._taken, self._told = -1, 0, 0
+        mbs.SetPostStepUserFunction(self)
+        try:
+            yield
+        finally:
+            # Exudyn would keep this object, and through it the system itself.
+            mbs.SetPostStepUserFunction(0)
 
-    A load that jumps within a step, or at its very end, would make the step one of first order.
-    """
-    times = {time for load, *_ in assembly.loads for time in load.jumps}
-    return np.array(sorted(time + side for time in times for side in (-_JUMP, _JUMP)))
-
-
-def _stretches(
-    here: float, there: float, jumps: Array, corners: Array, step: float
-) -> list[tuple[float, float]]:
-    """A frame interval cut at jumps, and at the corners that are not too near to another cut."""
-    ends = [here, *_within(jumps, here, there), there]
-    cuts = [here]
-    for end in ends[1:]:
-        for corner in _within(corners, cuts[-1], end):
-            if corner - cuts[-1] > _SHORTEST * step and end - corner > _SHORTEST * step:
-                cuts.append(corner)
-        cuts.append(end)
-    return list(pairwise(cuts))
-
-
-def _bites(interval: tuple[float, float], count: int) -> Iterator[tuple[tuple[float, float], int]]:
-    """An interval of equal steps in parts of so few that the clock and Ctrl-C are heard."""
-    start, stop = interval
-    here = start
-    for place in range(0, count, STEPS_A_BITE):
-        some = min(STEPS_A_BITE, count - place)
-        there = stop if place + some == count else start + (stop - start) * (place + some) / count
-        yield (here, there), some
-        here = there
-
-
-def _within(times: Array, here: float, there: float) -> list[float]:
-    """The sorted times that are between two others."""
-    return [float(t) for t in times[np.searchsorted(times, here) : np.searchsorted(times, there)]]
+    def __call__(self, mbs: Any, now: float) -> bool:
+        """Told of the start and after every step; whether to go on."""
+        self._steps += 1
+        if self._told < self._taken:
+            # Only now are the sensors of the frame stored.
+            self._told += 1
+            self._watch(self._waiting[self._told - 1])
+        here = self._steps > 0 and self._steps % self._every == 0
+        if here and self._taken < len(self._waiting):
+            self._log.take(self._waiting[self._taken])
+            self._taken += 1
+            return time.monotonic() < self._deadline
+        return True
 
 
 def _settings(newton: float) -> Any:

@@ -45,6 +45,11 @@ class Guide:
     def _times(self) -> Array:
         return np.array([passage.time for passage in self.passages])
 
+    def passes(self, here: float, there: float) -> bool:
+        """Whether a corner is passed between two times [s]."""
+        first, last = np.searchsorted(self._times, [here, there])
+        return bool(first < last)
+
     def cuts(self, frame: int, here: float, there: float, now: Callable[[str], float]) -> Array:
         """Times between two frames at which steps should end [s], sorted.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from generator.engine.accuracy import LONGEST_STEP, Refined, refine
+from generator.engine.accuracy import CUT_SHORT, Refined, first_step, refine
 from generator.engine.assembly import Assembly, build
 from generator.engine.chosen_springs import springs_of
 from generator.engine.energy import energy_book
@@ -104,13 +104,13 @@ class _Runner:
         if self._plan.step is not None:
             return 1e-9
         first = min(1e-2 * self._plan.tolerance, 1e-5)
-        return max(first * 0.05**self._passes, 1e-11)
+        return max(first * max(0.1**self._passes, 1e-3), 1e-11)
 
     @property
     def longest_step(self) -> float:
         """The step that the plan gives, else that of the first pass [s]."""
         frame = float(self._times[1] - self._times[0])
-        return self._plan.step or min(LONGEST_STEP, frame)
+        return self._plan.step or first_step(frame, self._plan.tolerance)
 
     def run(self, parts: int = 1, guide: Guide | None = None) -> Pass:
         """One pass with the longest step cut into parts, guided by an earlier one."""
@@ -232,7 +232,11 @@ def _torn(
     count = max(1, first[joint, what])
     last = float(refined.trace.times[count - 1])
     message = f"joint {joint} {what} after {last:.4g} s: the step is too long for what acts there"
+    outcome = Outcome(Ending.SOLVER_FAILED, message, last, joint)
     by_frame, estimate = refined.accuracy.by_frame[:count], refined.accuracy.estimate
+    if refined.outcome.ending in CUT_SHORT and estimate == np.inf:
+        # The passes that there was time for were coarse: finer ones would have held.
+        outcome = replace(refined.outcome, last_time=last)
     accuracy = replace(
         refined.accuracy,
         estimate=None if estimate is None else float(by_frame[-1]),
@@ -242,6 +246,6 @@ def _torn(
     return replace(
         refined,
         trace=refined.trace.first(count),
-        outcome=Outcome(Ending.SOLVER_FAILED, message, last, joint),
+        outcome=outcome,
         accuracy=accuracy,
     )

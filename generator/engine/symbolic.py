@@ -27,6 +27,8 @@ class _Symbolic:
         return symbols.exp(value)
 
     def vector(self, parts: Sequence[Real]) -> Vector:
+        if all(isinstance(part, float | int) for part in parts):
+            return symbols.Vector([float(part) for part in parts])
         return symbols.Vector([_symbol(part) for part in parts])
 
     def part(self, vector: Vector, index: int) -> Real:

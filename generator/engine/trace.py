@@ -55,6 +55,26 @@ class Trace:
             self, positions=positions, rotations=rotations, velocities=velocities, spins=spins
         )
 
+    def then(self, longer: "Trace") -> "Trace":
+        """These frames, and after them those that another trace has more."""
+        count = len(self)
+
+        def after(mine: Array, others: Array) -> Array:
+            return np.concatenate([mine, others[count:]])
+
+        return Trace(
+            after(self.times, longer.times),
+            after(self.positions, longer.positions),
+            after(self.rotations, longer.rotations),
+            after(self.velocities, longer.velocities),
+            after(self.spins, longer.spins),
+            {name: after(m, longer.multipliers[name]) for name, m in self.multipliers.items()},
+            after(self.dissipated, longer.dissipated),
+            after(self.spring_work, longer.spring_work),
+            after(self.load_work, longer.load_work),
+            after(self.pulls, longer.pulls),
+        )
+
     def _each(self, change: Callable[[Array], Array]) -> "Trace":
         multipliers = {name: change(values) for name, values in self.multipliers.items()}
         return Trace(
