@@ -12,9 +12,9 @@ from unittest.mock import patch
 
 import numpy as np
 
-from generator.engine import passive
 from generator.engine.assembly import build
 from generator.engine.chosen_springs import springs_of
+from generator.engine.connector import Hanger
 from generator.engine.march import Pass, frame_times, march
 from generator.engine.passages import Guide
 from generator.engine.plan import Plan
@@ -78,7 +78,7 @@ def shares(figure: Figure) -> Mapping[str, float]:
     """
     trees = step_time(figure, Plan(stop=0.5))
     python = step_time(figure, Plan(stop=0.5, python_torques=True))
-    with patch.object(passive, "_function", return_value=0):
+    with patch.object(Hanger, "function", return_value=0):
         empty = step_time(figure, Plan(stop=0.5))
     print(
         f"  share of the expression trees in the stepping time: {1.0 - empty / trees:.0%}; "

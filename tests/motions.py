@@ -44,15 +44,15 @@ def clip(name: str) -> Clip:
     match name:
         case "slides":
             made = slides()
-            return clip_of_recording(simulate(made, Plan(stop=1.0)), made)
+            return clip_of_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
         case "flying":
             made = read_figure(FIGURES / "prototype.fig")
             spun = {"lower_torso": (1.0, 2.0, -3.0, 0.5, 1.0, 0.2)}
-            plan = Plan(stop=1.0, free_root=True, velocities=spun)
+            plan = Plan(stop=1.0, tolerance=1e-4, free_root=True, velocities=spun)
             return clip_of_recording(simulate(made, plan), made)
         case _:
             made = read_figure(FIGURES / f"{name}.fig")
-            return clip_of_recording(simulate(made, Plan(stop=1.0)), made)
+            return clip_of_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
 
 
 def ten_frames(motion: Clip) -> list[int]:

@@ -5,9 +5,11 @@ from pathlib import Path
 
 from generator.animation.clip import NO_FIGURE, Clip, unheld
 from generator.animation.displayed import shown_chain, shown_number, unit_of
-from generator.exchange.losses import Losses
+from generator.exchange.losses import Loss, Losses
 from generator.recording import ENERGY_KINDS
 from generator.whole_file import write_whole
+
+NO_ENERGIES = Loss("energies: the motion is not that of a run, which alone has them")
 
 
 def write(clip: Clip, path: Path) -> Losses:
@@ -18,7 +20,7 @@ def write(clip: Clip, path: Path) -> Losses:
         ValueError: a displacement is not finite.
     """
     write_whole(path, format_csv(clip))
-    return Losses.of("table", [NO_FIGURE, unheld(clip, "energies")])
+    return Losses.of("table", [NO_FIGURE, unheld(clip, "energies") or NO_ENERGIES])
 
 
 def format_csv(clip: Clip) -> str:

@@ -24,6 +24,7 @@ ABOUT = "about"
 BY_JOINT = ("displacements", "velocities", "rotation_vectors", "reactions", "passive_torques")
 BY_DRIVEN_JOINT = "drive_torques"
 BY_SEGMENT = "poses"
+BY_FRAME = "error_by_frame"
 ENERGY = "energy"
 
 
@@ -43,7 +44,7 @@ def write(clip: Clip, path: Path) -> Losses:
         for field in BY_JOINT:
             arrays |= _named(field, getattr(run, field))
         arrays |= _named(BY_DRIVEN_JOINT, run.drive_torques)
-        arrays |= {"centre_of_mass": run.centre_of_mass, "error_by_frame": run.accuracy.by_frame}
+        arrays |= {"centre_of_mass": run.centre_of_mass, BY_FRAME: run.accuracy.by_frame}
         arrays |= _named(ENERGY, run.energy)
     stream = BytesIO()
     np.savez_compressed(

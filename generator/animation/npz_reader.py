@@ -14,6 +14,7 @@ from generator.animation.header import Header, interval_of
 from generator.animation.npz import (
     ABOUT,
     BY_DRIVEN_JOINT,
+    BY_FRAME,
     BY_JOINT,
     BY_SEGMENT,
     ENERGY,
@@ -28,13 +29,17 @@ from generator.whole_file import reason_of
 _BROKEN = (BadZipFile, ValueError, EOFError, KeyError, zlib.error, NotImplementedError, MemoryError)
 """What numpy raises for a file that is none, or not whole."""
 
+RIGID = 1e-6
+"""So far may R^T R of a pose be from the identity."""
+
 Chains = dict[str, tuple[Factor, ...]]
 
 
 def read_npz(path: str | Path) -> tuple[Header, Recording]:
     """The run in a `.npz` of this program, and where it is from.
 
-    Raises InputError, with all faults, when the file is none, is not whole, or lacks an array.
+    Raises InputError, with all faults, when the file is none, is not whole, lacks an array, or
+    holds numbers that are not finite (but for `error_by_frame`) or poses that are not rigid.
     """
     arrays = _arrays(Path(path))
     about = _about(arrays, Path(path))
@@ -46,6 +51,7 @@ def read_npz(path: str | Path) -> tuple[Header, Recording]:
         if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
             raise _wrong(path, ["the array `times` is not one row that increases"])
         faults = list(_faults(arrays, chains, times.size))
+        faults = faults or list(_doubts(arrays))
         if faults:
             raise _wrong(path, faults)
         recording = _recording(arrays, about, chains)
@@ -110,7 +116,7 @@ def _shapes(chains: Chains, count: int) -> dict[str, tuple[int, ...]]:
         for name, chain in chains.items()
     }
     shapes |= {f"{ENERGY}/{kind}": (count,) for kind in ENERGY_KINDS}
-    return shapes | {"centre_of_mass": (count, 3), "error_by_frame": (count,)}
+    return shapes | {"centre_of_mass": (count, 3), BY_FRAME: (count,)}
 
 
 def _faults(
@@ -136,6 +142,30 @@ def _faults(
             yield f"the array `{name}` holds {arrays[name].dtype}, not float64"
 
 
+def _doubts(arrays: Mapping[str, np.ndarray[Any, Any]]) -> Iterable[str]:
+    """What has the right shape and cannot be: numbers that are none, poses that are not rigid."""
+    for name, array in arrays.items():
+        if name in (ABOUT, BY_FRAME) or array.dtype != np.float64:
+            continue
+        if not np.all(np.isfinite(array)):
+            yield f"the array `{name}` holds numbers that are not finite"
+        elif name.startswith(f"{BY_SEGMENT}/") and not _are_rigid(array):
+            yield f"the array `{name}` holds poses that are no rotation and shift"
+
+
+def _are_rigid(poses: Array) -> bool:
+    """Whether poses, shape (n, 4, 4), each turn and shift alone."""
+    turns = poses[:, :3, :3]
+    if np.abs(turns).max() > 1.0 + RIGID:
+        return False  # the products below would overflow
+    square = np.swapaxes(turns, -1, -2) @ turns
+    return bool(
+        np.abs(square - np.eye(3)).max() <= RIGID
+        and np.all(np.linalg.det(turns) > 0.0)
+        and np.all(poses[:, 3] == (0.0, 0.0, 0.0, 1.0))
+    )
+
+
 def _names(arrays: Mapping[str, np.ndarray[Any, Any]], field: str) -> list[str]:
     """The names behind a field, of all arrays that have it."""
     lead = f"{field}/"
@@ -156,7 +186,7 @@ def _recording(arrays: Mapping[str, Array], about: dict[str, Any], chains: Chain
         float(run["held_until"]),
         float(run["step"]),
         int(run["steps"]),
-        arrays["error_by_frame"],
+        arrays[BY_FRAME],
     )
     return Recording(
         times=arrays["times"],

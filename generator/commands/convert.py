@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from generator.animation import (
@@ -9,6 +10,7 @@ from generator.animation import (
     Clip,
     clip_of_action,
     clip_of_recording,
+    format_of,
     read_action,
     read_npz,
 )
@@ -22,22 +24,20 @@ from generator.commands.motion_files import (
     insist_on_formats,
     losses_data,
     losses_text,
-    write_motion,
 )
-from generator.commands.outputs import insist_writable, unwritable
+from generator.commands.outputs import insist_writable
 from generator.commands.postures import doubts_of, insist_on_chains, insist_on_reach
-from generator.errors import Fault, InputError, MoverError, error
+from generator.commands.together import write_together
+from generator.errors import Fault, InputError, error
 from generator.exchange.formats import (
     ModelFormat,
     UnknownModelFormatError,
     model_format,
     suffixes,
 )
-from generator.exchange.losses import Losses
 from generator.figure import Figure
 from generator.posture.placement import Placement
 from generator.reader import shipped_figures
-from generator.whole_file import reason_of
 
 ACTION, NPZ = ".action", ".npz"
 READ = (ACTION, NPZ)
@@ -66,7 +66,7 @@ class Request:
 
 
 def convert(request: Request) -> Answer:
-    """Write what is asked for.
+    """Write what is asked for, all of it or nothing.
 
     Raises:
         UsageError: the source and the outputs do not fit, or a format is not known.
@@ -74,6 +74,8 @@ def convert(request: Request) -> Answer:
         MoverError: the motion is of another figure, or a format cannot hold it.
     """
     insist_distinct(request.outputs)
+    if request.apart and not is_model(request.source):
+        raise UsageError(f"{request.source}: --apart is for models of other programs")
     if Path(request.source).suffix.lower() in FORMATS:
         return _motion(request)
     if is_model(request.source):
@@ -104,7 +106,7 @@ def _motion(request: Request) -> Answer:
     insist_on_chains(figure)
     clip = clip_of(figure)
     insist_on_reach(Placement(clip.tree, clip.displacements, clip.poses))
-    written = write_motion(clip, request.outputs)
+    written = write_together([(out, partial(format_of(out), clip)) for out in request.outputs])
     frames = counted(clip.times.size, "frame")
     title = f"{frames} of {figure.path}, {clip.times[0]:g} to {clip.times[-1]:g} s"
     data = {"frames": clip.times.size}
@@ -149,14 +151,9 @@ def _model(request: Request) -> Answer:
     springs, more = springs_of(figure, request.springs)
     new = [out for out, each in writers if each.suffixes or not out.is_dir()]
     insist_writable(new, (figure.path, request.springs))
-    written: dict[Path, Losses] = {}
-    for output, each in writers:
-        try:
-            written[output] = each.write(figure, springs, output)
-        except OSError as failure:
-            raise InputError((unwritable(output, reason_of(failure)),)) from None
-        except ValueError as failure:
-            raise MoverError(f"`{output}` cannot be written: {failure}") from None
+    written = write_together(
+        [(output, partial(each.write, figure, springs)) for output, each in writers]
+    )
     title = f"{request.source} with springs: {springs.origin}"
     return _answer(request, title, str(figure.path), {}, written, (*warnings, *more))
 

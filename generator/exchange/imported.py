@@ -51,6 +51,12 @@ def springs_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}{SUFFIX}")
 
 
+def springs_text(springs: SpringsFile, path: Path) -> str:
+    """The springs file that stands beside the figure file at `path`."""
+    comment = f"Passive joints of {path.name} that its own fields cannot hold."
+    return write_springs(springs, comment)
+
+
 def write_imported(imported: Imported, path: Path) -> Losses:
     """Write the figure, and its springs file beside it where it has one.
 
@@ -58,14 +64,13 @@ def write_imported(imported: Imported, path: Path) -> Losses:
         OSError: a file cannot be written.
     """
     springs, beside = imported.springs, springs_path(path)
-    losses = imported.losses
+    losses, text = imported.losses, write_figure(imported.figure)
     if springs is not None:
-        comment = f"Passive joints of {path.name} that its own fields cannot hold."
-        write_whole(beside, write_springs(springs, comment))
+        write_whole(beside, springs_text(springs, path))
     elif beside.exists():
         stale = Loss(
             "an older springs file stands beside the figure and will be used", (str(beside),)
         )
         losses = Losses(losses.format, (*losses.each, stale))
-    write_whole(path, write_figure(imported.figure))
+    write_whole(path, text)
     return losses

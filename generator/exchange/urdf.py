@@ -4,12 +4,16 @@ A joint of several freedoms is a row of joints of one, in the order of its chain
 them that have no mass: the angles are the figure's displacements. The frame of a link is that in
 which its joint moves it, so a segment whose site is not at its origin hangs by a fixed joint from a
 link at the site.
+
+The link `world` has z up and x ahead, as programs that read the format expect; the ground's
+segments are turned in it, so that their frames and all further out are the figure's.
 """
 
 from pathlib import Path
 
 import numpy as np
 
+from generator.exchange.incoming.passive_tree import Z_UP
 from generator.exchange.joint_laws import (
     JointLaws,
     laws_of,
@@ -22,7 +26,7 @@ from generator.exchange.model import Model, model_of, unused_name
 from generator.exchange.report import Report
 from generator.exchange.xml_elements import Element, add, document, numbers, roll_pitch_yaw
 from generator.figure import Figure, Joint, Site
-from generator.frames import Array, inverse_pose, unit
+from generator.frames import Array, homogeneous, inverse_pose, unit
 from generator.posture.branch import Branch
 from generator.whole_file import write_whole
 from springs import AxisSpring, JointSprings, SpringSet, Stop
@@ -54,7 +58,7 @@ def urdf_of(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
 
 
 _COMMENTS = (
-    "Units are metres, kilograms, seconds and radians. The link `world` has y up.",
+    "Units are metres, kilograms, seconds and radians. The link `world` has z up, x ahead.",
     "Links between the joints of one joint of the figure have no mass.",
 )
 
@@ -77,10 +81,11 @@ class _Links:
         """All links, each base before its tip."""
         model = self._model
         world = self._link(unused_name("world", self._links))
+        upright = homogeneous(Z_UP.T, np.zeros(3))
         for name in model.figure.ground:
             link = self._link(model.segments[name])
             fixed = unused_name(f"{link}_fixed", self._joints)
-            self._join(fixed, "fixed", world, link, model.placement.poses[name])
+            self._join(fixed, "fixed", world, link, upright @ model.placement.poses[name])
         for branch in model.tree.branches:
             self._add(branch)
 

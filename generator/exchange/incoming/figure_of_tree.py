@@ -82,12 +82,19 @@ class _Draft:
     )
 
     def add_segment(
-        self, name: str, mass: MassProperties | None, sites: Mapping[str, Array]
+        self,
+        name: str,
+        mass: MassProperties | None,
+        sites: Mapping[str, Array],
+        *,
+        carrier: bool = False,
     ) -> tuple[str, Array]:
         """A segment for a body; its name, and the rotation of its axes in the body's frame."""
-        given = self.segment_names.taken(name)
+        names = self.segment_names
+        given = names.made(name) if carrier else names.taken(name)
         turn = np.eye(3) if mass is None else principal_frame(mass)
         names = self.site_names[given] = Names()
+        names.keep(sites)
         self.sites[given] = {}
         moments = None
         if mass is not None:
@@ -95,7 +102,7 @@ class _Draft:
             self.sites[given][CENTRE_OF_MASS] = homogeneous(np.eye(3), turn.T @ mass.centre)
             moments = _vector(np.diag(turn.T @ mass.inertia @ turn))
         self.segments[given] = Segment(given, None if mass is None else mass.mass, moments)
-        for site, pose in {FRAME: np.eye(4), **sites}.items():
+        for site, pose in ((FRAME, np.eye(4)), *sites.items()):
             self.add_site(given, turn, site, pose)
         return given, turn
 
@@ -160,8 +167,11 @@ def figure_of(
     if findings.has_errors:
         return None
     draft = _Draft(report, apart)
+    draft.segment_names.keep(body.name for body in whole.bodies)
+    draft.joint_names.keep(name for body in whole.bodies for name in _joint_names(body))
     ground, turn = draft.add_segment(WORLD, None, {})
     root = draft.add_site(ground, turn, ORIGIN, homogeneous(tree.up.T, np.zeros(3)))
+    draft.site_names[ground].keep(whole.sites)
     for name, pose in whole.sites.items():
         draft.add_site(ground, turn, name, pose)
     draft.turned[None] = ground, turn
@@ -209,7 +219,9 @@ def _hang(draft: _Draft, body: Body) -> None:
     groups = groups_of(body.freedoms, apart=draft.apart)
     carried = max(len(groups) - 1, 0)
     mass = whole.with_mass(whole.mass * (1.0 - carried * SHARE))
-    names = [_joint_name(body, group, len(groups)) for group in groups] or [body.joint or body.name]
+    asked = [_joint_name(body, group, len(groups)) for group in groups] or [body.joint or body.name]
+    own, given = _joint_names(body), draft.joint_names
+    names = [given.taken(name) if name in own else given.made(name) for name in asked]
     parent, pose = body.parent, body.pose
     for k, group in enumerate(groups[:-1], start=1):
         name = f"{body.name}/{k}"
@@ -218,7 +230,9 @@ def _hang(draft: _Draft, body: Body) -> None:
             f"have springs of their own: a segment of {SHARE:g} of its mass stands between them",
             f"{body.name} ({', '.join(freedom.name for freedom in body.freedoms)})",
         )
-        draft.turned[name] = draft.add_segment(f"{body.name}_{k}", _carrier(whole, group), {})
+        draft.turned[name] = draft.add_segment(
+            f"{body.name}_{k}", _carrier(whole, group), {}, carrier=True
+        )
         _join(draft, names[k - 1], (parent, name), pose, group)
         parent, pose = name, np.eye(4)
     draft.turned[body.name] = draft.add_segment(body.name, mass, body.sites)
@@ -233,13 +247,12 @@ def _carrier(mass: MassProperties, group: Group) -> MassProperties:
 
 def _join(
     draft: _Draft,
-    asked: str,
+    name: str,
     ends: tuple[str | None, str],
     pose_in_parent: Array,
     group: Group | None,
 ) -> None:
     """A joint between the segments of two of the model's bodies; rigid without a group."""
-    name = draft.joint_names.taken(asked)
     frame = np.eye(4) if group is None else homogeneous(group.frame, np.asarray(group.centre))
     parent = draft.add_end(ends[0], name, pose_in_parent @ frame)
     child = draft.add_end(ends[1], f"to_{name}", frame)
@@ -270,6 +283,12 @@ def _join(
             "vector instead of on each angle",
             name,
         )
+
+
+def _joint_names(body: Body) -> set[str]:
+    """What the model calls joints of a body."""
+    words = {word for freedom in body.freedoms for word in (freedom.name, freedom.whole)}
+    return {*words, body.joint} - {""}
 
 
 def _joint_name(body: Body, group: Group, count: int) -> str:

@@ -109,6 +109,53 @@ def test_all_that_is_missing_or_misshapen_is_told_at_once(tmp_path: Path):
     assert any("`poses/crank` holds float32, not float64" in each for each in said)
 
 
+def spoilt(name: str, at: tuple[int, ...], value: float, path: Path) -> list[str]:
+    """What is said of a run with one wrong number."""
+    arrays = arrays_of(path)
+    arrays[name][at] = value
+    np.savez(path, allow_pickle=False, **arrays)
+    return refused(path)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(
+    ("name", "at"),
+    [
+        ("displacements/crank_pin", (3, 0)),
+        ("poses/crank", (50, 0, 3)),
+        ("reactions/crank_pin", (0, 5)),
+        ("energy/kinetic", (7,)),
+    ],
+)
+def test_numbers_that_are_not_finite_are_refused(name, at, value, tmp_path: Path):
+    path = tmp_path / "run.npz"
+    said = [f"`{path}` is no run: the array `{name}` holds numbers that are not finite"]
+    assert spoilt(name, at, value, path) == said
+
+
+def test_a_last_time_without_bound_is_refused(tmp_path: Path):
+    assert "the array `times` holds" in spoilt("times", (50,), np.inf, tmp_path / "run.npz")[0]
+
+
+@pytest.mark.parametrize(
+    ("at", "value"), [((4, 0, 0), 0.3), ((4, 2, 2), 1e200), ((4, 3, 0), 0.1), ((4, 3, 3), 2.0)]
+)
+def test_poses_that_are_not_rigid_are_refused(at, value, tmp_path: Path):
+    path = tmp_path / "run.npz"
+    said = [
+        f"`{path}` is no run: the array `poses/crank` holds poses that are no rotation and shift"
+    ]
+    assert spoilt("poses/crank", at, value, path) == said
+
+
+def test_a_mirrored_pose_is_refused(tmp_path: Path):
+    path = tmp_path / "run.npz"
+    arrays = arrays_of(path)
+    arrays["poses/crank"][2, :3, :3] *= -1.0
+    np.savez(path, allow_pickle=False, **arrays)
+    assert "`poses/crank` holds poses that are no rotation" in refused(path)[0]
+
+
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.7, 0.999])
 def test_a_file_that_was_cut_is_refused(share: float, tmp_path: Path):
     path = tmp_path / "run.npz"

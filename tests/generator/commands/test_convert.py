@@ -14,6 +14,9 @@ from generator.animation import FORMATS, clip_of_action, format_action, read_npz
 from generator.animation.action import ActionFile
 from generator.animation.glb import write as write_glb
 from generator.cli import app
+from generator.exchange.peabody import write as write_peabody
+from springs import SpringSet
+from tests.generator.exchange.model_cases import on_a_rail
 from tests.motions import FIGURES, clip
 
 
@@ -135,6 +138,45 @@ def test_a_figure_becomes_a_figure_file(tmp_path: Path):
     assert not any("springs" in loss["what"] for loss in said["losses"][str(tmp_path / "o.txt")])
 
 
+def test_no_output_is_written_when_one_cannot_be(tmp_path: Path):
+    rail = tmp_path / "rail.fig"
+    write_peabody(on_a_rail(), SpringSet(), rail)
+    text = rail.read_text(encoding="utf-8")
+    code, said = failure("convert", rail, tmp_path / "a.xml", tmp_path / "dyspam")
+    assert code == 1
+    assert "slides" in said
+    assert os.listdir(tmp_path) == ["rail.fig"]
+    assert rail.read_text(encoding="utf-8") == text
+
+
+def test_a_file_within_a_folder_that_cannot_be_replaced_stops_all(tmp_path: Path):
+    (tmp_path / "dyspam" / "optional").mkdir(parents=True)
+    code, said = failure("convert", "pendulum", tmp_path / "a.xml", tmp_path / "dyspam")
+    assert code == 1
+    assert f"`{tmp_path / 'dyspam' / 'optional'}` cannot be written: it is a directory" in said
+    assert os.listdir(tmp_path) == ["dyspam"]
+    assert os.listdir(tmp_path / "dyspam") == ["optional"]
+    (tmp_path / "dyspam" / "optional").rmdir()
+    answer("convert", "pendulum", tmp_path / "a.xml", tmp_path / "dyspam")
+    assert sorted(os.listdir(tmp_path)) == ["a.xml", "dyspam"]
+    assert len(os.listdir(tmp_path / "dyspam")) == 4
+
+
+def test_a_file_in_the_place_of_a_folder_is_told_once(tmp_path: Path):
+    (tmp_path / "dyspam").write_text("mine")
+    code, said = failure("convert", "pendulum", tmp_path / "a.xml", tmp_path / "dyspam")
+    assert code == 1
+    assert said.count("error: ") == 1
+    assert f"`{tmp_path / 'dyspam'}` cannot be written: it is no directory" in said
+    assert os.listdir(tmp_path) == ["dyspam"]
+
+
+def test_a_table_of_an_action_file_tells_that_it_has_no_energies(swing: Path):
+    said = answer("convert", swing, swing.with_name("o.csv"))["losses"]
+    assert any("energies" in loss["what"] for loss in said[str(swing.with_name("o.csv"))])
+    assert "[J]" not in swing.with_name("o.csv").read_text(encoding="utf-8")
+
+
 def test_a_motion_of_another_figure_is_refused(swing: Path):
     code, said = failure("convert", swing, swing.with_name("o.glb"), "--figure", "pendulum")
     assert code == 1
@@ -160,6 +202,8 @@ def test_a_motion_whose_figure_is_gone_asks_for_it(swing: Path):
         ("{} out.fig", "is a figure and"),
         ("{} out.glb --to peabody", "--to and --springs are for figures"),
         ("{} out.glb --springs none", "--to and --springs are for figures"),
+        ("{} out.glb --apart", "--apart is for models of other programs"),
+        ("prototype out.fig --apart", "--apart is for models of other programs"),
         ("motion.bvh out.glb", "motions are read from .action, .npz"),
         ("prototype out.glb", "`mover simulate prototype -o out.glb` makes it move"),
         ("prototype out.fog", "known are .fig"),

@@ -49,6 +49,47 @@ def test_an_older_springs_file_is_told(tmp_path):
     assert "an older springs file stands beside the figure" in result.stdout
 
 
+def test_a_springs_file_that_was_not_named_is_kept(tmp_path):
+    model, figure, springs = (tmp_path / name for name in ("p.xml", "k3.fig", "k3.springs.toml"))
+    model.write_text(PENDULUM)
+    springs.write_text("# mine\n")
+    result = mover("convert", model, figure)
+    assert result.exit_code == 1
+    assert f"`{springs}` stands already with other springs" in result.stderr
+    assert springs.read_text() == "# mine\n"
+    assert not figure.exists()
+
+
+def test_a_springs_file_that_is_named_is_replaced(tmp_path):
+    model, figure, springs = (tmp_path / name for name in ("p.xml", "k3.fig", "k3.springs.toml"))
+    model.write_text(PENDULUM)
+    springs.write_text("# mine\n")
+    result = mover("convert", model, figure, springs, "--json")
+    assert result.exit_code == 0, result.stderr
+    assert json.loads(result.stdout)["files"] == [str(figure), str(springs)]
+    assert "coulomb_Nm = 0.1" in springs.read_text()
+    # The same import again changes nothing, so there is nothing to ask.
+    assert mover("convert", model, figure).exit_code == 0
+
+
+def test_a_springs_file_that_the_model_does_not_need_is_not_written(tmp_path):
+    model, figure, springs = (tmp_path / name for name in ("p.xml", "k3.fig", "k3.springs.toml"))
+    model.write_text(PENDULUM.replace('frictionloss="0.1"', ""))
+    result = mover("convert", model, figure, springs)
+    assert result.exit_code == 1
+    assert "the model needs no springs file" in result.stderr
+    assert not figure.exists()
+    assert not springs.exists()
+
+
+def test_a_springs_file_of_no_output_is_a_usage_error(tmp_path):
+    model = tmp_path / "p.xml"
+    model.write_text(PENDULUM)
+    result = mover("convert", model, tmp_path / "k3.fig", tmp_path / "k4.springs.toml")
+    assert result.exit_code == 2
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["p.xml"]
+
+
 def test_hinges_stay_apart_when_asked(tmp_path):
     together, single = tmp_path / "a.fig", tmp_path / "b.fig"
     for output, words in ((together, ()), (single, ("--apart",))):

@@ -32,6 +32,9 @@ pytestmark = pytest.mark.verify
 
 STEP = 1e-3
 
+UPRIGHT = np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
+"""From z up, x ahead to y up, z ahead."""
+
 
 class Loaded:
     """A model as Pinocchio has read it."""
@@ -40,7 +43,7 @@ class Loaded:
         text, self.losses = urdf_of(of, springs)
         self.figure = of
         self.model = pinocchio.buildModelFromXML(text)
-        self.model.gravity.linear = np.array([0.0, -9.81, 0.0])
+        self.model.gravity.linear = np.array([0.0, 0.0, -9.81])
         self.data = self.model.createData()
 
     def joint(self, name: str, number: int) -> object:
@@ -63,7 +66,7 @@ class Loaded:
     def poses(self, q: Array) -> dict[str, Array]:
         pinocchio.framesForwardKinematics(self.model, self.data, q)
         frames = {name: self.data.oMf[self.model.getFrameId(name)] for name in self.figure.bodies}
-        return {name: x.homogeneous.copy() for name, x in frames.items()}
+        return {name: UPRIGHT @ x.homogeneous for name, x in frames.items()}
 
     def order(self, tree: Tree) -> list[int]:
         """Place of each displacement of the tree's branches among the velocities."""

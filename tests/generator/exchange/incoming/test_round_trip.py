@@ -1,5 +1,6 @@
 """Figures that are written for other programs and read again."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from generator.figure import Figure
 from generator.posture.placement import drawn_displacements, place
 from generator.posture.tree import hang
 from springs import SpringSet
-from tests.generator.exchange.incoming.imported_models import displacements, pose_in_model
+from tests.generator.exchange.incoming.imported_models import displacements
 from tests.generator.exchange.model_cases import PROTOTYPE, TREES
 
 NO_SPRINGS = SpringSet({})
@@ -37,10 +38,10 @@ def again(figure: Figure, form: str, folder: Path) -> Imported:
 
 
 def seen(imported: Imported, values: dict[str, float]) -> dict[str, np.ndarray]:
-    """Pose of every body of the model in its world."""
+    """Pose of every body of the model in the figure's world."""
     placement = place(hang(imported.figure), displacements(imported, values))
     return {
-        name: pose_in_model(placement, name)
+        name: placement.poses[name] @ segment.sites[FRAME].pose_in_segment
         for name, segment in imported.figure.segments.items()
         if FRAME in segment.sites
     }
@@ -86,3 +87,28 @@ def test_the_prototype_moves_as_it_did(tmp_path):
             theirs.poses[name] @ frame, ours.poses[name], atol=1e-5, err_msg=name
         )
     assert np.abs(np.diff(ours.centre_of_mass, axis=0)).max() > 1e-3
+
+
+@pytest.mark.parametrize("form", WRITERS)
+def test_bent_elbows_and_knees_fall_alike_in_every_form(form, tmp_path):
+    """From displacements of hinges, which every form has; gravity is the plan's, against y."""
+    imported = again(PROTOTYPE, form, tmp_path)
+    bent = {name: 0.5 * (len(joint.chain) == 1) for name, joint in PROTOTYPE.joints.items()}
+    values = {
+        name if name in imported.coordinates else f"{name}_1": value
+        for name, value in bent.items()
+        if value
+    }
+    rows = {name: np.full(len(PROTOTYPE.joints[name].chain), value) for name, value in bent.items()}
+    plan = Plan(stop=0.3, tolerance=2e-6, springs=NO_SPRINGS)
+    ours = simulate(PROTOTYPE, replace(plan, displacements=rows))
+    start = displacements(imported, values)
+    theirs = simulate(imported.figure, replace(plan, displacements=start))
+    assert ours.outcome.succeeded
+    assert theirs.outcome.succeeded
+    for name in PROTOTYPE.bodies:
+        frame = imported.figure.segments[name].sites[FRAME].pose_in_segment
+        np.testing.assert_allclose(
+            theirs.poses[name] @ frame, ours.poses[name], atol=1e-5, err_msg=name
+        )
+    assert np.abs(ours.poses["left_lower_leg"][-1] - ours.poses["left_lower_leg"][0]).max() > 0.05
