@@ -9,6 +9,39 @@ from scipy.interpolate import CubicSpline
 
 from generator.frames import Array
 
+SHORTEST = 1e-6
+"""Rows nearer to each other than this make no motion whose rates can be told [s]."""
+
+FARTHEST = 1e6
+"""Nor do displacements beyond this [rad or m]."""
+
+OVERSHOOT = 0.05
+"""A spline may leave the range of its rows by this part of it, or by `NOTICED`, untold."""
+
+NOTICED = 1e-3
+"""Overshoot that nobody sees [rad or m]."""
+
+
+@dataclass(frozen=True)
+class Overshoot:
+    """Where the spline of a drive is farthest from the range of its rows.
+
+    Attributes:
+        column: of the drive's values, from 0.
+        row: the place is between this row and the next, from 0.
+        time: of it [s].
+        value: there [rad or m].
+        low: smallest displacement in the rows [rad or m].
+        high: largest one.
+    """
+
+    column: int
+    row: int
+    time: float
+    value: float
+    low: float
+    high: float
+
 
 @dataclass(frozen=True, eq=False)
 class Drive:
@@ -46,6 +79,10 @@ class Drive:
             raise ValueError("times and displacements of a drive must be finite")
         if np.any(np.diff(times) <= 0.0):
             raise ValueError("the times of a drive must increase")
+        if np.any(np.diff(times) < SHORTEST):
+            raise ValueError(f"rows of a drive must be {SHORTEST:.0e} s apart or more")
+        if np.any(np.abs(values) > FARTHEST):
+            raise ValueError(f"displacements of a drive must be at most {FARTHEST:.0e} rad or m")
         if self.freedoms is not None and (
             len(set(self.freedoms)) != len(self.freedoms)
             or len(self.freedoms) != values.shape[1]
@@ -71,6 +108,30 @@ class Drive:
     def at(self, times: float | Array) -> Array:
         """Displacements, shape (..., k) [rad or m], at times of shape (...)."""
         return np.asarray(self._splines[0](times))
+
+    def overshoots(self) -> tuple[Overshoot, ...]:
+        """Of each column whose spline leaves the range of the rows by much, where it is worst.
+
+        Much is more than `OVERSHOOT` of the range, and more than `NOTICED`.
+        """
+        knots, rows = np.asarray(self.times, float), np.asarray(self.values, float)
+        lengths = np.diff(knots)[:, None]
+        a, b, c = (factor * self._splines[0].c[k] for k, factor in enumerate((3.0, 2.0, 1.0)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Where 3 c0 x^2 + 2 c1 x + c2 is zero, in the form that loses no digits.
+            q = -0.5 * (b + np.copysign(np.sqrt(b**2 - 4.0 * a * c), b))
+            turning = np.stack([q / a, c / q])
+        inside = (turning > 0.0) & (turning < lengths)
+        times = knots[:-1, None] + np.where(inside, turning, 0.0)
+        found: list[Overshoot] = []
+        for column, (low, high) in enumerate(zip(rows.min(axis=0), rows.max(axis=0), strict=True)):
+            values = self.at(times[:, :, column])[..., column]
+            beyond = np.maximum(values - high, low - values)
+            which, row = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+            if beyond[which, row] > max(OVERSHOOT * (high - low), NOTICED):
+                time, value = float(times[which, row, column]), float(values[which, row])
+                found.append(Overshoot(column, int(row), time, value, float(low), float(high)))
+        return tuple(found)
 
     def rates(self, times: float | Array) -> Array:
         """Rates of the displacements, shape (..., k) [rad/s or m/s], at times of shape (...)."""

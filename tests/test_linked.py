@@ -156,15 +156,17 @@ def test_another_figures_links_are_used_with_a_warning(tmp_path):
     assert fault.message == "these links were written for the figure `robot`"
 
 
-def test_links_out_of_reach_of_the_floats_are_refused(tmp_path):
-    text = table("left_knee", "left_elbow", factor=1e200)
-    text += table("left_elbow", "right_elbow", factor=1e200)
+def test_factors_beyond_reason_are_refused(tmp_path):
+    """One by one, and where they multiply along a chain."""
+    text = table("left_knee", "left_elbow", factor=1e5)
+    text += table("left_elbow", "right_elbow", factor=-1e5)
     (fault,) = reading_of(tmp_path, text).faults
-    assert "not finite" in fault.message
-    text = table("waist", "left_hip_joint", factor=1e301)
-    (fault,) = reading_of(tmp_path, text).faults
-    assert "the link of waist 1 has a number that is not finite" in fault.message
+    assert fault.message == "left_knee 1 follows right_elbow 1 by the factor -1e+10"
     assert fault.span is not None
+    for factor in (1e7, -1e300, 1e301):
+        (fault,) = reading_of(tmp_path, table("waist", "left_hip_joint", factor=factor)).faults
+        assert fault.message == "no joint follows another by such a factor"
+        assert fault.span is not None
 
 
 def test_a_missing_file_is_told(tmp_path):

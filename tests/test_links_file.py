@@ -6,23 +6,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.links_writer import write_links
-from generator.reader.links_file import LinkEntry, LinksFile, parse_links
+from generator.reader.links_file import LARGEST_FACTOR, LinkEntry, LinksFile, parse_links
 
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=25)
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 PLACES = st.none() | st.integers(0, 10**6)
 
+BOUNDED = st.floats(-0.999 * LARGEST_FACTOR, 0.999 * LARGEST_FACTOR)
+"""Factors, and offsets that a conversion to degrees does not take over the edge."""
+
 
 @st.composite
 def entries(draw):
     mirror = draw(st.booleans())
-    offset, is_length = (0.0, False) if mirror else draw(st.tuples(NUMBERS, st.booleans()))
+    offset, is_length = (0.0, False) if mirror else draw(st.tuples(BOUNDED, st.booleans()))
     return LinkEntry(
         joints=tuple(draw(st.lists(NAMES, min_size=1, max_size=4))),
         control=draw(NAMES),
         dof=None if mirror else draw(PLACES),
         control_dof=None if mirror else draw(PLACES),
-        factor=draw(NUMBERS.filter(bool)),
+        factor=draw(BOUNDED.filter(bool)),
         mirror=mirror,
         offset=offset + 0.0,
         offset_is_length=is_length,

@@ -1,5 +1,6 @@
 """Rest poses: no force is left, they are downhill from the start, and simulations stay in them."""
 
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from generator.engine.simulate import simulate
 from generator.figure import Site
 from generator.posture.links import Freedom, Link, Links
 from springs import AxisSpring, Cubic, Joining, JointSprings, Linear, SpringSet
-from tests.chains import BALL, Y, Z, at, body, chain, one_body, row
+from tests.chains import BALL, Y, Z, at, body, chain, figure, ground, joint, one_body, row
 
 FIGURES = Path(str(files("figures")))
 NONE = SpringSet()
@@ -99,6 +100,7 @@ def test_a_weight_on_a_spring_along_a_slide() -> None:
     made = one_body(chain("Ty"), (0.05,))
     rest = settle(made, Plan(springs=SpringSet({"pin": JointSprings("pin", slides=(spring,))})))
     assert rest.displacements["pin"][0] == pytest.approx(-2.0 * 9.81 / 100.0, abs=1e-12)
+    assert rest.stiffness_unit == "N/m"
 
 
 LOADS = {
@@ -151,8 +153,81 @@ def test_corners_of_laws_are_come_over() -> None:
 
 def test_what_falls_freely_comes_to_no_rest() -> None:
     made = one_body(chain("Ty"), (0.0,))
-    with pytest.raises(NoRestError, match=r"comes to no rest: after .* 19.6 N still move pin 1"):
+    with pytest.raises(
+        NoRestError, match=r"after .* 19.6 N still move pin 1; pin 1 has gone 200 m"
+    ):
         settle(made, Plan(springs=NONE))
+
+
+COLUMN_SPRINGS = SpringSet(
+    {name: JointSprings(name, (AxisSpring(Z, (Linear(1.0),)),)) for name in ("low", "high")}
+)
+WEIGHTLESS = Plan(springs=COLUMN_SPRINGS, gravity=(0.0, 0.0, 0.0))
+LIGHT, HEAVY = 0.5**2 / 12.0, 0.2
+
+
+def column(push, inertia, low=0.0, high=0.0):
+    """Two links of 0.5 m and 1 kg with springs of 1 N m/rad, pushed along the last (Ziegler)."""
+    tip = Site("tip", at(shift=(0.5, 0.0, 0.0)), local_force=(-push, 0.0, 0.0))
+    centre, first = (0.25, 0.0, 0.0), (0.01, 0.02, 0.02)
+    return figure(
+        [
+            ground(),
+            body("first", 1.0, first, centre, {"far": at(shift=(0.5, 0.0, 0.0))}),
+            body("second", 1.0, (0.01, 0.02, inertia), centre, {"tip": tip}),
+        ],
+        [
+            joint("low", "ground.base", "first.near", chain("Rz"), (low,)),
+            joint("high", "first.far", "second.near", chain("Rz"), (high,)),
+        ],
+    )
+
+
+@pytest.mark.parametrize(
+    ("push", "inertia", "flutters"),
+    [(3.33, HEAVY, True), (2.5, HEAVY, False), (4.5, LIGHT, False), (5.5, LIGHT, True)],
+)
+def test_a_column_with_a_follower_force_flutters(push, inertia, flutters) -> None:
+    """Against the quadratic of its two motions.
+
+    The symmetric part of K says neither: it is positive with 3.33 N, and negative with 4.5 N.
+    """
+    rest = settle(column(push, inertia), WEIGHTLESS)
+    near, far = 0.02 + 0.25**2 + 0.5**2, inertia + 0.25**2
+    both = 0.5 * 0.25
+    m = np.array([[near + 2.0 * both + far, both + far], [both + far, far]])
+    k = np.array([[1.0, 0.5 * push], [0.0, 1.0]])
+    a, c = np.linalg.det(m), np.linalg.det(k)
+    b = -(m[0, 0] * k[1, 1] + m[1, 1] * k[0, 0] - m[1, 0] * k[0, 1] - m[0, 1] * k[1, 0])
+    squares = np.roots([a, b, c]).astype(complex)
+    assert rest.slowest == pytest.approx(squares.real.min(), rel=1e-6)
+    assert rest.growth == pytest.approx(np.abs(np.sqrt(squares).imag).max(), rel=1e-6)
+    assert rest.stiffness == pytest.approx(1.0 - 0.25 * push, rel=1e-6)
+    assert rest.stiffness_unit == "N m/rad"
+    said = "that it leaves in growing swings when it is touched" if flutters else "it comes back"
+    assert rest.state.endswith(said)
+
+
+@pytest.mark.parametrize(("push", "flutters"), [(3.33, True), (2.5, False)])
+def test_what_flutters_leaves_its_rest_in_a_simulation(push, flutters) -> None:
+    """A ten-thousandth grows as fast as `growth` says, or stays one."""
+    rate = settle(column(push, HEAVY), WEIGHTLESS).growth
+    plan = replace(WEIGHTLESS, stop=12.0, tolerance=1e-5)
+    run = simulate(column(push, HEAVY, 1e-4, 1e-4), plan)
+    assert run.outcome.succeeded
+    low = np.abs(run.displacements["low"][:, 0])
+    early, late = low[run.times < 6.0].max(), low[run.times > 6.0].max()
+    if flutters:
+        assert late / early == pytest.approx(np.exp(6.0 * rate), rel=0.35)
+    else:
+        assert rate == 0.0
+        assert low.max() < 2e-4
+
+
+def test_what_goes_round_without_end_is_not_said_to_fall() -> None:
+    """Pushed harder, the column creeps round a circle of poses."""
+    with pytest.raises(NoRestError, match="still move low 1; it does not go away, so another"):
+        settle(column(10.0, HEAVY, 0.1, 0.1), WEIGHTLESS)
 
 
 def test_a_driven_joint_comes_to_no_rest() -> None:

@@ -6,9 +6,14 @@ from pathlib import Path
 from generator.animation.action import ActionFile
 from generator.animation.action_reader import read_action
 from generator.drive import Drive
-from generator.errors import Fault, InputError, error, errors_among, nearest
+from generator.errors import Fault, InputError, error, errors_among, nearest, warning
 from generator.figure import Figure
-from generator.reader.driven_file import examine_drives
+from generator.reader.driven_file import (
+    OVERSHOOT_HINT,
+    DrivesReading,
+    examine_drives,
+    overshoot_said,
+)
 
 ACTION_SUFFIX = ".action"
 
@@ -24,13 +29,29 @@ def read_drives(path: str | Path, figure: Figure, only: Sequence[str] = ()) -> M
     Raises:
         InputError: with all faults.
     """
+    return drives_with_warnings(path, figure, only).drives
+
+
+def drives_with_warnings(
+    path: str | Path, figure: Figure, only: Sequence[str] = ()
+) -> DrivesReading:
+    """What `read_drives` reads, with warnings where a spline leaves the range of its rows by much.
+
+    Raises InputError as it does.
+    """
     if Path(path).suffix.lower() == ACTION_SUFFIX:
-        return drives_of(read_action(path), figure, only, str(path))
+        drives = drives_of(read_action(path), figure, only, str(path))
+        told = [
+            warning(f"{path}: {overshoot_said(joint, one.column, one)}", hint=OVERSHOOT_HINT)
+            for joint, drive in drives.items()
+            for one in drive.overshoots()
+        ]
+        return DrivesReading(drives, tuple(told))
     reading = examine_drives(path, figure, only)
     if errors_among(reading.faults):
         raise InputError(reading.faults)
     _insist_on(only, reading.drives, str(path))
-    return reading.drives
+    return reading
 
 
 def drives_of(
@@ -61,7 +82,15 @@ def drives_of(
     if faults:
         raise InputError(faults)
     _insist_on(only, asked, name)
-    return {joint: Drive(action.times, action.displacements[joint]) for joint in asked}
+    drives: dict[str, Drive] = {}
+    for joint in asked:
+        try:
+            drives[joint] = Drive(action.times, action.displacements[joint])
+        except ValueError as failure:
+            faults.append(error(f"{name}: joint `{joint}`: {failure}"))
+    if faults:
+        raise InputError(faults)
+    return drives
 
 
 def _insist_on(only: Sequence[str], found: Mapping[str, object], name: str) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.animation.driving import read_drives
+from generator.animation.driving import drives_with_warnings
 from generator.commands.answer import UsageError
 from generator.commands.options import chains_of, displacements_given
 from generator.drive import Drive
@@ -16,7 +16,7 @@ from generator.figure import Figure
 from generator.posture.linked import examine_links
 from generator.posture.links import Links
 from generator.posture.placement import Displacements, drawn_displacements
-from generator.posture.prescribed import Prescribed
+from generator.posture.prescribed import Prescribed, PrescriptionError
 from generator.posture.tree import hang
 
 _SAME = 1e-9
@@ -31,19 +31,42 @@ class Holding:
     locked: tuple[str, ...] = ()
     drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
 
-    def insist_on(self, figure: Figure, sets: Sequence[str], start: float) -> None:
-        """Raise UsageError where `--set` puts a joint elsewhere than it is held at the start [s].
+    def insist_on(
+        self,
+        figure: Figure,
+        sets: Sequence[str],
+        start: float,
+        velocities: Sequence[str] = (),
+        *,
+        free_root: bool = False,
+    ) -> None:
+        """Raise UsageError where options contradict each other.
 
-        Raises PrescriptionError where the joints cannot be held so.
+        Args:
+            figure: whose joints are held.
+            sets: of `--set`: a joint cannot start elsewhere than it is held at the start.
+            start: time of it [s].
+            velocities: of `--velocity`: nor with another velocity.
+            free_root: whether `--free-root` lets the figure go.
+
+        Raises:
+            UsageError: they do; or a joint is locked that cannot be.
+            PrescriptionError: the links or the drives by themselves cannot be held.
         """
         tree = hang(figure)
         given = displacements_given("--set", sets, chains_of(figure))
+        Prescribed(tree, self.links, {}, {})
+        Prescribed(tree, Links(), {}, self.drives)
         asked: Displacements = {
             **drawn_displacements(tree),
             **{name: np.array(values) for name, values in given.items()},
         }
         locked = {name: asked[name] for name in self.locked}
-        put = Prescribed(tree, self.links, locked, self.drives).displacements(asked, start)
+        try:
+            prescribed = Prescribed(tree, self.links, locked, self.drives)
+        except PrescriptionError as failure:
+            raise UsageError(str(failure)) from None
+        put = prescribed.displacements(asked, start)
         for name in given:
             if not all(
                 isclose(one, other, rel_tol=_SAME, abs_tol=_SAME)
@@ -52,6 +75,30 @@ class Holding:
                 raise UsageError(
                     f"--set {name}: the joint is linked or driven, and starts elsewhere"
                 )
+        chains = chains_of(figure, free_root=free_root)
+        for name in sorted(prescribed.held - chains.keys()):
+            raise UsageError(
+                f"--free-root lets the figure go from the ground, to which joint {name} holds it: "
+                "it cannot be locked, linked or driven"
+            )
+        _insist_on_rates(prescribed, displacements_given("--velocity", velocities, chains), start)
+
+
+def _insist_on_rates(
+    prescribed: Prescribed, given: Mapping[str, Sequence[float]], start: float
+) -> None:
+    """Raise UsageError for velocities other than what is prescribed at the start [s]."""
+    asked = {
+        name: np.array(given.get(name, np.zeros(joint.degrees_of_freedom)), dtype=float)
+        for name, joint in prescribed.tree.figure.joints.items()
+    }
+    put = prescribed.rates(asked, start)
+    for name in given.keys() & asked.keys():
+        if not np.allclose(asked[name], put[name], rtol=_SAME, atol=_SAME):
+            raise UsageError(
+                f"--velocity {name}: the joint is locked, linked or driven, and starts with "
+                "another velocity"
+            )
 
 
 def holding_of(
@@ -87,5 +134,8 @@ def holding_of(
         if reading.links is None:
             raise InputError(reading.faults)
         read, faults = reading.links, reading.faults
-    drives = dict[str, Drive]() if drive is None else read_drives(drive, figure, driven)
+    drives: Mapping[str, Drive] = {}
+    if drive is not None:
+        table = drives_with_warnings(drive, figure, driven)
+        drives, faults = table.drives, (*faults, *table.faults)
     return Holding(read, tuple(dict.fromkeys(locks)), drives), faults

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from generator.animation.displayed import unit_of
-from generator.commands.answer import Answer, aligned
+from generator.commands.answer import Answer, ExitCode, aligned
 from generator.commands.driving import holding_of
 from generator.commands.inputs import figure_of, insist_on_motion, springs_of
 from generator.commands.lengths import in_units, rounded
@@ -45,7 +45,7 @@ def settle(request: Request) -> Answer:
     Raises:
         UsageError: an option cannot be read or does not fit the figure.
         InputError: a file is wrong, or cannot be written.
-        MoverError: the figure comes to no rest, or cannot be built as asked.
+        MoverError: the figure cannot be built as asked.
     """
     insist_on_pose_file(request.output)
     joining = None if request.law is None else Joining(request.law)
@@ -69,9 +69,20 @@ def settle(request: Request) -> Answer:
         gravity=gravity,
     )
     open_exudyn()
-    from generator.engine.settle import settle as come_to_rest  # Exudyn takes its time
+    from generator.engine.settle import NoRestError  # Exudyn takes its time
+    from generator.engine.settle import settle as come_to_rest
 
-    rest = come_to_rest(figure, plan)
+    faults = (*warnings, *more, *doubts, *others)
+    try:
+        rest = come_to_rest(figure, plan)
+    except NoRestError as failure:
+        return Answer(
+            text=f"{request.figure} is not at rest, and nothing is written",
+            data={"figure": request.figure, "error": str(failure)},
+            faults=faults,
+            code=ExitCode.RUN_FAILED,
+            failure=str(failure),
+        )
     for path in files:
         write_text(
             path, write_pose(figure, {n: list(row) for n, row in rest.displacements.items()})
@@ -90,15 +101,16 @@ def settle(request: Request) -> Answer:
                 }
                 for name, joint in figure.joints.items()
             ],
-            "residual": rest.residual,
-            "stiffness": rest.stiffness,
+            "residual_Nm_or_N": rest.residual,
+            "stiffness_Nm_per_rad_or_N_per_m": rest.stiffness,
             "slowest_per_s2": rest.slowest,
+            "growth_per_s": rest.growth,
             "energy_J": rest.energy,
             "start_energy_J": rest.start_energy,
             "steps": rest.steps,
             "files": [str(path) for path in files],
         },
-        faults=(*warnings, *more, *doubts, *others),
+        faults=faults,
     )
 
 
@@ -113,8 +125,10 @@ def _pose_text(figure: Figure, rest: "Rest") -> str:
 def _numbers_text(rest: "Rest") -> str:
     rows = [["largest force left", f"{rest.residual:.2g} N m or N"]]
     if rest.stiffness is not None and rest.slowest is not None:
-        rows.append(["smallest stiffness", f"{rest.stiffness:.4g} N m/rad"])
+        rows.append(["smallest stiffness", f"{rest.stiffness:.4g} {rest.stiffness_unit}"])
         rows.append(["square of the slowest motion's rate", f"{rest.slowest:.4g} 1/s^2"])
+    if rest.grows:
+        rows.append(["small motions grow at a rate of", f"{rest.growth:.4g} 1/s"])
     if rest.energy is not None and rest.start_energy is not None:
         lost = rest.start_energy - rest.energy
         rows.append(["energy", f"{rest.energy:.6g} J, {lost:.6g} J less than at the start"])

@@ -171,7 +171,13 @@ def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tup
         figure, request.links, request.locks, request.drive, request.driven
     )
     plan = _over_the_drives(plan, request, holding)
-    holding.insist_on(figure, request.displacements, plan.start)
+    holding.insist_on(
+        figure,
+        request.displacements,
+        plan.start,
+        request.velocities,
+        free_root=plan.free_root,
+    )
     whole = _replaced(
         plan,
         links=holding.links,
@@ -192,11 +198,14 @@ def _over_the_drives(plan: Plan, request: Request, holding: Holding) -> Plan:
     if not holding.drives:
         return plan
     drives = holding.drives.values()
-    return _replaced(
-        plan,
-        start=max(one.start for one in drives) if request.start is None else plan.start,
-        stop=min(one.stop for one in drives) if request.stop is None else plan.stop,
-    )
+    first, last = max(one.start for one in drives), min(one.stop for one in drives)
+    start = first if request.start is None else plan.start
+    stop = last if request.stop is None else plan.stop
+    if start >= last:
+        raise UsageError(
+            f"the run starts at {start:g} s, but the drives are from {first:g} s to {last:g} s"
+        )
+    return _replaced(plan, start=start, stop=stop)
 
 
 def _replaced(plan: Plan, **changes: Any) -> Plan:

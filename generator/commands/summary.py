@@ -27,7 +27,7 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
             kind: {"first": first, "last": last} for kind, first, last in _energies(recording)
         },
         "constraint_drift_m": recording.constraint_drift,
-        "strayed": recording.strayed,
+        "strayed_rad_or_m": recording.strayed,
         "springs": recording.springs,
         "law": recording.law,
         "files": [str(path) for path in files],

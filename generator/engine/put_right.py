@@ -15,8 +15,15 @@ from generator.engine.motion import JointMotion
 from generator.engine.trace import Trace
 from generator.frames import Array
 from generator.posture.assemble import OpenLoopError, assemble, consistent_rates
-from generator.posture.prescribed import Prescribed
+from generator.posture.placement import place
+from generator.posture.prescribed import Prescribed, loop_rows
 from generator.recording import Ending, Outcome
+
+_LOOSE = 1e-7
+"""Singular values below this are of rows that follow from others [m or 1]."""
+
+_FRAMES_LEFT = 2.0
+"""A dead point that is no more frames away has ended the run."""
 
 _NEAR_POLE = 0.15
 """Smallest singular value of a joint's three axes that is so called; for angles of 12 deg."""
@@ -63,6 +70,38 @@ def told_of_poles(
             )
             return replace(outcome, message=message, joint=name)
     return outcome
+
+
+def told_of_dead_points(
+    assembly: Assembly, outcome: Outcome, joints: Mapping[str, JointMotion]
+) -> Outcome:
+    """A failure with its reason, where loops were driven to a dead point at the end.
+
+    There the rates of the free displacements do not close the loops. The square of what is left of
+    their slope falls to zero in proportion to the time that is left, so two frames tell when.
+    """
+    prescribed = assembly.prescribed
+    tree, ends = prescribed.tree, {name: moved.displacements for name, moved in joints.items()}
+    count = min(map(len, ends.values()), default=0)
+    failed = outcome.ending is Ending.SOLVER_FAILED
+    if not (failed and prescribed.drives and tree.closures) or count < 2:
+        return outcome
+    left: list[float] = []
+    for k in (count - 2, count - 1):
+        rows = loop_rows(place(tree, {name: rows[k] for name, rows in ends.items()}))
+        rank = int(np.linalg.matrix_rank(rows, _LOOSE))
+        slopes = np.linalg.svd(rows @ prescribed.columns, compute_uv=False)
+        left.append(float(slopes[rank - 1]) ** 2 if 0 < rank <= len(slopes) else 0.0)
+    before, last = left
+    if last > _FRAMES_LEFT * (before - last):
+        return outcome
+    closing = ", ".join(joint.name for joint in tree.closures)
+    driven = ", ".join(prescribed.drives)
+    message = (
+        f"the loop that {closing} closes came after {outcome.last_time:.4g} s near a dead point, "
+        f"beyond which it cannot follow the drive of {driven}"
+    )
+    return replace(outcome, message=message, joint=next(iter(prescribed.drives)))
 
 
 def put_right(assembly: Assembly, trace: Trace, joints: Mapping[str, JointMotion]) -> Trace:

@@ -7,6 +7,7 @@ not: then the steps are Newton's, and the rest pose is found to the last digits.
 displacement far, and none is taken that the forces do not help along.
 """
 
+from cmath import sqrt
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -22,6 +23,8 @@ from generator.engine.static_forces import Still
 from generator.errors import MoverError
 from generator.figure import Figure
 from generator.frames import Array
+from generator.loads import LoadKind
+from generator.posture.links import Freedom
 from generator.posture.placement import Placement, place
 from generator.posture.prescribed import loop_rows
 from springs import Joining
@@ -33,6 +36,9 @@ MOST_STEPS = 2000
 
 INDIFFERENT = 1e-3
 """Squares of rates nearer to zero than this count as zero [1/s^2]: a swing of three minutes."""
+
+FREELY = 0.25 * MOST_STEPS * FARTHEST_STEP
+"""What has gone so far [rad or m] and still goes, falls or turns without end."""
 
 _RESIDUAL = 1e-11
 """Largest force at rest, of the largest that acts on the way or 1 N m."""
@@ -55,11 +61,15 @@ class Rest:
     Attributes:
         displacements: of all joints, shape (n,) [rad or m].
         residual: largest force left on a free displacement [N m or N].
-        stiffness: smallest eigenvalue of the slope by which the forces push back, over the free
-            displacements [N m/rad]; None where nothing is free.
-        slowest: square of the rate of the slowest small motion about the pose [1/s^2], which does
-            not depend on the displacements by which the pose is told: below zero the figure leaves
-            it. None where nothing is free.
+        stiffness: smallest eigenvalue of the slope K by which the forces push back, over the free
+            displacements, of its symmetric part [`stiffness_unit`]; None where nothing is free.
+        stiffness_unit: N m/rad where all that is free turns, N/m where all slides, or both.
+        slowest: square of the rate of the slowest small motion about the pose [1/s^2]: the smallest
+            eigenvalue of inv(M) K with M the inertia, or the smallest real part of one. It does not
+            depend on the displacements by which the pose is told. None where nothing is free.
+        growth: rate at which small motions grow [1/s]. Not zero where an eigenvalue is below zero,
+            or complex, as it may be with forces that follow the figure and with the weighted law:
+            then swings grow. None where nothing is free.
         energy: of gravity and springs [J]; None where a law has none, as the weighted one.
         start_energy: the same where it started.
         steps: number of steps taken.
@@ -68,18 +78,29 @@ class Rest:
     displacements: Mapping[str, Array]
     residual: float
     stiffness: float | None
+    stiffness_unit: str
     slowest: float | None
+    growth: float | None
     energy: float | None
     start_energy: float | None
     steps: int
 
     @property
+    def grows(self) -> bool:
+        """Whether small motions grow."""
+        return self.growth is not None and self.growth**2 > INDIFFERENT
+
+    @property
     def state(self) -> str:
         """What kind of rest this is, as the end of a sentence."""
-        if self.slowest is None or self.slowest > INDIFFERENT:
+        if self.slowest is None:
             return "is at rest, in a pose to which it comes back"
         if self.slowest < -INDIFFERENT:
             return "is at rest, in a pose that it leaves when it is touched"
+        if self.grows:
+            return "is at rest, in a pose that it leaves in growing swings when it is touched"
+        if self.slowest > INDIFFERENT:
+            return "is at rest, in a pose to which it comes back"
         return "is at rest, and some of its motions meet no force"
 
 
@@ -105,11 +126,19 @@ def settle(figure: Figure, plan: Plan | None = None) -> Rest:
     rest, free, slope = reduced.still(z[None]), z.size > 0, reduced.stiffness(z)
     joining = plan.joining or assembly.spring_set.joining
     stores = joining is not Joining.WEIGHTED and all(one.stores for one in assembly.coupled)
+    slowest, growth = None, None
+    if free:
+        potential = stores and all(
+            load.kind is LoadKind.GLOBAL_FORCE for load, *_ in assembly.loads
+        )
+        slowest, growth = _small_motions(slope, reduced.inertia(z), symmetric=potential)
     return Rest(
         {name: moved.displacements[0] for name, moved in rest.joints.items()},
         _largest(force),
         _softest(slope) if free else None,
-        _softest(_by_inertia(slope, reduced.inertia(z))) if free else None,
+        reduced.stiffness_unit,
+        slowest,
+        growth,
         float(rest.energy()[0]) if stores else None,
         float(start.energy()[0]) if stores else None,
         steps,
@@ -127,7 +156,7 @@ def _downhill(reduced: "_Reduced") -> tuple[Array, Array, int]:
     s, scale, steps = 1.0, 1.0, 0
     while _largest(force) > _RESIDUAL * scale:
         if steps == MOST_STEPS:
-            raise NoRestError(reduced.unrest(force))
+            raise NoRestError(reduced.unrest(z, force))
         steps += 1
         s = max(s, -2.0 * _softest(_by_inertia(slope, inertia)))
         step: Array = np.asarray(np.linalg.lstsq(s * inertia + slope, force, rcond=1e-13)[0], float)
@@ -157,8 +186,22 @@ def _by_inertia(slope: Array, inertia: Array) -> Array:
     """A slope over displacements that are scaled so that the inertia is one."""
     least = 1e-12 * float(np.trace(inertia))
     root = np.asarray(np.linalg.cholesky(inertia + least * np.eye(len(inertia))), float)
-    half = np.asarray(np.linalg.solve(root, 0.5 * (slope + slope.T)), float)
-    return np.asarray(np.linalg.solve(root, half.T), float)
+    half = np.asarray(np.linalg.solve(root, slope), float)
+    return np.asarray(np.linalg.solve(root, half.T), float).T
+
+
+def _small_motions(slope: Array, inertia: Array, *, symmetric: bool) -> tuple[float, float]:
+    """Smallest real part of the squares of their rates [1/s^2], and at what rate they grow [1/s].
+
+    Where the forces have a potential, the slope is `symmetric` but for the error of its differences
+    and is taken so: equal eigenvalues would come out complex.
+    """
+    scaled = _by_inertia(slope, inertia)
+    found = (
+        np.linalg.eigvalsh(0.5 * (scaled + scaled.T)) if symmetric else np.linalg.eigvals(scaled)
+    )
+    squares = [complex(value) for value in found]
+    return min(one.real for one in squares), max(abs(sqrt(one).imag) for one in squares)
 
 
 class _Reduced:
@@ -214,16 +257,31 @@ class _Reduced:
         moved = self._moved(still.placements()[0])
         return moved.T @ still.inertia() @ moved
 
-    def unrest(self, force: Array) -> str:
-        """What is said of a figure that still moves."""
-        k = int(np.argmax(np.abs(force)))
+    @property
+    def stiffness_unit(self) -> str:
+        """Of a stiffness over the independent displacements."""
+        kinds = sorted({self._leads(k)[1] for k in range(self._leading.size)})
+        return " or ".join({"R": "N m/rad", "T": "N/m"}[kind] for kind in kinds)
+
+    def _leads(self, k: int) -> tuple[Freedom, str]:
+        """The k-th independent displacement, and whether it turns, `R`, or slides, `T`."""
         freedom = self._prescribed.free[int(self._leading[k])]
-        factor = self._assembly.figure.joints[freedom.joint].chain[freedom.index]
-        unit = "N m" if factor.kind == "R" else "N"
-        return (
-            f"the figure comes to no rest: after {MOST_STEPS} steps {abs(float(force[k])):.3g} "
-            f"{unit} still move {freedom}; what falls freely needs a spring or a lock"
+        return freedom, self._assembly.figure.joints[freedom.joint].chain[freedom.index].kind
+
+    def unrest(self, z: Array, force: Array) -> str:
+        """What is said of a figure that still moves."""
+        freedom, kind = self._leads(int(np.argmax(np.abs(force))))
+        unit = "N m" if kind == "R" else "N"
+        said = (
+            f"the figure comes to no rest: after {MOST_STEPS} steps {_largest(force):.3g} "
+            f"{unit} still move {freedom}; "
         )
+        gone = np.abs(z - self.start)
+        if _largest(gone) < FREELY:
+            return said + "it does not go away, so another start may lead to a rest"
+        farthest, kind = self._leads(int(np.argmax(gone)))
+        way = f"{_largest(gone):.3g} {'rad' if kind == 'R' else 'm'}"
+        return said + f"{farthest} has gone {way}: what falls freely needs a spring or a lock"
 
     def _value(self, z: Array) -> Array:
         """Displacements of the tree, shape (m,), with loops closed."""

@@ -14,7 +14,7 @@ from generator.engine.march import Pass, frame_times, march
 from generator.engine.motion import JointMotion, Motion
 from generator.engine.passages import Guide
 from generator.engine.plan import Plan
-from generator.engine.put_right import put_right, strays, told_of_poles
+from generator.engine.put_right import put_right, strays, told_of_dead_points, told_of_poles
 from generator.engine.servo_torques import drive_torques, servo_torques
 from generator.engine.trace import Trace
 from generator.figure import Figure
@@ -178,7 +178,9 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
         passive_torques=motion.passive_torques(joints),
         centre_of_mass=_centre_of_mass(figure, trace),
         energy=energy_book(assembly, trace, joints),
-        outcome=told_of_poles(assembly, refined.outcome, joints),
+        outcome=told_of_poles(
+            assembly, told_of_dead_points(assembly, refined.outcome, joints), joints
+        ),
         accuracy=refined.accuracy,
         constraint_drift=_largest(drifts),
         strayed=_largest(strayed),

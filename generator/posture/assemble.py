@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from generator.errors import MoverError
-from generator.frames import Array
+from generator.frames import Array, wrapped
 from generator.posture.placement import (
     Displacements,
     Placement,
@@ -91,7 +91,10 @@ def _closed(tree: Tree, asked: Displacements, held: Set[str]) -> Placement:
     if not free:
         return placed(start)
     found = least_squares(misfit, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=200)
-    return placed(np.asarray(found.x, dtype=float))
+    # The solver may go round more than once: of the same poses the nearest to the start is meant.
+    turns = np.array([factor.kind == "R" for joint in free for factor in joint.chain], dtype=bool)
+    change = np.asarray(found.x, dtype=float) - start
+    return placed(start + np.where(turns, wrapped(change), change))
 
 
 def _insist(

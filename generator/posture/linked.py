@@ -10,7 +10,7 @@ from generator.figure import Figure, Joint
 from generator.posture.links import Freedom, Link, LinkError, Links, cycle_said, cycles
 from generator.posture.mirror import MirrorError, freedoms_said, mirror_signs
 from generator.reader.findings import EnoughFaults, Findings
-from generator.reader.links_file import LinkEntry, LinksFile, links_in
+from generator.reader.links_file import LARGEST_FACTOR, LinkEntry, LinksFile, links_in
 from generator.reader.text_file import read_text
 from generator.reader.vocabulary import shown
 from generator.source import Span
@@ -75,10 +75,19 @@ def links_of(content: LinksFile, figure: Figure, findings: Findings) -> Links | 
     if findings.has_errors:
         return None
     try:
-        return Links(links)
+        made = Links(links)
     except LinkError as failure:
         findings.error(str(failure), None)
-    return None
+        return None
+    for link in made.resolved:
+        if abs(link.factor) > LARGEST_FACTOR:
+            findings.error(
+                f"{link.follower} follows {link.control} by the factor {link.factor:.4g}",
+                placed[link.follower][1],
+                f"factors multiply along the chain; from -{LARGEST_FACTOR:.0e} to "
+                f"{LARGEST_FACTOR:.0e}",
+            )
+    return None if findings.has_errors else made
 
 
 def _links(
@@ -97,7 +106,7 @@ def _links(
                 try:
                     link = Link(follower, followed, sign * entry.factor, entry.offset)
                 except LinkError as failure:
-                    if entry.factor:  # that a factor is zero has been told
+                    if 0.0 < abs(entry.factor) <= LARGEST_FACTOR:  # others have been told
                         findings.error(str(failure), place)
                     break
                 yield link, place

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.drive import Drive
+from generator.drive import FARTHEST, SHORTEST, Drive, Overshoot
 from generator.errors import Fault, nearest
 from generator.figure import Figure, Joint
 from generator.reader.csv_text import cells_of, lines_of, number_in, title_of
@@ -24,6 +24,8 @@ EXAMPLE = "time [s],left_knee [deg],left_shoulder.1 [deg]"
 
 _TIME, _TIME_UNIT = "time", "[s]"
 _UNITS: Mapping[str, float] = {"[deg]": np.pi / 180.0, "[rad]": 1.0}
+OVERSHOOT_HINT = "more rows where it bends hold it back"
+
 _ENERGY = "[J]"
 """Unit of the energies that a motion's table has beside its displacements."""
 
@@ -94,9 +96,10 @@ def _header(line: Span, figure: Figure, only: Sequence[str], findings: Findings)
     columns: dict[tuple[str, int], _Column] = {}
     for place, cell in enumerate(cells):
         title, unit = title_of(cell)
-        if title == _TIME and unit in (_TIME_UNIT, ""):
-            if not unit:
-                findings.error("column `time` has no unit", cell, f"write `{_TIME} {_TIME_UNIT}`")
+        if title == _TIME and (_TIME not in figure.joints or unit in (_TIME_UNIT, "")):
+            if unit != _TIME_UNIT:
+                what = f"has the unknown unit `{shown(unit)}`" if unit else "has no unit"
+                findings.error(f"column `time` {what}", cell, f"write `{_TIME} {_TIME_UNIT}`")
             elif time is not None:
                 findings.error("a second column `time`", cell)
             time = place
@@ -177,27 +180,54 @@ def _drives(lines: list[Span], header: _Header, findings: Findings) -> dict[str,
         return {}
     times: list[float] = []
     rows: list[list[float]] = []
+    read: list[list[Span]] = []
     for line in lines[1:]:
         cells = cells_of(line)
         if len(cells) != header.count:
             findings.error(f"this row has {len(cells)} cells, not {header.count}", line)
             continue
         time = number_in(cells[header.time], _TIME, findings)
-        values = [
-            number_in(cells[column.place], column.joint, findings) for column in header.columns
-        ]
+        values = [_turn_in(cells[column.place], column, findings) for column in header.columns]
         told = [value for value in values if value is not None]
         if time is None or len(told) != len(values):
             continue
         if times and time <= times[-1]:
             findings.error("the time does not increase", cells[header.time])
+        elif times and time - times[-1] < SHORTEST:
+            said = f"this row is nearer than {SHORTEST:.0e} s to the one before"
+            findings.error(said, cells[header.time])
         times.append(time)
-        rows.append([column.factor * v for column, v in zip(header.columns, told, strict=True)])
+        rows.append(told)
+        read.append(cells)
     if findings.has_errors:
         return {}
     table, found = np.array(rows), dict[str, Drive]()
     for name in dict.fromkeys(column.joint for column in header.columns):
         mine = [k for k, column in enumerate(header.columns) if column.joint == name]
         freedoms = tuple(header.columns[k].index for k in mine)
-        found[name] = Drive(tuple(times), table[:, mine], freedoms)
+        drive = found[name] = Drive(tuple(times), table[:, mine], freedoms)
+        for one in drive.overshoots():
+            column = header.columns[mine[one.column]]
+            said = f"between this row and the next {overshoot_said(name, column.index, one)}"
+            findings.warning(said, read[one.row][column.place], OVERSHOOT_HINT)
     return found
+
+
+def overshoot_said(joint: str, index: int, one: Overshoot) -> str:
+    """The sentence that tells how far a turn leaves the range of its rows."""
+    value, low, high = np.degrees([one.value, one.low, one.high])
+    return (
+        f"the spline takes {joint} {index + 1} to {value:.4g} deg at {one.time:.4g} s, "
+        f"though the rows are from {low:.4g} to {high:.4g} deg"
+    )
+
+
+def _turn_in(cell: Span, column: _Column, findings: Findings) -> float | None:
+    """The turn in a cell [rad]; None, with the fault noted, when there is none."""
+    value = number_in(cell, column.joint, findings)
+    if value is None:
+        return None
+    if abs(turn := column.factor * value) > FARTHEST:
+        findings.error(f"`{shown(cell.text)}` is beyond {FARTHEST:.0e} rad", cell)
+        return None
+    return turn

@@ -19,6 +19,9 @@ from generator.source import Source, Span
 
 SUFFIX = ".links.toml"
 
+LARGEST_FACTOR = 1e6
+"""No joint follows another so much faster, and none so far from it [rad or m]."""
+
 TABLE = "link"
 FILE_KEYS = ("figure", TABLE)
 OFFSET_KEYS = ("offset_deg", "offset_m")
@@ -124,10 +127,15 @@ def _entry(table: TableReader) -> LinkEntry | None:
     factor = table.number("factor")
     if factor == 0.0:
         table.error("factor", "a factor of zero links nothing", _ZERO)
+    elif factor is not None and abs(factor) > LARGEST_FACTOR:
+        hint = f"from -{LARGEST_FACTOR:.0e} to {LARGEST_FACTOR:.0e}"
+        table.error("factor", "no joint follows another by such a factor", hint)
     offsets = [key for key in OFFSET_KEYS if key in content]
     if len(offsets) > 1:
         table.error(offsets[1], "a link has one offset", " or ".join(OFFSET_KEYS))
     offset = table.number(offsets[0]) if offsets else None
+    if offset is not None and abs(offset) > LARGEST_FACTOR:
+        table.error(offsets[0], f"the offset is beyond {LARGEST_FACTOR:.0e} rad or m")
     if mirror:
         for key in (*PLACE_KEYS, *offsets):
             if key in content:

@@ -1,15 +1,19 @@
 """Driven joints: they follow their table, and their torque does the work that the book shows."""
 
 from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from generator import read_figure
 from generator.chain import chain_of
 from generator.drive import Drive
 from generator.engine.plan import Plan
 from generator.engine.simulate import simulate
 from generator.figure import Factor
+from generator.recording import Ending
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
 from tests.chains import BALL, FREE, SKEW, X, Y, Z, body, chain, negative, one_body, row, two_bodies
 
@@ -38,8 +42,8 @@ def test_a_driven_pendulum_needs_the_torque_of_its_motion(axis) -> None:
     acceleration = drive._splines[1].derivative()(run.times)[:, 0]
     needed = about * acceleration - np.cross(arms, weight) @ unit
     assert run.outcome.succeeded
-    assert np.max(np.abs(run.displacements["pin"] - drive.at(run.times))) < 1e-9
-    assert np.max(np.abs(run.velocities["pin"] - drive.rates(run.times))) < 1e-9
+    # The frames are put where the table has them; the integrator itself was no farther off.
+    assert 0.0 < run.strayed < 1e-8
     assert np.max(np.abs(run.drive_torques["pin"][:, 0] - needed)) < 1e-4 * np.max(np.abs(needed))
     assert np.max(np.abs(run.reactions["pin"][:, 3:] @ unit - needed)) < 1e-4 * np.max(
         np.abs(needed)
@@ -73,10 +77,7 @@ def test_torque_times_rate_is_the_work_in_the_book(name) -> None:
     plan = Plan(stop=0.6, frame=0.0025, drives={joint: drive}, springs=springs, tolerance=1e-6)
     run = simulate(made, plan)
     assert run.outcome.succeeded
-    driven = list(range(count)) if freedoms is None else list(freedoms)
-    off = run.displacements[joint][:, driven] - drive.at(run.times)
-    assert np.max(np.abs(off)) < 1e-6
-    assert run.strayed < 1e-6
+    assert 0.0 < run.strayed < 1e-6
     size = np.ptp(run.energy["work"])
     assert size > 0.1
     balance = run.energy_balance
@@ -115,8 +116,7 @@ def test_sites_that_are_turned_and_connections_the_other_way_round() -> None:
         drive = Drive(times, np.array([0.3, -0.2, 0.4]) + smooth(times, 0.3, 3))
         run = simulate(made, Plan(stop=0.3, drives={"tested": drive}, springs=NONE, tolerance=1e-6))
         assert run.outcome.succeeded
-        assert np.max(np.abs(run.displacements["tested"] - drive.at(run.times))) < 1e-9
-        assert run.strayed < 1e-6
+        assert 0.0 < run.strayed < 1e-8
         balance = run.energy_balance
         assert np.max(np.abs(balance - balance[0])) < 1e-4
 
@@ -127,10 +127,11 @@ def test_a_drive_through_a_pole_of_its_angles() -> None:
     angles = np.stack([0.2 + 0 * times, 1.2 + 1.5 * times, 0.1 + 0.2 * times], axis=1)
     made = one_body(BALL, (0.2, 1.2, 0.1), body("link"))
     drive = Drive(times, angles)
-    run = simulate(made, Plan(stop=0.5, drives={"pin": drive}, springs=NONE))
+    run = simulate(made, Plan(stop=0.5, drives={"pin": drive}, springs=NONE, tolerance=1e-6))
     expected = np.array([made_pose(angle) for angle in drive.at(run.times)])
     assert angles[-1, 1] > 0.5 * np.pi
     assert run.outcome.succeeded
+    assert 0.0 < run.strayed < 1e-8
     assert np.max(np.abs(run.poses["link"][:, :3, :3] - expected)) < 1e-9
 
 
@@ -150,3 +151,33 @@ def test_what_drives_from_within_moves_no_centre_of_mass() -> None:
     off = run.centre_of_mass - np.polynomial.polynomial.polyval(run.times, line).T
     assert np.max(np.abs(off)) < 1e-8
     assert np.ptp(run.displacements["joint0"][:, :3]) > 0.1
+
+
+def test_a_table_that_is_driven_strays_by_less_than_a_millionth() -> None:
+    """At the default tolerance: two of the prototype's joints, the rest falls."""
+    made = read_figure(Path(str(files("figures"))) / "prototype.fig")
+    times = np.array([0.0, 0.1, 0.2, 0.3])
+    drives = {
+        "left_knee": Drive(times, np.radians([[0.0], [20.0], [40.0], [60.0]])),
+        "right_shoulder": Drive(times, np.radians([[0.0], [10.0], [5.0], [0.0]]), (2,)),
+    }
+    run = simulate(made, Plan(stop=0.3, drives=drives))
+    assert run.outcome.succeeded
+    assert 0.0 < run.strayed < 1e-6
+
+
+@pytest.mark.parametrize("rate", [-1.5, 1.5])
+def test_a_loop_driven_to_its_dead_point_is_named_with_its_drive(rate) -> None:
+    """A rocker cannot turn all the way round: it ends where crank and coupler are in one line."""
+    made = read_figure(Path(str(files("figures"))) / "fourbar.fig")
+    times = np.array([0.0, 1.0])
+    start = made.joints["rocker_bearing"].displacement[0]
+    drive = Drive(times, (start + rate * times)[:, None])
+    run = simulate(made, Plan(drives={"rocker_bearing": drive}, frame=0.005))
+    assert run.outcome.ending is Ending.SOLVER_FAILED
+    assert "the loop that rocker_pin closes came after" in run.outcome.message
+    assert "near a dead point, beyond which it cannot follow the drive of rocker_bearing" in (
+        run.outcome.message
+    )
+    assert run.outcome.joint == "rocker_bearing"
+    assert abs(np.sin(run.displacements["crank_pin"][-1, 0])) < 0.25

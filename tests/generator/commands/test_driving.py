@@ -45,7 +45,7 @@ def test_a_run_goes_over_its_table_with_all_that_follows(folder) -> None:
     assert done.exit_code == 0
     data = json.loads(done.stdout)
     assert data["simulated_s"] == pytest.approx(0.2)
-    assert 0.0 <= data["strayed"] < 1e-6
+    assert 0.0 <= data["strayed_rad_or_m"] < 1e-6
     action = read_action("out.action")
     q = {name: np.degrees(rows) for name, rows in action.displacements.items()}
     assert action.times[[0, -1]] == pytest.approx([0.1, 0.3])
@@ -76,11 +76,13 @@ def test_a_motion_from_an_action_file_is_driven_again(folder) -> None:
 REFUSED = [
     (("--drive", "knee.csv", "--stop", "0.5"), 2, "the run goes from 0.1 s to 0.5 s, but the"),
     (("--drive", "knee.csv", "--start", "0"), 2, "the run goes from 0 s to 0.3 s, but the drive"),
-    (("--drive", "knee.csv", "--lock", "left_knee"), 1, "left_knee is both locked and driven"),
-    (("--links", "links.toml", "--lock", "right_knee"), 1, "right_knee 1 follows left_knee 1 and"),
+    (("--drive", "knee.csv", "--lock", "left_knee"), 2, "left_knee is both locked and driven"),
+    (("--links", "links.toml", "--lock", "right_knee"), 2, "right_knee 1 follows left_knee 1 and"),
     (("--drive", "knee.csv", "--set", "left_knee=4"), 2, "--set left_knee: the joint is linked or"),
     (("--links", "links.toml", "--set", "right_knee=4"), 2, "--set right_knee: the joint is"),
-    (("--lock", "waist", "--velocity", "waist=1,0,0"), 1, "waist is locked, linked or driven, and"),
+    (("--lock", "waist", "--velocity", "waist=1,0,0"), 2, "--velocity waist: the joint is locked"),
+    (("--drive", "knee.csv", "--velocity", "left_knee=500"), 2, "--velocity left_knee: the joint"),
+    (("--drive", "knee.csv", "--start", "0.6"), 2, "but the drives are from 0.1 s to 0.3 s"),
     (("--lock", "left_kne"), 2, "has no joint `left_kne`; did you mean `left_knee`?"),
     (("--driven", "left_knee"), 2, "--driven chooses joints of the --drive file, which is missing"),
     (
@@ -90,7 +92,7 @@ REFUSED = [
     ),
     (("--drive", "none.csv"), 1, "none.csv"),
     (("--drive", "none.action"), 1, "none.action"),
-    (("--free-root", "--lock", "root_torso"), 1, "root_torso holds the figure to the ground"),
+    (("--free-root", "--lock", "root_torso"), 2, "to which joint root_torso holds it"),
     (
         ("--drive", "knee.csv", "-o", "knee.csv"),
         1,
@@ -117,3 +119,23 @@ def test_an_action_file_of_another_figure_is_refused(folder) -> None:
     done = mover("simulate", "fourbar", "--drive", "turned.action")
     assert done.exit_code == 1
     assert "has other axes than in the figure" in done.stderr
+
+
+JUMP = "time [s], left_knee [deg]\n0,0\n0.1,0\n0.12,90\n0.2,90\n0.4,90\n"
+
+
+def test_a_spline_that_leaves_its_rows_is_told(folder) -> None:
+    """Of a table with the place; of an action file by its name."""
+    Path("jump.csv").write_text(JUMP, encoding="utf-8")
+    words = ("--stop", "0.02", "--step", "0.001")
+    done = mover("simulate", "prototype", "--drive", "jump.csv", *words)
+    assert "jump.csv:2:3: warning: between this row and the next the spline takes" in done.stderr
+    assert "to -221.1 deg at 0.04097 s, though the rows are from 0 to 90 deg" in done.stderr
+
+
+def test_rows_of_an_action_file_that_are_too_near(folder) -> None:
+    words = ("--stop", "2e-7", "--frame", "1e-7", "--step", "1e-7", "-o", "near.action")
+    assert mover("simulate", "fourbar", *words).exit_code == 0
+    done = mover("simulate", "fourbar", "--drive", "near.action", "--driven", "crank_bearing")
+    assert done.exit_code == 1
+    assert "near.action: joint `crank_bearing`: rows of a drive must be" in done.stderr

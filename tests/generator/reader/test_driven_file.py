@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator import read_figure
+from generator.drive import Drive
 from generator.reader.driven_file import examine_drives, parse_drives
 from tests.chains import chain, one_body
 
@@ -50,7 +51,7 @@ def test_some_joints_of_a_table() -> None:
 
 @given(
     st.lists(
-        st.tuples(st.floats(1e-3, 10.0), st.floats(-400.0, 400.0), st.floats(-7.0, 7.0)),
+        st.tuples(st.floats(0.05, 2.0), st.floats(-400.0, 400.0), st.floats(-7.0, 7.0)),
         min_size=2,
         max_size=20,
     )
@@ -88,6 +89,13 @@ FAULTS = {
         "1:1 there is no column `time [s]`; time [s],left_knee [deg],left_shoulder.1 [deg]"
     ],
     "time,left_knee [deg]\n0,0\n1,1\n": ["1:1 column `time` has no unit; write `time [s]`"],
+    "time [ms],left_knee [deg]\n0,0\n1,1\n": [
+        "1:1 column `time` has the unknown unit `[ms]`; write `time [s]`"
+    ],
+    "time [s],left_knee [deg]\n0,0\n1e-300,1\n0.1,1e9\n": [
+        "3:1 this row is nearer than 1e-06 s to the one before; ",
+        "4:5 `1e9` is beyond 1e+06 rad; ",
+    ],
     "time [s]\n0\n1\n": [
         "1:1 no column drives a joint; time [s],left_knee [deg],left_shoulder.1 [deg]"
     ],
@@ -139,3 +147,46 @@ def test_a_file_that_is_not_there(tmp_path) -> None:
     reading = examine_drives(tmp_path / "none.csv", PROTOTYPE)
     assert not reading.drives
     assert len(reading.faults) == 1
+
+
+def test_splines_that_leave_the_range_of_their_rows_are_told() -> None:
+    """Where each is worst, at the row before; not of a column that stays within."""
+    text = (
+        "time [s],left_knee [deg],waist.2 [deg]\n"
+        "0,0,0\n0.1,0,10\n0.12,90,12\n0.2,90,20\n0.4,90,40\n"
+    )
+    reading = parse_drives(text, PROTOTYPE)
+    (told,) = reading.faults
+    assert told.severity.value == "warning"
+    assert (told.span.line, told.span.text) == (2, "0")
+    times = np.linspace(0.0, 0.4, 100_001)
+    angles = np.degrees(reading.drives["left_knee"].at(times)[:, 0])
+    assert f"left_knee 1 to {angles.min():.4g} deg at" in told.message
+    assert f"at {times[angles.argmin()]:.4g} s" in told.message
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0.01, 1.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)),
+        min_size=2,
+        max_size=8,
+    )
+)
+def test_no_overshoot_is_missed(rows) -> None:
+    """Against the spline at many times."""
+    times = np.cumsum([gap for gap, *_ in rows])
+    drive = Drive(times, [values for _, *values in rows])
+    found = {one.column: one for one in drive.overshoots()}
+    values = drive.at(np.linspace(times[0], times[-1], 4001))
+    for column, turns in enumerate(np.transpose([values for _, *values in rows])):
+        low, high = turns.min(), turns.max()
+        beyond = max(values[:, column].max() - high, low - values[:, column].min())
+        bound = max(0.05 * (high - low), 1e-3)
+        if column in found:
+            one = found[column]
+            worst = max(one.value - high, low - one.value)
+            assert worst > bound
+            assert worst >= beyond - 1e-9
+            assert times[one.row] <= one.time <= times[one.row + 1]
+        else:
+            assert beyond <= bound * (1.0 + 1e-6)
