@@ -1,6 +1,8 @@
 """One pass of the integrator: frames, cuts, and every way in which it can end."""
 
+import itertools
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -48,6 +50,23 @@ def test_steps_are_equal_parts_of_a_frame() -> None:
     assert len(done.trace) == 11
     assert done.outcome.ending is Ending.DONE
     assert done.outcome.last_time == 0.2
+
+
+@pytest.mark.parametrize("looks", range(1, 30))
+def test_the_clock_may_run_out_at_any_frame(looks, monkeypatch) -> None:
+    """Whenever it does, what is told are frames that were reached, as in a run that may go on."""
+    springs = SpringSet({"joint0": JointSprings("joint0", (AxisSpring(X, (Linear(1.0, 0.0),)),))})
+    times = frame_times(0.0, 0.5, 0.02)
+    whole = run_pass(row(1), springs, times)
+    ticks = itertools.count()
+    clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
+    monkeypatch.setattr("generator.engine.march.time", clock)
+    assembly = build(row(1), Plan(stop=0.5), springs)
+    cut = march(assembly, times, 1e-3, 1e-9, looks + 0.5, nobody)
+    count = len(cut.trace)
+    assert cut.outcome.ending is (Ending.TOO_LONG if count < times.size else Ending.DONE)
+    assert cut.outcome.last_time == cut.trace.times[-1] == times[count - 1]
+    assert np.max(np.abs(cut.trace.positions - whole.trace.positions[:count])) < 1e-9
 
 
 def test_the_frames_do_not_change_the_motion() -> None:

@@ -121,7 +121,7 @@ def march(
                     with passing.over(assembly.mbs, times[k + 1 : last], a_frame):
                         _advance(assembly, settings, (here, there), count, read < k)
                     steps += count
-                    if len(log) < last:
+                    if passing.stopped:
                         raise TimeoutError
                 else:
                     corners = guide.cuts(k, here, there, meters.now)
@@ -174,6 +174,7 @@ class _Passing:
     def __init__(self, log: "_Log", watch: Watch, deadline: float) -> None:
         self._log, self._watch, self._deadline = log, watch, deadline
         self._waiting: list[float] = []
+        self.stopped = False
         self._every, self._steps, self._taken, self._told = 1, 0, 0, 0
 
     @contextmanager
@@ -199,8 +200,8 @@ class _Passing:
         if here and self._taken < len(self._waiting):
             self._log.take(self._waiting[self._taken])
             self._taken += 1
-            return time.monotonic() < self._deadline
-        return True
+            self.stopped = time.monotonic() > self._deadline
+        return not self.stopped
 
 
 def _settings(newton: float) -> Any:
