@@ -68,7 +68,7 @@ def apart(one: Fall, other: Fall) -> tuple[float, float, float]:
 @pytest.mark.parametrize("pose", ["standing", "reaching"])
 def test_the_first_moments_agree_to_a_millionth(pose: str, name: str) -> None:
     joints, centre, energy = apart(
-        ours(pose, SHORT, 1e-6), moved(name, cases.prototype(pose), SHORT)
+        ours(pose, SHORT, 1e-7), moved(name, cases.prototype(pose), SHORT)
     )
     assert joints < 1e-6
     assert centre < 1e-6
@@ -79,7 +79,7 @@ def test_the_first_moments_agree_to_a_millionth(pose: str, name: str) -> None:
 @pytest.mark.parametrize("name", ["MuJoCo", "OpenSim", "Pinocchio", "Drake"])
 def test_a_second_agrees_to_a_millionth(name: str) -> None:
     case = cases.prototype("reaching")
-    joints, centre, energy = apart(ours("reaching", 1.0, 1e-6), moved(name, case, 1.0))
+    joints, centre, energy = apart(ours("reaching", 1.0, 1e-7), moved(name, case, 1.0))
     assert joints < 1e-6
     assert centre < 1e-6
     assert energy < 1e-5
