@@ -9,7 +9,7 @@ import os
 import sys
 from importlib import import_module
 
-from generator.engine.door import open_exudyn
+from generator.simulation.import_exudyn import open_exudyn
 
 PARTS = {
     "prototype": "benchmarks.prototype",

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from benchmarks import cases, chains, tables
 from benchmarks.engines import in_exudyn
-from generator.engine import march
+from generator.simulation import integrate as march
 from springs import SpringSet
 
 CLOCKS = {

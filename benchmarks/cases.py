@@ -7,17 +7,8 @@ import numpy as np
 
 from benchmarks.passive_law import CurveLaw, PassiveLaw, RadialLaw
 from benchmarks.tree import TreeModel, tree_model
-from generator.figure import (
-    Factor,
-    Figure,
-    Joint,
-    Location,
-    Segment,
-    Shift,
-    Site,
-    SiteRef,
-)
-from generator.reader.figure_file import read_figure
+from generator.figure import Factor, Figure, Joint, Location, Segment, Shift, Site, SiteRef
+from generator.figure_file.read import read_figure
 
 STOP = 1.0
 """Of every fall of a figure [s]."""

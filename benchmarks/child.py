@@ -14,11 +14,11 @@ from benchmarks.cases import Case
 
 def this_project(case: Case) -> float:
     """Build and run; returns the time of building [s], as for the others below."""
-    from generator.engine.door import open_exudyn
+    from generator.simulation.import_exudyn import open_exudyn
 
     open_exudyn()
     from benchmarks.engines import in_exudyn
-    from generator.engine.assembly import Assembly
+    from generator.simulation.model import Assembly
 
     springs = in_exudyn.radial_springs(case.figure, case.radial)
     plan = in_exudyn.plan_of(case.displacements, springs)

@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 
 from generator.geometry import Surface, format_psurf, mass_properties, parse_psurf
-from generator.geometry.tetrahedra import tetrahedra_of
+from generator.geometry.volume import tetrahedra_of
 
 ROUNDS = 9
 

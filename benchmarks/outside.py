@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.passive_law import PassiveLaw
 from benchmarks.tree import TreeModel
-from generator.frames import Array
+from generator.rotations import Array
 
 
 @dataclass(frozen=True)

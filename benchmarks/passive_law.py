@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.tree import Link, TreeModel
 from generator.figure import Figure
-from generator.frames import Array
+from generator.rotations import Array
 
 
 class PassiveLaw(Protocol):

@@ -11,12 +11,11 @@ from importlib.metadata import version
 
 import numpy as np
 
-from generator.posture.centre_of_mass import masses_of
-from generator.posture.placement import drawn_displacements, motion_maps, place
-from generator.posture.stability import stability
-from generator.posture.support import FixedSupport, LowFaces, patch_of_faces
-from generator.posture.tree import hang
-from generator.reader.figure_file import read_figure
+from generator.figure_file.read import read_figure
+from generator.kinematics.centre_of_mass import masses_of
+from generator.kinematics.placement import drawn_displacements, motion_maps, place
+from generator.kinematics.stability import FixedSupport, LowFaces, patch_of_faces, stability
+from generator.kinematics.tree import hang
 
 ROUNDS, CALLS = 15, 40
 FRAMES = 1000

@@ -12,17 +12,16 @@ from unittest.mock import patch
 
 import numpy as np
 
-from generator.engine.assembly import build
-from generator.engine.chosen_springs import springs_of
-from generator.engine.connector import Hanger
-from generator.engine.march import Pass, frame_times, march
-from generator.engine.passages import Guide
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
-from generator.engine.trace import extrapolated
 from generator.figure import Figure
-from generator.frames import rotation_vector_from_matrix
-from generator.reader.figure_file import read_figure
+from generator.figure_file.read import read_figure
+from generator.rotations import rotation_vector_from_matrix
+from generator.simulation.integrate import Pass, frame_times, march
+from generator.simulation.model import build
+from generator.simulation.plan import Plan, springs_of
+from generator.simulation.run import simulate
+from generator.simulation.springs import Hanger
+from generator.simulation.states import extrapolated
+from generator.simulation.step_schedule import Guide
 
 STOP = 2.0
 

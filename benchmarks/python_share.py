@@ -12,9 +12,9 @@ from typing import Any
 from benchmarks import cases, tables
 from benchmarks.cases import Case
 from benchmarks.engines import in_exudyn
-from generator.engine.exudyn_api import exu
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
+from generator.simulation.exudyn_api import exu
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 
 COMMAND = "python -m benchmarks python-share"
 

@@ -20,10 +20,10 @@ COMMAND = "python -m benchmarks startup"
 ROUNDS = 3
 
 IMPORTS: Mapping[str, str] = {
-    "this project": "from generator.engine.door import open_exudyn; open_exudyn(); "
-    "import generator.engine.simulate",
+    "this project": "from generator.simulation.import_exudyn import open_exudyn; open_exudyn(); "
+    "import generator.simulation.run",
     "Exudyn alone": "import exudyn",
-    "reader alone": "from generator.reader import read_figure",
+    "reader alone": "from generator.figure_file import read_figure",
     "MuJoCo": "import mujoco",
     "OpenSim": "import opensim",
     "Pinocchio": "import pinocchio",

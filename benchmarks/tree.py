@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from generator.figure import Figure, Joint, SiteRef
-from generator.frames import Array
+from generator.rotations import Array
 
 GRAVITY = 9.81
 """Along -y of the world [m/s^2]."""

@@ -17,7 +17,7 @@ from benchmarks.cases import Case
 from benchmarks.engines import in_exudyn, in_mujoco, in_opensim, in_pinocchio
 from benchmarks.outside import Fall, fall
 from benchmarks.tree import between
-from generator.frames import Array
+from generator.rotations import Array
 
 COMMAND = "python -m benchmarks verification"
 

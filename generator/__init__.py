@@ -8,43 +8,43 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from generator.animation import ActionFile, read_action, read_npz, write_recording
-    from generator.engine.assembly import Assembly
-    from generator.engine.plan import Plan
-    from generator.engine.simulate import Progress, simulate
-    from generator.engine.statics import static_torques
-    from generator.posture.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
-    from generator.posture.placement import drawn_displacements, place
-    from generator.posture.stability import stability
-    from generator.posture.tree import hang
-    from generator.reader import read_figure
-    from generator.reader.passive import read_springs
-    from generator.reader.pose_file import read_pose
+    from generator.figure_file import read_figure
+    from generator.figure_file.write import write_pose
+    from generator.input_files.pose import read_pose
+    from generator.kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
+    from generator.kinematics.placement import drawn_displacements, place
+    from generator.kinematics.stability import stability
+    from generator.kinematics.tree import hang
+    from generator.motion_files import ActionFile, read_action, read_npz, write_recording
     from generator.recording import Outcome, Recording
-    from generator.writer import write_pose
+    from generator.simulation.model import Assembly
+    from generator.simulation.plan import Plan
+    from generator.simulation.run import Progress, simulate
+    from generator.simulation.statics import static_torques
+    from generator.springs_file.read import read_springs
 
 _HOMES = {
-    "ActionFile": "generator.animation",
-    "Assembly": "generator.engine.assembly",
+    "ActionFile": "generator.motion_files",
+    "Assembly": "generator.simulation.model",
     "Outcome": "generator.recording",
-    "Plan": "generator.engine.plan",
-    "Progress": "generator.engine.simulate",
+    "Plan": "generator.simulation.plan",
+    "Progress": "generator.simulation.run",
     "Recording": "generator.recording",
-    "centre_of_mass": "generator.posture.centre_of_mass",
-    "centre_of_mass_jacobian": "generator.posture.centre_of_mass",
-    "drawn_displacements": "generator.posture.placement",
-    "hang": "generator.posture.tree",
-    "place": "generator.posture.placement",
-    "read_action": "generator.animation",
-    "read_figure": "generator.reader",
-    "read_npz": "generator.animation",
-    "read_pose": "generator.reader.pose_file",
-    "read_springs": "generator.reader.passive",
-    "simulate": "generator.engine.simulate",
-    "stability": "generator.posture.stability",
-    "static_torques": "generator.engine.statics",
-    "write_pose": "generator.writer",
-    "write_recording": "generator.animation",
+    "centre_of_mass": "generator.kinematics.centre_of_mass",
+    "centre_of_mass_jacobian": "generator.kinematics.centre_of_mass",
+    "drawn_displacements": "generator.kinematics.placement",
+    "hang": "generator.kinematics.tree",
+    "place": "generator.kinematics.placement",
+    "read_action": "generator.motion_files",
+    "read_figure": "generator.figure_file",
+    "read_npz": "generator.motion_files",
+    "read_pose": "generator.input_files.pose",
+    "read_springs": "generator.springs_file.read",
+    "simulate": "generator.simulation.run",
+    "stability": "generator.kinematics.stability",
+    "static_torques": "generator.simulation.statics",
+    "write_pose": "generator.figure_file.write",
+    "write_recording": "generator.motion_files",
 }
 
 __all__ = [

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from generator.frames import Array
+from generator.rotations import Array
 
 SHORTEST = 1e-6
 """Rows nearer to each other than this make no motion whose rates can be told [s]."""

@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from generator.frames import Array, homogeneous, matrix_from_xyz
-from generator.source import Span
+from generator.diagnostics import Span
+from generator.rotations import Array, homogeneous, matrix_from_xyz
 
 Vector = tuple[float, float, float]
 

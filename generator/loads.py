@@ -7,7 +7,7 @@ from enum import Enum
 import numpy as np
 
 from generator.figure import SiteRef
-from generator.frames import Array
+from generator.rotations import Array
 
 
 class LoadKind(Enum):

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from generator.commands.answer import Answer
-    from generator.commands.progress import Progress
+    from generator.cli.answer import Answer
+    from generator.cli.progress import Progress
 
 
 class Axis(StrEnum):
@@ -108,7 +108,7 @@ def plots(
     Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all.
     """
     del quiet, as_json
-    from plots import plates as command
+    from plots import run as command
 
     return command.plots(
         command.Request(

@@ -1,4 +1,7 @@
-"""`mover fit`: a cubic through measured moments, as numbers, as a spring and as a picture."""
+"""`mover fit`: a cubic through measured moments, as numbers, as a spring and as a picture.
+
+The picture of a fit: data, cubic, law and dead zone, and below them the residuals.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -6,18 +9,21 @@ from math import degrees
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from generator.commands.answer import Answer, UsageError, aligned
-from generator.commands.outputs import insist_writable
-from generator.errors import MoverError
-from generator.reader.given_springs import rule_said
-from generator.reader.moments_file import MeasuredMoments, read_moments
-from generator.reader.springs_file import SpringEntry, SpringsFile
-from generator.springs_writer import write_springs
-from plots.output import write
+from generator.cli.answer import Answer, UsageError, aligned
+from generator.cli.outputs import insist_writable
+from generator.diagnostics import MoverError
+from generator.input_files.moments import MeasuredMoments, read_moments
+from generator.springs_file.bind import rule_said
+from generator.springs_file.parse import SpringEntry, SpringsFile
+from generator.springs_file.write import write_springs
+from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, styled
+from plots.run import write
 from springs import Cubic, NotRestoringError
+from springs.backends import Array
 from springs.fit import CubicFit, fit_cubic
-from springs.operations import Array
 
 FORMATS = ("svg", "png")
 UNITS = ("N m", "N m/rad", "N m/rad^2", "N m/rad^3")
@@ -106,8 +112,8 @@ def _springs_text(request: Request, moments: MeasuredMoments, fitted: CubicFit, 
 
 
 def _picture(request: Request, moments: MeasuredMoments, fitted: CubicFit, kind: str) -> bytes:
-    from plots.fit_drawing import draw_fit  # matplotlib takes its time
-    from plots.style import picture
+    pass  # matplotlib takes its time
+    from plots.canvas import picture
 
     drawing = draw_fit(fitted, _title(request, moments), request.motion, request.reference)
     return picture(drawing, kind)
@@ -190,3 +196,78 @@ def _data(
         "doubts": list(fitted.doubts),
         "files": [str(path) for path in files],
     }
+
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+
+_POINTS = 400
+_MARGIN = 0.04
+
+
+def draw_fit(fit: CubicFit, title: str, motion: str = "", reference: str = "") -> Figure:
+    """Draw a fit over the range of its data.
+
+    Args:
+        fit: of the data.
+        title: what the data are.
+        motion: what a positive angle is ("flexion"), or "".
+        reference: where the data are from, or "".
+    """
+    try:
+        law = fit.law
+    except NotRestoringError:
+        law = None
+    with styled():
+        figure = Figure(figsize=(6.4, 5.4), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+        _draw_moments(upper, fit, law)
+        upper.set_title(title, loc="left")
+        _draw_residuals(lower, fit)
+        lower.set_xlabel(f"angle [deg]{f', positive in {motion}' if motion else ''}")
+        said = [convention(law), *([f"Data: {reference}"] if reference else [])]
+        figure.supxlabel("\n".join(said), fontsize=8.0, x=0.01, ha="left", wrap=True)
+    return figure
+
+
+def convention(law: Cubic | None) -> str:
+    """The sign convention in words."""
+    if law is None:
+        return "M as measured. No sense makes this cubic restoring, so it is no law."
+    if law.sense < 0:
+        return "M is the resisting moment: the torque on the child is -M."
+    return "M acts on the child: the torque on the child is +M."
+
+
+def _draw_moments(axes: Axes, fit: CubicFit, law: Cubic | None) -> None:
+    first, last = float(fit.angles.min()), float(fit.angles.max())
+    margin = _MARGIN * (last - first)
+    angles = np.linspace(first - margin, last + margin, _POINTS)
+    if law is not None and law.dead_zone is not None:
+        low, high = (degrees(np.clip(e, angles[0], angles[-1])) for e in law.dead_zone)
+        axes.axvspan(
+            low, high, facecolor="none", edgecolor=GREY, hatch="///", alpha=0.5, label="dead zone"
+        )
+    c0, c1, c2, c3 = fit.coefficients
+    cubic = c0 + angles * (c1 + angles * (c2 + angles * c3))
+    axes.plot(np.degrees(angles), cubic, color=BLUE, label="cubic")
+    if law is not None:
+        moment = law.sense * np.asarray(law.torque(angles))
+        dashes = (0, (5, 2))
+        label = "law, with its dead zone"
+        axes.plot(np.degrees(angles), moment, color=VERMILION, linestyle=dashes, label=label)
+    axes.plot(np.degrees(fit.angles), fit.moments, "o", color=BLACK, mfc="white", label="measured")
+    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+    axes.set_ylabel("moment M [N m]")
+    axes.legend()
+
+
+def _draw_residuals(axes: Axes, fit: CubicFit) -> None:
+    angles = np.degrees(fit.angles)
+    axes.axhspan(-fit.rms, fit.rms, color=PALE, label=f"rms {fit.rms:.3g} N m")
+    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+    axes.vlines(angles, 0.0, fit.residuals, color=GREY, linewidth=1.0)
+    axes.plot(angles, fit.residuals, "o", color=BLACK, mfc="white", label="measured - cubic")
+    axes.set_ylabel("residual [N m]")
+    axes.legend(ncols=2)

@@ -1,14 +1,136 @@
-"""A plate: one picture with its claims, its numbers and its references."""
+"""A plate: one picture with its claims, its numbers and its references.
 
+A claim: a sentence about a curve or a motion, the value that was measured, and its bound.
+
+A plate drawn: its words and claims, and its files as bytes; light enough to be sent about.
+
+Draws a plate: its picture as SVG and PNG, its numbers as comma-separated values.
+"""
+
+import csv
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from io import StringIO
+from math import inf, isinf, isnan
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from plots.claim import Claim
-from springs.operations import Array
+from plots.canvas import picture, styled, write_title
+from springs.backends import Array
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence that a measured value bears out or not.
+
+    Attributes:
+        sentence: what is claimed, in words a reader of the report understands by itself.
+        measured: the value found.
+        unit: of `measured` and of the bounds; "" for a plain number.
+        at_least: lower bound; -inf for none.
+        at_most: upper bound; inf for none.
+        remark: what a failing or a partly true claim means, or "".
+    """
+
+    sentence: str
+    measured: float
+    unit: str = ""
+    at_least: float = -inf
+    at_most: float = inf
+    remark: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse a claim that cannot fail, and one that cannot hold."""
+        if not self.sentence.strip():
+            raise ValueError("a claim needs a sentence")
+        if isinf(self.at_least) and isinf(self.at_most):
+            raise ValueError("a claim needs a bound: without one it cannot fail")
+        if isnan(self.at_least) or isnan(self.at_most) or self.at_least > self.at_most:
+            raise ValueError(f"no value is {self.at_least} to {self.at_most}")
+
+    @property
+    def holds(self) -> bool:
+        """Whether the measured value is within the bounds; nan is not."""
+        return self._within(self.measured)
+
+    @property
+    def measured_words(self) -> str:
+        """The measured value with its unit, in as many digits as tell on which side it is."""
+        said = ""
+        for digits in range(4, 18):
+            said = f"{self.measured:.{digits}g}"
+            if self._within(float(said)) == self.holds:
+                break
+        return f"{said} {self.unit}".rstrip()
+
+    @property
+    def bound_words(self) -> str:
+        """The bound in words: `at most 4 N m`, `-36 to -32 N m`."""
+        low, high = f"{self.at_least:.4g}", f"{self.at_most:.4g}"
+        if isinf(self.at_most):
+            words = f"at least {low}"
+        elif isinf(self.at_least):
+            words = f"at most {high}"
+        elif self.at_least == self.at_most:
+            words = f"exactly {low}"
+        else:
+            words = f"{low} to {high}"
+        return f"{words} {self.unit}".rstrip()
+
+    @property
+    def verdict(self) -> str:
+        """`holds` or `DOES NOT HOLD`."""
+        return "holds" if self.holds else "DOES NOT HOLD"
+
+    def _within(self, value: float) -> bool:
+        return bool(self.at_least <= value <= self.at_most)
+
+
+@dataclass(frozen=True)
+class DrawnPlate:
+    """What is left of a plate when its picture is drawn.
+
+    Attributes:
+        name: of the plate.
+        title: what it shows.
+        caption: what the reader sees.
+        sign: the sign convention in words.
+        claims: what the picture bears out or refutes.
+        references: in full.
+        svg: the picture as SVG.
+        png: the picture as PNG.
+        tables: the text of each table, by the name of its file.
+    """
+
+    name: str
+    title: str
+    caption: str
+    sign: str
+    claims: tuple[Claim, ...]
+    references: tuple[str, ...]
+    svg: bytes
+    png: bytes
+    tables: Mapping[str, str]
+
+    @property
+    def files(self) -> dict[str, bytes | str]:
+        """What each of its files holds, by its name."""
+        return {f"{self.name}.svg": self.svg, f"{self.name}.png": self.png, **self.tables}
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A plate that could not be made, and the reason as the end of a sentence."""
+
+    name: str
+    reason: str
+
+    def __str__(self) -> str:
+        """The sentence."""
+        return f"the plate `{self.name}` could not be made: {self.reason}"
+
 
 _FILE_NAME = re.compile(r"[a-z0-9][a-z0-9_-]*")
 
@@ -50,3 +172,56 @@ class Plate:
             shapes = {np.shape(column) for column in columns.values()}
             if len(shapes) != 1 or len(shapes.pop()) != 1:
                 raise ValueError(f"the columns of the table `{table}` are not of one length")
+
+
+def draw(plate: Plate) -> DrawnPlate:
+    """Draw a plate with its title above it; the same plate gives the same bytes."""
+    with styled():
+        write_title(plate.figure, plate.title)
+    return DrawnPlate(
+        name=plate.name,
+        title=plate.title,
+        caption=plate.caption,
+        sign=plate.sign,
+        # A number of numpy's would take numpy along wherever the claim is sent.
+        claims=tuple(replace(claim, measured=float(claim.measured)) for claim in plate.claims),
+        references=plate.references,
+        svg=picture(plate.figure, "svg"),
+        png=picture(plate.figure, "png"),
+        tables={
+            file_name: table_text(plate, table)
+            for file_name, table in zip(_file_names(plate), plate.tables, strict=True)
+        },
+    )
+
+
+def table_text(plate: Plate, table: str) -> str:
+    """One table of a plate as text.
+
+    Three lines of comment (title, sign convention, references), then the headers, then the rows, in
+    nine digits.
+    """
+    stream = StringIO()
+    of_several = f": {table}" if len(plate.tables) > 1 else ""
+    for comment in (
+        f"{plate.title}{of_several}",
+        plate.sign,
+        f"References: {'; '.join(plate.references) or 'none'}",
+    ):
+        stream.write(f"# {' '.join(comment.split())}\n")
+    columns = plate.tables[table]
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(_rows(columns))
+    return stream.getvalue()
+
+
+def _rows(columns: Mapping[str, Array]) -> Iterator[list[str]]:
+    for values in zip(*columns.values(), strict=True):
+        yield [f"{float(value):.9g}" for value in values]
+
+
+def _file_names(plate: Plate) -> list[str]:
+    if len(plate.tables) == 1:
+        return [f"{plate.name}.csv"]
+    return [f"{plate.name}.{table}.csv" for table in plate.tables]

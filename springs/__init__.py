@@ -1,19 +1,11 @@
 """Torque laws of joints: pure functions of angle and rate, without files or figures."""
 
-from springs.cubic import Coefficients, Cubic
+from springs.backends import FLOATS, NUMPY, Operations, Real
+from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, restoring_sense
 from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
-from springs.joint import (
-    AxisSpring,
-    CoupledAxis,
-    CoupledSpring,
-    Joining,
-    JointSprings,
-    SpringSet,
-)
+from springs.joint import AxisSpring, CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
 from springs.linear import Linear
-from springs.operations import FLOATS, NUMPY, Operations, Real
-from springs.sense import NotRestoringError, passive_cubic, restoring_sense
 from springs.spherical import (
     conservative_energy,
     conservative_torque,

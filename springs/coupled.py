@@ -11,9 +11,9 @@ from math import exp, sqrt
 from operator import add
 from typing import Protocol
 
+from springs.backends import FLOATS, NUMPY, Operations, Real
+from springs.elastic import Range, mirrored_range
 from springs.exponential import Exponential, Term
-from springs.measured import Range, mirrored_range
-from springs.operations import FLOATS, NUMPY, Operations, Real
 
 _PARALLEL = 1e-9
 

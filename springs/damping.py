@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from springs.operations import NUMPY, Operations, Real
+from springs.backends import NUMPY, Operations, Real
 
 SLIP = 0.01
 """Rate at which the regularised Coulomb friction has 76 % of its full value [rad/s or m/s]."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
 
-from springs.measured import Range, mirrored_range
-from springs.operations import NUMPY, Operations, Real
+from springs.backends import NUMPY, Operations, Real
+from springs.elastic import Range, mirrored_range
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import hypot
 
+from springs.backends import NUMPY, Operations, Real
 from springs.coupled import CoupledExponential
 from springs.damping import Damping
 from springs.elastic import Elastic, total_friction
-from springs.operations import NUMPY, Operations, Real
 
 Vector = tuple[float, float, float]
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from springs.operations import NUMPY, Operations, Real
+from springs.backends import NUMPY, Operations, Real
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from springs.measured import Range, mirrored_range
-from springs.operations import NUMPY, Operations, Real
+from springs.backends import NUMPY, Operations, Real
+from springs.elastic import Range, mirrored_range
 
 
 @dataclass(frozen=True)

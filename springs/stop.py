@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import radians
 
-from springs.operations import NUMPY, Operations, Real
+from springs.backends import NUMPY, Operations, Real
 
 STIFFNESS = 1000.0
 """Default stiffness of a stop [N m/rad]."""

@@ -4,17 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from generator.figure import (
-    Factor,
-    Figure,
-    Joint,
-    Location,
-    Segment,
-    Shift,
-    Site,
-    SiteRef,
-    Turn,
-)
+from generator.figure import Factor, Figure, Joint, Location, Segment, Shift, Site, SiteRef, Turn
 
 Vector = tuple[float, float, float]
 

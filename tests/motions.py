@@ -1,16 +1,14 @@
 """Motions that formats are tested with: what was simulated, and where its sites truly are."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from generator import Plan, read_figure, simulate
-from generator.animation import Clip, clip_of_recording
 from generator.figure import Figure
+from generator.motion_files import Clip, clip_of_recording
 from tests.chains import BALL, at, body, chain, figure, ground, joint
-
-FIGURES = Path(__file__).parents[1] / "figures"
+from tests.paths import FIGURES
 
 MOTIONS = ("prototype", "fourbar", "slides", "flying")
 """A human figure, a closed loop, a machine with slides, and a figure that nothing holds."""

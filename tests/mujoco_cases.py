@@ -10,12 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate, springs_of
 from generator.figure import Figure
-from generator.frames import Array
-from generator.reader import read_figure
+from generator.figure_file import read_figure
 from generator.recording import Recording
+from generator.rotations import Array
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate, springs_of
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from tests.chains import ACROSS, SKEW, chain, row, two_bodies
 from tests.mujoco_twin import Fall, Twin, angles_between, joint_errors

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from generator.figure import Figure, Joint, SiteRef
-from generator.frames import Array
+from generator.rotations import Array
 from springs import AxisSpring, Cubic, Linear, SpringSet
 
 

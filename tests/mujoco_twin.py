@@ -22,8 +22,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from generator.figure import Factor, Figure, Joint, SiteRef
-from generator.frames import Array, matrix_from_rotation_vector
 from generator.recording import Recording
+from generator.rotations import Array, matrix_from_rotation_vector
 from springs import AxisSpring, Linear, SpringSet
 from tests.mujoco_law import Hung, PassiveLaw
 

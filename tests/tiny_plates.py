@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from plots.claim import Claim
-from plots.plate import Plate
-from plots.style import styled
+from plots.canvas import styled
+from plots.plate import Claim, Plate
 
 ANGLES = np.linspace(-30.0, 30.0, 7)
 

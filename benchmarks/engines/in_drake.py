@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.outside import Fall
 from benchmarks.passive_law import RadialLaw
 from benchmarks.tree import GRAVITY, TreeModel
-from generator.frames import Array
+from generator.rotations import Array
 
 NAME = "Drake"
 VERSION = version("drake")

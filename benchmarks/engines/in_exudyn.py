@@ -7,11 +7,11 @@ import numpy as np
 
 from benchmarks.outside import Fall
 from benchmarks.passive_law import RadialLaw
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
 from generator.figure import Figure
-from generator.frames import matrix_from_rotation_vector
 from generator.recording import Recording
+from generator.rotations import matrix_from_rotation_vector
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 
 NAME = "Exudyn"

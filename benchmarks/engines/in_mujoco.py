@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.outside import Fall
 from benchmarks.passive_law import CurveLaw, PassiveLaw, RadialLaw
 from benchmarks.tree import GRAVITY, TreeModel, quaternion
-from generator.frames import Array
+from generator.rotations import Array
 
 NAME = "MuJoCo"
 VERSION = mujoco.__version__

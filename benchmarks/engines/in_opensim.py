@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.outside import Fall
 from benchmarks.passive_law import RadialLaw
 from benchmarks.tree import GRAVITY, Link, TreeModel
-from generator.frames import Array
+from generator.rotations import Array
 
 NAME = "OpenSim"
 VERSION = osim.GetVersion()

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from benchmarks.tree import GRAVITY, TreeModel
-from generator.frames import Array
+from generator.rotations import Array
 
 NAME = "Pinocchio"
 VERSION = pin.__version__

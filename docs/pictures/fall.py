@@ -15,7 +15,7 @@ from matplotlib.collections import PolyCollection
 
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure
-from generator.geometry.segment import surface_of
+from generator.geometry.read import surface_of
 
 FRAME = 0.3
 FRAMES = 6

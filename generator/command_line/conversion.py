@@ -8,7 +8,7 @@ import typer
 from generator.command_line.options import Json, Springs
 
 if TYPE_CHECKING:
-    from generator.commands.answer import Answer
+    from generator.cli.answer import Answer
 
 
 def convert(
@@ -46,6 +46,6 @@ def convert(
 ) -> "Answer":
     """Write a motion or a figure for other programs, and tell what their formats cannot hold."""
     del as_json
-    from generator.commands import convert as command
+    from generator.cli import convert as command
 
     return command.convert(command.Request(source, outputs, figure, springs, to, apart))

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 from generator.command_line.options import Checked, Cited, Json, Name, Springs
 
 if TYPE_CHECKING:
-    from generator.commands.answer import Answer
+    from generator.cli.answer import Answer
 
 
 def check(figure: Checked, springs: Springs = None, as_json: Json = False) -> "Answer":
     """Report all that is wrong or odd in a figure, its springs and their curves."""
     del as_json
-    from generator.commands import check as command
+    from generator.cli import check as command
 
     return command.check(figure, springs)
 
@@ -19,7 +19,7 @@ def check(figure: Checked, springs: Springs = None, as_json: Json = False) -> "A
 def describe(figure: Name, springs: Springs = None, as_json: Json = False) -> "Answer":
     """Show segments, masses, joints and springs of a figure."""
     del as_json
-    from generator.commands import describe as command
+    from generator.cli import describe as command
 
     return command.describe(figure, springs)
 
@@ -27,6 +27,6 @@ def describe(figure: Name, springs: Springs = None, as_json: Json = False) -> "A
 def cite(figure: Cited, springs: Springs = None, as_json: Json = False) -> "Answer":
     """Show the references of the numbers that a figure uses, or of a published table."""
     del as_json
-    from generator.commands import cite as command
+    from generator.cli import cite as command
 
     return command.cite(figure, springs)

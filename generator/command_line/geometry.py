@@ -8,7 +8,7 @@ import typer
 from generator.command_line.options import Json, Name
 
 if TYPE_CHECKING:
-    from generator.commands.answer import Answer
+    from generator.cli.answer import Answer
 
 
 def mass(
@@ -38,7 +38,7 @@ def mass(
 ) -> "Answer":
     """Weigh the body within a surface: volume, mass, centre of mass, inertia."""
     del as_json
-    from generator.commands import mass as command
+    from generator.cli import mass as command
 
     return command.mass(
         command.Request(file, density, unit, about, segment, fix_winding=fix_winding)
@@ -55,6 +55,6 @@ def complete(
 ) -> "Answer":
     """Fill in the masses, inertias and centres of mass that a figure lacks, from its psurfs."""
     del as_json
-    from generator.commands import complete as command
+    from generator.cli import complete as command
 
     return command.complete(figure, density, output)

@@ -21,18 +21,18 @@ from generator.command_line.options import (
 )
 
 if TYPE_CHECKING:
-    from generator.commands.answer import Answer
+    from generator.cli.answer import Answer
 
 
 class Side(StrEnum):
-    """The sides of the body, by the names of `generator.posture.shoulder_turns.Side`."""
+    """The sides of the body, by the names of `generator.kinematics.shoulder.Side`."""
 
     LEFT = "left"
     RIGHT = "right"
 
 
 class Rhythm(StrEnum):
-    """The rhythms of the shoulder, by the names of `generator.posture.shoulder_rhythm`."""
+    """The rhythms of the shoulder, by the names of `generator.kinematics.shoulder_rhythm`."""
 
     OTANI = "otani"
     DE_GROOT_BRAND = "de_groot_brand"
@@ -58,7 +58,7 @@ def pose(
     The option --set may be repeated and changes what --pose says.
     """
     del as_json
-    from generator.commands import pose as command
+    from generator.cli import pose as command
 
     return command.pose(figure, file, displacements or (), output)
 
@@ -76,7 +76,7 @@ def com(
 ) -> "Answer":
     """Find the centre of mass of a figure, in a pose or along a motion."""
     del as_json
-    from generator.commands import com as command
+    from generator.cli import com as command
 
     return command.com(command.Request(figure, pose, displacements or (), segments, along, output))
 
@@ -106,7 +106,7 @@ def stability(
 ) -> "Answer":
     """Test whether the centre of mass stands over the support, in a pose or along a motion."""
     del as_json
-    from generator.commands import stability as command
+    from generator.cli import stability as command
 
     return command.stability_of(
         command.Request(figure, support or (), below, up, pose, displacements or (), along, output)
@@ -128,7 +128,7 @@ def shoulder(
 ) -> "Answer":
     """Position an arm by where its elbow points, with the clavicle and the natural twist."""
     del as_json
-    from generator.commands import shoulder as command
+    from generator.cli import shoulder as command
 
     return command.shoulder(
         figure,
@@ -155,7 +155,7 @@ def link(
     The option --set may be repeated and changes what --pose says.
     """
     del as_json
-    from generator.commands import link as command
+    from generator.cli import link as command
 
     return command.link(figure, links, pose, displacements or (), output)
 
@@ -179,7 +179,7 @@ def settle(
     The options --set and --lock may be repeated.
     """
     del as_json
-    from generator.commands import settle as command
+    from generator.cli import settle as command
 
     return command.settle(
         command.Request(

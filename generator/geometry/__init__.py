@@ -1,10 +1,15 @@
 """Surfaces of polygons: psurf and mesh files, soundness, and the mass they enclose."""
 
-from generator.geometry.psurf import examine_psurf, parse_psurf, read_psurf
-from generator.geometry.psurf_writer import format_psurf, write_psurf
+from generator.geometry.psurf import (
+    examine_psurf,
+    format_psurf,
+    parse_psurf,
+    read_psurf,
+    write_psurf,
+)
 from generator.geometry.read import read_surface
-from generator.geometry.solid import Solid, mass_properties, solid_of
 from generator.geometry.surface import Surface
+from generator.geometry.validate import Solid, mass_properties, solid_of
 
 __all__ = [
     "Solid",

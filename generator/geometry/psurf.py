@@ -8,6 +8,8 @@
 Each of these and each `;;` is a line. Vertices are in cm and counted from 1 in every block; faces
 run counter-clockwise seen from outside. Blank lines and text after the numbers say nothing; the
 text of a face does not begin as a number does, or it would be a corner that cannot be read.
+
+Writing psurfs: the inverse of reading them.
 """
 
 import re
@@ -18,14 +20,11 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.errors import Fault, InputError
+from generator.diagnostics import EnoughFaults, Fault, Findings, InputError, Source, Span, shorten
+from generator.figure_file.lexer import LONGEST_WORD
 from generator.geometry.surface import LEAST, Surface, SurfaceText
-from generator.reader.findings import EnoughFaults, Findings
-from generator.reader.text_file import read_text, unified
-from generator.reader.tokens import LONGEST_WORD
-from generator.reader.units import Dimension, bare_factor, converted
-from generator.reader.vocabulary import shown
-from generator.source import Source, Span
+from generator.text_io import read_text, unified, write_whole
+from generator.units import Dimension, bare_factor, converted, decimal_of
 
 CENTIMETRE = bare_factor(Dimension.LENGTH)
 
@@ -197,7 +196,7 @@ class _Parser:
     def _coordinate(self, word: Span) -> float | None:
         if word.end - word.start > LONGEST_WORD or not _NUMBER.fullmatch(word.text):
             self.findings.error(
-                f"`{shown(word.text)}` is not a number",
+                f"`{shorten(word.text)}` is not a number",
                 word,
                 "a vertex is three numbers without units",
             )
@@ -206,7 +205,7 @@ class _Parser:
             return converted(word.text, self.unit)
         except OverflowError:
             self.findings.error(
-                f"`{shown(word.text)}` is too large", word, "a number must be finite"
+                f"`{shorten(word.text)}` is too large", word, "a number must be finite"
             )
             return None
 
@@ -260,7 +259,7 @@ class _Parser:
             if not _INDEX.fullmatch(word.text):
                 sound = False
                 self.findings.error(
-                    f"`{shown(word.text)}` is not the number of a vertex",
+                    f"`{shorten(word.text)}` is not the number of a vertex",
                     word,
                     "a face is whole numbers and a `;`, as in `1 2 3;`",
                 )
@@ -270,7 +269,7 @@ class _Parser:
                 sound = False
                 vertices = "1 vertex" if known == 1 else f"{known or 'no'} vertices"
                 self.findings.error(
-                    f"there is no vertex {shown(word.text)}",
+                    f"there is no vertex {shorten(word.text)}",
                     word,
                     f"this block has {vertices}, counted from 1",
                 )
@@ -283,3 +282,30 @@ def _without_blanks(span: Span) -> Span:
     text = span.text
     start = span.start + len(text) - len(text.lstrip())
     return Span(span.source, start, max(start, span.start + len(text.rstrip())))
+
+
+_USUAL_DIGITS = 12
+
+
+def format_psurf(surface: Surface, unit: Fraction = CENTIMETRE) -> str:
+    """The text of a psurf of one block; reading it gives the same vertices, to the last bit."""
+    lines = [
+        " ".join(_decimal(value, unit) for value in vertex) for vertex in surface.vertices.tolist()
+    ]
+    lines.append(";;")
+    lines += [" ".join(str(corner + 1) for corner in face) + ";" for face in surface.faces]
+    lines.append(";;")
+    return "\n".join(lines) + "\n"
+
+
+def write_psurf(surface: Surface, path: str | Path) -> None:
+    """Write a psurf file, whole or not at all. Raises OSError when it cannot be written."""
+    write_whole(Path(path), format_psurf(surface))
+
+
+def _decimal(value: float, unit: Fraction) -> str:
+    """A number that reads back as `value`; the short one that people wrote, in nearly all cases."""
+    text = f"{value / float(unit):.{_USUAL_DIGITS}g}"
+    if text != "inf" and converted(text, unit) == value:
+        return text
+    return decimal_of(value, unit)

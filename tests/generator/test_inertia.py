@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.frames import homogeneous, inverse_pose, matrix_from_rotation_vector
 from generator.inertia import MassProperties
+from generator.rotations import homogeneous, inverse_pose, matrix_from_rotation_vector
 
 coordinates = st.floats(-3.0, 3.0)
 vectors = st.tuples(coordinates, coordinates, coordinates).map(np.array)

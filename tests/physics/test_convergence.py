@@ -5,12 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from generator.engine.accuracy import joint_differences
-from generator.engine.assembly import build
-from generator.engine.chosen_springs import springs_of
-from generator.engine.march import Pass, frame_times, march
-from generator.engine.plan import Plan
-from generator.engine.trace import extrapolated
+from generator.simulation.error_control import joint_differences
+from generator.simulation.integrate import Pass, frame_times, march
+from generator.simulation.model import build
+from generator.simulation.plan import Plan, springs_of
+from generator.simulation.states import extrapolated
 from tests.chains import BALL, chain, row
 
 FIGURE = row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05)

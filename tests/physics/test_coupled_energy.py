@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate, springs_of
 from generator.recording import Ending
-from springs import CoupledAxis, CoupledSpring, Joining, SpringSet, published
-from springs.conservative import nearest_conservative
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate, springs_of
+from springs import CoupledAxis, CoupledSpring, Joining, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm
+from springs.published import tables as published
+from springs.spherical import nearest_conservative
 from tests.chains import BALL, SKEW, X, Y, chain, negative, row, two_bodies
 
 PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"

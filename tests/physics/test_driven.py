@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.chain import chain_of
 from generator.drive import Drive
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
 from generator.figure import Factor
+from generator.joint_chain import chain_of
 from generator.recording import Ending
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
 from tests.chains import BALL, FREE, SKEW, X, Y, Z, body, chain, negative, one_body, row, two_bodies
 

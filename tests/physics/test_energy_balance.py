@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import Joining
 from tests.chains import BALL, chain, row
 

@@ -6,8 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks import cases
 from benchmarks.engines.in_exudyn import radial_springs
-from generator.engine.chosen_springs import springs_of
-from generator.engine.plan import Plan
+from generator.simulation.plan import Plan, springs_of
 from springs import damping_torque, elastic_torque, total_energy, total_torque
 from springs.spherical import conservative_energy
 

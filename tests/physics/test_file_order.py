@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
-from generator.frames import rotation_vector_from_matrix
+from generator.rotations import rotation_vector_from_matrix
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from tests.chains import BALL, chain, row
 
 BENT = {"left_hip_joint": (0.1, 0.2, 0.5), "left_knee": (0.6,), "right_elbow": (0.4,)}

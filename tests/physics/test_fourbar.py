@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from generator import read_figure
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import SpringSet
 
 FOURBAR = Path(str(files("figures"))) / "fourbar.fig"

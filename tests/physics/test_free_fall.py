@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import SpringSet
 from tests.chains import FREE, body, one_body, row
 

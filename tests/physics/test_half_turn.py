@@ -5,9 +5,9 @@ import time
 import numpy as np
 import pytest
 
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
 from generator.recording import Ending
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
 

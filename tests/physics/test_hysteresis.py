@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, Joining, JointSprings, Linear, SpringSet
-from springs.directional import Directional
 from springs.exponential import Exponential, Term
+from springs.hysteresis import Directional
 from tests.chains import BALL, SKEW, X, Y, Z, body, chain, one_body
 
 MEAN = Exponential((Term(0.6, -1.5), Term(-0.6, 1.5)))

@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from generator.drive import Drive
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
-from generator.posture.links import Freedom, Link, Links
+from generator.kinematics.links import Freedom, Link, Links
 from generator.recording import Ending
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, figure, ground, joint, row
 

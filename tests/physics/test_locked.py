@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
-from generator.frames import matrix_from_axis_angle
+from generator.rotations import matrix_from_axis_angle
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 from tests.chains import BALL, Z, at, body, chain, figure, ground, joint, one_body, row
 

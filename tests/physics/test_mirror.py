@@ -9,11 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from generator import read_figure
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate, springs_of
 from generator.figure import Figure, Location, Segment, Shift, SiteRef, Turn
-from generator.frames import homogeneous
-from springs import CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet, published
+from generator.rotations import homogeneous
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate, springs_of
+from springs import CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
+from springs.published import tables as published
 
 PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
 from generator.figure import Figure
-from generator.frames import Array
-from generator.posture.free_root import let_go
-from generator.posture.placement import drawn_displacements, motion_maps, place
-from generator.posture.tree import Tree, hang
+from generator.kinematics.free_root import let_go
+from generator.kinematics.placement import drawn_displacements, motion_maps, place
+from generator.kinematics.tree import Tree, hang
 from generator.recording import Recording
+from generator.rotations import Array
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
 
 PROTOTYPE = read_figure("prototype")

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from generator.engine.simulate import simulate
-from generator.frames import matrix_from_rotation_vector, rotation_vector_from_matrix
 from generator.recording import Ending
+from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
+from generator.simulation.run import simulate
 from springs import damping_torque, elastic_torque, total_torque
 from tests.mujoco_cases import CASES, LINEAR, OWN_LAW, STEP, TOLERANCE, TURNING_OVER, Case, compare
 from tests.mujoco_twin import Twin, angles_between, joint_errors, mujoco

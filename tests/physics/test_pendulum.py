@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
 from generator.figure import Factor
-from generator.frames import matrix_from_axis_angle, matrix_from_xyz
+from generator.rotations import matrix_from_axis_angle, matrix_from_xyz
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from tests.chains import SKEW, X, Z, at, body, chain, figure, ground, joint, negative, one_body
 

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from generator.chain import chain_of
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
-from generator.frames import (
-    matrix_from_rotation_vector,
-    rotation_vector_from_matrix,
-)
+from generator.joint_chain import chain_of
+from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import SpringSet
 from tests.chains import FREE, body, one_body
 

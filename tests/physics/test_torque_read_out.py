@@ -11,18 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator import Assembly, Plan, read_figure, static_torques
-from generator.chain import chain_of
-from generator.engine.assembly import UnknownJointError
-from generator.engine.chosen_springs import springs_of
-from generator.engine.exudyn_api import exu
-from generator.engine.statics import StaticsError
 from generator.figure import Figure, Joint, Site
-from generator.frames import (
+from generator.joint_chain import chain_of
+from generator.rotations import (
     homogeneous,
     matrix_from_rotation_vector,
     rotation_vector_from_matrix,
     unit,
 )
+from generator.simulation.exudyn_api import exu
+from generator.simulation.model import UnknownJointError
+from generator.simulation.plan import springs_of
+from generator.simulation.statics import StaticsError
 from springs import (
     AxisSpring,
     CoupledAxis,
@@ -34,9 +34,9 @@ from springs import (
     Linear,
     SpringSet,
     elastic_torque,
-    published,
     total_torque,
 )
+from springs.published import tables as published
 from tests.chains import BALL, SKEW, at, body, chain, figure, ground, joint, one_body, two_bodies
 
 AGREED = 1e-6

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.engine.assembly import build
-from generator.engine.exudyn_api import exu
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate, springs_of
+from generator.simulation.exudyn_api import exu
+from generator.simulation.model import build
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate, springs_of
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
 from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from generator.engine.assembly import build
-from generator.engine.exudyn_api import exu, rigid
-from generator.engine.plan import Plan
-from generator.engine.simulate import simulate
-from generator.frames import cross_matrix, matrix_from_rotation_vector
+from generator.rotations import cross_matrix, matrix_from_rotation_vector
+from generator.simulation.exudyn_api import exu, rigid
+from generator.simulation.model import build
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
 from springs import (
     AxisSpring,
     Cubic,

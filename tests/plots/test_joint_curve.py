@@ -8,7 +8,7 @@ import pytest
 from plots.joint_curve import JointCurve, range_words, read_curve, zero_of
 from plots.literature import points_of, published_curve
 from springs import AxisSpring, Cubic
-from springs.reference import Reference, Sureness
+from springs.published.reference import Reference, Sureness
 
 SOURCE = Reference("invented for this test", Sureness.PAGE)
 ANGLES = np.radians(np.arange(-90.0, 91.0, 1.0))

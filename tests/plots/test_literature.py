@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from plots.literature import both_sides, compared, held_law, joined, points_of, published_curve
-from springs import published
-from springs.reference import Reference, Sureness
+from springs.published import tables as published
+from springs.published.reference import Reference, Sureness
 
 SOURCE = Reference("invented for this test", Sureness.PAGE)
 

@@ -2,14 +2,13 @@
 
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.errors import InputError
+from generator.diagnostics import InputError
 from generator.geometry import (
     Surface,
     examine_psurf,
@@ -20,8 +19,7 @@ from generator.geometry import (
     write_psurf,
 )
 from generator.geometry.psurf import MOST_LINES
-
-FIGURES = Path(__file__).parents[3] / "figures"
+from tests.paths import FIGURES
 
 WEDGE = """\
 0 0 0      the corner

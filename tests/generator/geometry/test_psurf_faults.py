@@ -1,14 +1,13 @@
 """Each broken psurf in `tests/faults/` is told all that its `.expected` file says, and no more."""
 
-from pathlib import Path
-
 import pytest
 
-from generator.errors import InputError, errors_among
+from generator.diagnostics import InputError, errors_among
 from generator.geometry import examine_psurf, read_psurf
-from generator.geometry.soundness import examine_surface
+from generator.geometry.validate import examine_surface
+from tests.paths import FAULTS
 
-FILES = sorted((Path(__file__).parents[2] / "faults").glob("*.pss"))
+FILES = sorted((FAULTS).glob("*.pss"))
 
 HARMLESS = {"psurf_little_bent", "psurf_touching_point"}
 """Files that are used with a warning."""

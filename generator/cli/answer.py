@@ -1,0 +1,89 @@
+"""The answer of a command, and how columns of text are set."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from math import isfinite
+from typing import Any, cast
+
+from generator.diagnostics import Fault, MoverError
+
+
+class ExitCode(IntEnum):
+    """What a command returns to the shell."""
+
+    GOOD = 0
+    WRONG_INPUT = 1
+    USAGE = 2
+    RUN_FAILED = 3
+
+
+class UsageError(MoverError):
+    """The command line asks for what there is not."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a command has to say.
+
+    Attributes:
+        text: for people.
+        data: for `--json`; numbers that are not finite become null.
+        faults: warnings found on the way, to be told beside the answer.
+        code: exit code.
+        failure: the sentence that says why a run failed.
+    """
+
+    text: str
+    data: object
+    faults: tuple[Fault, ...] = ()
+    code: ExitCode = ExitCode.GOOD
+    failure: str | None = None
+
+
+def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> str:
+    """Rows of cells set in columns, the first `left` of them to the left, the others to the right.
+
+    Rows may have different lengths; the last cell of a left-set row is not filled up.
+    """
+    widths: dict[int, int] = {}
+    for row in rows:
+        for k, cell in enumerate(row):
+            widths[k] = max(widths.get(k, 0), len(cell))
+    lines = (
+        "  ".join(
+            cell.ljust(widths[k]) if k < left else cell.rjust(widths[k])
+            for k, cell in enumerate(row)
+        ).rstrip()
+        for row in rows
+    )
+    return "\n".join(lines)
+
+
+def counted(count: int, noun: str) -> str:
+    """`1 joint`, `2 joints`, `no joints`."""
+    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+
+
+def finite(number: float | None) -> float | None:
+    """The number, or None for one that JSON does not have."""
+    return number if number is not None and isfinite(number) else None
+
+
+def json_text(data: object) -> str:
+    """The text of a value in JSON, with null for numbers that it does not have."""
+    try:
+        return json.dumps(data, indent=2, allow_nan=False)
+    except ValueError:
+        return json.dumps(_with_nulls(data), indent=2, allow_nan=False)
+
+
+def _with_nulls(data: object) -> object:
+    if isinstance(data, float):
+        return finite(data)
+    if isinstance(data, Mapping):
+        return {key: _with_nulls(value) for key, value in cast("Mapping[Any, Any]", data).items()}
+    if isinstance(data, list | tuple):
+        return [_with_nulls(value) for value in cast("Sequence[Any]", data)]
+    return data

@@ -1,0 +1,260 @@
+"""`mover cite`: where the numbers of a figure are from.
+
+Published tables in words and in data: what `mover cite` says of them.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from math import degrees, isinf
+
+from generator.cli.answer import Answer, UsageError, aligned, counted, finite
+from generator.cli.inputs import figure_of, springs_of
+from generator.cli.springs_text import axis_name, places_of
+from generator.diagnostics import Fault, InputError, error, nearest, shorten
+from generator.figure import Figure
+from generator.figure_file.read import find_figure, shipped_figures
+from springs import SpringSet
+from springs.elastic import Range
+from springs.published.reference import Reference
+from springs.published.rows import Coupled, Curve, Publication
+from springs.published.tables import publication, publications
+
+ALL = "tables"
+"""`mover cite tables` lists the published tables."""
+
+
+def is_table(name: str) -> bool:
+    """Whether a name is a published table, a row of one, or asks for all."""
+    source, _, row = name.partition("/")
+    return name == ALL or (source in publications() and (not row or row in _rows(source)))
+
+
+def table_names(near: str) -> tuple[str, ...]:
+    """Names that `mover cite` knows beside figures: rows only of the table that is asked for."""
+    source = near.partition("/")[0]
+    rows = [f"{source}/{row}" for row in _rows(source)] if source in publications() else []
+    return (*rows, ALL, *publications())
+
+
+def cite_table(name: str) -> Answer:
+    """The references of all tables, of one with its rows, or of one row."""
+    source, _, row = name.partition("/")
+    if name == ALL:
+        return _all()
+    if row:
+        return _one_row(name, _rows(source)[row])
+    return _one(publication(source))
+
+
+def _rows(source: str) -> Mapping[str, Curve | Coupled]:
+    table = publication(source)
+    return {**table.curves, **table.coupled}
+
+
+def _all() -> Answer:
+    tables = [publication(name) for name in publications()]
+    return Answer(
+        text="\n\n".join(f"{t.name}: {_contents(t)}\n  {t.reference}" for t in tables),
+        data={"tables": [_head(table) for table in tables]},
+    )
+
+
+def _contents(table: Publication) -> str:
+    """`2 curves, 1 coupled law`."""
+    kinds = (
+        (table.curves, "curve"),
+        (table.coupled, "coupled law"),
+        (table.rhythms, "shoulder rhythm"),
+        (table.ranges, "range limit"),
+    )
+    return ", ".join(counted(len(rows), noun) for rows, noun in kinds if rows)
+
+
+def _one(table: Publication) -> Answer:
+    rows = [*table.curves.values(), *table.coupled.values()]
+    listed = aligned(
+        [(f"  {table.name}/{row.name}", _motion(row), _range_words(row)) for row in rows], left=3
+    )
+    parts = [f"{table.name}: {_contents(table)}\n  {table.reference}", table.note.strip(), listed]
+    return Answer(
+        text="\n\n".join(part for part in parts if part),
+        data={**_head(table), "note": table.note, "rows": [_row_data(table, row) for row in rows]},
+    )
+
+
+def _one_row(name: str, row: Curve | Coupled) -> Answer:
+    held = (f"{one} {angle:.4g} deg" for one, angle in _held_data(row).items())
+    rows = [
+        ("  motion", _motion(row)),
+        ("  formula", row.formula),
+        ("  as printed", row.convention),
+        ("  turned here", _turned(row)),
+        ("  range", _range_words(row)),
+        ("  held", ", ".join(held)),
+    ]
+    if isinstance(row, Curve) and row.damping is not None:
+        rows.append(("  damping", f"{row.damping:g} N m s/rad"))
+    listed = aligned([pair for pair in rows if pair[1]], left=2)
+    parts = [f"{name}\n  {row.reference}", listed, row.note.strip()]
+    table = publication(name.partition("/")[0])
+    return Answer("\n\n".join(part for part in parts if part), _row_data(table, row))
+
+
+def _turned(row: Curve | Coupled) -> str:
+    """What is printed in another sense than that of our motion and of the torque on the child."""
+    if isinstance(row, Coupled):
+        names = " and ".join(row.turned)
+        return f"angle and moment, so that both are positive in {names}" if names else ""
+    pairs = ((row.angle_sign, "angle"), (row.moment_sign, "moment"))
+    parts = " and ".join(noun for sign, noun in pairs if sign < 0)
+    return f"{parts}, so that positive is {row.motion}" if parts else ""
+
+
+def _motion(row: Curve | Coupled) -> str:
+    return row.motion if isinstance(row, Curve) else ", ".join(row.law.coordinates)
+
+
+def _ranges(row: Curve | Coupled) -> Iterable[Range | None]:
+    return (row.measured,) if isinstance(row, Curve) else row.law.measured
+
+
+def _range_words(row: Curve | Coupled) -> str:
+    """`measured 0 .. 90 deg`, or `usable`; for each angle of a coupled law."""
+    ends = ["not known" if known is None else _interval(*known) for known in _ranges(row)]
+    if all(known is None for known in _ranges(row)):
+        return "range not known"
+    return f"{'measured' if row.range_is_measured else 'usable'} {', '.join(ends)}"
+
+
+def _interval(low: float, high: float) -> str:
+    """`0 .. 90 deg`, or one end of it."""
+    if isinf(high):
+        return "all angles" if isinf(low) else f"from {_deg(low)} deg"
+    return f"up to {_deg(high)} deg" if isinf(low) else f"{_deg(low)} .. {_deg(high)} deg"
+
+
+def _deg(angle: float) -> str:
+    return f"{degrees(angle) + 0.0:.4g}"
+
+
+def _head(table: Publication) -> dict[str, object]:
+    return {
+        "table": table.name,
+        **_reference_data(table.reference),
+        "curves": list(table.curves),
+        "coupled": list(table.coupled),
+        "rhythms": list(table.rhythms),
+        "ranges": len(table.ranges),
+    }
+
+
+def _reference_data(reference: Reference) -> dict[str, object]:
+    return {
+        "reference": reference.text,
+        "place": reference.place,
+        "doi": reference.doi,
+        "sureness": reference.sureness.value,
+        "sureness_means": reference.sureness.words,
+    }
+
+
+def _row_data(table: Publication, row: Curve | Coupled) -> dict[str, object]:
+    return {
+        "row": f"{table.name}/{row.name}",
+        "motion": _motion(row),
+        **_reference_data(row.reference),
+        "formula": row.formula,
+        "convention": row.convention,
+        "turned": _turned(row),
+        "range_deg": list(_degrees(_ranges(row))),
+        "range_is_measured": row.range_is_measured,
+        "held_deg": _held_data(row),
+        "damping_Nms_rad": row.damping if isinstance(row, Curve) else None,
+        "note": row.note,
+    }
+
+
+def _held_data(row: Curve | Coupled) -> dict[str, float]:
+    if not isinstance(row, Curve):
+        return {}
+    return {name: degrees(angle) for name, angle in row.held.items()}
+
+
+def _degrees(ranges: Iterable[Range | None]) -> Iterator[list[float | None] | None]:
+    """The ends in degrees, None for one that is open."""
+    for known in ranges:
+        yield None if known is None else [finite(degrees(end)) for end in known]
+
+
+THESIS = (
+    "E. M. Otani, Software Tools for Dynamic and Kinematic Modeling of Human Motion, "
+    "MS-CIS-89-43, University of Pennsylvania, 1989"
+)
+LANGUAGE, LAWS = "the figure language", "the laws of joints"
+
+OF_THE_THESIS = {
+    "prototype": "the prototype figure",
+    "clavicles": "the prototype figure",
+    "pendulum": "the pendulum of its figure 3.4",
+}
+"""What the thesis has of shipped figures."""
+
+
+def cite(name: str, springs: str | None = None) -> Answer:
+    """The thesis, and the references of the springs of the figure that `name` means.
+
+    With the name of a published table, or of a row of one, what is known of it; with "tables" a
+    list of all. A figure of the same name goes first.
+    """
+    if not _is_figure(name):
+        if is_table(name):
+            if springs is not None:
+                raise UsageError("--springs goes with a figure, not with a published table")
+            return cite_table(name)
+        raise InputError([_nothing(name)])
+    figure, warnings = figure_of(name)
+    spring_set, more = springs_of(figure, springs)
+    uses = {reference: list[str]() for reference in spring_set.references}
+    for joint in spring_set.joints.values():
+        for spring in (*joint.axes, *joint.slides):
+            if spring.reference:
+                uses[spring.reference].append(f"{joint.joint} {axis_name(spring)}")
+    for spring in spring_set.coupled:
+        if spring.reference:
+            uses[spring.reference].append(" with ".join(places_of(spring)))
+    entries = [(THESIS, list(_thesis_uses(figure, spring_set))), *uses.items()]
+    return Answer(
+        text="\n\n".join(f"{reference}\n  for {', '.join(used)}" for reference, used in entries),
+        data={
+            "figure": name,
+            "springs": spring_set.origin,
+            "references": [{"reference": text, "used_for": used} for text, used in entries],
+        },
+        faults=(*warnings, *more),
+    )
+
+
+def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
+    """What of a figure is the thesis's."""
+    yield LANGUAGE
+    if springs.joints or springs.coupled:
+        yield LAWS
+    for name, path in shipped_figures().items():
+        if name in OF_THE_THESIS and path == figure.path:
+            yield OF_THE_THESIS[name]
+
+
+def _is_figure(name: str) -> bool:
+    """Whether a name is that of a file or of a shipped figure."""
+    try:
+        return find_figure(name).exists()
+    except OSError:  # longer than any file's name
+        return False
+
+
+def _nothing(name: str) -> Fault:
+    """The fault of a name that is neither a figure nor a table."""
+    return error(
+        f"there is no file `{shorten(name)}`, "
+        "no shipped figure and no published table of that name",
+        hint=nearest(name, (*shipped_figures(), *table_names(name))),
+    )

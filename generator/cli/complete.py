@@ -1,0 +1,97 @@
+"""`mover complete`: a figure with the masses that it lacks, estimated from its psurfs."""
+
+from pathlib import Path
+
+from generator.cli.answer import Answer, UsageError, aligned
+from generator.cli.options import density_given
+from generator.cli.outputs import insist_writable, write_text
+from generator.diagnostics import Fault, InputError, warning
+from generator.figure_file import examine_figure, parse_figure
+from generator.figure_file.read import FIGURE_SUFFIX
+from generator.geometry.completion import Addition, complete_figure
+
+
+def complete(name: str, density: str, output: Path) -> Answer:
+    """Write the figure that `name` means to `output`, with masses, inertias and centres filled in.
+
+    The text is that of the figure; what is missing is put behind the `psurf` of its segment.
+
+    Raises:
+        UsageError: the density cannot be read, or the output is no figure file.
+        InputError: the figure or a psurf is wrong, or the output cannot be written or is one of
+            them.
+    """
+    if output.suffix.lower() != FIGURE_SUFFIX:
+        said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
+        raise UsageError(f"-o {output}: {said}; a figure file ends in {FIGURE_SUFFIX}")
+    meant = density_given("--density", density)
+    reading = examine_figure(name)
+    if reading.figure is None or reading.figure.path is None:
+        raise InputError(reading.faults)
+    figure, path = reading.figure, reading.figure.path
+    psurfs = {segment.psurf for segment in figure.segments.values() if segment.psurf}
+    insist_writable([output], (path, *(path.parent / psurf for psurf in psurfs)))
+    try:
+        done = complete_figure(figure, reading.source, meant)
+    except ValueError as failure:
+        raise UsageError(f"--density {density}: {failure}") from None
+    # The warnings of what is written: those about masses that are filled in are gone.
+    remaining = parse_figure(done.text, str(output)).faults
+    write_text(output, done.text.replace("\n", _end_of_line(path)))
+    faults = (*done.faults, *remaining, *_faults_of_neighbours(path, output))
+    return Answer(_text(name, output, done.additions), _data(name, output, done.additions), faults)
+
+
+def _end_of_line(path: Path) -> str:
+    return "\r\n" if b"\r\n" in path.read_bytes() else "\n"
+
+
+def _faults_of_neighbours(path: Path, output: Path) -> list[Fault]:
+    """What the new file will not find: psurfs lie beside a figure, springs bear its name."""
+    faults: list[Fault] = []
+    if output.resolve().parent != path.resolve().parent:
+        faults.append(
+            warning(
+                f"the psurfs lie beside `{path}`, not beside `{output}`",
+                hint="put the new figure there, or copy them",
+            )
+        )
+    beside = [path.with_name(path.stem + end) for end in (".springs.toml", ".optional")]
+    springs = next((file for file in beside if file.is_file()), None)
+    if springs is not None and output.resolve().with_suffix("") != path.resolve().with_suffix(""):
+        faults.append(
+            warning(
+                f"the springs of the figure are in `{springs.name}`, which `{output}` does not use",
+                hint=f"give them by `--springs {springs}`, or copy them under the new name",
+            )
+        )
+    return faults
+
+
+def _text(name: str, output: Path, additions: tuple[Addition, ...]) -> str:
+    if not additions:
+        return f"{name}: nothing was missing that a psurf could tell; {output} is the same text"
+    rows = [["segment", "filled in", "density [kg/m^3]", "mass [kg]"]]
+    rows += [
+        [a.segment, ", ".join(a.fields), f"{a.density:.6g}", f"{a.body.mass:.6g}"]
+        for a in additions
+    ]
+    return f"{output}: {name} with estimates from its psurfs\n{aligned(rows, left=2)}"
+
+
+def _data(name: str, output: Path, additions: tuple[Addition, ...]) -> dict[str, object]:
+    return {
+        "figure": name,
+        "output": str(output),
+        "filled_in": [
+            {
+                "segment": a.segment,
+                "fields": list(a.fields),
+                "density_kg_m3": a.density,
+                "mass_kg": a.body.mass,
+                "inertia_kg_m2": a.body.inertia.diagonal().tolist(),
+                "centre_of_mass_m": a.body.centre.tolist(),
+            }
+            for a in additions
+        ],
+    }

@@ -1,0 +1,169 @@
+"""Writing a figure: the inverse of reading."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from generator.figure import (
+    Attribute,
+    Factor,
+    Figure,
+    Joint,
+    Location,
+    Segment,
+    Site,
+    SiteRef,
+    Turn,
+)
+from generator.figure_file.lexer import LONGEST_WORD
+from generator.units import Dimension, written
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def write_figure(figure: Figure) -> str:
+    """The text of a figure file; reading it gives a figure equal to `figure`, to the last bit.
+
+    Raises ValueError for what the language cannot say: a name with odd characters, a quote in a
+    string, a number that is not finite.
+    """
+    lines = [f"figure {_name(figure.name)} {{" if figure.name is not None else "figure {"]
+    for attribute in figure.attributes.values():
+        lines += _block(f"attribute {_name(attribute.name)}", _attribute(attribute))
+    for segment in figure.segments.values():
+        lines += _block(f"segment {_name(segment.name)}", _segment(segment))
+    for joint in figure.joints.values():
+        lines += _block(f"joint {_name(joint.name)}", _joint(joint))
+    return "\n".join([*lines, f"  root = {_site_ref(figure.root)};", "}", ""])
+
+
+def write_pose(figure: Figure, displacements: Mapping[str, Sequence[float]]) -> str:
+    """The text of a pose file; reading it gives the same displacements, to the last bit.
+
+    Args:
+        figure: whose joints they are.
+        displacements: by joint, a value for each factor of its chain [rad or m]. Rigid joints and
+            those that are left out are not written.
+
+    Raises ValueError for what the language cannot say, as `write_figure` does.
+    """
+    lines: list[str] = []
+    for name, joint in figure.joints.items():
+        if joint.chain and name in displacements:
+            row = [float(value) for value in displacements[name]]
+            values = _per_axis(row, joint.chain, Dimension.ANGLE, Dimension.LENGTH)
+            lines += _block(f"joint {_name(name)}", [f"displacement = {values};"])
+    return "\n".join([*(line.removeprefix("  ") for line in lines), ""])
+
+
+def _block(head: str, body: Iterable[str]) -> list[str]:
+    return _indented([f"{head} {{", *_indented(body), "}"])
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"  {line}" for line in lines]
+
+
+def _attribute(attribute: Attribute) -> list[str]:
+    return [
+        f"{_name(key)} = {_string(value) if isinstance(value, str) else _plain(value)};"
+        for key, value in attribute.fields.items()
+    ]
+
+
+def _segment(segment: Segment) -> list[str]:
+    lines: list[str] = []
+    if segment.psurf is not None:
+        lines.append(f"psurf = {_string(segment.psurf)};")
+    names = [_name(name) for name in segment.attributes]
+    if names:
+        lines.append(f"attribute = {names[0] if len(names) == 1 else _list(names)};")
+    if segment.mass is not None:
+        lines.append(f"mass = {written(segment.mass, Dimension.MASS)};")
+    if segment.inertia is not None:
+        lines.append(f"inertia = {_vector(segment.inertia, Dimension.INERTIA)};")
+    for site in segment.sites.values():
+        lines += _site(site)
+    return lines
+
+
+def _site(site: Site) -> list[str]:
+    """One line for a site of one field, else a block."""
+    loads = (
+        ("globalforce", site.global_force, Dimension.FORCE),
+        ("localforce", site.local_force, Dimension.FORCE),
+        ("globalmoment", site.global_moment, Dimension.MOMENT),
+        ("localmoment", site.local_moment, Dimension.MOMENT),
+    )
+    fields = [f"location = {_location(site.location)};"] if site.location.factors else []
+    fields += [f"{key} = {_vector(load, dim)};" for key, load, dim in loads if load is not None]
+    if len(fields) == 1:
+        return [f"site {_name(site.name)}->{fields[0]}"]
+    return [f"site {_name(site.name)} {{", *_indented(fields), "}"]
+
+
+def _location(location: Location) -> str:
+    return " * ".join(
+        f"xyz{_vector(factor.angles, Dimension.ANGLE)}"
+        if isinstance(factor, Turn)
+        else f"trans{_vector(factor.offset, Dimension.LENGTH)}"
+        for factor in location.factors
+    )
+
+
+def _joint(joint: Joint) -> list[str]:
+    rows = (
+        ("stiff", joint.stiff, Dimension.ANGULAR_STIFFNESS, Dimension.LINEAR_STIFFNESS),
+        ("rest", joint.rest, Dimension.ANGLE, Dimension.LENGTH),
+        ("damp", joint.damp, Dimension.ANGULAR_DAMPING, Dimension.LINEAR_DAMPING),
+        ("llimit", joint.lower_limit, Dimension.ANGLE, Dimension.LENGTH),
+        ("ulimit", joint.upper_limit, Dimension.ANGLE, Dimension.LENGTH),
+    )
+    lines = [f"connect {_site_ref(joint.parent)} to {_site_ref(joint.child)};"]
+    if joint.chain:
+        lines.append(f"type = {'*'.join(f.kind + _plain(f.axis) for f in joint.chain)};")
+    if any(joint.displacement):
+        values = _per_axis(joint.displacement, joint.chain, Dimension.ANGLE, Dimension.LENGTH)
+        lines.append(f"displacement = {values};")
+    lines += [
+        f"{key} = {_per_axis(row, joint.chain, about, along)};"
+        for key, row, about, along in rows
+        if row is not None
+    ]
+    return lines
+
+
+def _per_axis(
+    row: Sequence[float], chain: Sequence[Factor], about: Dimension, along: Dimension
+) -> str:
+    return _list(
+        written(value, about if factor.kind == "R" else along)
+        for value, factor in zip(row, chain, strict=True)
+    )
+
+
+def _vector(values: Sequence[float], dimension: Dimension) -> str:
+    return _list(written(value, dimension) for value in values)
+
+
+def _plain(values: Sequence[float]) -> str:
+    return _vector(values, Dimension.NUMBER)
+
+
+def _list(texts: Iterable[str]) -> str:
+    return f"({','.join(texts)})"
+
+
+def _site_ref(ref: SiteRef) -> str:
+    return f"{_name(ref.segment)}.{_name(ref.site)}"
+
+
+def _name(name: str) -> str:
+    if not _NAME.fullmatch(name) or len(name) > LONGEST_WORD:
+        raise ValueError(f"the figure language has no such name: {name!r}")
+    return name
+
+
+def _string(text: str) -> str:
+    if set(text) & {'"', "\n", "\r"} or len(text) + 2 > LONGEST_WORD:
+        raise ValueError(f"the figure language has no such string: {text!r}")
+    return f'"{text}"'

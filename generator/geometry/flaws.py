@@ -1,0 +1,186 @@
+"""Whether the faces of a surface are polygons: each vertex once, in a plane, with an area.
+
+What is known of a surface while it is examined, and how its parts are called.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from generator.diagnostics import Fault, Span
+from generator.geometry.surface import LEAST, Array, Indices, Surface
+from generator.geometry.volume import Tetrahedra
+
+NAMED = 10
+"""How many faces, edges or vertices a sentence names."""
+
+
+@dataclass(frozen=True)
+class Shell:
+    """A closed part of a surface, connected over its edges.
+
+    Attributes:
+        first_face: index of its first face, which names it.
+        face_count: number of its faces.
+        volume: [m3], negative for a void.
+        depth: in how many other shells it lies.
+    """
+
+    first_face: int
+    face_count: int
+    volume: float
+    depth: int
+
+    @property
+    def is_void(self) -> bool:
+        """Whether it is the inner wall of a body."""
+        return self.depth % 2 == 1
+
+
+@dataclass
+class Examination:
+    """What is known of a surface so far.
+
+    Attributes:
+        surface: as it can be used: vertices joined and faces turned where that was needed.
+        faults: what is wrong or odd.
+        shells: its closed parts; none while there are errors.
+        turned: faces that were turned, by index.
+        joined: vertices that were given up for others at the same place.
+        tetrahedra: the sums over the surface as it can be used.
+    """
+
+    surface: Surface
+    faults: list[Fault] = field(default_factory=list[Fault])
+    shells: tuple[Shell, ...] = ()
+    turned: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    joined: int = 0
+    tetrahedra: Tetrahedra | None = None
+
+    def note(
+        self,
+        make: Callable[[str, Span | None, str], Fault],
+        message: str,
+        face: int | None,
+        hint: str = "",
+    ) -> None:
+        """Note a fault at a face; it names the file itself where there is no line to show."""
+        place = None if face is None else self.surface.place(face)
+        said = message if place else f"{self.surface.name}: {message}"
+        self.faults.append(make(said, place, hint))
+
+    def faces_are(self, faces: Indices) -> str:
+        """`face 3 is`, `faces 3, 5 are`."""
+        names = listed([self.surface.face_name(f) for f in faces[:NAMED].tolist()], len(faces))
+        return f"face {names} is" if len(faces) == 1 else f"faces {names} are"
+
+    def in_parts(self, firsts: Indices, all_of_them: int) -> str:
+        """Which shells, given by their first faces, a sentence is about, unless it is about all."""
+        if len(firsts) == all_of_them:
+            return ""
+        names = [self.surface.face_name(face) for face in firsts[:NAMED].tolist()]
+        return f" in the part of face {listed(names, len(firsts))}"
+
+
+def listed(names: Sequence[str], count: int) -> str:
+    """The names, and how many more there are."""
+    more = count - len(names)
+    return ", ".join(names) + (f" and {more} more" if more else "")
+
+
+FLAT = 1e-6
+"""A face counts as planar up to this deviation, relative to its size."""
+
+WARPED = 0.01
+"""Up to this deviation a face is used with a warning, above it the surface is refused."""
+
+NO_AREA = 1e-12
+"""A face whose area is below this, relative to the square of its size, has none."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceFlaws:
+    """What is odd about single faces.
+
+    Attributes:
+        repeating: faces that pass a vertex twice.
+        slivers: triangles without area; they enclose nothing, and do no harm.
+        crossed: larger faces without area: their sides cross, or they lie on a line.
+        warps: distance of the farthest corner from a face's plane, relative to its size, for those
+            that are not planar, by face.
+    """
+
+    repeating: Indices
+    slivers: Indices
+    crossed: Indices
+    warps: dict[int, float]
+
+
+def flaws_of(surface: Surface) -> FaceFlaws:
+    """What is odd about single faces of a surface."""
+    repeating = _repeating(surface)
+    areas = _area_vectors(surface)
+    lengths, sizes = np.sqrt((areas**2).sum(axis=0)), _sizes(surface)
+    flat = lengths <= NO_AREA * sizes**2
+    polygons = surface.sizes > LEAST
+    return FaceFlaws(
+        repeating,
+        slivers=np.flatnonzero(flat & ~polygons),
+        crossed=np.flatnonzero(flat & polygons),
+        warps=_warps(surface, areas, sizes, np.flatnonzero(polygons & ~flat)),
+    )
+
+
+def _repeating(surface: Surface) -> Indices:
+    if (surface.sizes == LEAST).all():
+        a, b, c = surface.corners.reshape(-1, 3).T
+        return np.flatnonzero((a == b) | (b == c) | (c == a))
+    keys = np.sort(surface.face_of_corner * len(surface.vertices) + surface.corners)
+    twice = keys[1:][keys[1:] == keys[:-1]]
+    return np.unique(twice // len(surface.vertices))
+
+
+def _area_vectors(surface: Surface) -> Array:
+    """Area of each face along its normal [m2], shape (3, m): the sum over its triangles."""
+    triangles, owner = surface.fans
+    points = np.ascontiguousarray(surface.vertices.T)
+    hub = np.take(points, triangles[0], axis=1)
+    one, two = (np.take(points, triangles[k], axis=1) - hub for k in (1, 2))
+    crosses = np.empty_like(one)
+    for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        crosses[x] = (one[y] * two[z] - one[z] * two[y]) / 2.0
+    if len(owner) == surface.face_count:
+        return crosses
+    sums = [np.bincount(owner, cross, surface.face_count) for cross in crosses]
+    return np.stack(sums, dtype=np.float64)
+
+
+def _sizes(surface: Surface) -> Array:
+    """Diagonal of the box about each face [m], shape (m,)."""
+    points = np.ascontiguousarray(surface.vertices.T)
+    if (surface.sizes == LEAST).all():
+        one, two, three = (np.take(points, surface.corners[k::3], axis=1) for k in range(3))
+        low = np.minimum(np.minimum(one, two), three)
+        high = np.maximum(np.maximum(one, two), three)
+    else:
+        corners = np.take(points, surface.corners, axis=1)
+        low = np.minimum.reduceat(corners, surface.starts[:-1], axis=1)
+        high = np.maximum.reduceat(corners, surface.starts[:-1], axis=1)
+    return np.sqrt(((high - low) ** 2).sum(axis=0))
+
+
+def _warps(surface: Surface, areas: Array, sizes: Array, faces: Indices) -> dict[int, float]:
+    """How far each of `faces` is from planar, where it is more than rounding."""
+    if not len(faces):
+        return {}
+    firsts = surface.starts[:-1]
+    hubs = surface.vertices[surface.corners[firsts]]
+    arms = surface.vertices[surface.corners] - hubs[surface.face_of_corner]
+    with np.errstate(divide="ignore", invalid="ignore"):  # for faces that are not asked about
+        normals = (areas / np.sqrt((areas**2).sum(axis=0))).T
+    heights = (arms * normals[surface.face_of_corner]).sum(axis=1)
+    middles = np.add.reduceat(heights, firsts) / surface.sizes
+    away = np.maximum.reduceat(np.abs(heights - middles[surface.face_of_corner]), firsts)
+    warps = away[faces] / sizes[faces]
+    return {int(f): float(w) for f, w in zip(faces, warps, strict=True) if w > FLAT}

@@ -1,0 +1,103 @@
+"""Tables of comma-separated values with units in their titles, each cell with its place."""
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from math import isfinite
+
+from generator.diagnostics import Findings, Source, Span, nearest, shorten
+
+_TITLE = re.compile(r"(\S*)\s*(.*)", re.DOTALL)
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
+
+LARGEST = 1e12
+"""Beyond it a number in a table is a slip, whatever it measures; its square is still a float."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its place in a line, its unit with brackets, and where its title stands."""
+
+    place: int
+    unit: str
+    title: Span
+
+
+def lines_of(source: Source) -> list[Span]:
+    """The lines that say something: not blank, no comment."""
+    spans: list[Span] = []
+    start = 0
+    for line in source.text.split("\n"):
+        if line.strip() and not line.lstrip().startswith("#"):
+            spans.append(Span(source, start, start + len(line)))
+        start += len(line) + 1
+    return spans
+
+
+def cells_of(line: Span) -> list[Span]:
+    """What stands between the commas of a line, without the blanks around it."""
+    cells: list[Span] = []
+    start = line.start
+    for text in line.text.split(","):
+        lead = len(text) - len(text.lstrip())
+        stripped = text.strip()
+        begin = start + (lead if stripped else 0)
+        cells.append(Span(line.source, begin, begin + len(stripped)))
+        start += len(text) + 1
+    return cells
+
+
+def title_of(cell: Span) -> tuple[str, str]:
+    """Name and unit, with its brackets, of a column's title."""
+    match = _TITLE.fullmatch(cell.text)
+    return (match[1], " ".join(match[2].split())) if match else ("", "")
+
+
+def columns_in(
+    line: Span, known: Collection[str], example: str, findings: Findings
+) -> dict[str, Column]:
+    """The columns that a line of titles names, by name; faults are noted.
+
+    Args:
+        line: of titles.
+        known: the names of the columns, all of which must be there.
+        example: a line of titles as it should be, for hints.
+        findings: for faults.
+    """
+    columns: dict[str, Column] = {}
+    cells = cells_of(line)
+    if len(cells) == 1 and ";" in line.text:
+        findings.error("columns are separated by commas", line, example)
+        return columns
+    for place, cell in enumerate(cells):
+        name, unit = title_of(cell)
+        if name not in known:
+            findings.error(f"unknown column `{shorten(cell.text)}`", cell, nearest(name, known))
+        elif name in columns:
+            findings.error(f"a second column `{name}`", cell)
+        else:
+            columns[name] = Column(place, unit, cell)
+    missing = [f"`{name}`" for name in known if name not in columns]
+    if missing and len(columns) == len(cells):  # else what is wrong may be what is missing
+        findings.error(f"there is no column {', '.join(missing)}", line, example)
+    return columns
+
+
+def number_in(cell: Span, column: str, findings: Findings) -> float | None:
+    """The number in a cell of `column`; None, with the fault noted, when there is none."""
+    if _NOT_FINITE.fullmatch(cell.text):
+        findings.error(f"`{shorten(cell.text)}` is not finite", cell)
+        return None
+    if not _NUMBER.fullmatch(cell.text):
+        said = f"`{shorten(cell.text)}` is not a number" if cell.text else "a number is missing"
+        findings.error(f"{said} (column `{column}`)", cell)
+        return None
+    number = float(cell.text)
+    if not isfinite(number):
+        findings.error(f"`{shorten(cell.text)}` is beyond the largest number", cell)
+        return None
+    if abs(number) > LARGEST:
+        findings.error(f"`{shorten(cell.text)}` is too large", cell, f"at most {LARGEST:g}")
+        return None
+    return number

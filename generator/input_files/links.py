@@ -1,0 +1,232 @@
+"""Links of joints in a file, `NAME.links.toml`: one `[[link]]` for each control.
+
+The unit of an offset is part of its key. What the names and numbers mean for a figure is found in
+`generator.kinematics.links`.
+
+Writing a links file: the inverse of reading one.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any, cast
+
+from generator.diagnostics import EnoughFaults, Fault, Findings, Source, Span
+from generator.springs_file.toml_spans import Places, locate
+from generator.springs_file.toml_table import LONGEST_LINE, TableReader, document_in
+from generator.text_io import unified
+from generator.units import decimal_of, unit_named
+
+LINKS_SUFFIX = ".links.toml"
+
+LARGEST_FACTOR = 1e6
+"""No joint follows another so much faster, and none so far from it [rad or m]."""
+
+TABLE = "link"
+FILE_KEYS = ("figure", TABLE)
+OFFSET_KEYS = ("offset_deg", "offset_m")
+PLACE_KEYS = ("dof", "control_dof")
+LINK_KEYS = ("joints", "control", *PLACE_KEYS, "factor", "mirror", *OFFSET_KEYS, "why")
+
+_WHAT = "links file"
+_ZERO = "a joint that keeps still needs no link"
+_NUMBERED = "degrees of freedom are counted from 1, in the order of the joint's `type`"
+
+
+@dataclass(frozen=True)
+class LinkEntry:
+    """A `[[link]]` table, in SI.
+
+    Attributes:
+        joints: the joints that follow.
+        control: the joint that they follow.
+        dof: place of the degree of freedom that follows, from 0; None for all, or the only one.
+        control_dof: the same of the one that is followed.
+        factor: of the control's displacement.
+        mirror: whether signs are chosen so that the joints move as the control's mirror image.
+        offset: added to the displacement [rad or m].
+        offset_is_length: whether the offset was given in m.
+        why: why the joints are linked.
+        origins: places of the keys' values; "link" is the table, "joints.0" the first joint.
+    """
+
+    joints: tuple[str, ...]
+    control: str
+    dof: int | None = None
+    control_dof: int | None = None
+    factor: float = 1.0
+    mirror: bool = False
+    offset: float = 0.0
+    offset_is_length: bool = False
+    why: str = ""
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+    def place(self, key: str) -> Span | None:
+        """Where the value of a key is written, or else the table."""
+        return self.origins.get(key) or self.origins.get(TABLE)
+
+
+@dataclass(frozen=True)
+class LinksFile:
+    """What a links file says: the figure it was written for, and the links."""
+
+    entries: tuple[LinkEntry, ...]
+    figure: str | None = None
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class LinksFileReading:
+    """What came of reading a links file; `content` is None when `faults` holds an error."""
+
+    content: LinksFile | None
+    faults: tuple[Fault, ...]
+
+
+def parse_links(text: str, name: str = "<text>") -> LinksFileReading:
+    """The links that `text` describes, with all faults; `name` is what they call the text."""
+    findings, content = Findings(), None
+    with suppress(EnoughFaults):
+        content = links_in(Source(name, unified(text)), findings)
+    return LinksFileReading(None if findings.has_errors else content, findings.in_order())
+
+
+def links_in(source: Source, findings: Findings) -> LinksFile | None:
+    """The links of a text; faults go to `findings`, which may raise EnoughFaults."""
+    document = document_in(source, _WHAT, findings)
+    return None if document is None else _content(document, locate(source), findings)
+
+
+def _content(document: Mapping[str, Any], places: Places, findings: Findings) -> LinksFile:
+    top = TableReader(document, "", 0, places, findings)
+    top.refuse_unknown(FILE_KEYS, _WHAT)
+    tables: Any = document.get(TABLE, [])
+    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
+        top.error(TABLE, "links are tables", "write `[[link]]` above each")
+        tables = []
+    elif not tables:
+        findings.error("there is no link in this file", places.table(""), "write `[[link]]`")
+    read = [
+        _entry(TableReader(table, TABLE, index, places, findings))
+        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
+    ]
+    origins = {key: top.place(key) for key in FILE_KEYS if key in document}
+    return LinksFile(tuple(entry for entry in read if entry), top.text("figure"), origins)
+
+
+def _entry(table: TableReader) -> LinkEntry | None:
+    """One `[[link]]`; None, with a fault noted, when it says nothing that can be used."""
+    content = table.content
+    table.refuse_unknown(LINK_KEYS, "link")
+    joints = table.names("joints", '["right_elbow"]', "link")
+    if "control" not in content:
+        table.findings.error("this link has no `control`", table.header, 'as in "left_elbow"')
+    control = table.text("control")
+    places = {key: _place_of(table, key) for key in PLACE_KEYS}
+    mirror = _flag(table, "mirror")
+    factor = table.number("factor")
+    if factor == 0.0:
+        table.error("factor", "a factor of zero links nothing", _ZERO)
+    elif factor is not None and abs(factor) > LARGEST_FACTOR:
+        hint = f"from -{LARGEST_FACTOR:.0e} to {LARGEST_FACTOR:.0e}"
+        table.error("factor", "no joint follows another by such a factor", hint)
+    offsets = [key for key in OFFSET_KEYS if key in content]
+    if len(offsets) > 1:
+        table.error(offsets[1], "a link has one offset", " or ".join(OFFSET_KEYS))
+    offset = table.number(offsets[0]) if offsets else None
+    if offset is not None and abs(offset) > LARGEST_FACTOR:
+        table.error(offsets[0], f"the offset is beyond {LARGEST_FACTOR:.0e} rad or m")
+    if mirror:
+        for key in (*PLACE_KEYS, *offsets):
+            if key in content:
+                hint = "it chooses the signs of a whole joint"
+                table.error(key, f"`{key}` has no meaning beside `mirror`", hint)
+    why = table.text("why") or ""
+    unclear = any(key in content and place is None for key, place in places.items())
+    if not joints or control is None or unclear:
+        return None
+    origins = {key: table.place(key) for key in content} | {TABLE: table.header}
+    origins |= {f"joints.{k}": table.place("joints", k) for k in range(len(joints))}
+    return LinkEntry(
+        joints=joints,
+        control=control,
+        dof=places["dof"],
+        control_dof=places["control_dof"],
+        factor=1.0 if factor is None else factor,
+        mirror=mirror,
+        offset=offset or 0.0,
+        offset_is_length=offsets == ["offset_m"],
+        why=why,
+        origins=origins,
+    )
+
+
+def _place_of(table: TableReader, key: str) -> int | None:
+    """The place, from 0, of the degree of freedom that a key numbers from 1."""
+    value = table.content.get(key)
+    if value is None:
+        return None
+    if type(value) is int and value >= 1:
+        return value - 1
+    table.error(key, f"`{key}` is a whole number above zero", _NUMBERED)
+    return None
+
+
+def _flag(table: TableReader, key: str) -> bool:
+    value = table.content.get(key, False)
+    if not isinstance(value, bool):
+        table.error(key, f"`{key}` is true or false", "without quotes")
+        return False
+    return value
+
+
+def write_links(content: LinksFile, comment: str = "") -> str:
+    """The text of a links file; reading it gives the same links, to the last bit.
+
+    Args:
+        content: what the file says.
+        comment: said above it, one line or several.
+
+    Raises:
+        ValueError: for what the file cannot say: a number that is not finite, a text longer than
+            is read.
+    """
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines += [""] if lines else []
+    if content.figure is not None:
+        lines.append(f"figure = {_text(content.figure)}")
+    for entry in content.entries:
+        lines += [*([""] if lines and lines[-1] else []), f"[[{TABLE}]]", *_entry_text(entry)]
+    if any(len(line) > LONGEST_LINE for line in lines):
+        raise ValueError(f"a line of a links file has at most {LONGEST_LINE} characters")
+    return "\n".join([*lines, ""])
+
+
+def _entry_text(entry: LinkEntry) -> Iterator[str]:
+    yield f"joints = [{', '.join(map(_text, entry.joints))}]"
+    yield f"control = {_text(entry.control)}"
+    if entry.dof is not None:
+        yield f"dof = {entry.dof + 1}"
+    if entry.control_dof is not None:
+        yield f"control_dof = {entry.control_dof + 1}"
+    yield f"factor = {_number(entry.factor, 'rad')}"
+    if entry.mirror:
+        yield "mirror = true"
+    if entry.offset or entry.offset_is_length:
+        unit = "m" if entry.offset_is_length else "deg"
+        yield f"offset_{unit} = {_number(entry.offset, unit)}"
+    if entry.why:
+        yield f"why = {_text(entry.why)}"
+
+
+def _number(value: float, unit: str) -> str:
+    if not isfinite(value):
+        raise ValueError(f"a links file holds finite numbers, not {value}")
+    return decimal_of(value, unit_named(unit).factor)
+
+
+def _text(text: str) -> str:
+    """A string in quotes, with the escapes that TOML shares with JSON."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,154 @@
+"""The centre of mass of a figure, or of some of its segments, and how joints move it (eq. 5.1)."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from generator.diagnostics import Fault, InputError, MoverError, error, nearest
+from generator.figure import CENTRE_OF_MASS, Figure
+from generator.figure_file.resolve import place_of
+from generator.kinematics.placement import Placement
+from generator.rotations import Array
+
+
+class UnknownSegmentError(MoverError):
+    """A segment that the figure lacks, or that is part of the ground."""
+
+
+@dataclass(frozen=True)
+class Masses:
+    """The masses of some segments, each at its centre.
+
+    Attributes:
+        segments: their names, shape (k,).
+        masses: shape (k,) [kg].
+        centres_in_segment: position of each centre in its segment, shape (k, 3) [m].
+    """
+
+    segments: tuple[str, ...]
+    masses: Array
+    centres_in_segment: Array
+
+    def __post_init__(self) -> None:
+        """Refuse masses that have no centre."""
+        if not np.all(np.isfinite(self.masses)) or np.any(self.masses < 0.0):
+            raise ValueError("masses are finite and not negative")
+        if self.total == 0.0:
+            raise MoverError("there is no centre of mass, because there is no mass")
+
+    @cached_property
+    def total(self) -> float:
+        """Sum of the masses [kg]."""
+        return float(np.sum(self.masses))
+
+    @cached_property
+    def _shares(self) -> Array:
+        """Part of the total that each segment has, shape (k,)."""
+        return self.masses / self.total
+
+    def centres(self, poses: Mapping[str, Array]) -> Array:
+        """Centres of the segments in the world, shape (..., k, 3) [m].
+
+        Args:
+            poses: of the segments in the world, shape (..., 4, 4).
+        """
+        stack = np.stack([poses[name] for name in self.segments], axis=-3)
+        turned = (stack[..., :3, :3] @ self.centres_in_segment[..., None])[..., 0]
+        return turned + stack[..., :3, 3]
+
+    def centre(self, poses: Mapping[str, Array]) -> Array:
+        """Their common centre of mass in the world, shape (..., 3) [m], eq. 5.1."""
+        return self._shares @ self.centres(poses)
+
+    def jacobian(self, placement: Placement) -> Array:
+        """Slopes of the centre of mass by the displacements, shape (..., 3, n) [m/rad or m/m].
+
+        The n columns are the displacements of the figure's joints, in the order of the file. A
+        joint that closes a loop has columns of zeros: the others say already where all segments
+        are. The product with rates that keep the loops closed is the centre's velocity.
+        """
+        tree = placement.tree
+        kinematics = tree.kinematics
+        twists = kinematics.twists(kinematics.values(placement.displacements))
+        moves = np.stack([kinematics.moves[name] for name in self.segments])
+        weights = moves * self._shares[:, None]
+        levers = weights.T @ self.centres(placement.poses)
+        moved = np.sum(weights, axis=0)[:, None] * twists[..., 3:]
+        slopes = np.swapaxes(moved + np.cross(twists[..., :3], levers), -1, -2)
+        result = np.zeros((*slopes.shape[:-1], tree.figure.degrees_of_freedom))
+        start = 0
+        for joint in tree.figure.joints.values():
+            stop = start + joint.degrees_of_freedom
+            if joint.name in kinematics.columns:
+                result[..., start:stop] = slopes[..., kinematics.columns[joint.name]]
+            start = stop
+        return result
+
+
+def own_segments(figure: Figure) -> tuple[str, ...]:
+    """The segments that belong to the figure itself, in the order of the file.
+
+    These are all that move, and the root's where it has a mass: it carries a part of the weight,
+    though it is held. A negative mass marks what is of the ground.
+    """
+    return tuple(
+        name
+        for name, segment in figure.segments.items()
+        if name not in figure.ground or (segment.mass is not None and not segment.has_ground_mass)
+    )
+
+
+def masses_of(figure: Figure, segments: Iterable[str] | None = None) -> Masses:
+    """The masses of `segments`, or of all of the figure's own, prepared for any pose.
+
+    Raises:
+        UnknownSegmentError: a segment that the figure does not have, or a part of the ground.
+        InputError: a segment without mass or centre of mass; one fault for each.
+        MoverError: the segments have no mass together.
+    """
+    own = own_segments(figure)
+    names = own if segments is None else tuple(dict.fromkeys(segments))
+    for name in names:
+        if name not in figure.segments:
+            raise UnknownSegmentError(f"the figure has no segment `{name}`; {nearest(name, own)}")
+        if name not in own:
+            raise UnknownSegmentError(f"segment `{name}` is part of the ground and has no mass")
+    faults = list(_missing(figure, names))
+    if faults:
+        raise InputError(faults)
+    chosen = [figure.segments[name] for name in names]
+    centres = [segment.centre_of_mass for segment in chosen]
+    return Masses(
+        names,
+        np.array([segment.mass for segment in chosen], dtype=float),
+        np.array(centres, dtype=float).reshape(-1, 3),
+    )
+
+
+def _missing(figure: Figure, names: Iterable[str]) -> Iterator[Fault]:
+    for name in names:
+        segment = figure.segments[name]
+        place = place_of(segment.origins)
+        if segment.mass is None:
+            yield error(f"segment `{name}` has no mass", place, "the centre of mass needs it")
+        if segment.centre_of_mass is None:
+            hint = "the centre of mass of the figure is made of those of its segments"
+            yield error(f"segment `{name}` has no site `{CENTRE_OF_MASS}`", place, hint)
+
+
+def centre_of_mass(placement: Placement, segments: Iterable[str] | None = None) -> Array:
+    """The centre of mass of a placed figure, or of some of its segments, shape (..., 3) [m].
+
+    Raises as `masses_of` does, which is to be kept when many poses follow.
+    """
+    return masses_of(placement.tree.figure, segments).centre(placement.poses)
+
+
+def centre_of_mass_jacobian(placement: Placement, segments: Iterable[str] | None = None) -> Array:
+    """Slopes of the centre of mass by the displacements of the joints, shape (..., 3, n).
+
+    See `Masses.jacobian`. Raises as `masses_of` does.
+    """
+    return masses_of(placement.tree.figure, segments).jacobian(placement)

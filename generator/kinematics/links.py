@@ -1,0 +1,398 @@
+"""Linked joints: degrees of freedom that follow others in proportion (thesis, section 5.5).
+
+The thesis links whole joints, `theta_i = c_i theta_control` (eq. 5.50), and wishes for links by
+degree of freedom. A link here is one of these; a link of whole joints is one for each of their
+degrees of freedom. A follower may control others in its turn: factors then multiply along the
+chain.
+
+What a links file means for a figure: links of degrees of freedom, or faults with places.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from generator.diagnostics import (
+    EnoughFaults,
+    Fault,
+    Findings,
+    InputError,
+    MoverError,
+    Span,
+    nearest,
+    shorten,
+)
+from generator.figure import Figure, Joint
+from generator.input_files.links import LARGEST_FACTOR, LinkEntry, LinksFile, links_in
+from generator.kinematics.mirror import MirrorError, freedoms_said, mirror_signs
+from generator.kinematics.placement import Displacements
+from generator.rotations import Array
+from generator.text_io import read_text
+
+LARGEST = 1e300
+"""Displacements beyond this count as infinite: in degrees they would be [rad or m]."""
+
+
+class LinkError(MoverError, ValueError):
+    """Links that cannot hold together; the message says why."""
+
+
+@dataclass(frozen=True, order=True)
+class Freedom:
+    """One degree of freedom of a joint: `index` is its place in the chain, from 0."""
+
+    joint: str
+    index: int
+
+    def __str__(self) -> str:
+        """Joint and number, counted from 1."""
+        return f"{self.joint} {self.index + 1}"
+
+
+@dataclass(frozen=True)
+class Link:
+    """follower = factor * control + offset, with displacements in rad or m.
+
+    Raises LinkError for a factor of zero, which links nothing, and for numbers that are not finite.
+    """
+
+    follower: Freedom
+    control: Freedom
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no link."""
+        if not (abs(self.factor) <= LARGEST and abs(self.offset) <= LARGEST):
+            raise LinkError(f"the link of {self.follower} has a number that is not finite")
+        if self.factor == 0.0:
+            raise LinkError(f"a factor of zero links {self.follower} to nothing")
+
+    def after(self, earlier: "Link") -> "Link":
+        """This link with its control expressed by the control of `earlier`, which moves it.
+
+        Raises LinkError when the product of the factors is beyond the floats.
+        """
+        offset = self.factor * earlier.offset + self.offset
+        return Link(self.follower, earlier.control, self.factor * earlier.factor, offset)
+
+
+@dataclass(frozen=True)
+class Links:
+    """Links that hold together: each follower has one control, and no chain of them is closed.
+
+    Attributes:
+        links: as they were given.
+
+    Raises:
+        LinkError: a degree of freedom follows twice, or links go round; the message names them.
+    """
+
+    links: tuple[Link, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse second controls and cycles."""
+        seen: set[Freedom] = set()
+        for link in self.links:
+            if link.follower in seen:
+                raise LinkError(f"{link.follower} follows twice")
+            seen.add(link.follower)
+        for cycle in cycles(self.links):
+            raise LinkError(cycle_said(cycle))
+        _ = self.resolved
+
+    @cached_property
+    def resolved(self) -> tuple[Link, ...]:
+        """The same links with controls that follow nothing, in the order of `links`."""
+        given = {link.follower: link for link in self.links}
+        found: dict[Freedom, Link] = {}
+        for link in self.links:
+            path = [link]
+            while (control := path[-1].control) in given and control not in found:
+                path.append(given[control])
+            for one in reversed(path):
+                earlier = found.get(one.control)
+                found[one.follower] = one if earlier is None else one.after(earlier)
+        return tuple(found[link.follower] for link in self.links)
+
+    @property
+    def followers(self) -> frozenset[Freedom]:
+        """The degrees of freedom that follow."""
+        return frozenset(link.follower for link in self.links)
+
+    def follow(self, displacements: Displacements) -> dict[str, Array]:
+        """The displacements with every follower set by its control.
+
+        Args:
+            displacements: by joint, shape (..., n) [rad or m]; what they say of followers is not
+                looked at.
+
+        Raises:
+            LinkError: a joint is missing or has too few degrees of freedom, or a displacement is
+                not finite.
+        """
+        moved = {name: np.array(values, dtype=float) for name, values in displacements.items()}
+        for link in self.resolved:
+            for freedom in (link.control, link.follower):
+                if freedom.joint not in moved or freedom.index >= moved[freedom.joint].shape[-1]:
+                    raise LinkError(f"there is no displacement of {freedom}")
+            control = moved[link.control.joint][..., link.control.index]
+            with np.errstate(over="ignore"):
+                followed = link.factor * control + link.offset
+            if not np.all(np.abs(followed) <= LARGEST):
+                raise LinkError(f"the displacement of {link.follower} is not finite")
+            moved[link.follower.joint][..., link.follower.index] = followed
+        return moved
+
+    def constraints(self, freedoms: Sequence[Freedom]) -> tuple[Array, Array]:
+        """C and d of the constraints `C q = d` that the links put on displacements q [rad or m].
+
+        Args:
+            freedoms: which displacement stands at each place of q.
+
+        Returns:
+            C, shape (number of links, number of freedoms), with 1 at each follower and minus the
+            resolved factor at its control; d, the resolved offsets [rad or m].
+
+        Raises:
+            LinkError: a linked degree of freedom is not among `freedoms`.
+        """
+        columns = {freedom: k for k, freedom in enumerate(freedoms)}
+        rows = np.zeros((len(self.links), len(columns)))
+        for row, link in zip(rows, self.resolved, strict=True):
+            for freedom, value in ((link.follower, 1.0), (link.control, -link.factor)):
+                if freedom not in columns:
+                    raise LinkError(f"there is no displacement of {freedom}")
+                row[columns[freedom]] = value
+        return rows, np.array([link.offset for link in self.resolved])
+
+
+def cycles(links: Iterable[Link]) -> tuple[tuple[Freedom, ...], ...]:
+    """The closed chains among links with one control a follower, each from follower to control."""
+    controls: Mapping[Freedom, Freedom] = {link.follower: link.control for link in links}
+    done: set[Freedom] = set()
+    found: list[tuple[Freedom, ...]] = []
+    for start in controls:
+        path: dict[Freedom, None] = {}
+        at = start
+        while at in controls and at not in done and at not in path:
+            path[at] = None
+            at = controls[at]
+        if at in path:
+            walked = list(path)
+            found.append(tuple(walked[walked.index(at) :]))
+        done |= path.keys()
+    return tuple(found)
+
+
+def cycle_said(cycle: Sequence[Freedom]) -> str:
+    """A sentence that names a cycle."""
+    if len(cycle) == 1:
+        return f"{cycle[0]} follows itself"
+    chain = ", which follows ".join(map(str, (*cycle[1:], cycle[0])))
+    return f"the links go round: {cycle[0]} follows {chain}"
+
+
+@dataclass(frozen=True)
+class LinksReading:
+    """What came of reading links for a figure; `links` is None when `faults` holds an error."""
+
+    links: Links | None
+    faults: tuple[Fault, ...]
+
+
+def read_links(path: str | Path, figure: Figure) -> Links:
+    """The links in a file. Raises InputError, which holds all faults, when anything is wrong."""
+    reading = examine_links(path, figure)
+    if reading.links is None:
+        raise InputError(reading.faults)
+    return reading.links
+
+
+def examine_links(path: str | Path, figure: Figure) -> LinksReading:
+    """The links in a file, with all faults; bad input raises nothing."""
+    source, fault = read_text(Path(path), str(path))
+    if fault is not None:
+        return LinksReading(None, (fault,))
+    findings, links = Findings(), None
+    with suppress(EnoughFaults):
+        content = links_in(source, findings)
+        if content is not None:
+            links = links_of(content, figure, findings)
+    return LinksReading(None if findings.has_errors else links, findings.in_order())
+
+
+def links_of(content: LinksFile, figure: Figure, findings: Findings) -> Links | None:
+    """The links of a figure that a file describes; None, with faults noted, if any is wrong."""
+    stem = None if figure.path is None else figure.path.stem
+    if content.figure and stem and content.figure != stem:
+        findings.warning(
+            f"these links were written for the figure `{shorten(content.figure)}`",
+            content.origins.get("figure"),
+            f"they are used for `{shorten(stem)}`",
+        )
+    placed: dict[Freedom, tuple[Link, Span | None]] = {}
+    for entry in content.entries:
+        for link, place in _links(entry, figure, findings):
+            if link.follower in placed:
+                first = placed[link.follower][1]
+                hint = f"the first stands in line {first.line}" if first else ""
+                findings.error(f"a second link of {link.follower}", place, hint)
+                continue
+            placed[link.follower] = (link, place)
+    links = tuple(link for link, _ in placed.values())
+    told: set[Span | None] = set()
+    order = list(placed)
+    for cycle in cycles(links):
+        place = placed[max(cycle, key=order.index)][1]
+        if place not in told:  # whole joints make a cycle for each of their degrees of freedom
+            hint = "one of them must follow nothing" if len(cycle) > 1 else ""
+            findings.error(cycle_said(cycle), place, hint)
+        told.add(place)
+    if findings.has_errors:
+        return None
+    try:
+        made = Links(links)
+    except LinkError as failure:
+        findings.error(str(failure), None)
+        return None
+    for link in made.resolved:
+        if abs(link.factor) > LARGEST_FACTOR:
+            findings.error(
+                f"{link.follower} follows {link.control} by the factor {link.factor:.4g}",
+                placed[link.follower][1],
+                f"factors multiply along the chain; from -{LARGEST_FACTOR:.0e} to "
+                f"{LARGEST_FACTOR:.0e}",
+            )
+    return None if findings.has_errors else made
+
+
+def _links(
+    entry: LinkEntry, figure: Figure, findings: Findings
+) -> Iterator[tuple[Link, Span | None]]:
+    """The links of one table, each with the place of the joint that follows."""
+    control = _joint(entry.control, figure, entry.place("control"), findings)
+    for k, name in enumerate(entry.joints):
+        place = entry.place(f"joints.{k}")
+        joint = _joint(name, figure, place, findings)
+        if control is None or joint is None:
+            continue
+        for one, other, sign in _pairs(entry, figure, control, joint, place, findings):
+            follower, followed = Freedom(joint.name, one), Freedom(control.name, other)
+            if _fits(entry, joint, control, follower, followed, place, findings):
+                try:
+                    link = Link(follower, followed, sign * entry.factor, entry.offset)
+                except LinkError as failure:
+                    if 0.0 < abs(entry.factor) <= LARGEST_FACTOR:  # others have been told
+                        findings.error(str(failure), place)
+                    break
+                yield link, place
+
+
+def _joint(name: str, figure: Figure, place: Span | None, findings: Findings) -> Joint | None:
+    joint = figure.joints.get(name)
+    if joint is None:
+        hint = nearest(name, figure.joints)
+        findings.error(f"the figure has no joint `{shorten(name)}`", place, hint)
+    elif not joint.chain:
+        findings.error(f"joint `{shorten(name)}` does not move", place, "it has no `type`")
+        return None
+    return joint
+
+
+def _pairs(
+    entry: LinkEntry,
+    figure: Figure,
+    control: Joint,
+    joint: Joint,
+    place: Span | None,
+    findings: Findings,
+) -> list[tuple[int, int, int]]:
+    """Places of follower and control in their chains, and a sign; none, with a fault noted."""
+    if entry.mirror:
+        try:
+            signs = mirror_signs(figure, control, joint)
+        except MirrorError as failure:
+            findings.error(str(failure), place, "without `mirror`, link by degree of freedom")
+            return []
+        return [(k, k, sign) for k, sign in enumerate(signs)]
+    count, others = len(joint.chain), len(control.chain)
+    if entry.dof is None and entry.control_dof is None:
+        if count != others:
+            findings.error(
+                f"`{shorten(joint.name)}` has {freedoms_said(count)} "
+                f"and `{shorten(control.name)}` {others}",
+                place,
+                "link them by degree of freedom: `dof = 1` and `control_dof = 1`",
+            )
+            return []
+        if entry.offset and count > 1:
+            hint = "with `dof` and `control_dof`, in a table for each"
+            findings.error("an offset belongs to one degree of freedom", _offset_place(entry), hint)
+            return []
+        return [(k, k, 1) for k in range(count)]
+    one = _place_in(joint, entry.dof, "dof", entry, place, findings)
+    other = _place_in(control, entry.control_dof, "control_dof", entry, place, findings)
+    return [] if one is None or other is None else [(one, other, 1)]
+
+
+def _place_in(
+    joint: Joint,
+    given: int | None,
+    key: str,
+    entry: LinkEntry,
+    place: Span | None,
+    findings: Findings,
+) -> int | None:
+    """The degree of freedom that a key means; the only one of a joint need not be said."""
+    count = len(joint.chain)
+    if given is None and count == 1:
+        return 0
+    if given is None:
+        findings.error(
+            f"this link does not say which of the {count} degrees of freedom of "
+            f"`{shorten(joint.name)}` it means",
+            place,
+            f"write `{key} = 1`, or up to {count}",
+        )
+        return None
+    if given >= count:
+        findings.error(
+            f"`{shorten(joint.name)}` has {freedoms_said(count)}, not {given + 1}", entry.place(key)
+        )
+        return None
+    return given
+
+
+def _fits(
+    entry: LinkEntry,
+    joint: Joint,
+    control: Joint,
+    follower: Freedom,
+    followed: Freedom,
+    place: Span | None,
+    findings: Findings,
+) -> bool:
+    """Whether both turn or both slide, and the offset is of their kind."""
+    kind = joint.chain[follower.index].kind
+    if kind != control.chain[followed.index].kind:
+        verbs = {"R": "turns", "T": "slides"}
+        findings.error(
+            f"{follower} {verbs[kind]} and {followed} "
+            f"{verbs[control.chain[followed.index].kind]}: a link joins like with like",
+            place,
+        )
+        return False
+    if entry.offset and entry.offset_is_length != (kind == "T"):
+        unit = "offset_m" if kind == "T" else "offset_deg"
+        findings.error(f"the offset of {follower} is `{unit}`", _offset_place(entry))
+        return False
+    return True
+
+
+def _offset_place(entry: LinkEntry) -> Span | None:
+    return entry.place("offset_m" if entry.offset_is_length else "offset_deg")

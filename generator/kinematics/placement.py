@@ -1,0 +1,79 @@
+"""Where the segments of a figure are, and how they move, at given displacements."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from generator.figure import Joint
+from generator.kinematics.tree import Tree
+from generator.rotations import Array, cross_matrix, inverse_pose
+
+Displacements = Mapping[str, Array]
+"""By joint name: a value for each factor of its chain, shape (n,) [rad or m]."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A tree in a pose.
+
+    Attributes:
+        tree: what is placed.
+        displacements: of the joints of the tree; those of closures follow from the poses.
+        poses: of each segment in the world, shape (4, 4); ground first, then branch by branch.
+    """
+
+    tree: Tree
+    displacements: Displacements
+    poses: Mapping[str, Array]
+
+    def between(self, joint: Joint) -> Array:
+        """Pose of the child's site in the parent's at a joint, shape (4, 4)."""
+        parent = site_pose(self, joint, "parent")
+        return inverse_pose(parent) @ site_pose(self, joint, "child")
+
+
+def drawn_displacements(tree: Tree) -> dict[str, Array]:
+    """The displacements that the figure file gives, shape (n,) a joint."""
+    return {name: np.array(joint.displacement) for name, joint in tree.figure.joints.items()}
+
+
+def site_pose(placement: Placement, joint: Joint, side: str) -> Array:
+    """Pose in the world of a joint's `parent` or `child` site, shape (4, 4)."""
+    ref = joint.parent if side == "parent" else joint.child
+    return placement.poses[ref.segment] @ placement.tree.figure.site(ref).pose_in_segment
+
+
+def place(tree: Tree, displacements: Displacements) -> Placement:
+    """Forward kinematics: the pose of every segment in the world.
+
+    The root's site is the world's origin. `displacements` needs the joints of the tree's branches.
+    With a leading dimension, shape (frames, n) a joint, it places a whole motion at once: poses are
+    then (frames, 4, 4).
+    """
+    kinematics = tree.kinematics
+    return Placement(tree, displacements, kinematics.poses(kinematics.values(displacements)))
+
+
+def motion_maps(placement: Placement) -> dict[str, Array]:
+    """For each segment the map from the tree's displacement rates to its motion, shape (6, n).
+
+    Rows: angular velocity, then velocity of the segment's material point at the world's origin, in
+    world axes. Columns: the displacements of the branches, in their order.
+    """
+    kinematics = placement.tree.kinematics
+    columns = np.swapaxes(kinematics.twists(kinematics.values(placement.displacements)), -1, -2)
+    return {name: columns * moved for name, moved in kinematics.moves.items()}
+
+
+def relative_motion_map(placement: Placement, maps: Mapping[str, Array], joint: Joint) -> Array:
+    """Motion of a joint's child relative to its parent for the tree's rates, shape (6, n).
+
+    (angular, linear) in the parent's site frame, linear at the child's site.
+    """
+    child = site_pose(placement, joint, "child")
+    turn = site_pose(placement, joint, "parent")[:3, :3].T
+    relative = maps[joint.child.segment] - maps[joint.parent.segment]
+    angular = relative[:3]
+    linear = relative[3:] - cross_matrix(child[:3, 3]) @ angular
+    return np.vstack([turn @ angular, turn @ linear])

@@ -1,0 +1,273 @@
+"""Shoulder angles of an arm whose elbow points to a latitude and longitude (thesis, section 5.4).
+
+Latitude is 0 with the arm overhead, pi/2 level and pi hanging. Longitude is 0 straight ahead and
+pi/2 to the arm's own side: the thesis counts it to the left for the left arm, and the right arm is
+the mirror image. So one set of angles serves both sides, as one set of spring coefficients does.
+
+Directions and orientations of arm and clavicle in the torso's frame: x ahead, y left, z up.
+
+The left side is written down; `mirrored` makes the right one of it. Turns are counted from the zero
+pose: an arm that hangs with its front ahead, a clavicle that points to the side.
+
+Where the shoulder's angles jump: near such a place a small motion of the arm is a large one.
+
+The places follow from the formulas, the sizes are measured on both sides of them.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from math import pi, radians
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generator.diagnostics import MoverError
+from generator.kinematics.shoulder_rhythm import OTANI, ShoulderRhythm
+from generator.rotations import Array, matrix_from_axis_angle, wrapped
+
+QUARTER = np.pi / 2.0
+"""A quarter turn, in which eq. 5.49 is written here: its 90, 180, 270 deg are 1, 2, 3."""
+
+SEAM = 2.5 * QUARTER
+"""Longitude behind the back at which the natural twist jumps, where the latitude is below 90 deg
+(225 deg; eq. 5.49)."""
+
+FIRST, LAST = -QUARTER, 3.0 * QUARTER
+"""Longitudes between which the formulas hold; other values are brought there by whole turns."""
+
+
+class ShoulderError(MoverError, ValueError):
+    """There is no such arm; the message says why."""
+
+
+@dataclass(frozen=True)
+class ShoulderAngles:
+    """The five angles of one shoulder [rad], arrays of one shape.
+
+    Attributes:
+        clavicle_elevation: upwards (eq. 5.45).
+        clavicle_abduction: forwards (eq. 5.46).
+        humerus_elevation: arm less clavicle, as printed (eq. 5.47).
+        humerus_abduction: arm less clavicle, as printed (eq. 5.48). Rotations do not subtract so:
+            `printed_miss` in `generator.kinematics.shoulder` says by how much the elbow misses.
+        twist: natural rotation about the humerus, added after longitude and latitude (eq. 5.49), to
+            be taken modulo a turn.
+    """
+
+    clavicle_elevation: Array
+    clavicle_abduction: Array
+    humerus_elevation: Array
+    humerus_abduction: Array
+    twist: Array
+
+
+def shoulder(
+    latitude: ArrayLike, longitude: ArrayLike, rhythm: ShoulderRhythm = OTANI
+) -> ShoulderAngles:
+    """The angles of a shoulder whose elbow points to `latitude` and `longitude` [rad].
+
+    Args:
+        latitude: 0 overhead to pi hanging.
+        longitude: 0 ahead, pi/2 to the arm's own side.
+        rhythm: how the clavicle follows the arm.
+
+    Raises:
+        ShoulderError: a latitude is not between 0 and pi, or a value is not finite.
+    """
+    phi, theta = _sphere(latitude, longitude)
+    elevation = np.pi - phi  # eq. 5.39
+    abduction = QUARTER - theta  # eq. 5.40
+    up, forwards = rhythm.clavicle(elevation, abduction)
+    return ShoulderAngles(
+        clavicle_elevation=up,
+        clavicle_abduction=forwards,
+        humerus_elevation=elevation - up,
+        humerus_abduction=abduction - forwards,
+        twist=_twist(phi, theta),
+    )
+
+
+def natural_twist(latitude: ArrayLike, longitude: ArrayLike) -> Array:
+    """The natural twist of the humerus [rad] (eq. 5.49 with its second row corrected).
+
+    Modulo a turn it is continuous everywhere but at the seam, and makes one orientation of all
+    longitudes at each pole. On the seam itself it is the middle of its two limits, as printed.
+    Raises ShoulderError as `shoulder` does.
+    """
+    return _twist(*_sphere(latitude, longitude))
+
+
+def _twist(latitude: Array, longitude: Array) -> Array:
+    p, t = latitude / QUARTER, longitude / QUARTER
+    raised, ahead = p <= 1.0, t <= 1.0
+    rows = [
+        (ahead & raised, 2.0 - t * (1.0 - p)),
+        # Printed: -180 (1 - phi / 90), which is not continuous.
+        (ahead, -2.0 * (1.0 - t) + (p - 3.0) * t),
+        (~raised, (t - 2.0) * (3.0 - p)),
+        (t <= 2.0, 2.0 * (t - 2.0) * p - (2.0 + t) * (1.0 - p)),
+    ]
+    seam = np.sign(SEAM / QUARTER - t)
+    behind = (2.0 - t) * (1.0 - 3.0 * p) + seam * 4.0 * p
+    return QUARTER * np.select([where for where, _ in rows], [row for _, row in rows], behind)
+
+
+def _sphere(latitude: ArrayLike, longitude: ArrayLike) -> tuple[Array, Array]:
+    """Latitude and longitude of one shape, the longitude within a turn. Raises ShoulderError."""
+    given = np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
+    phi, theta = np.broadcast_arrays(*given)
+    if not (np.all(np.isfinite(phi)) and np.all(np.isfinite(theta))):
+        raise ShoulderError("latitude and longitude are finite numbers")
+    if np.any((phi < 0.0) | (phi > np.pi)):
+        raise ShoulderError("the latitude is between 0 deg, overhead, and 180 deg, hanging")
+    within = (theta >= FIRST) & (theta <= LAST)
+    return phi, np.where(within, theta, FIRST + np.mod(theta - FIRST, 4.0 * QUARTER))
+
+
+_X, _Y, _Z = np.eye(3)
+_MIRROR = np.array([1.0, -1.0, 1.0])
+_HANGING = np.diag([1.0, -1.0, -1.0])
+
+
+class Side(StrEnum):
+    """Which shoulder."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+def mirrored(turn: Array, side: Side) -> Array:
+    """A turn of the left side (..., 3, 3), or its mirror image in the sagittal plane."""
+    return turn if side is Side.LEFT else _MIRROR[:, None] * turn * _MIRROR
+
+
+def arm_direction(latitude: ArrayLike, longitude: ArrayLike, side: Side = Side.LEFT) -> Array:
+    """Unit vector from the shoulder to the elbow in the torso's frame, shape (..., 3)."""
+    phi, theta = np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
+    parts = (np.sin(phi) * np.cos(theta), np.sin(phi) * np.sin(theta), np.cos(phi) + 0.0 * theta)
+    left = np.stack(parts, axis=-1)
+    return left if side is Side.LEFT else _MIRROR * left
+
+
+def arm_turn(
+    latitude: ArrayLike, longitude: ArrayLike, twist: ArrayLike, side: Side = Side.LEFT
+) -> Array:
+    """Turn of the humerus from hanging, in the torso's frame, shape (..., 3, 3).
+
+    From overhead with its front ahead the arm turns by the longitude about the vertical, by the
+    latitude about the axis across, and by the twist about itself (thesis, before eq. 5.49). Only
+    with the twist taken about the direction to the elbow are its values at the poles one attitude.
+    """
+    orientation = (
+        matrix_from_axis_angle(_Z, longitude)
+        @ matrix_from_axis_angle(_Y, latitude)
+        @ matrix_from_axis_angle(_Z, twist)
+    )
+    return mirrored(orientation @ _HANGING, side)
+
+
+def clavicle_turn(elevation: ArrayLike, abduction: ArrayLike, side: Side = Side.LEFT) -> Array:
+    """Turn of the clavicle from the side, in the torso's frame, shape (..., 3, 3).
+
+    It is raised first, then swung forwards about the vertical.
+    """
+    swung = matrix_from_axis_angle(-_Z, abduction)
+    return mirrored(swung @ matrix_from_axis_angle(_X, elevation), side)
+
+
+def printed_miss(latitude: ArrayLike, longitude: ArrayLike, angles: ShoulderAngles) -> Array:
+    """Angle by which the elbow misses with the humerus angles as printed [rad].
+
+    The printed angles are taken as those of the arm on a clavicle: they would be exact on one that
+    does not move.
+    """
+    clavicle = clavicle_turn(angles.clavicle_elevation, angles.clavicle_abduction)
+    on_clavicle = arm_direction(
+        np.pi - angles.humerus_elevation, QUARTER - angles.humerus_abduction
+    )
+    reached = (clavicle @ on_clavicle[..., None])[..., 0]
+    return angle_between(reached, arm_direction(latitude, longitude))
+
+
+def angle_between(one: Array, other: Array) -> Array:
+    """Angle between unit vectors (..., 3) [rad], accurate when it is small."""
+    across = np.linalg.norm(np.cross(one, other), axis=-1)
+    return np.asarray(np.arctan2(across, np.sum(one * other, axis=-1)))
+
+
+NEAR = radians(2.0)
+"""An arm nearer to a jump than this is near it [rad]."""
+
+SMALLEST = radians(0.005)
+"""Jumps below this are the rounding of the printed numbers [rad]."""
+
+_BESIDE = 1e-9
+_AROUND = np.linspace(FIRST, LAST, 361)
+_NAMES = ("clavicle_elevation", "clavicle_abduction", "twist")
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A place near the arm at which one of the angles jumps.
+
+    Attributes:
+        angle: which, by its name in `ShoulderAngles`.
+        place: where, as part of a sentence.
+        size: of the jump; the twist's is that of its attitude, at most half a turn [rad].
+        distance: between the directions of the arm and of the place [rad].
+    """
+
+    angle: str
+    place: str
+    size: float
+    distance: float
+
+
+def jumps_near(
+    latitude: float, longitude: float, rhythm: ShoulderRhythm, within: float = NEAR
+) -> tuple[Jump, ...]:
+    """The jumps within an angle [rad] of an arm's direction, nearest first.
+
+    Raises ShoulderError as `shoulder` does.
+    """
+    shoulder(latitude, longitude, rhythm)
+    near = [
+        jump
+        for jump in _jumps(latitude, longitude, rhythm)
+        if jump.distance <= within and jump.size >= SMALLEST
+    ]
+    return tuple(sorted(near, key=lambda jump: jump.distance))
+
+
+def _jumps(latitude: float, longitude: float, rhythm: ShoulderRhythm) -> Iterator[Jump]:
+    meridians = (
+        (SEAM, "longitude 225 deg, the seam behind the back"),
+        (LAST, "longitude 270 deg, where the longitude starts again at -90 deg"),
+    )
+    for meridian, place in meridians:
+        distance = _distance((latitude, longitude), (latitude, meridian))
+        beside = np.array([meridian - _BESIDE, meridian + _BESIDE])
+        yield from _between(shoulder(latitude, beside, rhythm), place, distance)
+    for elevation in rhythm.breaks:
+        distance = abs(pi - elevation - latitude)
+        beside = np.array([pi - elevation - _BESIDE, pi - elevation + _BESIDE])
+        place = f"latitude {np.degrees(pi - elevation):.4g} deg, between two lines"
+        yield from _between(shoulder(beside, longitude, rhythm), place, distance)
+    for pole, name in ((0.0, "overhead"), (pi, "hanging")):
+        place = f"the arm {name}, where every longitude has other clavicle angles"
+        around = shoulder(pole, _AROUND, rhythm)
+        for angle in _NAMES[:2]:
+            values: Array = getattr(around, angle)
+            yield Jump(angle, place, float(np.ptp(values)), abs(latitude - pole))
+
+
+def _between(sides: ShoulderAngles, place: str, distance: float) -> Iterator[Jump]:
+    for angle in _NAMES:
+        first, second = getattr(sides, angle)
+        step = wrapped(np.asarray(second - first)) if angle == "twist" else second - first
+        yield Jump(angle, place, abs(float(step)), distance)
+
+
+def _distance(arm: tuple[float, float], place: tuple[float, float]) -> float:
+    return float(angle_between(arm_direction(*arm), arm_direction(*place)))

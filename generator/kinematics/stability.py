@@ -1,0 +1,365 @@
+"""Static stability: does the centre of mass stand over what supports the figure?
+
+The thesis's test (5.2): the figure is balanced when its centre of mass, projected on the ground
+plane, lies in the convex hull of the projected points of support. It takes the joints as rigid and
+gravity as the only load.
+
+What a figure stands on: faces of its psurfs, points of its sites, or all that is low enough.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
+
+from generator.diagnostics import InputError, MoverError, error, nearest
+from generator.figure import Figure, Segment, SiteRef
+from generator.geometry.read import surface_of
+from generator.kinematics.centre_of_mass import own_segments
+from generator.rotations import Array, frame_with_z, unit
+
+Y_UP = (0.0, 1.0, 0.0)
+"""The normal of the ground in the world of the thesis."""
+
+ON_EDGE = 1e-6
+"""Nearer than this to the edge of the support a point counts as on it [m]."""
+
+THIN = 1e-9
+"""A support that is narrower than this is a line, and one that is shorter is a point [m]."""
+
+
+class Balance(Enum):
+    """Where the centre of mass stands; the value is what a sentence calls it."""
+
+    INSIDE = "inside"
+    ON_EDGE = "on the edge"
+    OUTSIDE = "outside"
+    UNSUPPORTED = "unsupported"
+
+
+@dataclass(frozen=True)
+class Stability:
+    """How a figure stands.
+
+    Attributes:
+        balance: where the centre of mass stands.
+        margin: distance of the projected centre of mass to the edge of the support [m]; negative
+            outside, minus infinity without support.
+        centre: the centre of mass, projected on the ground plane through the world's origin, in
+            the world, shape (3,) [m].
+        corners: of the support, projected likewise, anticlockwise seen from above, shape (k, 3)
+            [m]. One of them is a point, two are a line.
+        sources: which points of support the corners are, shape (k,).
+        pivot: which of the corners the figure would tip over: two for an edge, one for a corner.
+        direction: to which side it would tip, a horizontal unit vector in the world, shape (3,).
+            None without support, and where a point or a line of support stands right under the
+            centre of mass: it may tip to any side of it.
+    """
+
+    balance: Balance
+    margin: float
+    centre: Array
+    corners: Array
+    sources: NDArray[np.intp]
+    pivot: tuple[int, ...]
+    direction: Array | None
+
+    @property
+    def area(self) -> float:
+        """Area of the support [m^2]."""
+        if len(self.corners) < 3:
+            return 0.0
+        arms = self.corners[1:] - self.corners[0]
+        return 0.5 * float(np.linalg.norm(np.sum(np.cross(arms[:-1], arms[1:]), axis=0)))
+
+
+def stability(centre: ArrayLike, points: ArrayLike, up: ArrayLike = Y_UP) -> Stability:
+    """How what has its centre of mass at `centre` stands on `points`.
+
+    Args:
+        centre: centre of mass, shape (3,) [m].
+        points: that support, shape (n, 3) [m]; n may be zero.
+        up: normal of the ground plane, of any length but zero.
+
+    Raises:
+        ValueError: `up` is zero, or a number is not finite.
+    """
+    where = np.asarray(centre, dtype=float)
+    given = np.asarray(points, dtype=float).reshape(-1, 3)
+    if not (np.all(np.isfinite(where)) and np.all(np.isfinite(given))):
+        raise ValueError("positions must be finite")
+    plane = frame_with_z(up)[:, :2]
+    c, flat = where @ plane, given @ plane
+    sources = _hull(flat)
+    corners = flat[sources]
+    margin, pivot, direction = _nearest(c, corners)
+    return Stability(
+        balance=_balance(margin),
+        margin=margin,
+        centre=plane @ c,
+        corners=corners @ plane.T,
+        sources=sources,
+        pivot=pivot,
+        direction=None if direction is None else plane @ direction,
+    )
+
+
+def _balance(margin: float) -> Balance:
+    if margin == -np.inf:
+        return Balance.UNSUPPORTED
+    if abs(margin) <= ON_EDGE:
+        return Balance.ON_EDGE
+    return Balance.INSIDE if margin > 0.0 else Balance.OUTSIDE
+
+
+def _hull(points: Array) -> NDArray[np.intp]:
+    """Which of the points (n, 2) are corners of their convex hull, anticlockwise, shape (k,).
+
+    Two for points in a line, one for points in one place, none for no points.
+    """
+    if not len(points):
+        return np.zeros(0, dtype=np.intp)
+    near = points - np.mean(points, axis=0)
+    first = int(np.argmax(_lengths(near)))
+    reach = _lengths(near - near[first])
+    last = int(np.argmax(reach))
+    thin = max(THIN, 1e-12 * float(reach[last]))
+    if reach[last] <= thin:
+        return np.array([first])
+    along = (near[last] - near[first]) / reach[last]
+    across = _cross(along, near - near[first])
+    if np.ptp(across) <= thin:
+        return np.array([first, last])
+    corners = np.asarray(ConvexHull(near).vertices, dtype=np.intp)
+    return corners[_apart(near[corners], thin)]
+
+
+def _apart(corners: Array, thin: float) -> list[int]:
+    """Which corners to keep so that neighbours lie apart: a tiny edge has no sure direction."""
+    if np.min(_lengths(np.roll(corners, -1, axis=0) - corners)) > thin:
+        return list(range(len(corners)))
+    kept = [0]
+    for k in range(1, len(corners)):
+        if np.hypot(*(corners[k] - corners[kept[-1]])) > thin:
+            kept.append(k)
+    if np.hypot(*(corners[kept[-1]] - corners[0])) <= thin:
+        kept.pop()
+    return kept
+
+
+def _nearest(c: Array, corners: Array) -> tuple[float, tuple[int, ...], Array | None]:
+    """Margin of a point [m], the corners it is nearest to, and the way out there."""
+    if not len(corners):
+        return -np.inf, (), None
+    following = np.roll(corners, -1, axis=0)
+    edges, arms = following - corners, c - corners
+    squares = np.sum(edges * edges, axis=1)
+    places = np.sum(arms * edges, axis=1) / np.where(squares > 0.0, squares, 1.0)
+    away = arms - np.clip(places, 0.0, 1.0)[:, None] * edges
+    distances = _lengths(away)
+    k = int(np.argmin(distances))
+    distance = float(distances[k])
+    follower = (k + 1) % len(corners)
+    if len(corners) > 2 and np.all(_cross(edges, arms) >= 0.0):
+        return distance, (k, follower), _outward(edges[k])
+    if len(corners) > 1 and 0.0 < places[k] < 1.0:
+        pivot = (k, follower)
+    else:
+        pivot = (k,) if places[k] <= 0.0 else (follower,)
+    if distance > ON_EDGE:
+        direction = away[k] / distance
+    else:
+        direction = _outward(edges[k]) if len(corners) > 2 else None
+    return 0.0 - distance, pivot, direction
+
+
+def _outward(edge: Array) -> Array:
+    """The unit normal of an edge (2,) that points out of a polygon with its corners in order."""
+    return np.array([edge[1], -edge[0]]) / np.hypot(edge[0], edge[1])
+
+
+def _lengths(vectors: Array) -> Array:
+    return np.hypot(vectors[..., 0], vectors[..., 1])
+
+
+def _cross(one: Array, other: Array) -> Array:
+    return one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+
+
+ROUNDING = 1e-9
+"""By how much the rounding of a pose may lift a face over the height it lies at [m]."""
+
+Poses = Mapping[str, Array]
+"""Of the segments in the world, shape (4, 4) each."""
+
+
+class UnknownSupportError(MoverError):
+    """A support that names no segment, face or site of the figure."""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of support in one pose.
+
+    Attributes:
+        positions: in the world, shape (n, 3) [m].
+        names: what each belongs to, `SEGMENT:FACE` or `SEGMENT.SITE`; of the faces that meet in a
+            point the first.
+        sources: all faces and sites that support, each once.
+    """
+
+    positions: Array
+    names: Sequence[str]
+    sources: tuple[str, ...]
+
+
+class Support(Protocol):
+    """What carries a figure, prepared for any pose."""
+
+    def at(self, poses: Poses) -> Points:
+        """The points of support in a pose."""
+        ...
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Points on one segment, each of them once.
+
+    Attributes:
+        segment: its name.
+        points_in_segment: shape (k, 3) [m].
+        names: what each point belongs to, shape (k,).
+        sources: the faces or the site that they are of.
+    """
+
+    segment: str
+    points_in_segment: Array
+    names: tuple[str, ...]
+    sources: tuple[str, ...]
+
+
+def patch_of_site(figure: Figure, ref: SiteRef) -> Patch:
+    """The point of a site. Raises UnknownSupportError when the figure has none such."""
+    segment = _segment(figure, ref.segment)
+    if ref.site not in segment.sites:
+        hint = nearest(ref.site, segment.sites)
+        raise UnknownSupportError(f"segment `{ref.segment}` has no site `{ref.site}`; {hint}")
+    point = figure.site(ref).pose_in_segment[None, :3, 3]
+    return Patch(ref.segment, point, (str(ref),), (str(ref),))
+
+
+def patch_of_faces(figure: Figure, name: str, numbers: Sequence[int] | None = None) -> Patch:
+    """The corners of faces of a segment, by their numbers from 1 in its psurf; else of all.
+
+    Raises:
+        UnknownSupportError: the figure has no such segment, or its psurf no such face.
+        InputError: the segment has no psurf, or one that cannot be read.
+    """
+    surface = surface_of(figure, _segment(figure, name))
+    count = surface.face_count
+    for number in numbers or ():
+        if not 0 < number <= count:
+            raise UnknownSupportError(
+                f"there is no face {number}: the psurf of `{name}` has {count}, counted from 1"
+            )
+    chosen = range(1, count + 1) if numbers is None else numbers
+    corners = [surface.corners[surface.starts[k - 1] : surface.starts[k]] for k in chosen]
+    vertices, first = np.unique(np.concatenate(corners), return_index=True)
+    names = [f"{name}:{k}" for k, face in zip(chosen, corners, strict=True) for _ in face]
+    return Patch(
+        name,
+        surface.vertices[vertices],
+        tuple(names[int(k)] for k in first.tolist()),
+        tuple(dict.fromkeys(names)),
+    )
+
+
+class FixedSupport:
+    """Chosen points, which carry the figure in every pose."""
+
+    def __init__(self, patches: Iterable[Patch]) -> None:
+        """Gather the points of each segment."""
+        by_segment: dict[str, list[Patch]] = {}
+        for patch in patches:
+            by_segment.setdefault(patch.segment, []).append(patch)
+        self._points = {
+            name: np.concatenate([patch.points_in_segment for patch in group])
+            for name, group in by_segment.items()
+        }
+        self._names = tuple(
+            name for group in by_segment.values() for patch in group for name in patch.names
+        )
+        self._sources = tuple(
+            dict.fromkeys(
+                source
+                for group in by_segment.values()
+                for patch in group
+                for source in patch.sources
+            )
+        )
+
+    def at(self, poses: Poses) -> Points:
+        """The chosen points in a pose."""
+        placed = [_placed(points, poses[name]) for name, points in self._points.items()]
+        positions = np.concatenate([np.zeros((0, 3)), *placed])
+        return Points(positions, self._names, self._sources)
+
+
+class LowFaces:
+    """All faces of the figure's own segments that lie at or below a height in the pose."""
+
+    def __init__(self, figure: Figure, height: float, up: ArrayLike = Y_UP) -> None:
+        """Read the psurfs of the figure's own segments.
+
+        Args:
+            figure: whose faces they are.
+            height: over the plane through the world's origin, where the root's site is [m].
+            up: normal of that plane, of any length but zero.
+
+        Raises:
+            InputError: no segment has a psurf, or one cannot be read.
+        """
+        self._height = height
+        self._up = unit(up)
+        own = [figure.segments[name] for name in own_segments(figure)]
+        self._surfaces = {
+            segment.name: surface_of(figure, segment)
+            for segment in own
+            if segment.psurf is not None
+        }
+        if not self._surfaces:
+            raise InputError([error("no segment of the figure has a psurf, so there are no faces")])
+        self._names = {
+            name: np.array([f"{name}:{face + 1}" for face in surface.face_of_corner], dtype=object)
+            for name, surface in self._surfaces.items()
+        }
+
+    def at(self, poses: Poses) -> Points:
+        """The corners of the faces that are low enough in a pose."""
+        positions, names = [np.zeros((0, 3))], list[str]()
+        for name, surface in self._surfaces.items():
+            pose = poses[name]
+            limit = self._height + ROUNDING - float(self._up @ pose[:3, 3])
+            heights = surface.vertices @ (self._up @ pose[:3, :3])
+            if heights.min() > limit:
+                continue
+            highest = np.maximum.reduceat(heights[surface.corners], surface.starts[:-1])
+            low = np.repeat(highest <= limit, surface.sizes)
+            positions.append(_placed(surface.vertices[surface.corners[low]], pose))
+            names.extend(self._names[name][low].tolist())
+        return Points(np.concatenate(positions), names, tuple(dict.fromkeys(names)))
+
+
+def _segment(figure: Figure, name: str) -> Segment:
+    if name not in figure.segments:
+        hint = nearest(name, figure.segments)
+        raise UnknownSupportError(f"the figure has no segment `{name}`; {hint}")
+    return figure.segments[name]
+
+
+def _placed(points: Array, pose: Array) -> Array:
+    return points @ pose[:3, :3].T + pose[:3, 3]

@@ -1,0 +1,221 @@
+"""The figure as a tree hung from the ground, with the joints that close its loops.
+
+A joint of the tree that a figure is hung up as.
+
+The kinematics of a tree, prepared once, so that a pose costs a few products of matrices.
+
+Every factor of every chain is the exponential of a constant generator G, a 4x4 matrix: with
+displacement v it is `1 + sin(v) G + (1 - cos(v)) G^2` for a turn and `1 + v G` for a slide. All of
+them are made at once. A branch that is hung the other way round takes its factors in the opposite
+order, with opposite generators.
+"""
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generator.figure import Figure, Joint
+from generator.joint_chain import Chain, chain_of
+from generator.rotations import Array, cross_matrix, inverse_pose, unit
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A joint of the tree: `tip` hangs on `base`.
+
+    `forward` tells whether the base is the joint's parent (`connect base to tip`).
+    """
+
+    joint: Joint
+    base: str
+    tip: str
+    forward: bool
+
+
+@dataclass(frozen=True)
+class _Link:
+    """The way from a base to its tip: a constant pose, the factors of `columns`, a constant one."""
+
+    base: str
+    tip: str
+    before: Array
+    columns: range
+    after: Array
+
+
+class Kinematics:
+    """Poses and motions of the segments of a tree of m displacements.
+
+    The displacements are those of the branches, one branch after the other, each in the order of
+    its chain. Arrays of them may have leading dimensions: shape (..., m).
+
+    Attributes:
+        size: the number m.
+        columns: place of each branch's displacements among the m, by joint name.
+        moves: for each segment, which of the displacements move it, shape (m,).
+    """
+
+    def __init__(self, figure: Figure, branches: Sequence[Branch]) -> None:
+        """Prepare the branches of a figure, each base before its tip."""
+        self._ground = _ground_poses(figure)
+        self._links: list[_Link] = []
+        self.columns: dict[str, slice] = {}
+        self.size = sum(branch.joint.degrees_of_freedom for branch in branches)
+        self.moves: dict[str, NDArray[np.bool_]] = {
+            name: np.zeros(self.size, dtype=bool) for name in figure.ground
+        }
+        self._turns, self._slides = (np.zeros((self.size, 4, 4)) for _ in range(2))
+        start = 0
+        for branch in branches:
+            joint = branch.joint
+            stop = start + joint.degrees_of_freedom
+            self.columns[joint.name] = slice(start, stop)
+            for k, factor in enumerate(joint.chain, start):
+                axis = unit(factor.axis) * (1.0 if branch.forward else -1.0)
+                if factor.kind == "R":
+                    self._turns[k, :3, :3] = cross_matrix(axis)
+                else:
+                    self._slides[k, :3, 3] = axis
+            parent, child = (figure.site(ref).pose_in_segment for ref in joint.ends)
+            order = range(start, stop)
+            self._links.append(
+                _Link(branch.base, branch.tip, parent, order[::-1], inverse_pose(child))
+                if branch.forward
+                else _Link(branch.base, branch.tip, child, order, inverse_pose(parent))
+            )
+            self.moves[branch.tip] = self.moves[branch.base].copy()
+            self.moves[branch.tip][start:stop] = True
+            start = stop
+        self._turns_squared = self._turns @ self._turns
+        self._turn_axes = _axes_of(self._turns)
+
+    def values(self, displacements: Mapping[str, Array]) -> Array:
+        """The m displacements of a mapping by joint names, shape (..., m)."""
+        parts = [displacements[name] for name in self.columns]
+        return np.concatenate(parts, axis=-1, dtype=float) if parts else np.zeros(0)
+
+    def poses(self, values: Array) -> dict[str, Array]:
+        """The pose of every segment in the world, shape (..., 4, 4), at `values` (..., m)."""
+        return self._walk(values)[0]
+
+    def twists(self, values: Array) -> Array:
+        """The motion that a unit rate of each displacement gives what it moves, shape (..., m, 6).
+
+        Rows are (angular, linear) in world axes; linear is the velocity of the material point that
+        is at the world's origin.
+        """
+        _, frames = self._walk(values)
+        rows = np.zeros((*values.shape, 6))
+        if self.size:
+            stack = np.stack(frames, axis=-3)
+            turned = stack[..., :3, :3]
+            rows[..., :3] = (turned @ self._turn_axes[..., None])[..., 0]
+            slid = (turned @ self._slides[:, :3, 3:])[..., 0]
+            rows[..., 3:] = np.cross(stack[..., :3, 3], rows[..., :3]) + slid
+        return rows
+
+    def _walk(self, values: Array) -> tuple[dict[str, Array], list[Array]]:
+        """Poses of the segments, and for each displacement the frame in the world it acts in."""
+        steps = self._factors(values)
+        lead = values.shape[:-1]
+        poses = {
+            name: np.broadcast_to(pose, (*lead, 4, 4)) if lead else pose
+            for name, pose in self._ground.items()
+        }
+        frames = [np.empty(0)] * self.size
+        for link in self._links:
+            pose = poses[link.base] @ link.before
+            for k in link.columns:
+                frames[k] = pose
+                pose = pose @ steps[..., k, :, :]
+            poses[link.tip] = pose @ link.after
+        return poses, frames
+
+    def _factors(self, values: Array) -> Array:
+        """The pose matrix of every factor, shape (..., m, 4, 4)."""
+        v = values[..., None, None]
+        turned = np.sin(v) * self._turns + (1.0 - np.cos(v)) * self._turns_squared
+        return np.eye(4) + turned + v * self._slides
+
+
+def _axes_of(turns: Array) -> Array:
+    """The vectors, shape (m, 3), of cross matrices in the corners of `turns` (m, 4, 4)."""
+    return np.stack([turns[:, 2, 1], turns[:, 0, 2], turns[:, 1, 0]], axis=-1)
+
+
+def _ground_poses(figure: Figure) -> dict[str, Array]:
+    """Poses of the parts of the ground: the root's, and those that rigid joints hold to it."""
+    poses = {figure.root.segment: inverse_pose(figure.site(figure.root).pose_in_segment)}
+    pending = [joint for joint in figure.joints.values() if not joint.chain]
+    while len(poses) < len(figure.ground):
+        for joint in pending:
+            for known, new in (joint.ends, joint.ends[::-1]):
+                if known.segment in poses and new.segment in figure.ground - poses.keys():
+                    site, other = figure.site(known), figure.site(new)
+                    poses[new.segment] = (
+                        poses[known.segment]
+                        @ site.pose_in_segment
+                        @ inverse_pose(other.pose_in_segment)
+                    )
+    return poses
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Joints oriented from the root, never by the order within `connect`.
+
+    Attributes:
+        branches: in an order in which every base is placed before its tip.
+        closures: joints whose two segments are placed without them.
+        chains: the chain of every joint.
+    """
+
+    figure: Figure
+    branches: tuple[Branch, ...]
+    closures: tuple[Joint, ...]
+    chains: Mapping[str, Chain]
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """What places the segments, prepared when it is first asked for."""
+        return Kinematics(self.figure, self.branches)
+
+
+def hang(figure: Figure) -> Tree:
+    """The tree of a figure, breadth first from the ground, joints in the order of the file.
+
+    Raises:
+        ChainError: a joint's chain is none that one joint can hold.
+        ValueError: a segment cannot be reached from the root.
+    """
+    chains = {name: chain_of(joint.chain) for name, joint in figure.joints.items()}
+    reached = set(figure.ground)
+    branches: list[Branch] = []
+    used = {
+        name
+        for name, joint in figure.joints.items()
+        if {joint.parent.segment, joint.child.segment} <= figure.ground
+    }
+    waiting = deque(name for name in figure.segments if name in reached)
+    while waiting:
+        base = waiting.popleft()
+        for name, joint in figure.joints.items():
+            ends = (joint.parent.segment, joint.child.segment)
+            if name in used or base not in ends:
+                continue
+            tip = ends[1] if ends[0] == base else ends[0]
+            if tip in reached:
+                continue
+            used.add(name)
+            reached.add(tip)
+            waiting.append(tip)
+            branches.append(Branch(joint, base, tip, forward=ends[0] == base))
+    missing = [name for name in figure.segments if name not in reached]
+    if missing:
+        raise ValueError(f"no joint leads from the root to {', '.join(missing)}")
+    closures = tuple(joint for name, joint in figure.joints.items() if name not in used)
+    return Tree(figure, tuple(branches), closures, chains)

@@ -1,0 +1,258 @@
+"""A tree of bodies as models of other programs describe it, before it becomes a figure.
+
+A body hangs on its parent by a row of freedoms. With values q its pose in the parent is
+`X * exp(q1 s1) * exp(q2 s2) ...`, where the screws s turn about or slide along axes told in the
+body's own frame: the first is outermost, next to the parent.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from generator.diagnostics import Span
+from generator.figure import Vector
+from generator.inertia import MassProperties
+from generator.rotations import Array, homogeneous, inverse_pose, matrix_from_axis_angle
+from springs.smooth_limit import SmoothLimit
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """One degree of freedom with its passive law.
+
+    Attributes:
+        name: of the coordinate.
+        kind: "R" turns, "T" slides.
+        axis: unit vector in the body's frame.
+        point: a point of the axis of a turn in the body's frame [m].
+        value: at the start [rad or m], counted from the pose that the body is drawn in.
+        shift: of the model's own coordinate, which is `scale` times the displacement plus it.
+        scale: see there; above zero.
+        stiffness: [N m/rad or N/m], at `rest` slack [rad or m], counted as `value` is.
+        rest: see there.
+        cubic: stiffness that grows: b, c of the force b x^2 + c x^3.
+        damping: [N m s/rad or N s/m].
+        friction: dry friction [N m or N].
+        lower: where a stop begins [rad or m], or None.
+        upper: likewise.
+        limit: a smooth limit, or None.
+        whole: freedoms with the same word stay in one joint and turn about a ball's centre.
+    """
+
+    name: str
+    kind: Literal["R", "T"]
+    axis: Vector
+    point: Vector = (0.0, 0.0, 0.0)
+    value: float = 0.0
+    shift: float = 0.0
+    scale: float = 1.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+    cubic: tuple[float, float] = (0.0, 0.0)
+    damping: float = 0.0
+    friction: float = 0.0
+    lower: float | None = None
+    upper: float | None = None
+    limit: SmoothLimit | None = None
+    whole: str = ""
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether anything resists it."""
+        numbers = (self.stiffness, *self.cubic, self.damping, self.friction)
+        bounds = (self.lower, self.upper, self.limit)
+        return any(numbers) or any(bound is not None for bound in bounds)
+
+    @property
+    def pose(self) -> Array:
+        """Pose matrix of the freedom at `value`, shape (4, 4)."""
+        if self.kind == "T":
+            return homogeneous(np.eye(3), self.value * np.asarray(self.axis))
+        turn = matrix_from_axis_angle(self.axis, self.value)
+        point = np.asarray(self.point)
+        return homogeneous(turn, point - turn @ point)
+
+    @property
+    def turned_round(self) -> "Freedom":
+        """The freedom with which the parent moves as seen from the child."""
+        x, y, z = (-part for part in self.axis)
+        return replace(self, axis=(x, y, z))
+
+    def seen_from(self, pose: Array) -> "Freedom":
+        """The freedom of the same body told in another frame, in which this one has `pose`."""
+        x, y, z = (pose[:3, :3] @ self.axis).tolist()
+        p, q, r = (pose[:3, :3] @ self.point + pose[:3, 3]).tolist()
+        return replace(self, axis=(x, y, z), point=(p, q, r))
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body.
+
+    Attributes:
+        name: unique in its tree.
+        parent: name of the body that it hangs on, None for the world.
+        pose: of its frame in the parent's, with all freedoms at zero, shape (4, 4).
+        freedoms: from the parent outwards to the body.
+        mass: told in the body's frame, or None for none.
+        sites: frames fixed to it, by name, in the body's frame, shape (4, 4) each.
+        place: where the model says it.
+        joint: name of its joint where the model has one for the whole row.
+        loose: inertia [kg m2] about its centre of mass that belongs to `mass` and that no body has
+            by itself: a model may print such numbers for a part that is fixed to a larger one.
+    """
+
+    name: str
+    parent: str | None
+    pose: Array
+    freedoms: tuple[Freedom, ...] = ()
+    mass: MassProperties | None = None
+    sites: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    place: Span | None = None
+    joint: str = ""
+    loose: Array = field(default_factory=lambda: np.zeros((3, 3)))
+
+    @property
+    def whole_mass(self) -> MassProperties | None:
+        """The mass with the loose inertia. Raises ValueError where no body has it."""
+        if self.mass is None:
+            return None
+        return MassProperties(self.mass.mass, self.mass.centre, self.mass.inertia + self.loose)
+
+
+def loosely(
+    mass: float, centre: Array, inertia: Array, pose: Array
+) -> tuple[MassProperties, Array]:
+    """`Body.mass` and `Body.loose` of a part, from numbers told in a frame with `pose` (4, 4).
+
+    Raises ValueError for a mass that is not positive.
+    """
+    try:
+        return MassProperties(mass, centre, inertia).in_frame(pose), np.zeros((3, 3))
+    except ValueError:
+        point = MassProperties(mass, centre, np.zeros((3, 3))).in_frame(pose)
+        return point, pose[:3, :3] @ inertia @ pose[:3, :3].T
+
+
+@dataclass(frozen=True)
+class PassiveTree:
+    """Bodies, each parent before its children.
+
+    Attributes:
+        bodies: in that order.
+        sites: frames fixed to the world.
+        up: rotation that brings the model's world to a figure's (y up, z ahead), shape (3, 3).
+        name: of the model, or None.
+        place: where the model begins.
+    """
+
+    bodies: tuple[Body, ...]
+    sites: Mapping[str, Array]
+    up: Array
+    name: str | None = None
+    place: Span | None = None
+
+
+Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+"""From x ahead, y left, z up to x left, y up, z ahead."""
+
+
+def with_mass_first(tree: PassiveTree) -> PassiveTree:
+    """The tree in which a joint carries the body that has the mass.
+
+    Some models hang a body by a massless one at the joint, to which it is fixed. The two change
+    places, so that the name of the body stays.
+    """
+    fixed: dict[str | None, Body] = {}
+    for body in tree.bodies:
+        if not body.freedoms and body.mass is not None:
+            fixed.setdefault(body.parent, body)
+    swapped: dict[str, Body] = {}
+    for body in tree.bodies:
+        heavy = fixed.get(body.name)
+        if body.name in swapped:
+            continue
+        if body.mass is not None or not body.freedoms or heavy is None:
+            swapped[body.name] = body
+            continue
+        back = inverse_pose(heavy.pose)
+        swapped[heavy.name] = replace(
+            heavy,
+            parent=body.parent,
+            pose=body.pose @ heavy.pose,
+            freedoms=tuple(freedom.seen_from(back) for freedom in body.freedoms),
+            joint=body.joint,
+        )
+        swapped[body.name] = replace(body, parent=heavy.name, pose=back, freedoms=(), joint="")
+    return replace(tree, bodies=tuple(swapped.values()))
+
+
+def without_rigid(tree: PassiveTree, held: frozenset[str] = frozenset()) -> PassiveTree:
+    """The tree in which a body without freedoms is a part of its parent; its frame stays as a site.
+
+    Args:
+        tree: the tree.
+        held: names of bodies that stay bodies.
+    """
+    homes: dict[str, tuple[str | None, Array]] = {}
+    kept: dict[str, Body] = {}
+    world = dict(tree.sites)
+    for body in tree.bodies:
+        parent, before = homes.get(body.parent or "", (body.parent, np.eye(4)))
+        pose = before @ body.pose
+        if body.freedoms or body.name in held:
+            kept[body.name] = replace(body, parent=parent, pose=pose)
+            continue
+        homes[body.name] = (parent, pose)
+        sites = {body.name: pose, **{name: pose @ site for name, site in body.sites.items()}}
+        if parent is None:
+            world = _joined_sites(world, sites)
+            continue
+        home = kept[parent]
+        moved = None if body.mass is None else body.mass.in_frame(pose)
+        mass = home.mass if moved is None else moved if home.mass is None else home.mass + moved
+        loose = home.loose + pose[:3, :3] @ body.loose @ pose[:3, :3].T
+        sites = _joined_sites(home.sites, sites)
+        kept[parent] = replace(home, mass=mass, loose=loose, sites=sites)
+    return replace(tree, bodies=tuple(kept.values()), sites=world)
+
+
+def _joined_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, Array]:
+    """Both, with new names for those of `second` that are taken."""
+    joined = dict(first)
+    for name, pose in second.items():
+        free, k = name, 2
+        while free in joined:
+            free, k = f"{name}_{k}", k + 1
+        joined[free] = pose
+    return joined
+
+
+def without_massless(tree: PassiveTree) -> tuple[PassiveTree, tuple[str, ...]]:
+    """The tree in which a massless body that carries one other is a part of that one's joint.
+
+    The freedoms of the two make one row, so nothing about the motion changes. The names of the
+    bodies that went are told too.
+    """
+    bodies = {body.name: body for body in tree.bodies}
+    carried: dict[str | None, list[str]] = {}
+    for body in tree.bodies:
+        carried.setdefault(body.parent, []).append(body.name)
+    gone: list[str] = []
+    for body in reversed(tree.bodies):
+        here, children = bodies[body.name], carried.get(body.name, [])
+        if here.mass is not None or not here.freedoms or len(children) != 1:
+            continue
+        child = bodies[children[0]]
+        back = inverse_pose(child.pose)
+        row = (*(freedom.seen_from(back) for freedom in here.freedoms), *child.freedoms)
+        bodies[child.name] = replace(
+            child, parent=here.parent, pose=here.pose @ child.pose, freedoms=row, joint=""
+        )
+        del bodies[body.name]
+        siblings = carried[here.parent]
+        siblings[siblings.index(body.name)] = child.name
+        gone.append(body.name)
+    return replace(tree, bodies=tuple(bodies.values())), tuple(reversed(gone))

@@ -1,0 +1,1 @@
+"""The input files of the thesis's simulator, DYSPAM."""

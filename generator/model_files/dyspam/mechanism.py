@@ -1,0 +1,219 @@
+"""A mechanism as DYSPAM has it (section 3.1.1): bodies, joints and points by number, in SI.
+
+Body 0 is the ground, and its frame is the world's. Everything else is counted from 1 in the order
+in which it stands here. Angles are radians.
+
+How a figure's joint becomes one that DYSPAM allows: z joints, and z-y-x angles (section 3.1.3).
+
+A joint's triads are its two sites turned alike, so that the joint itself stays what it was. A
+revolute's are turned until its axis is z (`zifyjoint`, figure 3.5), with the sign that the figure
+gives it: the knees of the prototype turn about -y, and their dead zone is printed from 0 to 1.553
+rad. Those of a spherical joint are turned by a half turn where that makes negative axes of the
+figure positive; otherwise they stay the sites. A curve of `optional` is then about the axis that
+the figure declares, on the right side as on the left.
+"""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generator.diagnostics import Fault, Span, error
+from generator.figure import Factor, Joint, Vector
+from generator.figure_file.resolve import place_of
+from generator.joint_chain import ChainError, chain_of
+from generator.loads import LoadKind
+from generator.rotations import Array, Sequence3, frame_with_z
+from generator.springs_file.axes import sign_along, turn_axes
+
+Row4 = tuple[float, float, float, float]
+Triad = tuple[Row4, Row4, Row4]
+"""A joint's frame in a body: a row for each axis of the body, turn and position [m]."""
+
+LOAD_KINDS = (
+    LoadKind.GLOBAL_FORCE,
+    LoadKind.LOCAL_FORCE,
+    LoadKind.GLOBAL_MOMENT,
+    LoadKind.LOCAL_MOMENT,
+)
+"""The order in which `structure` counts loads and `jackforce` lists them."""
+
+ANGLE_AXES = (3, 2, 1)
+"""Of a spherical joint's three initial angles, the axis of each: z, y, x."""
+
+
+class JointType(IntEnum):
+    """The joint types that can be held, by their numbers.
+
+    Figure 3.2 gives the number of spherical joints. No printed page gives that of revolutes: 1 is
+    this program's choice.
+    """
+
+    REVOLUTE = 1
+    SPHERICAL = 7
+
+    @property
+    def chain(self) -> tuple[Factor, ...]:
+        """The chain that DYSPAM allows: about z, or z-y-x (innermost first)."""
+        z = Factor("R", (0.0, 0.0, 1.0))
+        if self is JointType.REVOLUTE:
+            return (z,)
+        return Factor("R", (1.0, 0.0, 0.0)), Factor("R", (0.0, 1.0, 0.0)), z
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """The axis number of each factor of the chain: 1, 2, 3 for x, y, z of the triad."""
+        return (3,) if self is JointType.REVOLUTE else (1, 2, 3)
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A joint of two bodies.
+
+    Attributes:
+        first: number of the body in whose triad the other moves.
+        second: number of that other body.
+        type: of the joint.
+        triads: the joint's frame in the first and in the second body.
+        angles: at the start [rad], one, or three about z, y and x.
+        rates: of the angles [rad/s].
+        place: where the joint table has it.
+    """
+
+    first: int
+    second: int
+    type: JointType
+    triads: tuple[Triad, Triad]
+    angles: tuple[float, ...]
+    rates: tuple[float, ...]
+    place: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body that moves.
+
+    Attributes:
+        centre: number of the point at its centre of mass.
+        mass: [kg].
+        inertia: principal moments about the centre of mass along the body's axes [kg m2].
+        place: where the mass table has it.
+    """
+
+    centre: int
+    mass: float
+    inertia: Vector
+    place: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of interest: the number of its body, and its position there [m]."""
+
+    body: int
+    position: Vector
+    place: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class LinearSpring:
+    """A linear spring and damper about an axis of a joint.
+
+    joint and axis by number; stiffness [N m/rad], damping [N m s/rad], rest [rad].
+    """
+
+    joint: int
+    axis: int
+    stiffness: float
+    damping: float
+    rest: float
+    place: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class PointLoad:
+    """A constant load at a point of interest: three components [N or N m]."""
+
+    kind: LoadKind
+    point: int
+    components: Vector
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """What `ndyspamfile` says, table by table."""
+
+    connections: tuple[Connection, ...]
+    bodies: tuple[Body, ...]
+    points: tuple[Point, ...]
+    springs: tuple[LinearSpring, ...] = ()
+
+
+_WHAT_IS_HELD = "DYSPAM's files hold one rotation or three: revolutes and sphericals"
+
+
+@dataclass(frozen=True, eq=False)
+class JointTriad:
+    """What becomes of a joint.
+
+    Attributes:
+        type: of the joint.
+        turn: axes of the triad as columns in the joint's sites, shape (3, 3).
+    """
+
+    type: JointType
+    turn: Array
+
+    def angles(self, matrix: ArrayLike, displacement: ArrayLike) -> tuple[float, ...]:
+        """The initial angles [rad]: of a revolute its own, of a spherical about z, y and x.
+
+        Args:
+            matrix: orientation of the child's site in the parent's, shape (3, 3).
+            displacement: of the figure's joint [rad].
+        """
+        if self.type is JointType.REVOLUTE:
+            return (float(np.asarray(displacement)[0]),)
+        axes = tuple(factor.axis for factor in self.type.chain)
+        found = Sequence3(axes).angles(self.turn.T @ np.asarray(matrix) @ self.turn)
+        x, y, z = (float(angle) for angle in found)
+        return z, y, x
+
+
+def triad_of(joint: Joint) -> JointTriad | Fault:
+    """The triad of a joint, or the fault that DYSPAM has no such joint."""
+    place = place_of(joint.origins, "type", "connect")
+    who = f"joint `{joint.name}`"
+    try:
+        chain = chain_of(joint.chain)
+    except ChainError as failure:
+        return error(f"{who} cannot be written for DYSPAM: {failure}", place, _WHAT_IS_HELD)
+    if not joint.chain:
+        return error(f"{who} cannot be written for DYSPAM: it is rigid", place, _WHAT_IS_HELD)
+    if chain.slides:
+        return error(f"{who} cannot be written for DYSPAM: it slides", place, _WHAT_IS_HELD)
+    if len(chain.turns) == 2:
+        return error(
+            f"{who} cannot be written for DYSPAM: it turns about two axes", place, _WHAT_IS_HELD
+        )
+    if len(chain.turns) == 1:
+        return JointTriad(JointType.REVOLUTE, frame_with_z(chain.turn_axes[0]))
+    return JointTriad(JointType.SPHERICAL, np.diag(_signs(joint)))
+
+
+def _signs(joint: Joint) -> Array:
+    """A half turn, or none, that brings the axes of sites to the declared ones; shape (3,).
+
+    Where an odd number of axes is negative no turn makes all positive, and the sites stay.
+    """
+    declared = [
+        next((sign for turn in turn_axes(joint) if (sign := sign_along(tuple(axis), turn))), 0)
+        for axis in np.eye(3)
+    ]
+    signs = np.array([sign or 1 for sign in declared], dtype=float)
+    if np.prod(signs) > 0.0:
+        return signs
+    if 0 in declared:
+        signs[declared.index(0)] = -1.0
+        return signs
+    return np.ones(3)

@@ -1,0 +1,76 @@
+"""A model of another program as a figure, and the files that hold it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from generator.figure import Figure
+from generator.figure_file.write import write_figure
+from generator.losses import Loss, Losses
+from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
+from generator.springs_file.write import write_springs
+from generator.text_io import write_whole
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """Where a coordinate of the model is in the figure.
+
+    Attributes:
+        joint: name of the joint.
+        place: of the displacement among the joint's, from 0.
+        shift: the model's value is `scale` times the displacement plus this [rad or m].
+        scale: see there.
+    """
+
+    joint: str
+    place: int
+    shift: float = 0.0
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What came of reading a model.
+
+    Attributes:
+        figure: y up, with all displacements zero in the pose in which the model is drawn.
+        springs: passive laws that the figure's own fields cannot hold; None without any.
+        losses: what the figure does not hold, or holds otherwise.
+        coordinates: by the names that the model gives them.
+    """
+
+    figure: Figure
+    springs: SpringsFile | None
+    losses: Losses
+    coordinates: Mapping[str, Coordinate]
+
+
+def springs_path(path: Path) -> Path:
+    """Where the springs of the figure file at `path` are looked for."""
+    return path.with_name(f"{path.stem}{SPRINGS_SUFFIX}")
+
+
+def springs_text(springs: SpringsFile, path: Path) -> str:
+    """The springs file that stands beside the figure file at `path`."""
+    comment = f"Passive joints of {path.name} that its own fields cannot hold."
+    return write_springs(springs, comment)
+
+
+def write_imported(imported: Imported, path: Path) -> Losses:
+    """Write the figure, and its springs file beside it where it has one.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    springs, beside = imported.springs, springs_path(path)
+    losses, text = imported.losses, write_figure(imported.figure)
+    if springs is not None:
+        write_whole(beside, springs_text(springs, path))
+    elif beside.exists():
+        stale = Loss(
+            "an older springs file stands beside the figure and will be used", (str(beside),)
+        )
+        losses = Losses(losses.format, (*losses.each, stale))
+    write_whole(path, text)
+    return losses

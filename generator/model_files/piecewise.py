@@ -1,0 +1,181 @@
+"""Elastic laws as cubics, piece by piece: the form in which springs of other programs come.
+
+A law is asked for torques between its corners. Where a cubic through four of them gives all others,
+the law is that cubic there; a law that is none of these on one piece has no such form.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from math import pi
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from springs import Elastic, total_torque
+from springs.backends import Array
+
+_BEYOND = pi
+"""How far beyond the first and the last corner a law is looked at [rad or m]."""
+
+_EXACT = 1e-9
+"""Largest difference of a law and its cubic, relative to the greatest torque of the piece."""
+
+_ROUNDING = 1e-12
+"""A term that never reaches this share of the greatest torque of its piece is rounding."""
+
+_NODES = 9
+
+_DIGITS = 15
+
+_CLOSE = 1e-9
+"""Corners nearer to each other than this are one [rad or m]."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What is added beyond a corner.
+
+    Attributes:
+        corner: where it begins [rad or m].
+        above: whether it is there for greater values than the corner's, else for smaller ones.
+        terms: a1, a2, a3 of a1 y + a2 y^2 + a3 y^3, where y = value - corner [N m].
+    """
+
+    corner: float
+    above: bool
+    terms: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class PiecewiseCubic:
+    """A continuous torque as a cubic that is there everywhere, and what is added beyond corners.
+
+    Attributes:
+        root: where the cubic is zero [rad or m].
+        terms: a1, a2, a3 of a1 x + a2 x^2 + a3 x^3, where x = value - root [N m].
+        steps: added beyond corners.
+    """
+
+    root: float
+    terms: tuple[float, float, float]
+    steps: tuple[Step, ...] = ()
+
+
+def piecewise_cubic(laws: Sequence[Elastic]) -> PiecewiseCubic | None:
+    """The sum of some laws in this form; None when it is no such sum.
+
+    It is none when a piece is no cubic, when the sum jumps, and when no piece has a zero, such as a
+    constant torque.
+    """
+    corners = _apart(sorted({corner for law in laws for corner in law.corners}))
+    edges = [(corners or [0.0])[0] - _BEYOND, *corners, (corners or [0.0])[-1] + _BEYOND]
+    pieces = [_Piece(tuple(laws), low, high) for low, high in pairwise(edges)]
+    if not all(piece.is_cubic for piece in pieces):
+        return None
+    rooted = [(piece.remoteness, k) for k, piece in enumerate(pieces) if piece.root is not None]
+    if not rooted:
+        return None
+    base = min(rooted)[1]
+    root = pieces[base].root or 0.0
+    steps: list[Step] = []
+    for k, corner in enumerate(corners):
+        above = k >= base
+        inner, outer = (pieces[k], pieces[k + 1]) if above else (pieces[k + 1], pieces[k])
+        start, *terms = (outer.about(corner) - inner.about(corner)).tolist()
+        if abs(start) > _EXACT * max(inner.size, outer.size):
+            return None
+        if any(terms):
+            steps.append(Step(corner, above, (terms[0], terms[1], terms[2])))
+    _, a1, a2, a3 = pieces[base].about(root).tolist()
+    return PiecewiseCubic(root, (a1, a2, a3), tuple(steps))
+
+
+def _apart(corners: list[float]) -> list[float]:
+    """The corners in order, one of those that coincide but for rounding."""
+    kept = corners[:1]
+    kept += [later for one, later in pairwise(corners) if later - one > _CLOSE]
+    return kept
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """The sum of the laws from `low` to `high`."""
+
+    laws: tuple[Elastic, ...]
+    low: float
+    high: float
+
+    @property
+    def remoteness(self) -> tuple[bool, float, float]:
+        """What makes a piece less fit to be told by its zero than another.
+
+        It is best without any torque, since it needs no spring then; else with its zero within it,
+        which loses no digits; and then with a zero near zero.
+        """
+        root = self.root or 0.0
+        return self.size > 0.0, max(self.low - root, root - self.high, 0.0), abs(root)
+
+    @cached_property
+    def _samples(self) -> tuple[Array, Array]:
+        """Values from -1 to 1 over the inside of the piece, and the torques there."""
+        nodes = np.cos(pi * (np.arange(_NODES) + 0.5) / _NODES)
+        torques = total_torque(self.laws, self._middle + self._half * nodes)
+        return nodes, np.asarray(torques) + np.zeros_like(nodes)
+
+    @property
+    def _middle(self) -> float:
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def _half(self) -> float:
+        return 0.5 * (self.high - self.low)
+
+    @property
+    def size(self) -> float:
+        """Greatest torque."""
+        return float(np.abs(self._samples[1]).max())
+
+    @cached_property
+    def _cubic(self) -> Polynomial:
+        """The cubic through four of the samples, of values from -1 to 1."""
+        nodes, torques = self._samples
+        chosen = [0, 2, 5, 8]
+        terms = np.linalg.solve(np.vander(nodes[chosen], 4, increasing=True), torques[chosen])
+        return Polynomial(np.where(np.abs(terms) < _ROUNDING * self.size, 0.0, terms))
+
+    @property
+    def is_cubic(self) -> bool:
+        """Whether the cubic through four samples gives the others."""
+        nodes, torques = self._samples
+        apart = np.abs(self._cubic(nodes) - torques)
+        return bool(np.isfinite(apart).all() and apart.max() <= _EXACT * self.size)
+
+    @cached_property
+    def root(self) -> float | None:
+        """The zero of the cubic nearest to the piece; its middle where it is zero everywhere."""
+        if self.size == 0.0:
+            return 0.0
+        found = self._cubic.trim().roots()
+        real = [float(r.real) for r in found if abs(r.imag) <= _ROUNDING * max(1.0, abs(r))]
+        if not real:
+            return None
+        return self._middle + self._half * min(real, key=abs)
+
+    def about(self, point: float) -> Array:
+        """Coefficients of the powers 0 to 3 of value - point [N m], shape (4,)."""
+        line = Polynomial([(point - self._middle) / self._half, 1.0 / self._half])
+        terms = np.zeros(4)
+        moved = np.asarray(self._cubic(line).coef)
+        terms[: len(moved)] = moved
+        reach = max(abs(self.low - point), abs(self.high - point))
+        small = np.abs(terms) * reach ** np.arange(4) < _ROUNDING * self.size
+        return np.array(
+            [0.0 if none else _rounded(a) for a, none in zip(terms, small, strict=True)]
+        )
+
+
+def _rounded(number: float) -> float:
+    """Without the last digits, which come from moving a cubic to and fro."""
+    return float(f"{number:.{_DIGITS}g}")

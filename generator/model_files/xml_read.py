@@ -1,0 +1,305 @@
+"""XML with places: elements, attributes and texts that know where they stand.
+
+Numbers in XML: attributes and texts that hold one or several of them.
+"""
+
+import re
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite
+from typing import Final
+from xml.parsers import expat
+
+import numpy as np
+
+from generator.diagnostics import Findings, Source, Span, shorten
+from generator.figure import Vector
+
+DEEPEST: Final = 200
+"""Levels of elements that are read: deeper ones are no model."""
+
+MOST_ELEMENTS: Final = 300_000
+"""Elements that are read: a file of 32 MB may hold millions, which no model has."""
+
+_ATTRIBUTE = re.compile(r"""\s+([^\s=/>]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+_TAG = re.compile(r"<([^\s/>]*)")
+_TAG_END = re.compile(r"\s*/?>")
+
+
+@dataclass(frozen=True)
+class Written:
+    """A text in a file: what it says, and where."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element of an XML document.
+
+    Attributes:
+        tag: its name, prefixes included.
+        span: of its start tag up to the name's end.
+        attributes: in the order of the file.
+        children: the elements in it.
+        text: the characters in it before the first child, without blanks around them; the place of
+            an empty text is the element's.
+    """
+
+    tag: str
+    span: Span
+    attributes: Mapping[str, Written]
+    children: tuple["Element", ...]
+    text: Written
+
+    def all(self, *tags: str) -> Iterator["Element"]:
+        """The children with one of these tags, in order."""
+        return (child for child in self.children if child.tag in tags)
+
+    def first(self, tag: str) -> "Element | None":
+        """The first child with this tag."""
+        return next(self.all(tag), None)
+
+    def get(self, name: str) -> str | None:
+        """The text of an attribute; None without it."""
+        written = self.attributes.get(name)
+        return None if written is None else written.text
+
+    def place(self, name: str) -> Span:
+        """Where the value of an attribute stands; without it, where the element does."""
+        written = self.attributes.get(name)
+        return self.span if written is None else written.span
+
+    def walk(self) -> Iterator["Element"]:
+        """This element and all below it, in the order of the file."""
+        waiting: list[Element] = [self]
+        while waiting:
+            here = waiting.pop()
+            yield here
+            waiting += reversed(here.children)
+
+
+class _Refused(Exception):  # noqa: N818 - it ends the parsing, it is not an error of its own
+    """The document is not read any further: message, byte, hint."""
+
+    def __init__(self, message: str, byte: int, hint: str) -> None:
+        super().__init__(message)
+        self.message, self.byte, self.hint = message, byte, hint
+
+
+@dataclass
+class _Open:
+    """An element whose end has not come yet."""
+
+    tag: str
+    start: int
+    attributes: dict[str, Written]
+    inside: int
+    children: list[Element] = field(default_factory=list[Element])
+    text: list[str] = field(default_factory=list[str])
+    text_end: int | None = None
+
+
+class _Builder:
+    """Puts together what the parser finds."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.data = source.text.encode("utf-8", "surrogatepass")
+        self._starts: list[int] | None = None
+        self.open: list[_Open] = []
+        self.root: Element | None = None
+        self.count = 0
+        # What a file says of its encoding no longer holds: the text is decoded already.
+        self.parser = expat.ParserCreate("utf-8")
+        self.parser.buffer_text = True
+        self.parser.ordered_attributes = True
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.CharacterDataHandler = self.characters
+        self.parser.StartDoctypeDeclHandler = self.doctype
+
+    def offset(self, byte: int) -> int:
+        """The place in the text of a byte of its UTF-8 form."""
+        if len(self.data) == len(self.source.text):
+            return byte
+        if self._starts is None:
+            codes = np.frombuffer(self.data, dtype=np.uint8)
+            self._starts = np.flatnonzero((codes & 0xC0) != 0x80).tolist()
+        return bisect_right(self._starts, byte) - 1
+
+    def doctype(self, name: str, system: str | None, public: str | None, inside: bool) -> None:
+        byte = self.parser.CurrentByteIndex
+        raise _Refused("a document type is not read", byte, "a model needs no `<!DOCTYPE ...>`")
+
+    def start(self, tag: str, attributes: list[str]) -> None:
+        byte = self.parser.CurrentByteIndex
+        self.count += 1
+        if len(self.open) >= DEEPEST:
+            raise _Refused("elements are nested too deeply", byte, f"{DEEPEST} levels are read")
+        if self.count > MOST_ELEMENTS:
+            raise _Refused("there are too many elements", byte, f"{MOST_ELEMENTS:,} are read")
+        start, text = self.offset(byte), self.source.text
+        if self.open and self.open[-1].text_end is None:
+            self.open[-1].text_end = start
+        name = _TAG.match(text, start)
+        place = name.end() if name else start
+        said: dict[str, Written] = {}
+        values = dict(zip(attributes[::2], attributes[1::2], strict=True))
+        while match := _ATTRIBUTE.match(text, place):
+            where = match.span(2) if match[2] is not None else match.span(3)
+            if match[1] in values:
+                said[match[1]] = Written(values[match[1]], Span(self.source, *where))
+            place = match.end()
+        end = _TAG_END.match(text, place)
+        self.open.append(_Open(tag, start, said, end.end() if end else place))
+
+    def characters(self, text: str) -> None:
+        if self.open and not self.open[-1].children:
+            self.open[-1].text.append(text)
+
+    def end(self, tag: str) -> None:
+        done = self.open.pop()
+        tag_span = Span(self.source, done.start, done.start + 1 + len(done.tag))
+        stop = done.text_end
+        if stop is None:
+            stop = max(self.offset(self.parser.CurrentByteIndex), done.inside)
+        element = Element(
+            done.tag,
+            tag_span,
+            done.attributes,
+            tuple(done.children),
+            Written("".join(done.text).strip(), self._stripped(done.inside, stop) or tag_span),
+        )
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+
+    def _stripped(self, start: int, end: int) -> Span | None:
+        """The stretch without blanks around it; None where nothing else is in it."""
+        text = self.source.text[start:end]
+        inner = text.strip()
+        if not inner:
+            return None
+        first = start + text.find(inner)
+        return Span(self.source, first, first + len(inner))
+
+
+def parse_xml(source: Source, findings: Findings) -> Element | None:
+    """The root element of a document; None, with the fault noted, when the text is none.
+
+    No entities are declared or fetched: a document type is refused before its first declaration is
+    read.
+    """
+    builder = _Builder(source)
+    if not source.text.strip():
+        findings.error("this file is empty", Span(source, 0, 1), "a model is an XML document")
+        return None
+    try:
+        builder.parser.Parse(builder.data, True)
+    except _Refused as refused:
+        start = builder.offset(refused.byte)
+        findings.error(refused.message, Span(source, start, start + 1), refused.hint)
+        return None
+    except expat.ExpatError as failure:
+        start = min(builder.offset(builder.parser.ErrorByteIndex), max(len(source.text) - 1, 0))
+        here = builder.open[-1] if builder.open else None
+        line = "" if here is None else f"line {source.line_and_column(here.start)[0]}"
+        hint = f"the innermost open element is `<{here.tag}>` of {line}" if here else ""
+        said = expat.ErrorString(failure.code) or "unknown reason"
+        findings.error(f"this is no XML: {said}", Span(source, start, start + 1), hint)
+        return None
+    return builder.root
+
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_WORD = re.compile(r"[^\s]+")
+_INFINITE = {"inf": inf, "+inf": inf, "-inf": -inf}
+
+
+def numbers(
+    written: Written,
+    findings: Findings,
+    least: int,
+    most: int | None = None,
+    *,
+    infinite: bool = False,
+) -> tuple[float, ...] | None:
+    """The numbers of a text; None, with the fault noted, when it holds others or too few or many.
+
+    Args:
+        written: the text; blanks stand between the numbers.
+        findings: for faults.
+        least: how many numbers there are at least.
+        most: at most; None for `least`.
+        infinite: whether `Inf` counts as a number.
+    """
+    most = least if most is None else most
+    values: list[float] = []
+    for match in _WORD.finditer(written.text):
+        word = match[0]
+        if infinite and word.lower() in _INFINITE:
+            values.append(_INFINITE[word.lower()])
+            continue
+        if not _NUMBER.fullmatch(word):
+            findings.error(
+                f"`{shorten(word)}` is no number", _part(written, match), _wanted(least, most)
+            )
+            return None
+        values.append(float(word))
+        if not isfinite(values[-1]):
+            findings.error(
+                f"`{shorten(word)}` is too large", _part(written, match), "a number must be finite"
+            )
+            return None
+    if not least <= len(values) <= most:
+        has = "1 number" if len(values) == 1 else f"{len(values)} numbers"
+        findings.error(f"{has} instead of {_count(least, most)}", written.span)
+        return None
+    return tuple(values)
+
+
+def vector(
+    element: Element, name: str, findings: Findings, default: Vector = (0.0, 0.0, 0.0)
+) -> Vector:
+    """Three numbers of an attribute; `default` without it, or when it is wrong."""
+    written = element.attributes.get(name)
+    read = None if written is None else numbers(written, findings, 3)
+    return default if read is None else (read[0], read[1], read[2])
+
+
+def number(element: Element, name: str, findings: Findings, default: float = 0.0) -> float:
+    """One number of an attribute; `default` without it, or when it is wrong."""
+    written = element.attributes.get(name)
+    read = None if written is None else numbers(written, findings, 1)
+    return default if read is None else read[0]
+
+
+def direction(axis: Sequence[float], place: Span, findings: Findings) -> Vector:
+    """An axis with length one; z, with a fault noted, for one without a direction."""
+    length = sum(part * part for part in axis) ** 0.5
+    if not 1e-10 < length < inf:
+        findings.error("this vector has no direction", place, "an axis is longer than zero")
+        return 0.0, 0.0, 1.0
+    x, y, z = (part / length for part in axis)
+    return x, y, z
+
+
+def _part(written: Written, match: re.Match[str]) -> Span:
+    """The place of a word; the whole text where entities keep the two apart."""
+    span = written.span
+    start = span.start + match.start()
+    part = Span(span.source, start, start + len(match[0]))
+    return part if part.text == match[0] else span
+
+
+def _count(least: int, most: int) -> str:
+    return f"{least}" if least == most else f"{least} to {most}"
+
+
+def _wanted(least: int, most: int) -> str:
+    few = least == most == 1
+    return "one number stands here" if few else f"{_count(least, most)} numbers stand here"

@@ -1,0 +1,57 @@
+"""One door for all formats of motions: the suffix of a path chooses."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from generator.diagnostics import MoverError
+from generator.figure import Figure
+from generator.losses import Losses
+from generator.motion_files import action, bvh, csv_table, glb, npz, opensim, x3d
+from generator.motion_files.motion import Clip, clip_of_recording
+from generator.recording import Recording
+
+Write = Callable[[Clip, Path], Losses]
+"""Writes a motion to a path, whole or not at all, and tells what was lost.
+
+It raises OSError when the path cannot be written, OtherMotionError when the motion is not one of
+its figure, MoverError when the format cannot hold it at all.
+"""
+
+FORMATS: Mapping[str, Write] = {
+    ".action": action.write,
+    ".csv": csv_table.write,
+    ".npz": npz.write,
+    ".glb": glb.write,
+    ".bvh": bvh.write,
+    ".mot": opensim.write_mot,
+    ".sto": opensim.write_sto,
+    ".x3d": x3d.write,
+}
+"""What writes a motion of a figure to a path, by suffix."""
+
+
+class UnknownFormatError(MoverError):
+    """A path whose suffix names no format."""
+
+
+def format_of(path: Path) -> Write:
+    """What writes the format that a path's suffix names. Raises UnknownFormatError."""
+    try:
+        return FORMATS[path.suffix.lower()]
+    except KeyError:
+        said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
+        raise UnknownFormatError(f"{path}: {said}; known are {', '.join(FORMATS)}") from None
+
+
+def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:
+    """Write a recording of a figure in the format that the path's suffix names.
+
+    The file is written whole or not at all. Returns what the format could not hold.
+
+    Raises:
+        UnknownFormatError: the suffix names no format.
+        OSError: the file cannot be written.
+        OtherMotionError: the recording is not one of the figure.
+        MoverError: the format cannot hold the motion.
+    """
+    return format_of(Path(path))(clip_of_recording(recording, figure), Path(path))

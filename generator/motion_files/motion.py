@@ -1,0 +1,169 @@
+"""A motion of a figure, ready to be written: from a recording, or from an action file.
+
+What stands above the numbers of an output file: where a motion is from and how it ended.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from generator.figure import Factor, Figure
+from generator.kinematics.trajectory import placements_along, tree_of_motion
+from generator.kinematics.tree import Tree
+from generator.losses import Loss
+from generator.recording import Ending, Recording
+from generator.rotations import Array
+
+NONE = "none"
+"""Stands where there is no value."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """The origin of a motion.
+
+    Attributes:
+        figure: name of the figure's file, else of the figure.
+        sha256: of the bytes of the figure's file, in hexadecimal; None when it is in no file.
+        start: time of the first frame [s].
+        stop: time of the last frame [s].
+        frame: interval between frames [s]; None where there is only one.
+        springs: where the springs are from.
+        law: how the axes of spherical joints join.
+        outcome: how the run ended.
+        message: the sentence that says it.
+    """
+
+    figure: str
+    sha256: str | None
+    start: float
+    stop: float
+    frame: float | None
+    springs: str
+    law: str
+    outcome: Ending
+    message: str
+
+    def lines(self) -> Iterator[str]:
+        """A line for each entry, its name first."""
+        yield f"figure {self.figure}"
+        yield f"sha256 {self.sha256 or NONE}"
+        yield f"start {self.start!r}"
+        yield f"stop {self.stop!r}"
+        yield f"frame {NONE if self.frame is None else repr(self.frame)}"
+        yield f"springs {self.springs}"
+        yield f"law {self.law}"
+        yield f"outcome {self.outcome.value}"
+        yield f"message {self.message}"
+
+
+def header_of(recording: Recording, figure: Figure) -> Header:
+    """The header of a recording of a figure."""
+    times, path = recording.times, figure.path
+    return Header(
+        figure=_one_line(figure.name if path is None else path.name),
+        sha256=None if path is None else digest_of(path),
+        start=float(times[0]),
+        stop=float(times[-1]),
+        frame=interval_of(times),
+        springs=_one_line(recording.springs),
+        law=_one_line(recording.law),
+        outcome=recording.outcome.ending,
+        message=_one_line(recording.outcome.message),
+    )
+
+
+def interval_of(times: Array) -> float | None:
+    """Interval of the first two frames [s], without the last digits that a subtraction spoils."""
+    return float(f"{times[1] - times[0]:.12g}") if len(times) > 1 else None
+
+
+def digest_of(path: Path) -> str | None:
+    """SHA-256 of a file's bytes, in hexadecimal; None for a file that cannot be read."""
+    try:
+        return sha256(path.read_bytes()).hexdigest()
+    except (OSError, ValueError):  # no path may hold a zero byte
+        return None
+
+
+def _one_line(text: str | None) -> str:
+    """The text with its blanks made single, in characters that UTF-8 can hold."""
+    return " ".join((text or NONE).encode("utf-8", "replace").decode().split()) or NONE
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """What every format can take from: displacements, poses, and the figure they belong to.
+
+    Attributes:
+        figure: as its file describes it.
+        header: where the motion is from.
+        chains: the factors of each joint of the motion, innermost first; with a free root they are
+            those of the figure let go.
+        times: of the n frames [s], shape (n,).
+        displacements: of each joint, shape (n, degrees of freedom) [rad or m].
+        recording: the run that the motion is from; None for one from an action file.
+    """
+
+    figure: Figure
+    header: Header
+    chains: Mapping[str, tuple[Factor, ...]]
+    times: Array
+    displacements: Mapping[str, Array]
+    recording: Recording | None = None
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The tree that moves. Raises OtherMotionError when the motion is of another figure."""
+        return tree_of_motion(self.figure, self.chains)
+
+    @cached_property
+    def poses(self) -> Mapping[str, Array]:
+        """Poses of the segments in the world, shape (n, 4, 4): the run's, or by kinematics.
+
+        Raises OtherMotionError when the motion is of another figure.
+        """
+        if self.recording is not None:
+            return self.recording.poses
+        parts = [some.poses for some in placements_along(self.tree, self.displacements)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def clip_of_recording(recording: Recording, figure: Figure) -> Clip:
+    """The motion of a run of a figure."""
+    return Clip(
+        figure,
+        header_of(recording, figure),
+        recording.chains,
+        recording.times,
+        recording.displacements,
+        recording,
+    )
+
+
+_QUANTITIES = ("velocities", "reactions", "passive torques", "energies", "error estimate")
+
+
+def unheld(clip: Clip, *held: str) -> Loss | None:
+    """What a run knows of itself and a format does not hold; None for a motion without a run.
+
+    Args:
+        clip: the motion.
+        held: the quantities that the format does hold.
+    """
+    if clip.recording is None:
+        return None
+    driven = ["drive torques"] if clip.recording.drive_torques else []
+    left = [name for name in (*_QUANTITIES, *driven) if name not in held]
+    return Loss("what the run says beside the motion", tuple(left))
+
+
+NO_FIGURE = Loss("the figure: its segments, masses and shapes; the joints alone are named")
+"""Said of files that hold displacements and leave the figure to its own file."""
+
+NO_MASSES = Loss("the masses, inertias and springs of the figure")
+"""Said of files that hold what a figure looks like."""

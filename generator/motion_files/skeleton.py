@@ -1,0 +1,174 @@
+"""A motion as animators know it: bones that hang from each other, turn, and seldom shift.
+
+A bone is a segment that moves. Its origin is at the site that its joint moves, its axes are those
+of the world when the figure stands with all displacements zero: the figure at rest needs no turns
+at all, and an offset is where one joint is seen from the joint before.
+
+Orientations as quaternions that do not jump: scalar last, as glTF has them.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from generator.figure import Figure, Segment
+from generator.kinematics.placement import place
+from generator.kinematics.tree import Branch, hang
+from generator.losses import Loss
+from generator.motion_files.motion import Clip
+from generator.rotations import Array, homogeneous
+
+
+def continuous_quaternions(matrices: Array) -> Array:
+    """Unit quaternions (x, y, z, w) of rotation matrices, shape (n, 3, 3) to (n, 4).
+
+    A quaternion and its negative mean one orientation. The first has w >= 0, and each that follows
+    has the sign that brings it nearer to the one before, so that what lies between two of them is
+    the short way.
+    """
+    quaternions = np.asarray(Rotation.from_matrix(matrices).as_quat(), dtype=float)
+    first = -1.0 if quaternions[0, 3] < 0.0 else 1.0
+    products = np.sum(quaternions[1:] * quaternions[:-1], axis=1)
+    turned = np.where(products < 0.0, -1.0, 1.0)
+    signs = np.cumprod(np.concatenate([[first], turned]))
+    return np.multiply(quaternions, signs[:, None], dtype=float)
+
+
+def axis_angles(matrices: Array) -> Array:
+    """Unit axis and angle [rad] of rotation matrices, shape (n, 3, 3) to (n, 4).
+
+    Angles are from 0 to pi; where there is no turn, the axis is y.
+    """
+    vectors = np.asarray(Rotation.from_matrix(matrices).as_rotvec(), dtype=float)
+    angles = np.linalg.norm(vectors, axis=1)
+    still = angles == 0.0
+    axes = np.divide(vectors, angles[:, None], where=~still[:, None], out=np.zeros_like(vectors))
+    axes[still] = [0.0, 1.0, 0.0]
+    return np.column_stack([axes, angles])
+
+
+_NOTHING = 1e-12
+"""Gaps below this [m] are those of rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bone:
+    """A segment that moves, over n frames.
+
+    Attributes:
+        joint: the joint that it hangs from.
+        segment: its name.
+        base: the segment it hangs from.
+        depth: number of bones between it and the ground.
+        centre: where its origin is in the world at rest, shape (3,) [m].
+        offset: its origin seen from that of the base's bone at rest, shape (3,) [m].
+        turns: its orientation in the base's bone, shape (n, 3, 3); the identity at rest.
+        shifts: way of its origin from where it is at rest, in the axes of the base's bone, shape
+            (n, 3) [m].
+    """
+
+    joint: str
+    segment: str
+    base: str
+    depth: int
+    centre: Array
+    offset: Array
+    turns: Array
+    shifts: Array
+
+    @cached_property
+    def farthest_shift(self) -> float:
+        """The farthest that its origin moves against the bone before [m]."""
+        return float(np.max(np.linalg.norm(self.shifts, axis=1)))
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """The bones of a motion; every bone stands behind the one that it hangs from.
+
+    Attributes:
+        bones: depth first.
+        rest: poses of all segments in the world with all displacements zero, shape (4, 4).
+        closures: the joints that close loops, which a hierarchy cannot say.
+    """
+
+    bones: tuple[Bone, ...]
+    rest: Mapping[str, Array]
+    closures: tuple[str, ...]
+
+    @property
+    def roots(self) -> list[Bone]:
+        """The bones that hang from the ground."""
+        return [bone for bone in self.bones if bone.depth == 0]
+
+    def shape_at_rest(self, segment: Segment, points: Array) -> Array:
+        """Points of a segment, told in its frame, in the world at rest, shape (k, 3) [m]."""
+        pose = self.rest[segment.name]
+        return points @ pose[:3, :3].T + pose[:3, 3]
+
+    def losses(self, least: float) -> Iterator[Loss]:
+        """What bones cannot say of the motion, when shifts up to `least` [m] are left out."""
+        if self.closures:
+            said = "the joints that close loops; their segments move as they did"
+            yield Loss(said, self.closures)
+        gap = max((b.farthest_shift for b in self.bones if b.farthest_shift <= least), default=0.0)
+        if gap > _NOTHING:
+            yield Loss(f"gaps of up to {gap:.1e} m between the sites of joints, closed here")
+
+
+def closings(bones: Sequence[Bone]) -> Iterator[tuple[Bone, int]]:
+    """Each bone, and how many blocks end behind it when each stands within its base's."""
+    for bone, following in pairwise(bones):
+        yield bone, bone.depth - following.depth + 1
+    if bones:
+        yield bones[-1], bones[-1].depth + 1
+
+
+def skeleton_of(clip: Clip) -> Skeleton:
+    """The bones of a motion. Raises OtherMotionError when it is one of another figure."""
+    tree, poses = clip.tree, clip.poses
+    rest = _poses_at_rest(clip.figure)
+    world = np.broadcast_to(np.eye(4), (clip.times.size, 4, 4))
+    frames = dict.fromkeys(tree.figure.ground, world)
+    centres = dict.fromkeys(tree.figure.ground, np.zeros(3))
+    bones: list[Bone] = []
+    for branch, depth in _depth_first(tree.branches, tree.figure.ground):
+        joint, base, tip = branch.joint, branch.base, branch.tip
+        moved = tree.figure.site(joint.child if branch.forward else joint.parent)
+        place_in_segment = moved.pose_in_segment[:3, 3]
+        turned, origin = rest[tip][:3, :3], rest[tip][:3, 3]
+        centre = turned @ place_in_segment + origin
+        pose = poses[tip]
+        where = pose[:, :3, :3] @ place_in_segment + pose[:, :3, 3]
+        frames[tip] = homogeneous(pose[:, :3, :3] @ turned.T, where)
+        centres[tip] = centre
+        back = np.swapaxes(frames[base][:, :3, :3], -1, -2)
+        offset = centre - centres[base]
+        seen = (back @ (where - frames[base][:, :3, 3])[..., None])[..., 0]
+        turns = back @ frames[tip][:, :3, :3]
+        bones.append(Bone(joint.name, tip, base, depth, centre, offset, turns, seen - offset))
+    return Skeleton(tuple(bones), rest, tuple(joint.name for joint in tree.closures))
+
+
+def _poses_at_rest(figure: Figure) -> Mapping[str, Array]:
+    """Poses of the segments when all displacements of the figure, as it is held, are zero."""
+    zero = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
+    return place(hang(figure), zero).poses
+
+
+def _depth_first(
+    branches: Sequence[Branch], ground: frozenset[str]
+) -> Iterator[tuple[Branch, int]]:
+    """The branches, each behind its base, and how many stand before it."""
+    hanging: dict[str, list[Branch]] = {}
+    for branch in branches:
+        hanging.setdefault(branch.base, []).append(branch)
+    waiting = [(b, 0) for b in reversed(branches) if b.base in ground]
+    while waiting:
+        branch, depth = waiting.pop()
+        yield branch, depth
+        waiting += [(b, depth + 1) for b in reversed(hanging.get(branch.tip, []))]

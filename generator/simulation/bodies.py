@@ -1,0 +1,211 @@
+"""Segments as Exudyn rigid bodies, referred to their centres of mass.
+
+Loads at sites: Exudyn load items whose value is read from a table in time.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from generator.diagnostics import MoverError
+from generator.figure import Figure, Segment, SiteRef
+from generator.kinematics.placement import Placement, motion_maps
+from generator.loads import LoadKind, TimedLoad, constant
+from generator.rotations import Array, homogeneous
+from generator.simulation.exudyn_api import (
+    Index,
+    MainSystem,
+    exu,
+    items,
+    rigid,
+    symbolic_user_function,
+    symbols,
+    unused_name,
+)
+
+Vector = tuple[float, float, float]
+
+
+class IncompleteFigureError(MoverError):
+    """A segment lacks what a simulation needs of it."""
+
+
+def centre_of_mass(segment: Segment) -> Array:
+    """Position of the centre of mass in the segment frame [m], shape (3,)."""
+    centre = segment.centre_of_mass
+    if centre is None or segment.mass is None or segment.inertia is None or not segment.mass > 0.0:
+        raise IncompleteFigureError(
+            f"segment {segment.name} cannot be simulated: "
+            "it needs a positive mass, an inertia and a site CM"
+        )
+    return centre
+
+
+def body_pose(placement: Placement, segment: Segment) -> Array:
+    """Pose in the world of the segment's axes at its centre of mass, shape (4, 4)."""
+    return placement.poses[segment.name] @ homogeneous(np.eye(3), centre_of_mass(segment))
+
+
+def add_bodies(
+    mbs: MainSystem, placement: Placement, rates: Array, gravity: Vector
+) -> tuple[Mapping[str, Index], Index]:
+    """One rigid body a moving segment, with Euler parameters, under gravity; and the ground.
+
+    Args:
+        mbs: the system to build into.
+        placement: where the segments start.
+        rates: rates of the tree's displacements [rad/s or m/s], shape (n,).
+        gravity: [m/s^2].
+
+    Raises:
+        IncompleteFigureError: a segment lacks mass, inertia or CM, or there is none that moves.
+
+    Returns:
+        Object index of each segment (the ground's for those that do not move), and of the ground.
+    """
+    figure: Figure = placement.tree.figure
+    if not figure.bodies:
+        raise IncompleteFigureError("the figure cannot be simulated: none of its segments moves")
+    ground = mbs.AddObject(items.ObjectGround())
+    bodies: dict[str, Index] = dict.fromkeys(figure.ground, ground)
+    maps = motion_maps(placement)
+    for name, segment in figure.bodies.items():
+        pose = body_pose(placement, segment)
+        motion = maps[name] @ rates
+        velocity = motion[3:] + np.cross(motion[:3], pose[:3, 3])
+        parameters = np.asarray(rigid.RotationMatrix2EulerParameters(pose[:3, :3]))
+        change = np.asarray(rigid.AngularVelocity2EulerParameters_t(motion[:3], parameters))
+        item_name = unused_name(mbs, name)
+        node = mbs.AddNode(
+            items.NodeRigidBodyEP(
+                name=item_name,
+                referenceCoordinates=[*pose[:3, 3], *parameters],
+                initialVelocities=[*velocity, *change],
+            )
+        )
+        assert segment.inertia is not None
+        bodies[name] = mbs.AddObject(
+            items.ObjectRigidBody(
+                name=item_name,
+                mass=segment.mass,
+                inertia=[*segment.inertia, 0.0, 0.0, 0.0],
+                nodeNumber=node,
+            )
+        )
+        centre = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=bodies[name]))
+        mbs.AddLoad(items.LoadMassProportional(markerNumber=centre, loadVector=list(gravity)))
+    return bodies, ground
+
+
+def add_marker(
+    mbs: MainSystem,
+    placement: Placement,
+    bodies: Mapping[str, Index],
+    segment: str,
+    pose_in_segment: Array,
+) -> Index:
+    """A rigid marker on a segment at a pose in the segment frame, shape (4, 4)."""
+    figure = placement.tree.figure
+    if segment in figure.ground:
+        pose = placement.poses[segment] @ pose_in_segment
+    else:
+        offset = homogeneous(np.eye(3), -centre_of_mass(figure.segments[segment]))
+        pose = offset @ pose_in_segment
+    return mbs.AddMarker(
+        items.MarkerBodyRigid(
+            bodyNumber=bodies[segment],
+            localHT=exu.HT(rotation=pose[:3, :3], translation=pose[:3, 3]),
+        )
+    )
+
+
+_SLACK = 1.0
+"""By how much a constant load outlasts the run [s]: no rounding of the last step ends it early."""
+
+
+def written_loads(figure: Figure, start: float, stop: float) -> list[TimedLoad]:
+    """The constant loads that a figure's sites carry, from `start` to `stop` [s]."""
+    loads: list[TimedLoad] = []
+    for name in figure.bodies:
+        for site in figure.segments[name].sites.values():
+            values = {
+                LoadKind.GLOBAL_FORCE: site.global_force,
+                LoadKind.LOCAL_FORCE: site.local_force,
+                LoadKind.GLOBAL_MOMENT: site.global_moment,
+                LoadKind.LOCAL_MOMENT: site.local_moment,
+            }
+            ref = SiteRef(name, site.name)
+            loads.extend(
+                constant(ref, kind, value, start - _SLACK, stop + _SLACK)
+                for kind, value in values.items()
+                if value is not None and any(value)
+            )
+    return loads
+
+
+def load_point(figure: Figure, ref: SiteRef) -> Array:
+    """Pose in the segment frame of a load: at the site, along the segment's axes; shape (4, 4)."""
+    return homogeneous(np.eye(3), figure.site(ref).pose_in_segment[:3, 3])
+
+
+def add_loads(
+    mbs: MainSystem,
+    placement: Placement,
+    bodies: Mapping[str, Index],
+    loads: Iterable[TimedLoad],
+) -> tuple[tuple[TimedLoad, Index, Any], ...]:
+    """The load items: for each load the marker it acts on and the function to keep alive."""
+    figure = placement.tree.figure
+    added: list[tuple[TimedLoad, Index, Any]] = []
+    for load in loads:
+        point = load_point(figure, load.site)
+        marker = add_marker(mbs, placement, bodies, load.site.segment, point)
+        name = "LoadForceVector" if load.kind.is_force else "LoadTorqueVector"
+        function = _table(mbs, load, name)
+        mbs.AddLoad(
+            getattr(items, name)(
+                markerNumber=marker,
+                loadVector=[0.0, 0.0, 0.0],
+                bodyFixed=load.kind.is_local,
+                loadVectorUserFunction=function,
+            )
+        )
+        added.append((load, marker, function))
+    return tuple(added)
+
+
+def _table(mbs: MainSystem, load: TimedLoad, item: str) -> Any:
+    """The load's value as an expression tree in time."""
+    times = np.asarray(load.times, dtype=float)
+    values = np.asarray(load.values, dtype=float)
+
+    def value(mbs: Any, t: Any, loadVector: Any) -> Any:
+        return symbols.Vector([_within(t, times, values[:, k]) for k in range(3)])
+
+    return symbolic_user_function(mbs, value, "loadVectorUserFunction", item)
+
+
+def _within(t: Any, times: Array, values: Array) -> Any:
+    """Zero before the first and after the last row, linear between them."""
+    if not np.any(values):
+        return symbols.Real(0.0)
+    zero = symbols.Real(0.0)
+    inside = _piece(t, times, values)
+    not_over = symbols.IfThenElse(t > float(times[-1]), zero, inside)
+    return symbols.IfThenElse(t < float(times[0]), zero, not_over)
+
+
+def _piece(t: Any, times: Array, values: Array) -> Any:
+    """Linear interpolation as a balanced tree of conditions: a long table costs its logarithm."""
+    if times.size == 1:
+        return symbols.Real(float(values[0]))
+    if times.size == 2:
+        slope = float((values[1] - values[0]) / (times[1] - times[0]))
+        return symbols.Real(float(values[0])) + slope * (t - float(times[0]))
+    middle = times.size // 2
+    return symbols.IfThenElse(
+        t < float(times[middle]),
+        _piece(t, times[: middle + 1], values[: middle + 1]),
+        _piece(t, times[middle:], values[middle:]),
+    )

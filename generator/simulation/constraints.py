@@ -1,0 +1,323 @@
+"""Equations between the rates of joints, as user functions of a constraint of Exudyn.
+
+They are `J(q) v = 0`, where a row of J gives the rate of one displacement, or a component of the
+angular velocity, of a joint by the Euler parameters of its bodies. Exudyn's index-2 integrator asks
+for `J v` and for J, and at each start finds the slope of `J v` by q, from which it has the
+accelerations.
+
+Linked and driven turns as constraints that stand in the system.
+
+Exudyn's generic joint has no moving offset on velocity level, and its gears join coordinates, not
+turns. So the equations are Python functions of the bodies' coordinates.
+
+Exudyn leaves out of its accelerations at a start what depends on time alone. A table of
+displacements does, so time becomes a coordinate: a clock, a mass without forces that starts with
+the velocity one, and so heavy that the constraints' forces on it do nothing. What they would do to
+it is the work of the drive.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from generator.drive import Drive
+from generator.figure import Joint
+from generator.joint_chain import Chain
+from generator.kinematics.links import Link
+from generator.kinematics.prescribed import Prescribed, freedoms_driven
+from generator.rotations import Array
+from generator.simulation.exudyn_api import Index, MainSystem, exu, items, unused_name
+from generator.simulation.relative_rotation import (
+    End,
+    Quaternion,
+    RelativeTurn,
+    TurnRates,
+    Vector,
+    end_of,
+)
+from generator.simulation.springs import Hanger
+
+_AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Term:
+    """A rate in an equation, times a factor.
+
+    Attributes:
+        joint: whose rate.
+        of: the place of a displacement in the joint's chain, or an axis of the parent's site along
+            which the relative angular velocity is taken.
+        factor: of the rate.
+    """
+
+    joint: str
+    of: int | Vector
+    factor: float = 1.0
+
+
+Row = tuple[Term, ...]
+
+
+@dataclass(frozen=True)
+class JointTurn:
+    """The turn of one joint of a law; `places` finds the turn of a place in its chain."""
+
+    turn: RelativeTurn
+    rates: TurnRates
+    places: dict[int, int]
+
+
+@dataclass(frozen=True)
+class DrivenTurn:
+    """The rates that the table of one joint asks for.
+
+    A joint all of whose turns are driven follows an angular velocity, which is defined in every
+    orientation; of single displacements the rates are not where two axes fall together.
+    """
+
+    chain: Chain
+    turns: TurnRates
+    drive: Drive
+    freedoms: tuple[int, ...]
+
+    @property
+    def _whole(self) -> bool:
+        return len(self.chain.turns) == 3 and set(self.freedoms) == set(self.chain.turns)
+
+    def rows(self, name: str) -> list[Row]:
+        """The equations."""
+        if self._whole:
+            return [(Term(name, axis),) for axis in _AXES]
+        return [(Term(name, k),) for k in self.freedoms]
+
+    def rates(self, times: float | Array) -> Array:
+        """What the rows follow [rad/s], shape (..., number of rows), at times of shape (...)."""
+        rates = self.drive.rates(times)
+        if not self._whole:
+            return rates
+        order = [self.freedoms.index(place) for place in self.chain.turns]
+        angles, rates = self.drive.at(times)[..., order], rates[..., order]
+        found = [
+            self.turns.angular_velocity(one, other)
+            for one, other in zip(
+                angles.reshape(-1, 3).tolist(), rates.reshape(-1, 3).tolist(), strict=True
+            )
+        ]
+        return np.array(found).reshape(rates.shape)
+
+
+class RateEquations:
+    """The user functions of a servo; they keep what they found for the last coordinates."""
+
+    def __init__(
+        self,
+        rows: tuple[Row, ...],
+        turns: Mapping[str, JointTurn],
+        size: int,
+        motion: DrivenTurn | None,
+    ) -> None:
+        """Equations `rows` of joints `turns` over `size` coordinates, the last of them the clock's.
+
+        With a motion, the rows follow it; without one they are zero, and there is no clock.
+        """
+        self.motion = motion
+        self._rows, self._turns, self._size = rows, turns, size
+        self._at: Sequence[float] = ()
+        self._found = np.zeros((0, 0))
+        self._time, self._rates = float("nan"), np.zeros(0)
+
+    def residual(
+        self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
+    ) -> Any:
+        """`J v`: Exudyn's index-2 integrator asks for nothing else."""
+        return self._matrix(q) @ np.asarray(q_t)
+
+    def jacobian(
+        self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
+    ) -> Any:
+        """J, which is the slope of `J v` by v, and the direction of the constraints' forces."""
+        matrix = exu.MatrixContainer()
+        matrix.SetWithDenseMatrix(self._matrix(q), useDenseMatrix=True)
+        return matrix
+
+    def _matrix(self, q: Sequence[float]) -> Array:
+        if q == self._at:
+            return self._found
+        ends = {name: turn.turn.ends(q) for name, turn in self._turns.items()}
+        axes = {name: turn.rates.axes(ends[name][2]) for name, turn in self._turns.items()}
+        found: list[list[float]] = []
+        for row in self._rows:
+            forces = [0.0] * self._size
+            for term in row:
+                turn = self._turns[term.joint]
+                axis = (
+                    axes[term.joint][turn.places[term.of]] if isinstance(term.of, int) else term.of
+                )
+                gradient = _gradient(ends[term.joint][2], axis, term.factor)
+                turn.turn.spread(forces, ends[term.joint], gradient)
+            found.append(forces)
+        matrix = np.array(found)
+        if self.motion is not None:
+            matrix[:, -1] = -self._followed(q[-1])
+        self._at, self._found = list(q), matrix
+        return matrix
+
+    def _followed(self, time: float) -> Array:
+        """What the rows follow at a time, which is the same for all iterations of a step."""
+        assert self.motion is not None
+        if time != self._time:
+            self._time, self._rates = time, self.motion.rates(time)
+        return self._rates
+
+
+def _gradient(turn: Quaternion, axis: Vector, factor: float) -> Quaternion:
+    """Slope, by the turn, of a rate `factor * axis . omega`: the turn changes by omega turn / 2."""
+    w, a, b, c = turn
+    x, y, z = axis
+    size = 2.0 * factor / (w * w + a * a + b * b + c * c)
+    return (
+        -size * (x * a + y * b + z * c),
+        size * (x * w + y * c - z * b),
+        size * (y * w + z * a - x * c),
+        size * (z * w + x * b - y * a),
+    )
+
+
+_COORDINATES = 7
+"""Of a rigid body with Euler parameters."""
+
+_CLOCK_MASS = 1e15
+"""Of the clock [kg]: a drive of a kilowatt slows it by a picosecond a second."""
+
+
+@dataclass(frozen=True)
+class Servo:
+    """Equations as they stand in the system.
+
+    Attributes:
+        item: the Exudyn constraint, which has a multiplier for each row.
+        rows: sums of terms, each of which is zero or follows the drive.
+        law: its user functions, which must outlive the system.
+    """
+
+    item: Index
+    rows: tuple[Row, ...]
+    law: RateEquations
+
+    @property
+    def driven(self) -> str | None:
+        """Name of the joint that is driven; None for links."""
+        return None if self.law.motion is None else self.rows[0][0].joint
+
+    def rates(self, times: Array) -> Array:
+        """What the rows follow, shape (n, number of rows) [rad/s], at times (n,)."""
+        if self.law.motion is None:
+            return np.zeros((len(times), len(self.rows)))
+        return self.law.motion.rates(times)
+
+
+def add_servos(hanger: Hanger, prescribed: Prescribed, start: float) -> tuple[Servo, ...]:
+    """The constraints of all links and drives.
+
+    Args:
+        hanger: where they are hung.
+        prescribed: what is linked and driven.
+        start: time at which the run begins [s].
+    """
+    joints = hanger.placement.tree.figure.joints
+    servos = [
+        _add(hanger, rows, None, None)
+        for rows in _rows_of_links(prescribed.links.resolved).values()
+    ]
+    if not prescribed.drives:
+        return tuple(servos)
+    clock = _add_clock(hanger.mbs, start)
+    for name, drive in prescribed.drives.items():
+        chain = hanger.placement.tree.chains[name]
+        turns = TurnRates.of(chain, hanger.placement.displacements[name])
+        motion = DrivenTurn(chain, turns, drive, freedoms_driven(joints[name], drive))
+        servos.append(_add(hanger, motion.rows(name), motion, clock))
+    return tuple(servos)
+
+
+def _rows_of_links(links: Sequence[Link]) -> dict[tuple[str, str], list[Row]]:
+    """The equations of links, by the joints that they join."""
+    rows: dict[tuple[str, str], list[Row]] = {}
+    for link in links:
+        follower, control = link.follower, link.control
+        row = (
+            Term(follower.joint, follower.index),
+            Term(control.joint, control.index, -link.factor),
+        )
+        rows.setdefault((follower.joint, control.joint), []).append(row)
+    return rows
+
+
+def _add_clock(mbs: MainSystem, start: float) -> Index:
+    node = mbs.AddNode(
+        items.Node1D(
+            name=unused_name(mbs, "clock"),
+            referenceCoordinates=[0.0],
+            initialCoordinates=[start],
+            initialVelocities=[1.0],
+        )
+    )
+    mbs.AddObject(
+        items.ObjectMass1D(name=unused_name(mbs, "clock"), mass=_CLOCK_MASS, nodeNumber=node)
+    )
+    return node
+
+
+def _add(
+    hanger: Hanger, rows: Sequence[Row], motion: DrivenTurn | None, clock: Index | None
+) -> Servo:
+    """The constraint of some rows."""
+    mbs, figure = hanger.mbs, hanger.placement.tree.figure
+    joints = [figure.joints[name] for name in dict.fromkeys(t.joint for row in rows for t in row)]
+    bodies = list(dict.fromkeys(ref.segment for joint in joints for ref in joint.ends))
+    bodies = [name for name in bodies if name not in figure.ground]
+    places = {name: k * _COORDINATES for k, name in enumerate(bodies)}
+    turns = {joint.name: _turn_of(hanger, joint, places) for joint in joints}
+    size = len(bodies) * _COORDINATES + (clock is not None)
+    law = RateEquations(tuple(rows), turns, size, motion)
+    nodes = [mbs.GetObject(hanger.bodies[name])["nodeNumber"] for name in bodies]
+    name = " ".join([*(joint.name for joint in joints), "servo"])
+    # A constraint has two markers, but an object with no forces of its own has any number of nodes.
+    carrier = mbs.AddObject(
+        items.ObjectGenericODE2(
+            name=unused_name(mbs, name), nodeNumbers=[*nodes, *([] if clock is None else [clock])]
+        )
+    )
+    nothing = mbs.AddNode(items.NodePointGround(name=unused_name(mbs, f"{name} ground")))
+    item = mbs.AddObject(
+        items.ObjectConnectorCoordinateVector(
+            name=unused_name(mbs, f"{name} constraint"),
+            markerNumbers=[
+                mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=nothing)),
+                mbs.AddMarker(items.MarkerObjectODE2Coordinates(objectNumber=carrier)),
+            ],
+            scalingMarker0=np.zeros((len(rows), 1)),  # tells Exudyn how many equations there are
+            constraintUserFunction=law.residual,
+            jacobianUserFunction=law.jacobian,
+        )
+    )
+    return Servo(item, tuple(rows), law)
+
+
+def _turn_of(hanger: Hanger, joint: Joint, places: dict[str, int]) -> JointTurn:
+    figure, poses = hanger.placement.tree.figure, hanger.placement.poses
+
+    def end(ref: Any) -> End:
+        # The marker tells whole coordinates, so nothing is to be added to them.
+        return end_of(figure, poses, ref, places.get(ref.segment), (0.0, 0.0, 0.0, 0.0))
+
+    chain = hanger.placement.tree.chains[joint.name]
+    turns = {place: k for k, place in enumerate(chain.turns)}
+    return JointTurn(
+        RelativeTurn(end(joint.parent), end(joint.child)),
+        TurnRates.of(chain, hanger.placement.displacements[joint.name]),
+        turns,
+    )

@@ -1,0 +1,115 @@
+"""Exudyn as this project sees it: the one file where its untyped surface is cast.
+
+Importing it takes about a second. Exudyn talks to the console and knows only global switches for
+that; they are set here, once.
+
+Exudyn's symbols as a kind of number for the laws of `springs`.
+"""
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import exudyn
+from exudyn import advancedUtilities, itemInterface, rigidBodyUtilities
+
+from springs.backends import Operations, Real, Vector
+
+exu: Any = exudyn
+items: Any = itemInterface
+symbols: Any = exu.symbolic
+rigid: Any = rigidBodyUtilities
+
+MainSystem = Any
+"""An Exudyn `mbs`."""
+
+Index = Any
+"""An Exudyn item index (ObjectIndex, MarkerIndex, SensorIndex, ...)."""
+
+SolverError: type[Exception] = cast("type[Exception]", exu.SolverError)
+
+exu.config.printToConsole = False
+exu.config.suppressWarnings = True
+
+
+def symbolic_user_function(mbs: MainSystem, function: Any, field: str, item: str) -> Any:
+    """Record a Python user function as an expression tree that C++ evaluates.
+
+    Args:
+        mbs: the system in which it will be used.
+        function: a function with exactly the documented arguments, in symbolic operations.
+        field: the item's parameter that takes it (`springTorqueUserFunction`, ...).
+        item: the item type's name (`ObjectConnectorTorsionalSpringDamper`, ...).
+
+    Returns:
+        The symbolic function; it must be kept alive as long as the system.
+    """
+    create = cast("Any", advancedUtilities).CreateSymbolicUserFunction
+    try:
+        return create(mbs, function, field, itemTypeName=item)
+    finally:
+        symbols.SetRecording(False)
+
+
+def set_times(integration: Any, start: float, stop: float) -> None:
+    """Set the times between which a system is integrated [s]; they may be negative.
+
+    Exudyn refuses negative ones, though nothing in it depends on that: its check is held back.
+    """
+    checks = exu.special.exceptions
+    before, checks.parameterRangeChecks = checks.parameterRangeChecks, False
+    integration.startTime, integration.endTime = start, stop
+    checks.parameterRangeChecks = before
+
+
+def unused_name(mbs: MainSystem, name: str) -> str:
+    """The name, numbered where the system has an object or a node of that name already.
+
+    Exudyn refuses a second one, but a joint may be called like a segment, and a system may hold
+    one figure twice.
+    """
+    number, tried = 1, name
+    while max(int(mbs.GetObjectNumber(tried)), int(mbs.GetNodeNumber(tried))) >= 0:
+        number += 1
+        tried = f"{name} {number}"
+    return tried
+
+
+def _symbol(value: Real) -> Real:
+    """A constant as a symbol; symbols pass."""
+    return symbols.Real(float(value)) if isinstance(value, float | int) else value
+
+
+class _Symbolic:
+    """Expression trees; conditions become `IfThenElse`, both branches are recorded."""
+
+    def where(self, condition: Real, yes: Real, no: Real) -> Real:
+        return symbols.IfThenElse(condition, _symbol(yes), _symbol(no))
+
+    def sin(self, value: Real) -> Real:
+        return symbols.sin(value)
+
+    def tanh(self, value: Real) -> Real:
+        return symbols.tanh(value)
+
+    def exp(self, value: Real) -> Real:
+        return symbols.exp(value)
+
+    def vector(self, parts: Sequence[Real]) -> Vector:
+        if all(isinstance(part, float | int) for part in parts):
+            return symbols.Vector([float(part) for part in parts])
+        return symbols.Vector([_symbol(part) for part in parts])
+
+    def part(self, vector: Vector, index: int) -> Real:
+        return vector[index]
+
+    def dot(self, one: Vector, other: Vector) -> Real:
+        return one * other
+
+    def norm(self, vector: Vector) -> Real:
+        return vector.NormL2()
+
+    def scaled(self, factor: Real, vector: Vector) -> Vector:
+        return factor * vector
+
+
+SYMBOLIC: Operations = _Symbolic()

@@ -1,0 +1,400 @@
+"""One pass: the integrator goes from frame to frame with a fixed number of steps in each.
+
+Exudyn's trapezoidal rule with constraints on velocity level (index 2) is restarted at each frame,
+which it does without loss, and at the corners of spring laws where an earlier pass met them: a step
+across a corner would spoil the order that the extrapolation lives on. Between frames the pass can
+stop: for Ctrl-C, for the wall clock, for a joint that went through 180 deg. The step is never
+halved, so no pass can crawl.
+"""
+
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from generator.recording import Ending, Outcome
+from generator.rotations import Array
+from generator.simulation.exudyn_api import SolverError, exu, set_times
+from generator.simulation.joints import Constraint
+from generator.simulation.model import Assembly
+from generator.simulation.sensors import Flip, Meters
+from generator.simulation.states import Trace, rotations_from_parameters, spins_from_parameters
+from generator.simulation.step_schedule import (
+    STEPS_A_BITE,
+    Guide,
+    bites,
+    count_steps,
+    end_of_leg,
+    jumps_of,
+    stretches,
+)
+
+_MOMENT = 1e-8
+"""A step so short that nothing moves in it [s]."""
+
+FRAMES_A_READING = 20
+"""Frames between two readings of the meters: reading each costs as much as many steps."""
+
+_HALF_TURN_SUSPECT = 2.8
+"""A solver that fails with a sprung joint beyond this angle [rad] failed for that joint."""
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What one pass left, and how it ended.
+
+    Attributes:
+        trace: the frames up to the end.
+        outcome: how it ended.
+        step: the step of a frame that is not cut [s].
+        steps: number of steps taken.
+        wall_time: time spent stepping [s].
+        guide: what it tells the next pass of corners of spring laws.
+    """
+
+    trace: Trace
+    outcome: Outcome
+    step: float
+    steps: int
+    wall_time: float
+    guide: Guide
+
+
+Watch = Callable[[float], None]
+"""Called with the simulated time [s] after every frame."""
+
+
+def frame_times(start: float, stop: float, frame: float) -> Array:
+    """Times of the frames [s]: every `frame` from `start`, and `stop` itself."""
+    count = max(1, ceil((stop - start) / frame - 1e-9))
+    return np.append(start + frame * np.arange(count), stop)
+
+
+def march(
+    assembly: Assembly,
+    times: Array,
+    step: float,
+    newton: float,
+    deadline: float,
+    watch: Watch,
+    guide: Guide | None = None,
+    parts: int = 1,
+) -> Pass:
+    """Integrate an assembly over the frames.
+
+    Args:
+        assembly: a fresh one; it is used up.
+        times: of the frames [s], shape (n,).
+        step: largest step [s]; each frame interval is cut into equal steps not longer than it.
+        newton: relative tolerance of Newton's method.
+        deadline: `time.monotonic()` after which the pass stops.
+        watch: told the time after each frame.
+        guide: an earlier pass over the same frames, which tells where steps shall end.
+        parts: into how many each step is cut again: two passes that differ in it alone have steps
+            in this ratio everywhere, also where a frame is cut at corners.
+
+    Returns:
+        The pass; a failure is its outcome, never an exception.
+    """
+    begun = time.monotonic()
+    settings = _settings(newton)
+    first = _start_multipliers(assembly, settings, float(times[0]))
+    meters = Meters(assembly)
+    log = _Log(assembly, float(times[0]), first)
+    steps, read, k = 0, 0, 0
+    guide, jumps = guide or Guide(), jumps_of(assembly)
+    outcome = Outcome(Ending.DONE, "", float(times[-1]))
+    passing = _Passing(log, watch, deadline)
+    a_frame = parts * count_steps(float(times[1] - times[0]), step)
+    try:
+        while k + 1 < times.size:
+            most = min(read + FRAMES_A_READING - k, STEPS_A_BITE // a_frame)
+            last = end_of_leg(times, k, most, jumps, guide)
+            here, there = float(times[k]), float(times[last])
+            try:
+                if last > k + 1:
+                    count = (last - k) * a_frame
+                    with passing.over(assembly.mbs, times[k + 1 : last], a_frame):
+                        _advance(assembly, settings, (here, there), count, read < k)
+                    steps += count
+                    if passing.stopped:
+                        raise TimeoutError
+                else:
+                    corners = guide.cuts(k, here, there, meters.now)
+                    for interval in stretches(here, there, jumps, corners, step / parts):
+                        count = parts * count_steps(interval[1] - interval[0], step)
+                        for bite, some in bites(interval, count):
+                            if time.monotonic() > deadline and bite[0] > here:
+                                raise TimeoutError
+                            _advance(assembly, settings, bite, some, read < k or bite[0] > here)
+                            steps += some
+            except SolverError:
+                outcome = _failure(assembly, log, meters)
+                break
+            except TimeoutError:
+                outcome = _too_long(log.last_time)
+                break
+            log.take(there)
+            k = last
+            if k - read == FRAMES_A_READING or there == times[-1]:
+                flip = meters.read(times[read + 1 : k + 1])
+                read = k
+                if flip is not None:
+                    outcome = _turned_over(flip)
+                    break
+            watch(there)
+            if time.monotonic() > deadline and there < times[-1]:
+                outcome = _too_long(there)
+                break
+    except KeyboardInterrupt:
+        outcome = _interrupted(log.last_time)
+    reached = len(log)
+    if read + 1 < reached:
+        flip = meters.read(times[read + 1 : reached])
+        outcome = outcome if flip is None else _turned_over(flip)
+    spent = time.monotonic() - begun
+    trace = log.trace(meters)
+    if outcome.ending is Ending.TURNED_OVER:
+        # The first frame stays, also where a fast joint turns over before the second.
+        trace = trace.first(max(1, int(np.searchsorted(times, outcome.last_time))))
+    last = float(trace.times[-1])
+    outcome = replace(outcome, last_time=last)
+    frame = float(times[1] - times[0])
+    used = frame / a_frame
+    return Pass(trace, outcome, used, steps, spent, meters.guide)
+
+
+class _Passing:
+    """Takes the frames that the integrator passes without a stop; Exudyn calls it at every step."""
+
+    def __init__(self, log: "_Log", watch: Watch, deadline: float) -> None:
+        self._log, self._watch, self._deadline = log, watch, deadline
+        self._waiting: list[float] = []
+        self.stopped = False
+        self._every, self._steps, self._taken, self._told = 1, 0, 0, 0
+
+    @contextmanager
+    def over(self, mbs: Any, times: Array, every: int) -> Generator[None]:
+        """While a leg is integrated that passes frames [s], one after each `every` steps."""
+        self._waiting, self._every = times.tolist(), every
+        self._steps, self._taken, self._told = -1, 0, 0
+        mbs.SetPostStepUserFunction(self)
+        try:
+            yield
+        finally:
+            # Exudyn would keep this object, and through it the system itself.
+            mbs.SetPostStepUserFunction(0)
+
+    def __call__(self, mbs: Any, now: float) -> bool:
+        """Told of the start and after every step; whether to go on."""
+        self._steps += 1
+        if self._told < self._taken:
+            # Only now are the sensors of the frame stored.
+            self._told += 1
+            self._watch(self._waiting[self._told - 1])
+        here = self._steps > 0 and self._steps % self._every == 0
+        if here and self._taken < len(self._waiting):
+            self._log.take(self._waiting[self._taken])
+            self._taken += 1
+            self.stopped = time.monotonic() > self._deadline
+        return not self.stopped
+
+
+def _settings(newton: float) -> Any:
+    """Simulation settings that do not change during a pass."""
+    settings = exu.SimulationSettings()
+    integration = settings.timeIntegration
+    integration.adaptiveStep = False
+    integration.newton.useModifiedNewton = True
+    # A Jacobian costs as much as a dozen iterations: renew it once they gain less than this.
+    integration.newton.modifiedNewtonContractivity = 0.2
+    integration.newton.relativeTolerance = newton
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.solution.file.write = False
+    return settings
+
+
+def _advance(
+    assembly: Assembly,
+    settings: Any,
+    interval: tuple[float, float],
+    count: int,
+    goes_on: bool,
+    keep: bool = True,
+) -> None:
+    """Take `count` steps from one frame to the next, and start from there next time if `keep`.
+
+    Raises SolverError.
+    """
+    integration = settings.timeIntegration
+    set_times(integration, *interval)
+    integration.numberOfSteps = count
+    settings.solution.sensors.writePeriod = (interval[1] - interval[0]) / count / 2.0
+    settings.solution.sensors.append = goes_on
+    settings.solution.file.writeInitialValues = not goes_on and interval[0] == assembly.plan.start
+    try:
+        assembly.mbs.SolveDynamic(
+            settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=keep
+        )
+    except Exception as failure:
+        # A Ctrl-C comes back wrapped: while compiled code runs in a SystemError, within a function
+        # of ours that Exudyn calls in an error of Exudyn.
+        if isinstance(failure.__cause__, KeyboardInterrupt):
+            raise failure.__cause__ from None
+        raise
+
+
+class _Log:
+    """The states at the frames of a pass."""
+
+    def __init__(self, assembly: Assembly, start: float, multipliers: "_Multipliers") -> None:
+        """Begin with the state at the start, and the multipliers there."""
+        self._assembly = assembly
+        # The bodies come first; a clock may stand behind them.
+        self._count = 7 * len(assembly.figure.bodies)
+        self._reference = np.asarray(
+            assembly.mbs.systemData.GetODE2Coordinates(
+                configuration=exu.ConfigurationType.Reference
+            )
+        )[: self._count]
+        self._times: list[float] = []
+        self._states: list[tuple[Array, Array]] = []
+        self._multipliers: list[_Multipliers] = []
+        self.take(start, multipliers)
+
+    def __len__(self) -> int:
+        return len(self._multipliers)
+
+    @property
+    def last_time(self) -> float:
+        """Time of the last state [s]."""
+        return self._times[len(self) - 1]
+
+    def take(self, now: float, multipliers: "_Multipliers | None" = None) -> None:
+        """Keep the current state, with its multipliers unless others are given."""
+        data = self._assembly.mbs.systemData
+        coordinates = np.array(data.GetODE2Coordinates())[: self._count]
+        rates = np.array(data.GetODE2Coordinates_t())[: self._count]
+        self._times.append(now)
+        self._states.append((coordinates, rates))
+        self._multipliers.append(multipliers or _all_multipliers(self._assembly))
+
+    def fastest_joint(self) -> str:
+        """The joint whose segments turn fastest against each other at the last state."""
+        figure = self._assembly.figure
+        coordinates, rates = (part.reshape(-1, 7) for part in self._states[len(self) - 1])
+        parameters = (coordinates + self._reference.reshape(-1, 7))[:, 3:]
+        spins = dict.fromkeys(figure.ground, np.zeros(3))
+        spins.update(
+            zip(figure.bodies, spins_from_parameters(parameters, rates[:, 3:]), strict=True)
+        )
+        speeds = {
+            name: float(np.linalg.norm(spins[joint.child.segment] - spins[joint.parent.segment]))
+            for name, joint in figure.joints.items()
+        }
+        return max(speeds, key=lambda name: speeds[name])
+
+    def trace(self, meters: Meters) -> Trace:
+        """All states that are complete."""
+        count = min(len(self), len(meters.work))
+        bodies = len(self._assembly.figure.bodies)
+        q, rates = (
+            np.array([state[k] for state in self._states[:count]]).reshape(count, bodies, 7)
+            for k in range(2)
+        )
+        q = q + self._reference.reshape(bodies, 7)
+        work = np.array(meters.work[:count])
+        return Trace(
+            np.array(self._times[:count]),
+            q[..., :3],
+            rotations_from_parameters(q[..., 3:]),
+            rates[..., :3],
+            spins_from_parameters(q[..., 3:], rates[..., 3:]),
+            {
+                name: np.array([row.joints[name] for row in self._multipliers[:count]])
+                for name in self._assembly.joints
+            },
+            work[:, 0],
+            work[:, 1],
+            work[:, 2],
+            np.array([row.servos for row in self._multipliers[:count]]),
+        )
+
+
+@dataclass(frozen=True)
+class _Multipliers:
+    """Those of the joints' constraint items, shape (items, 6), and of all servos' rows, (rows,)."""
+
+    joints: dict[str, Array]
+    servos: Array
+
+
+def _start_multipliers(assembly: Assembly, settings: Any, start: float) -> _Multipliers:
+    """The multipliers at the start, which Exudyn leaves zero: those after a step of no account.
+
+    The assembly is back at its start when it is assembled anew. A solver that fails here will fail
+    in the first step of the pass as well, and be told of there.
+    """
+    with suppress(SolverError):
+        _advance(assembly, settings, (start, start + _MOMENT), 1, False, keep=False)
+    return _all_multipliers(assembly)
+
+
+def _all_multipliers(assembly: Assembly) -> _Multipliers:
+    """The multipliers of all constraints now."""
+    joints = {
+        name: np.array([_multipliers(assembly.mbs, c) for c in constraints])
+        for name, constraints in assembly.joints.items()
+    }
+    kind = exu.OutputVariableType.Force
+    servos = [
+        np.atleast_1d(np.asarray(assembly.mbs.GetObjectOutput(servo.item, kind), dtype=float))
+        for servo in assembly.servos
+    ]
+    return _Multipliers(joints, np.concatenate([np.zeros(0), *servos]))
+
+
+def _multipliers(mbs: Any, constraint: Constraint) -> Array:
+    """Force (of a ball joint in world axes) and rotation multipliers of a joint, shape (6,)."""
+    kinds = exu.OutputVariableType
+    if constraint.is_ball:
+        return np.append(np.asarray(mbs.GetObjectOutput(constraint.item, kinds.Force)), np.zeros(3))
+    force = mbs.GetObjectOutput(constraint.item, kinds.ForceLocal)
+    about = mbs.GetObjectOutput(constraint.item, kinds.TorqueLocal)
+    return np.concatenate([np.asarray(force), np.asarray(about)])
+
+
+def _failure(assembly: Assembly, log: _Log, meters: Meters) -> Outcome:
+    """The solver gave up: which joint was worst."""
+    near = meters.nearest_half_turn()
+    if near is not None and near[1] > _HALF_TURN_SUSPECT:
+        return _turned_over(Flip(near[0], log.last_time))
+    joint = log.fastest_joint()
+    return Outcome(
+        Ending.SOLVER_FAILED,
+        f"the solver failed after {log.last_time:.4g} s, when joint {joint} moved fastest",
+        log.last_time,
+        joint,
+    )
+
+
+def _turned_over(flip: Flip) -> Outcome:
+    return Outcome(
+        Ending.TURNED_OVER,
+        f"joint {flip.joint} turned through 180 deg at {flip.time:.4g} s, where "
+        "the torque of its springs is not defined",
+        flip.time,
+        flip.joint,
+    )
+
+
+def _too_long(now: float) -> Outcome:
+    return Outcome(Ending.TOO_LONG, f"the wall time allowed was used up at {now:.4g} s", now)
+
+
+def _interrupted(now: float) -> Outcome:
+    return Outcome(Ending.INTERRUPTED, f"interrupted at {now:.4g} s", now)

@@ -1,0 +1,275 @@
+"""DYSPAM's `optional` file: the cubic springs of a figure (section 4.1.5, figure 4.1).
+
+A record is four lines of bare numbers: joint and axis number; c0 c1 c2 c3; b_v and b_coul; alpha_0,
+alpha_l and alpha_u. Joints are counted in the order of the figure file. Units are cgs and radians.
+Comments from `#` to the end of a line are an extension.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from decimal import Decimal
+from fractions import Fraction
+from math import isfinite
+
+from generator.diagnostics import EnoughFaults, Fault, Findings, Source, Span, shorten
+from generator.figure_file.lexer import LONGEST_WORD
+from generator.text_io import unified
+from generator.units import Dimension, bare_factor, converted
+from springs import Coefficients
+
+_PLAIN = Fraction(1)
+_MOMENT = bare_factor(Dimension.MOMENT)
+_LINES = (
+    ("joint and axis number", (_PLAIN,) * 2),
+    ("c0 c1 c2 c3", (_MOMENT,) * 4),
+    ("b_v b_coul", (bare_factor(Dimension.ANGULAR_DAMPING), _MOMENT)),
+    ("alpha_0 alpha_l alpha_u", (_PLAIN,) * 3),
+)
+"""The lines of a record: what stands in them, and the SI value of the number 1 in each place."""
+
+MOST_JOINTS = 1_000_000
+"""No figure has so many."""
+
+_WORD = re.compile(r"\S++")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]{1,6})?")
+
+
+@dataclass(frozen=True)
+class OptionalRecord:
+    """The spring of one axis, as printed but in SI.
+
+    Attributes:
+        joint: number of the joint, from 1, in the order of the figure file.
+        axis: 1, 2, 3 for x, y, z of the joint frame; 3 for the axis of a revolute.
+        coefficients: c0..c3 [N m, N m/rad, N m/rad^2, N m/rad^3].
+        viscous: b_v [N m s/rad].
+        coulomb: b_coul [N m].
+        rest: alpha_0 [rad].
+        dead_zone: alpha_l and alpha_u [rad]; both zero where the axis has none of its own.
+        origins: where each line is written: "axis", "coefficients", "damping", "dead_zone".
+    """
+
+    joint: int
+    axis: int
+    coefficients: Coefficients
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    rest: float = 0.0
+    dead_zone: tuple[float, float] = (0.0, 0.0)
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Refuse what the file form cannot hold."""
+        if self.joint < 1 or self.axis not in (1, 2, 3):
+            raise ValueError("joints are counted from 1, and the axes of a joint are 1, 2 and 3")
+        numbers = (*self.coefficients, self.viscous, self.coulomb, self.rest, *self.dead_zone)
+        if not all(map(isfinite, numbers)):
+            raise ValueError("the numbers of a spring are finite")
+        if self.viscous < 0.0 or self.coulomb < 0.0:
+            raise ValueError("damping and friction are not negative")
+
+
+@dataclass(frozen=True)
+class OptionalReading:
+    """What came of reading an `optional` file: the sound records, and all faults."""
+
+    records: tuple[OptionalRecord, ...]
+    faults: tuple[Fault, ...]
+
+
+@dataclass(frozen=True)
+class _Line:
+    """The words of a line that has any."""
+
+    words: tuple[Span, ...]
+
+    @property
+    def span(self) -> Span:
+        return self.words[0].to(self.words[-1])
+
+
+def parse_optional(text: str, name: str = "<text>") -> OptionalReading:
+    """The records that `text` holds, with all faults; `name` is what they call the text."""
+    findings = Findings()
+    records: tuple[OptionalRecord, ...] = ()
+    with suppress(EnoughFaults):
+        records = records_in(Source(name, unified(text)), findings)
+    return OptionalReading(records, findings.in_order())
+
+
+def records_in(source: Source, findings: Findings) -> tuple[OptionalRecord, ...]:
+    """The sound records of a text; faults go to `findings`, which may raise EnoughFaults."""
+    read = [_record(group, findings) for group in _groups(_lines(source), findings)]
+    if not read:
+        findings.error("there is no record in this file", Span(source, 0, 1), _whole_form())
+    first: dict[tuple[int, int], OptionalRecord] = {}
+    for record in filter(None, read):
+        earlier = first.setdefault((record.joint, record.axis), record)
+        if earlier is not record:
+            findings.error(
+                f"a second record of joint {record.joint}, axis {record.axis}",
+                record.origins["axis"],
+                f"the first stands in line {earlier.origins['axis'].line}",
+            )
+    return tuple(first.values())
+
+
+def write_optional(records: Iterable[OptionalRecord]) -> str:
+    """The text of an `optional` file; reading it gives records equal to `records`."""
+    lines: list[str] = []
+    for record in records:
+        damping, angles = (record.viscous, record.coulomb), (record.rest, *record.dead_zone)
+        lines.append(f"{record.joint} {record.axis}")
+        lines.append(" ".join(_shifted(c, 7) for c in record.coefficients))
+        lines.append(" ".join(_shifted(value, 7) for value in damping))
+        lines.append(" ".join(_shifted(value, 0) for value in angles))
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _lines(source: Source) -> Iterator[_Line]:
+    """The lines with words in them, one by one: who stops early has not read the rest."""
+    start = 0
+    for line in source.text.split("\n"):
+        bare = line.partition("#")[0]
+        words = tuple(
+            Span(source, start + match.start(), start + match.end())
+            for match in _WORD.finditer(bare)
+        )
+        if words:
+            yield _Line(words)
+        start += len(line) + 1
+
+
+def _groups(lines: Iterable[_Line], findings: Findings) -> Iterable[dict[int, _Line]]:
+    """The lines of each record by their place in it.
+
+    A line with the wrong number of words that would suit as the next one means a lost line.
+    """
+    group: dict[int, _Line] = {}
+    place, last = 0, None
+    for line in lines:
+        last = line
+        count, expected, after = len(line.words), _words(place), _words(place + 1)
+        if count != expected and count == after:
+            findings.error(
+                f"the line {_form(place)} is missing before this one", line.span, _whole_form()
+            )
+            if place == 3:
+                yield group
+                group = {}
+            place = (place + 1) % 4
+        elif count != expected:
+            findings.error(
+                f"{count} value{'s' if count > 1 else ''} instead of {expected}",
+                line.span,
+                f"this line is {_form(place)}",
+            )
+        group[place] = line
+        place = (place + 1) % 4
+        if place == 0:
+            yield group
+            group = {}
+    if last is not None and place:
+        yield group
+        findings.error(
+            f"the last record ends before its line {_form(place)}",
+            last.span,
+            _whole_form(),
+        )
+
+
+def _words(place: int) -> int:
+    return len(_LINES[place % 4][1])
+
+
+def _form(place: int) -> str:
+    return f"`{_LINES[place][0]}`"
+
+
+def _whole_form() -> str:
+    return "a record has four lines: " + "; ".join(what for what, _ in _LINES)
+
+
+def _record(group: Mapping[int, _Line], findings: Findings) -> OptionalRecord | None:
+    """A record of four good lines, else None."""
+    rows = {place: _numbers(line, place, findings) for place, line in group.items()}
+    axis, coefficients, damping, angles = (rows.get(place) for place in range(4))
+    sound = _is_sound_axis(axis, group, findings) & _is_sound_damping(damping, group, findings)
+    if not (axis and coefficients and damping and angles and sound):
+        return None
+    c0, c1, c2, c3 = coefficients
+    rest, lower, upper = angles
+    names = ("axis", "coefficients", "damping", "dead_zone")
+    return OptionalRecord(
+        int(axis[0]),
+        int(axis[1]),
+        (c0, c1, c2, c3),
+        *damping,
+        rest=rest,
+        dead_zone=(lower, upper),
+        origins={name: group[place].span for place, name in enumerate(names)},
+    )
+
+
+def _is_sound_axis(
+    numbers: tuple[float, ...] | None, group: Mapping[int, _Line], findings: Findings
+) -> bool:
+    """Whether joint and axis are whole numbers in their range."""
+    if numbers is None:
+        return False
+    sound = True
+    hints = ("joints are counted from 1, as in the figure file", "it is 1 to 3")
+    for k, what in enumerate(("joint", "axis")):
+        if not numbers[k].is_integer() or not 1 <= numbers[k] <= (MOST_JOINTS, 3)[k]:
+            word = group[0].words[k]
+            findings.error(f"the {what} number is `{shorten(word.text)}`", word, hints[k])
+            sound = False
+    return sound
+
+
+def _is_sound_damping(
+    numbers: tuple[float, ...] | None, group: Mapping[int, _Line], findings: Findings
+) -> bool:
+    """Whether damping and friction take energy."""
+    if numbers is None:
+        return False
+    wrong = [k for k, value in enumerate(numbers) if value < 0.0]
+    for k in wrong:
+        what = ("damping", "friction")[k]
+        findings.error(f"{what} is negative", group[2].words[k], "it would feed energy")
+    return not wrong
+
+
+def _numbers(line: _Line, place: int, findings: Findings) -> tuple[float, ...] | None:
+    """The numbers of a line in SI; None, with a fault noted, when it has others."""
+    factors = _LINES[place][1]
+    if len(line.words) != len(factors):
+        return None
+    read = [
+        _number(word, factor, findings) for word, factor in zip(line.words, factors, strict=True)
+    ]
+    values = tuple(value for value in read if value is not None)
+    return values if len(values) == len(read) else None
+
+
+def _number(word: Span, factor: Fraction, findings: Findings) -> float | None:
+    if word.end - word.start > LONGEST_WORD or not _NUMBER.fullmatch(word.text):
+        hint = "a number looks like `12`, `-0.5` or `2.41e+09`, without a unit"
+        findings.error(f"`{shorten(word.text)}` is not a number", word, hint)
+        return None
+    try:
+        return converted(word.text.lower().replace("d", "e"), factor)
+    except OverflowError:
+        findings.error(f"`{shorten(word.text)}` is too large", word, "a number must be finite")
+        return None
+
+
+def _shifted(value: float, places: int) -> str:
+    """The shortest decimal of `value` times 10^places."""
+    exact = Decimal(repr(value)).scaleb(places).normalize()
+    if exact == 0:
+        return "0.0"
+    text = f"{exact:f}" if -6 <= exact.adjusted() < 12 else f"{exact:e}"
+    return text

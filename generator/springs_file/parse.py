@@ -1,0 +1,239 @@
+"""Our own form of spring data, `STEM.springs.toml`.
+
+It has one `[[spring]]` for each curve and one `[[coupled]]` for each law over several joints. The
+unit of every number is part of its key. Several joints may share a curve: its angle is that of each
+joint's declared axis, so the mirror image needs no second table.
+"""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from generator.diagnostics import EnoughFaults, Fault, Findings, Source, Span, nearest, shorten
+from generator.springs_file.axes import AXES, is_elsewhere
+from generator.springs_file.coupled import CoupledEntry, coupled_entry
+from generator.springs_file.laws import (
+    HYSTERESIS,
+    LAW_KEYS,
+    PublishedLaw,
+    Written,
+    check_combination,
+    slip_rate,
+    written_law,
+)
+from generator.springs_file.toml_spans import Places, locate
+from generator.springs_file.toml_table import COUPLED, TABLE, TableReader, document_in
+from generator.text_io import unified
+from springs import Coefficients, Damping, Joining
+from springs.damping import SLIP
+from springs.stop import ONSET, STIFFNESS
+
+SPRINGS_SUFFIX = ".springs.toml"
+
+TEXT_KEYS = ("motion", "reference", "why")
+OTHER_LAW_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
+SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *OTHER_LAW_KEYS, *TEXT_KEYS)
+FILE_KEYS = ("figure", "law", TABLE, COUPLED)
+
+NO_DEAD_ZONE = "none"
+"""`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
+
+
+@dataclass(frozen=True)
+class SpringEntry:
+    """A `[[spring]]` table, in SI.
+
+    What a published curve brings along (reference, damping, motion) is here as if it were written.
+
+    Attributes:
+        joints: the joints that have this spring.
+        axis: "x", "y" or "z" of the joint frame, or None for the only axis of a joint.
+        coefficients: c0..c3 of a cubic [N m, N m/rad, N m/rad^2, N m/rad^3], or None.
+        sense: sense of the cubic when the file states it.
+        dead_zone: edges of the cubic's dead zone, counted from `rest` [rad].
+        dead_zone_stated: whether the file says what the dead zone is, or that there is none.
+        stiffness: of a linear spring instead of a cubic [N m/rad], or None.
+        rest: displacement at which the cubic's angle is zero and a linear spring is slack [rad].
+        law: any other elastic law instead, or None.
+        scale: factor of the elastic torque.
+        offset: how far the elastic curve is moved towards greater angles [rad].
+        hysteresis: distance of the curves of a growing and a falling angle [N m].
+        slip: rate at which the hysteresis tells the direction [rad/s].
+        damping: viscous and Coulomb damping.
+        stop_stiffness: of the stops at the figure's limits [N m/rad].
+        stop_onset: angle over which they grow [rad].
+        motion: name of a positive angle.
+        reference: where the numbers are from.
+        why: why they are read as they are.
+        origins: places of the keys' values; "spring" is the table, "joints.0" the first joint.
+    """
+
+    joints: tuple[str, ...]
+    axis: str | None = None
+    coefficients: Coefficients | None = None
+    sense: int | None = None
+    dead_zone: tuple[float, float] | None = None
+    dead_zone_stated: bool = False
+    stiffness: float | None = None
+    rest: float = 0.0
+    law: Written | None = None
+    scale: float = 1.0
+    offset: float = 0.0
+    hysteresis: float = 0.0
+    slip: float = SLIP
+    damping: Damping = field(default_factory=Damping)
+    stop_stiffness: float = STIFFNESS
+    stop_onset: float = ONSET
+    motion: str = ""
+    reference: str = ""
+    why: str = ""
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class SpringsFile:
+    """What a springs file says: the figure it was written for, the law, the springs."""
+
+    entries: tuple[SpringEntry, ...]
+    figure: str | None = None
+    law: Joining | None = None
+    coupled: tuple[CoupledEntry, ...] = ()
+    origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class SpringsReading:
+    """What came of reading a springs file.
+
+    `content` is None for a text that is no TOML. Where `faults` holds an error it has what could
+    be read, so that it can be checked further; it is then not fit for use.
+    """
+
+    content: SpringsFile | None
+    faults: tuple[Fault, ...]
+
+
+def parse_springs(text: str, name: str = "<text>") -> SpringsReading:
+    """The springs that `text` describes, with all faults; `name` is what they call the text."""
+    findings = Findings()
+    content = None
+    with suppress(EnoughFaults):
+        content = springs_in(Source(name, unified(text)), findings)
+    return SpringsReading(content, findings.in_order())
+
+
+def springs_in(source: Source, findings: Findings) -> SpringsFile | None:
+    """The springs of a text; faults go to `findings`, which may raise EnoughFaults."""
+    document = document_in(source, "springs file", findings)
+    return None if document is None else _content(document, locate(source), findings)
+
+
+def _content(document: Mapping[str, Any], places: Places, findings: Findings) -> SpringsFile:
+    top = TableReader(document, "", 0, places, findings)
+    top.refuse_unknown(FILE_KEYS, "springs file")
+    figure, law = top.text("figure"), None
+    if (said := top.text("law")) is not None:
+        laws = [joining.value for joining in Joining]
+        if said in laws:
+            law = Joining(said)
+        else:
+            findings.error(f"unknown law `{shorten(said)}`", top.place("law"), nearest(said, laws))
+    entries = [_entry(table) for table in _tables(document, TABLE, top)]
+    coupled = [coupled_entry(table) for table in _tables(document, COUPLED, top)]
+    if not entries and not coupled and not findings.has_errors:
+        findings.error("there is no spring in this file", places.table(""), "write `[[spring]]`")
+    origins = {key: top.place(key) for key in FILE_KEYS if key in document}
+    return SpringsFile(
+        tuple(entry for entry in entries if entry),
+        figure,
+        law,
+        tuple(entry for entry in coupled if entry),
+        origins,
+    )
+
+
+def _tables(document: Mapping[str, Any], name: str, top: TableReader) -> list[TableReader]:
+    """All tables of one name."""
+    tables: Any = document.get(name, [])
+    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
+        what = "springs" if name == TABLE else "coupled laws"
+        top.findings.error(f"{what} are tables", top.place(name), f"write `[[{name}]]` above each")
+        return []
+    return [
+        TableReader(table, name, index, top.places, top.findings)
+        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
+    ]
+
+
+def _entry(table: TableReader) -> SpringEntry | None:
+    """One `[[spring]]`; None, with a fault noted, when it says nothing that can be used."""
+    table.refuse_unknown(SPRING_KEYS, "spring")
+    joints = table.names("joints")
+    axis = table.choice("axis", (*AXES, "joint"))
+    coefficients = table.numbers("coefficients_Nm_rad", 4)
+    stiffness = table.number("stiffness_Nm_rad", negative=False)
+    check_combination(table, OTHER_LAW_KEYS)
+    zone = None
+    if table.content.get("dead_zone_deg") != NO_DEAD_ZONE:
+        zone = table.numbers("dead_zone_deg", 2)
+    if zone is not None and zone[0] > zone[1]:
+        table.error("dead_zone_deg", "the dead zone ends before it begins", "[lower, upper]")
+    sense = table.sign("sense")
+    law = written_law(table)
+    scale = table.number("scale", negative=False)
+    offset = table.number("offset_deg")
+    hysteresis = table.number(HYSTERESIS, negative=False)
+    viscous = table.number("viscous_Nms_rad", negative=False)
+    coulomb = table.number("coulomb_Nm", negative=False)
+    stop_stiffness = table.number("stop_stiffness_Nm_rad", negative=False, zero=False)
+    stop_onset = table.number("stop_onset_deg", negative=False, zero=False)
+    rest = table.number("rest_deg")
+    said = {key: table.text(key) or "" for key in TEXT_KEYS}
+    if not joints:
+        return None
+    if isinstance(law, PublishedLaw):
+        if viscous is None:
+            viscous = law.row.damping
+        said = _with_published(said, law, joints)
+        _doubt_joints(table, law, joints)
+    origins = {key: table.place(key) for key in table.content} | {"spring": table.header}
+    origins |= {f"joints.{k}": table.place("joints", k) for k in range(len(joints))}
+    return SpringEntry(
+        joints=joints,
+        axis=None if axis == "joint" else axis,
+        coefficients=cast("Coefficients | None", coefficients),
+        sense=sense,
+        dead_zone=cast("tuple[float, float] | None", zone),
+        dead_zone_stated="dead_zone_deg" in table.content,
+        stiffness=stiffness,
+        rest=rest or 0.0,
+        law=law,
+        scale=1.0 if scale is None else scale,
+        offset=offset or 0.0,
+        hysteresis=hysteresis or 0.0,
+        slip=slip_rate(table),
+        damping=Damping(viscous or 0.0, coulomb or 0.0),
+        stop_stiffness=stop_stiffness or STIFFNESS,
+        stop_onset=stop_onset or ONSET,
+        motion=said["motion"],
+        reference=said["reference"],
+        why=said["why"],
+        origins=origins,
+    )
+
+
+def _doubt_joints(table: TableReader, law: PublishedLaw, joints: tuple[str, ...]) -> None:
+    """Note a warning for each joint of which a published curve is not."""
+    for k, joint in enumerate(joints):
+        if is_elsewhere(law.row.motion, joint):
+            said = f"`{law.key}` is a curve of {law.row.motion}, and hangs on `{shorten(joint)}`"
+            table.findings.warning(said, table.place("joints", k), "is it meant for another joint?")
+
+
+def _with_published(
+    said: Mapping[str, str], law: PublishedLaw, joints: tuple[str, ...]
+) -> dict[str, str]:
+    """What the table says, and what the published row says where the table is silent."""
+    row = {"motion": law.motion_at(joints), "reference": str(law.row.reference), "why": law.why}
+    return {key: said[key] or row[key] for key in TEXT_KEYS}

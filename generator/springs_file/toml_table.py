@@ -1,0 +1,306 @@
+"""Values of a TOML table, in SI by the unit that ends their key, or a fault where one is wrong.
+
+A text in TOML, bounded in size, or the fault that says where it is none.
+"""
+
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, cast
+
+from generator.diagnostics import Findings, Source, Span, nearest, shorten
+from generator.figure_file.lexer import LONGEST_WORD
+from generator.springs_file.toml_spans import Places
+from generator.units import converted, unit_named
+
+TABLE = "spring"
+"""Name of the tables of springs about one axis in a springs file."""
+
+COUPLED = "coupled"
+"""Name of the tables of laws over several joints."""
+
+FEEDS = "a passive joint feeds no energy"
+
+Pair = tuple[float, float]
+
+_FACTORS: Mapping[str, Fraction] = {"deg": unit_named("deg").factor}
+"""SI value of 1 for keys that end in `_deg`; the other keys are in SI already."""
+
+
+@dataclass(frozen=True)
+class NumberText:
+    """A decimal number as written, so that it is converted once and exactly."""
+
+    text: str
+
+
+def number_text(text: str) -> NumberText:
+    """What `tomllib` is to make of a decimal number."""
+    return NumberText(text.replace("_", ""))
+
+
+@dataclass(frozen=True)
+class TableReader:
+    """One table: its content as `tomllib` read it, and where to look for places."""
+
+    content: Mapping[str, Any]
+    name: str
+    index: int
+    places: Places
+    findings: Findings
+    within: tuple[str, int] | None = None
+    """Of a table in braces, the key and the place in its list: its own keys have no place."""
+
+    @property
+    def header(self) -> Span:
+        """Where the table begins."""
+        if self.within is not None:
+            return self.places.value(self.name, self.index, *self.within)
+        return self.places.table(self.name, self.index)
+
+    def place(self, key: str, item: int | None = None, part: int | None = None) -> Span:
+        """Where a value, or one item of an array, or one part of such an item, is written."""
+        if self.within is not None:
+            return self.header
+        return self.places.value(self.name, self.index, key, item, part)
+
+    def error(
+        self,
+        key: str,
+        message: str,
+        hint: str = "",
+        item: int | None = None,
+        part: int | None = None,
+    ) -> None:
+        """Note an error of a value."""
+        self.findings.error(message, self.place(key, item, part), hint)
+
+    def refuse_unknown(self, known: Iterable[str], what: str) -> None:
+        """Note an error for each key that is none of `known`."""
+        names = tuple(known)
+        for key in self.content:
+            if key not in names:
+                place = self.header
+                if self.within is None:
+                    place = self.places.key(self.name, self.index, key)
+                message = f"unknown key `{shorten(key)}` in a {what}"
+                self.findings.error(message, place, nearest(key, names))
+
+    def text(self, key: str) -> str | None:
+        """A string."""
+        value = self.content.get(key)
+        if value is None or isinstance(value, str):
+            return value
+        self.error(key, f"`{key}` must be a text", 'a text stands in quotes: `"..."`')
+        return None
+
+    def choice(self, key: str, known: tuple[str, ...]) -> str | None:
+        """A string out of a few."""
+        value = self.content.get(key)
+        if value is None or value in known:
+            return value
+        said = shorten(value) if isinstance(value, str) else self.place(key).text
+        self.error(key, f"`{key}` cannot be `{said}`", f"it is one of: {', '.join(known)}")
+        return None
+
+    def names(
+        self, key: str, example: str = '["left_knee", "right_knee"]', what: str = "spring"
+    ) -> tuple[str, ...]:
+        """A list of names, at least one; empty, with a fault noted, when it is none."""
+        if key not in self.content:
+            hint = f"write `{key} = {example}`"
+            self.findings.error(f"this {what} has no `{key}`", self.header, hint)
+            return ()
+        items = self.items(key)
+        if not items or not all(isinstance(item, str) for item in items):
+            self.error(key, f"`{key}` must be a list of names", f"as in `{example}`")
+            return ()
+        return tuple(items)
+
+    def number(
+        self, key: str, *, negative: bool = True, zero: bool = True, hint: str = FEEDS
+    ) -> float | None:
+        """A number in SI; None when there is none or, with a fault noted, a wrong one."""
+        if key not in self.content:
+            return None
+        value = self._number(key, self.content[key], None)
+        if value is not None and ((value < 0.0 and not negative) or (value == 0.0 and not zero)):
+            least = "not be below zero" if zero else "be above zero"
+            self.error(key, f"`{key}` must {least}", hint)
+            return None
+        return value
+
+    def numbers(self, key: str, count: int) -> tuple[float, ...] | None:
+        """A list of `count` numbers in SI; None as for `number`."""
+        if key not in self.content:
+            return None
+        items, noun = self.items(key), "number" if count == 1 else "numbers"
+        if items is None:
+            self.error(key, f"`{key}` must be a list of {count} {noun}", "in square brackets")
+            return None
+        if len(items) != count:
+            self.error(key, f"`{key}` has {len(items)} instead of {count} {noun}")
+            return None
+        read = [self._number(key, item, k) for k, item in enumerate(items)]
+        values = tuple(number for number in read if number is not None)
+        return values if len(values) == count else None
+
+    def interval(self, key: str) -> Pair | None:
+        """Two numbers in SI, lower and upper; None as for `number`."""
+        values = self.numbers(key, 2)
+        if values is not None and values[0] > values[1]:
+            self.error(key, f"`{key}` ends before it begins", "[lower, upper]")
+            return None
+        return cast("Pair | None", values)
+
+    def pairs(self, key: str, least: int, units: tuple[str, str] = ("", "")) -> tuple[Pair, ...]:
+        """A list of pairs of numbers in SI, `least` or more; empty as None for `number`.
+
+        Args:
+            key: its name.
+            least: how many there are at least.
+            units: "deg" for a number of each pair in degrees.
+        """
+        if key not in self.content:
+            return ()
+        items = self.items(key)
+        if items is None or not all(isinstance(item, list) for item in items):
+            self.error(
+                key, f"`{key}` must be a list of pairs of numbers", "as in `[[0, 1.5], [10, 2]]`"
+            )
+            return ()
+        if len(items) < least:
+            noun = "pair" if len(items) == 1 else "pairs"
+            self.error(key, f"`{key}` has {len(items)} {noun} and needs {least} at least")
+            return ()
+        read: list[Pair] = []
+        for k, item in enumerate(items):
+            if len(item) != 2:
+                noun = "number" if len(item) == 1 else "numbers"
+                self.error(key, f"a pair has two numbers, not {len(item)} {noun}", "", k)
+                continue
+            first, second = (
+                self._number(key, one, k, part, units[part]) for part, one in enumerate(item)
+            )
+            if first is not None and second is not None:
+                read.append((first, second))
+        return tuple(read) if len(read) == len(items) else ()
+
+    def signs(self, key: str, count: int) -> tuple[int, ...] | None:
+        """A list of `count` signs; None as for `number`."""
+        if key not in self.content:
+            return None
+        items = self.items(key)
+        if items is None or any(type(item) is not int or item not in (-1, 1) for item in items):
+            self.error(key, f"`{key}` must be a list of -1 and +1", "in square brackets")
+            return None
+        if len(items) != count:
+            self.error(key, f"`{key}` has {len(items)} instead of {count} signs")
+            return None
+        return tuple(items)
+
+    def items(self, key: str) -> list[Any] | None:
+        """The items of a list as they were read; None for what is no list."""
+        value: Any = self.content.get(key)
+        return cast("list[Any]", value) if isinstance(value, list) else None
+
+    def sign(
+        self,
+        key: str,
+        hint: str = "-1: the moment resists; +1: it acts on the child as it stands",
+    ) -> int | None:
+        """+1 or -1."""
+        value = self.content.get(key)
+        if value is None:
+            return None
+        if type(value) is int and value in (-1, 1):
+            return value
+        self.error(key, f"`{key}` must be -1 or +1", hint)
+        return None
+
+    def _number(
+        self,
+        key: str,
+        value: object,
+        item: int | None,
+        part: int | None = None,
+        unit: str = "",
+    ) -> float | None:
+        """One finite number in SI."""
+        factor = _FACTORS.get(unit or key.rpartition("_")[2], Fraction(1))
+        text = value.text if isinstance(value, NumberText) else None
+        if type(value) is int:
+            text = str(value) if value.bit_length() < 8 * LONGEST_WORD else "inf"
+        message, hint = "", ""
+        if text is None:
+            message, hint = "a number is expected here", "without quotes and without a unit"
+        elif len(text) > LONGEST_WORD or "n" in text:
+            message, hint = "this number is not finite", "a number is written in digits"
+        else:
+            with suppress(OverflowError):
+                return converted(text, factor)
+            message, hint = "this number is too large", "a number must be finite"
+        self.error(key, message, hint, item, part)
+        return None
+
+
+LONGEST_TEXT = 100_000
+LONGEST_LINE = 1_000
+"""Bounds on what is read: `tomllib` needs minutes for some longer texts (`a.a.a. ... = 1`)."""
+
+_POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of document)\)$")
+
+
+def document_in(source: Source, what: str, findings: Findings) -> Mapping[str, Any] | None:
+    """The document that a text holds; None, with the fault noted, when it holds none.
+
+    Args:
+        source: the text.
+        what: what the text should be, as part of a sentence ("links file").
+        findings: for faults.
+    """
+    place = _excess(source)
+    if place is not None:
+        findings.error(
+            f"this is too long for a {what}",
+            place,
+            f"at most {LONGEST_TEXT:,} characters in all and {LONGEST_LINE:,} in a line",
+        )
+        return None
+    try:
+        return tomllib.loads(source.text, parse_float=number_text)
+    except RecursionError:
+        findings.error("brackets are nested too deeply", Span(source, 0, 1), "a list holds no list")
+    except tomllib.TOMLDecodeError as failure:
+        message, span = _syntax_fault(str(failure), source)
+        findings.error(message, span, f"a {what} is written in TOML")
+    return None
+
+
+def _excess(source: Source) -> Span | None:
+    """Where the text becomes longer than is read."""
+    if len(source.text) > LONGEST_TEXT:
+        return Span(source, LONGEST_TEXT, LONGEST_TEXT + 1)
+    start = 0
+    for line in source.text.split("\n"):
+        if len(line) > LONGEST_LINE:
+            return Span(source, start + LONGEST_LINE, start + LONGEST_LINE + 1)
+        start += len(line) + 1
+    return None
+
+
+def _syntax_fault(message: str, source: Source) -> tuple[str, Span]:
+    """What `tomllib` says, without its position, and the position as a span."""
+    match = _POSITION.search(message)
+    said = _POSITION.sub("", message)
+    said = f"{said[:1].lower()}{said[1:]}".replace("\\n", "end of line")
+    if match is None or match[1] is None:
+        end = len(source.text.rstrip())
+        return said, Span(source, max(end - 1, 0), max(end, 1))
+    line, column = int(match[1]), int(match[2])
+    before = sum(len(text) + 1 for text in source.text.split("\n")[: line - 1])
+    offset = before + min(column - 1, max(len(source.line(line)) - 1, 0))
+    return said, Span(source, offset, offset + 1)

@@ -1,0 +1,165 @@
+"""A file that is there whole or not at all, whatever happens to the program that writes it.
+
+From the bytes of a file to a text, or to the fault that says why it is none.
+"""
+
+import codecs
+import errno
+import os
+import secrets
+import stat
+from contextlib import suppress
+from pathlib import Path
+
+from generator.diagnostics import Fault, Source, Span, error
+
+LARGEST = 32_000_000
+"""Bytes of the largest file that is read: a device without end must not be read for ever."""
+
+_WIDE_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_text(path: Path, name: str) -> tuple[Source, Fault | None]:
+    """The text of the file at `path` under the `name` that the user knows, and what is wrong.
+
+    UTF-8 with or without a byte-order mark; all three ends of line are read as one.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)
+    except IsADirectoryError:
+        return Source(name, ""), error(f"`{name}` is a directory, not a file")
+    except OSError as failure:
+        reason = (failure.strerror or "unknown reason").lower()
+        return Source(name, ""), error(f"`{name}` cannot be read: {reason}")
+    if len(data) > LARGEST:
+        return Source(name, ""), error(f"`{name}` is larger than {LARGEST // 1_000_000} MB")
+    data = data.removeprefix(codecs.BOM_UTF8)
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as failure:
+        return _not_utf8(data, name, failure.start)
+    source = Source(name, unified(text))
+    zero = source.text.find("\0")
+    if zero != -1:
+        return source, error(
+            "this is a binary file, not a text", Span(source, zero, zero + 1), "found a zero byte"
+        )
+    return source, None
+
+
+def unified(text: str) -> str:
+    r"""`text` with every end of line (`\r\n`, `\r`, `\n`) written as `\n`."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _not_utf8(data: bytes, name: str, place: int) -> tuple[Source, Fault]:
+    """The fault of a file that is not UTF-8, at its first such byte."""
+    if data.startswith(_WIDE_MARKS):
+        source = Source(name, unified(data.decode("utf-16", errors="replace")))
+        return source, error("this file is UTF-16", Span(source, 0, 1), "save it as UTF-8")
+    before = unified(data[:place].decode("utf-8"))
+    source = Source(name, before + unified(data[place:].decode("latin-1")))
+    byte = data[place]
+    return source, error(
+        f"byte 0x{byte:02X} is not UTF-8",
+        Span(source, len(before), len(before) + 1),
+        f"save the file as UTF-8; in Latin-1 this byte is `{chr(byte)}`"
+        if chr(byte).isprintable()
+        else "the file should be a text in UTF-8",
+    )
+
+
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+
+_MODE = 0o666
+"""Mode of a file that was not there before, less what the user's mask takes away."""
+
+_MOST_LINKS = 40
+"""So many links one behind the other are followed, as the system itself does."""
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Put `content`, a text in UTF-8, into the file at `path`.
+
+    It goes to a temporary file in the same folder, which takes the place of `path` once the
+    disk has it all. Who kills the program before that finds the old file, or none, and at worst the
+    temporary one (`.NAME.xxxxxxxx.part`). A link is followed, and the file that it names replaced;
+    the new file has the mode of the old one. What is no regular file is not replaced, and neither
+    is a file that is read-only, though the system would let a folder's owner do it.
+
+    Raises OSError when the file cannot be written.
+    """
+    data = content.encode() if isinstance(content, str) else content
+    target = _target(path)
+    mode = _mode_of(path)
+    part = _part_of(target)
+    descriptor = os.open(part, _NEW, _MODE if mode is None else mode)
+    try:
+        with open(descriptor, "wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        if mode is not None:
+            part.chmod(mode)  # the mask has taken some of it away
+        os.replace(part, target)
+    except BaseException:
+        with suppress(OSError):
+            part.unlink()
+        raise
+
+
+def why_not_writable(path: Path) -> str | None:
+    """The reason why `path` cannot be written, found by trying its folder; None when it can."""
+    target = _target(path)
+    part = _part_of(target)
+    try:
+        if not target.parent.is_dir():
+            return f"there is no directory `{_named_by(path).parent}`"
+        _mode_of(path)
+        os.close(os.open(part, _NEW, _MODE))
+        part.unlink()
+    except OSError as failure:
+        return reason_of(failure)
+    return None
+
+
+def reason_of(failure: OSError) -> str:
+    """What the system says of a failure, as part of a sentence."""
+    return (failure.strerror or "unknown reason").lower()
+
+
+def _mode_of(path: Path) -> int | None:
+    """The mode of the file that is to be replaced, None where there is none yet.
+
+    Raises OSError for what must not be replaced.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a directory")
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
+    # The system asks root for no permission; a file that nobody may write is kept all the same.
+    if not mode & (stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH) or not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, "it is read-only")
+    return stat.S_IMODE(mode)
+
+
+def _target(path: Path) -> Path:
+    return Path(os.path.realpath(path))
+
+
+def _named_by(path: Path) -> Path:
+    """The path that links lead to, in the words of the user and of the links."""
+    for _ in range(_MOST_LINKS):
+        if not path.is_symlink():
+            break
+        path = path.parent / path.readlink()
+    return path
+
+
+def _part_of(target: Path) -> Path:
+    return target.with_name(f".{target.name[:50]}.{secrets.token_hex(4)}.part")

@@ -1,0 +1,279 @@
+"""Units: the only place where centimetres, degrees and grams exist.
+
+A bare number is cgs (cm, g, s, dyn) and a bare angle is radians. Every conversion is one exact
+rational factor, so a value in SI is the float nearest to what was written: `2.61cm` is 0.0261.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from enum import Enum
+from fractions import Fraction
+from functools import lru_cache
+from math import isfinite
+
+from generator.diagnostics import nearest, shorten
+
+PI = Fraction(Decimal("3.14159265358979323846264338327950288419716939937510582097494459"))
+"""Enough digits that no float of an angle is rounded the wrong way."""
+
+Powers = tuple[int, int, int, int]
+"""Exponents of length, mass, time and angle."""
+
+
+class Dimension(Enum):
+    """What a field measures; the value is what a sentence calls it."""
+
+    NUMBER = "a plain number"
+    LENGTH = "a length"
+    ANGLE = "an angle"
+    MASS = "a mass"
+    INERTIA = "a moment of inertia"
+    FORCE = "a force"
+    MOMENT = "a moment"
+    ANGULAR_STIFFNESS = "a stiffness against turning"
+    LINEAR_STIFFNESS = "a stiffness against sliding"
+    ANGULAR_DAMPING = "a damping of turning"
+    LINEAR_DAMPING = "a damping of sliding"
+    DENSITY = "a density"
+
+
+POWERS: Mapping[Dimension, Powers] = {
+    Dimension.NUMBER: (0, 0, 0, 0),
+    Dimension.LENGTH: (1, 0, 0, 0),
+    Dimension.ANGLE: (0, 0, 0, 1),
+    Dimension.MASS: (0, 1, 0, 0),
+    Dimension.INERTIA: (2, 1, 0, 0),
+    Dimension.FORCE: (1, 1, -2, 0),
+    Dimension.MOMENT: (2, 1, -2, 0),
+    Dimension.ANGULAR_STIFFNESS: (2, 1, -2, -1),
+    Dimension.LINEAR_STIFFNESS: (0, 1, -2, 0),
+    Dimension.ANGULAR_DAMPING: (2, 1, -1, -1),
+    Dimension.LINEAR_DAMPING: (0, 1, -1, 0),
+    Dimension.DENSITY: (-3, 1, 0, 0),
+}
+
+EXAMPLES: Mapping[Dimension, str] = {
+    Dimension.NUMBER: "none",
+    Dimension.LENGTH: "cm, m, mm, in, ft",
+    Dimension.ANGLE: "deg, rad",
+    Dimension.MASS: "g, kg, lb",
+    Dimension.INERTIA: "g cm2, kg m2",
+    Dimension.FORCE: "dyn, N",
+    Dimension.MOMENT: "dyn cm, N m",
+    Dimension.ANGULAR_STIFFNESS: "dyn cm/rad, N m/rad",
+    Dimension.LINEAR_STIFFNESS: "dyn/cm, N/m",
+    Dimension.ANGULAR_DAMPING: "dyn cm s/rad, N m s/rad",
+    Dimension.LINEAR_DAMPING: "dyn s/cm, N s/m",
+    Dimension.DENSITY: "g/cm3, kg/m3",
+}
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How large a number of a dimension may be where a person gives it: beyond lies a slip.
+
+    Within it the squares and products that commands make stay far from the largest float.
+
+    Attributes:
+        dimension: what is measured.
+        largest: [SI], of either sign.
+        said: the same in words.
+    """
+
+    dimension: Dimension
+    largest: float
+    said: str
+
+    def holds(self, value: float) -> bool:
+        """Whether a value [SI] is within the bound; what is not finite is not."""
+        return abs(value) <= self.largest
+
+    def __str__(self) -> str:
+        """The bound as a sentence."""
+        return f"{self.dimension.value} is at most {self.said}"
+
+
+BOUNDS: Mapping[Dimension, Bound] = {
+    bound.dimension: bound
+    for bound in (
+        Bound(Dimension.LENGTH, 1e9, "1e9 m"),
+        Bound(Dimension.ANGLE, float(10**6 * PI / 180), "1e6 deg"),
+        Bound(Dimension.DENSITY, 1e6, "1e6 kg/m3"),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A product of powers of the base units: `factor` is its value in SI."""
+
+    factor: Fraction
+    powers: Powers
+
+
+_LENGTH: Powers = (1, 0, 0, 0)
+_MASS: Powers = (0, 1, 0, 0)
+_FORCE: Powers = (1, 1, -2, 0)
+
+_BASE: Mapping[str, Unit] = {
+    "cm": Unit(Fraction(1, 100), _LENGTH),
+    "m": Unit(Fraction(1), _LENGTH),
+    "mm": Unit(Fraction(1, 1000), _LENGTH),
+    "in": Unit(Fraction(254, 10_000), _LENGTH),
+    "ft": Unit(Fraction(3048, 10_000), _LENGTH),
+    "deg": Unit(PI / 180, (0, 0, 0, 1)),
+    "rad": Unit(Fraction(1), (0, 0, 0, 1)),
+    "g": Unit(Fraction(1, 1000), _MASS),
+    "kg": Unit(Fraction(1), _MASS),
+    "lb": Unit(Fraction(45_359_237, 100_000_000), _MASS),
+    "s": Unit(Fraction(1), (0, 0, 1, 0)),
+    "N": Unit(Fraction(1), _FORCE),
+    "dyn": Unit(Fraction(1, 100_000), _FORCE),
+}
+
+_CGS = (Fraction(1, 100), Fraction(1, 1000), Fraction(1), Fraction(1))
+
+_UNIT_WORD = re.compile(r"([A-Za-z]+)([2-4]?)")
+
+
+class UnitError(ValueError):
+    """A unit that does not exist; the hint says what may have been meant."""
+
+    def __init__(self, message: str, hint: str) -> None:
+        """Keep message and hint apart: they are shown on two lines."""
+        super().__init__(message)
+        self.hint = hint
+
+
+def is_unit_word(word: str) -> bool:
+    """Whether `word` is a base unit with or without a power (`cm`, `m2`)."""
+    match = _UNIT_WORD.fullmatch(word)
+    return match is not None and match[1] in _BASE
+
+
+def _word_unit(word: str) -> Unit:
+    match = _UNIT_WORD.fullmatch(word)
+    if match is None or match[1] not in _BASE:
+        known = {name.lower(): name for name in _BASE}
+        same = known.get(word.lower())
+        hint = f"did you mean `{same}`?" if same else nearest(word, _BASE)
+        raise UnitError(f"unknown unit `{shorten(word)}`", hint)
+    power = int(match[2] or 1)
+    base = _BASE[match[1]]
+    a, b, c, d = base.powers
+    return Unit(base.factor**power, (a * power, b * power, c * power, d * power))
+
+
+@lru_cache(maxsize=1024)
+def unit_named(text: str) -> Unit:
+    """The unit that `text` names, such as `cm`, `N m s/rad` or `g/cm3`.
+
+    Words are multiplied; those after a `/` divide. Raises UnitError for an unknown word.
+    """
+    factor, powers = Fraction(1), (0, 0, 0, 0)
+    for place, side in enumerate(text.split("/")):
+        sign = -1 if place else 1
+        for word in side.split():
+            unit = _word_unit(word)
+            factor *= unit.factor**sign
+            a, b, c, d = (p + sign * q for p, q in zip(powers, unit.powers, strict=True))
+            powers = (a, b, c, d)
+    return Unit(factor, powers)
+
+
+@lru_cache(maxsize=64)
+def bare_factor(dimension: Dimension) -> Fraction:
+    """The SI value of the bare number 1: cgs and radians."""
+    factor = Fraction(1)
+    for base, power in zip(_CGS, POWERS[dimension], strict=True):
+        factor *= base**power
+    return factor
+
+
+def converted(number: str, factor: Fraction) -> float:
+    """The float nearest to the decimal `number` times `factor`.
+
+    Raises OverflowError when it is beyond the largest float.
+    """
+    mantissa, _, exponent = number.lower().partition("e")
+    whole, _, decimals = mantissa.partition(".")
+    digits = int(whole + decimals)
+    if digits == 0:
+        return 0.0
+    power = int(exponent or 0) - len(decimals)
+    places = len(str(abs(digits))) + power
+    if places > 400:
+        raise OverflowError
+    if places < -400:
+        return 0.0
+    top, bottom = digits * factor.numerator, factor.denominator
+    return top * 10**power / bottom if power >= 0 else top / (bottom * 10**-power)
+
+
+_WRITTEN: Mapping[Dimension, tuple[str, str]] = {
+    Dimension.NUMBER: ("", ""),
+    Dimension.LENGTH: ("cm", "m"),
+    Dimension.ANGLE: ("deg", "rad"),
+    Dimension.MASS: ("g", "kg"),
+    Dimension.INERTIA: ("", "kg m2"),
+    Dimension.FORCE: ("", "N"),
+    Dimension.MOMENT: ("", "N m"),
+    Dimension.ANGULAR_STIFFNESS: ("", "N m/rad"),
+    Dimension.LINEAR_STIFFNESS: ("", "N/m"),
+    Dimension.ANGULAR_DAMPING: ("", "N m s/rad"),
+    Dimension.LINEAR_DAMPING: ("", "N s/m"),
+    Dimension.DENSITY: ("g/cm3", "kg/m3"),
+}
+"""The two units in which a value may be written, the usual one first, then that of SI."""
+
+_WIDE = Context(prec=60)
+
+
+def written(value: float, dimension: Dimension) -> str:
+    """The shortest text that `converted` reads back to exactly `value` [SI].
+
+    Raises ValueError for a value that is not finite.
+    """
+    if not isfinite(value):
+        raise ValueError(f"the figure language cannot write {value}")
+    usual, si = _WRITTEN[dimension]
+    texts = [
+        (decimal_of(value, unit_named(unit).factor if unit else bare_factor(dimension)), unit)
+        for unit in (usual, si)
+    ]
+    number, unit = min(texts, key=lambda text: _length(text[0], bare=usual == ""))
+    return number + (" " if " " in unit or "/" in unit else "") + unit
+
+
+def decimal_of(value: float, factor: Fraction) -> str:
+    """The shortest decimal whose product with `factor` rounds to `value`.
+
+    Decimals of 17 digits lie closer together than floats, so one of them always does.
+    """
+    if value == 0.0:
+        return "0"
+    exact = Fraction(value) / factor
+    quotient = _WIDE.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+    texts = (_plain(Context(prec=digits).plus(quotient)) for digits in range(1, 18))
+    return next(text for text in texts if _reads_back(text, factor, value))
+
+
+def _plain(number: Decimal) -> str:
+    """A decimal without needless zeros, with an exponent only where it saves many."""
+    short = number.normalize(_WIDE)
+    return f"{short:f}" if -6 <= short.adjusted() < 12 else str(short).replace("E+", "e").lower()
+
+
+def _reads_back(text: str, factor: Fraction, value: float) -> bool:
+    try:
+        return converted(text, factor) == value
+    except OverflowError:  # rounded up beyond the largest float
+        return False
+
+
+def _length(number: str, bare: bool) -> int:
+    """What makes a number long: its characters, or with a glued unit its digits that count."""
+    mantissa = number.partition("e")[0]
+    return len(number) if bare else len(mantissa.lstrip("-0.").replace(".", "").rstrip("0"))

@@ -1,0 +1,235 @@
+"""The sheet that a plate is drawn on: its panels, its lines, and what stands below them.
+
+How every picture looks: readable in grey, by the colour-blind, and in a column of print.
+
+Colours are those of Okabe & Ito; no two lines differ by colour alone.
+"""
+
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BytesIO
+from math import inf
+from textwrap import fill
+from typing import Any, cast
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from springs.backends import Array
+from springs.elastic import Range
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+
+BLACK = "#000000"
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+GREEN = "#009E73"
+GREY = "#6E6E6E"
+PALE = "#D9D9D9"
+
+FORMATS = ("svg", "png")
+
+_RC: Mapping[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": PALE,
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.6,
+    "hatch.linewidth": 0.5,
+    "legend.facecolor": "white",
+    "legend.edgecolor": "none",
+    "legend.framealpha": 0.9,
+    "legend.fontsize": 8.0,
+    "svg.hashsalt": "exudyn-mover",
+}
+_RESOLUTION = 200
+
+
+@contextmanager
+def styled() -> Generator[None]:
+    """Within it, figures are drawn in this style, whatever the user's own settings are."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(cast("Any", _RC))
+        yield
+
+
+def picture(figure: Figure, kind: str) -> bytes:
+    """The figure as a file of a kind in `FORMATS`; the same figure gives the same bytes."""
+    FigureCanvasAgg(figure)
+    stream = BytesIO()
+    metadata = {"Date": None} if kind == "svg" else {"Software": None}
+    with styled():
+        _fix_layout(figure)
+        figure.savefig(stream, format=kind, dpi=_RESOLUTION, metadata=metadata)
+    return stream.getvalue()
+
+
+def _fix_layout(figure: Figure) -> None:
+    """Place the axes for good.
+
+    The solver behind a layout leaves the last digits of its answers to the addresses of its
+    variables, and the names within an SVG are made of all digits.
+    """
+    if figure.get_layout_engine() is None:
+        return
+    # Letters are not equally wide at all resolutions.
+    figure.set_dpi(_RESOLUTION)
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        x, y, width, height = axes.get_position(original=True).bounds
+        axes.set_position((round(x, 6), round(y, 6), round(width, 6), round(height, 6)))
+
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+
+WIDTH = 7.2
+"""Of every sheet [inch]."""
+
+_TITLE_SIZE = 10.0
+_FOOT_SIZE = 6.5
+_FOOT_LETTERS = 142
+"""Letters of the foot's size that stand on a line of the sheet."""
+
+_BEYOND = 0.8
+"""Line width where a curve is extrapolated [points]."""
+
+
+@dataclass(frozen=True)
+class Pen:
+    """How a line looks; no two pens differ by colour alone.
+
+    Attributes:
+        colour: of line and mark.
+        dash: matplotlib's name of a line style.
+        mark: matplotlib's name of a mark, or "".
+    """
+
+    colour: str
+    dash: str = "-"
+    mark: str = ""
+
+
+THESIS = Pen(BLACK)
+"""The thesis's own curve, on every sheet."""
+
+PENS = (
+    Pen(BLUE, "-", "o"),
+    Pen(VERMILION, "--", "s"),
+    Pen(GREEN, "-.", "^"),
+    Pen(GREY, "-", "D"),
+    Pen("#CC79A7", "--", "v"),
+    Pen("#56B4E9", "-.", "P"),
+)
+"""For several curves of one kind."""
+
+
+def blank(height: float) -> Figure:
+    """An empty sheet of a height [inch]; to be drawn on within `style.styled`."""
+    return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
+def sheet(
+    height: float, rows: int, columns: int = 1, heights: Sequence[float] = ()
+) -> tuple[Figure, list[list[Axes]]]:
+    """A blank sheet and its panels, row by row.
+
+    Args:
+        height: [inch].
+        rows: of panels; those above each other share the axis along.
+        columns: of panels; those of a row share the axis upwards.
+        heights: of the rows among each other; equal when left out.
+    """
+    figure = blank(height)
+    panels = figure.subplots(
+        rows,
+        columns,
+        sharex="col",
+        sharey="row",
+        squeeze=False,
+        height_ratios=heights or None,
+    )
+    return figure, [list(row) for row in panels]
+
+
+def draw_known(
+    axes: Axes, x: Array, y: Array, known: Range | None, pen: Pen, label: str, width: float = 1.6
+) -> None:
+    """A curve, solid or dashed where it is known and thin and dotted beyond.
+
+    Args:
+        axes: to draw on.
+        x: angles [deg].
+        y: values, shape of `x`.
+        known: the range in which the curve holds [rad]; None where none is known, so that all of it
+            is dotted.
+        pen: its look.
+        label: in the legend.
+        width: of the line where it is known [points].
+    """
+    low, high = (inf, -inf) if known is None else np.degrees(known)
+    slack = 1e-9 * (1.0 + np.abs(x).max())
+    inside = (x >= low - slack) & (x <= high + slack)
+    if inside.any():
+        axes.plot(x, np.where(inside, y, np.nan), pen.dash, color=pen.colour, lw=width, label=label)
+        label = "_"
+    # The dotted part begins at the last known point, so that the curve has no gap.
+    edge = np.convolve(~inside, [True, True, True], mode="same")
+    if not inside.all():
+        beyond = np.where(edge, y, np.nan)
+        axes.plot(x, beyond, ":", color=pen.colour, lw=_BEYOND, label=label)
+
+
+def draw_points(axes: Axes, x: Array, y: Array, pen: Pen, label: str, line: bool = True) -> None:
+    """Points that somebody measured, joined by a thin line."""
+    axes.plot(
+        x,
+        y,
+        linestyle=pen.dash if line else "none",
+        marker=pen.mark,
+        ms=4.0,
+        mfc="white",
+        color=pen.colour,
+        lw=1.0,
+        label=label,
+    )
+
+
+def zero_line(axes: Axes) -> None:
+    """The line on which there is nothing."""
+    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+
+
+def write_title(figure: Figure, title: str) -> None:
+    """The title, above the panels, and above a legend of the whole figure where there is one.
+
+    Title and legend of a figure would get the same room, so the legend takes the title in.
+    """
+    for legend in figure.legends[:1]:
+        legend.set_title(title)
+        legend.get_title().set_fontsize(_TITLE_SIZE)
+        legend.set_alignment("left")
+        return
+    if figure.get_suptitle() != title:
+        figure.suptitle(title, x=0.01, ha="left", fontsize=_TITLE_SIZE)
+
+
+def write_foot(figure: Figure, sign: str, references: Sequence[str]) -> None:
+    """The sign convention and the references in full, below the panels."""
+    parts = [sign, *(f"[{number}] {text}" for number, text in enumerate(references, start=1))]
+    lines = [fill(part, _FOOT_LETTERS, subsequent_indent="     ") for part in parts]
+    figure.supxlabel("\n".join(lines), fontsize=_FOOT_SIZE, x=0.01, ha="left")

@@ -1,0 +1,420 @@
+"""How a joint's curve is drawn: ranges, moments, and what is left between it and the literature.
+
+The plate of one joint's curve: picture, words, numbers and references put together.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import degrees
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MultipleLocator
+
+from plots.canvas import (
+    BLACK,
+    GREY,
+    PALE,
+    PENS,
+    THESIS,
+    Pen,
+    draw_known,
+    draw_points,
+    sheet,
+    styled,
+    write_foot,
+    write_title,
+    zero_line,
+)
+from plots.joint_curve import JointCurve
+from plots.literature import Literature
+from plots.plate import Claim, Plate
+from springs.backends import Array
+from springs.published import tables as published
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+
+EXUDYN = Pen("#E69F00", "-", "o")
+"""What was read out of Exudyn, on every joint's sheet."""
+
+RULED_OUT = (0, (4, 2))
+"""The dash of the printed cubic within a dead zone."""
+
+_END = (0, (1, 3))
+
+_READINGS = 5.0
+"""A reading is drawn every so many degrees."""
+
+_MARKS = 15.0
+"""A mark stands on a published formula every so many degrees."""
+
+_HEIGHT = 6.7
+"""Of a sheet with four references [inch]."""
+
+_FOOT_LINE = 0.28
+"""What each reference more takes [inch]."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """What a sheet shows.
+
+    Attributes:
+        angles: from and to [deg].
+        torques: from and to [N m]; curves that go on beyond are cut off.
+        residuals: likewise, of the lower panel.
+    """
+
+    angles: tuple[float, float]
+    torques: tuple[float, float]
+    residuals: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        """Refuse a window that shows nothing."""
+        for low, high in (self.angles, self.torques, self.residuals):
+            if not low < high:
+                raise ValueError(f"nothing is between {low:g} and {high:g}")
+
+
+def draw_joint(
+    title: str,
+    curve: JointCurve,
+    literature: Sequence[Literature],
+    window: Window,
+    foot: str,
+    references: Sequence[str],
+) -> Figure:
+    """The sheet of one joint's curve.
+
+    Args:
+        title: written above.
+        curve: as it was read out of Exudyn.
+        literature: at most as many curves as there are pens.
+        window: what is shown.
+        foot: the sign convention in words, and what is cut off.
+        references: written below, the thesis's in front and those of the curves among them.
+
+    Raises:
+        ValueError: more curves than pens.
+    """
+    if len(literature) > len(PENS):
+        raise ValueError(f"{len(literature)} curves are too many for {len(PENS)} pens")
+    height = _HEIGHT + _FOOT_LINE * max(0, len(references) - 4)
+    with styled():
+        figure, ((strip,), (upper,), (lower,)) = sheet(height, 3, heights=(0.32, 3.0, 1.2))
+        _draw_ranges(strip, curve, window)
+        angles = np.radians(np.linspace(*window.angles, 600))
+        _draw_printed(upper, curve, angles)
+        for one, pen in zip(literature, PENS, strict=False):
+            _draw_literature(upper, one, angles, pen)
+            _draw_residual(lower, curve, one, window, pen)
+        _draw_readings(upper, curve, window)
+        for axes, limits in ((upper, window.torques), (lower, window.residuals)):
+            zero_line(axes)
+            axes.set_ylim(*limits)
+            for end in (curve.low, curve.high):
+                if end is not None:
+                    axes.axvline(degrees(end.angle), color=GREY, lw=0.9, ls=_END, zorder=1)
+        lower.set_xlim(*window.angles)
+        wide = window.angles[1] - window.angles[0] > 140.0
+        lower.xaxis.set_major_locator(MultipleLocator(30.0 if wide else 15.0))
+        upper.set_ylabel("torque on the child [N m]")
+        lower.set_ylabel("simulated -\npublished [N m]")
+        lower.set_xlabel(f"angle [deg], positive in {curve.motion}")
+        numbers = [references.index(str(one.reference)) + 1 for one in literature]
+        strip.legend(
+            handles=[*_own_handles(curve, references), *map(_handle, literature, PENS, numbers)],
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=2,
+            borderaxespad=0.0,
+            fontsize=7.5,
+        )
+        write_title(figure, title)
+        write_foot(figure, foot, references)
+    return figure
+
+
+def _draw_ranges(axes: Axes, curve: JointCurve, window: Window) -> None:
+    """Two bars: the normal range of motion, and where the law is free of torque."""
+    ends = [None if end is None else degrees(end.angle) for end in (curve.low, curve.high)]
+    _bar(axes, 1.0, ends, window, {"color": PALE})
+    zone = curve.cubic.dead_zone
+    if zone is None:
+        place = (0.5, 0.0)
+        coordinates = ("axes fraction", "data")
+        axes.annotate("none", place, xycoords=coordinates, ha="center", va="center", fontsize=7.0)
+    else:
+        hatched = {"fc": "white", "ec": GREY, "lw": 0.7, "hatch": "////"}
+        _bar(axes, 0.0, [degrees(edge) for edge in zone], window, hatched)
+    axes.set_ylim(-0.5, 1.5)
+    axes.set_yticks([0.0, 1.0], ["dead zone", "normal range"], fontsize=7.5)
+    axes.tick_params(bottom=False, left=False)
+    axes.grid(visible=False)
+    axes.spines[["left", "bottom"]].set_visible(False)
+
+
+def _bar(
+    axes: Axes,
+    height: float,
+    ends: Sequence[float | None],
+    window: Window,
+    look: Mapping[str, Any],
+) -> None:
+    """A bar with its ends written on it; an end that is not known is that of the window."""
+    first, last = (
+        edge if end is None else float(np.clip(end, *window.angles))
+        for end, edge in zip(ends, window.angles, strict=True)
+    )
+    axes.barh(height, last - first, left=first, height=0.7, **look)
+    said = " to ".join("?" if end is None else f"{end:.1f}" for end in ends)
+    axes.annotate(
+        f"{said} deg",
+        (0.5 * (first + last), height),
+        ha="center",
+        va="center",
+        fontsize=7.0,
+        bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"},
+    )
+
+
+def _draw_printed(axes: Axes, curve: JointCurve, angles: Array) -> None:
+    """The cubic as it is printed; dashed where a dead zone rules it out."""
+    printed, zone = curve.printed(angles), curve.cubic.dead_zone
+    out = np.zeros(angles.shape, dtype=bool)
+    if zone is not None:
+        out = (angles > zone[0]) & (angles < zone[1])
+    for which, dash in ((~out, THESIS.dash), (out, RULED_OUT)):
+        shown = np.where(which, printed, np.nan)
+        axes.plot(np.degrees(angles), shown, color=THESIS.colour, lw=1.1, ls=dash, zorder=3)
+
+
+def _draw_literature(axes: Axes, one: Literature, angles: Array, pen: Pen) -> None:
+    if one.points is not None:
+        at, torques = one.points
+        draw_points(axes, np.degrees(at), torques, pen, "_", one.is_line)
+        return
+    draw_known(axes, np.degrees(angles), one.torque(angles), one.known, pen, "_", 1.4)
+    marks = np.radians(_marks_within(angles))
+    axes.plot(np.degrees(marks), one.torque(marks), pen.mark, color=pen.colour, mfc="white", ms=4.0)
+
+
+def _marks_within(angles: Array) -> Array:
+    """Round angles at which a formula gets its mark [deg]."""
+    first, last = np.degrees(angles[[0, -1]])
+    return _MARKS * np.arange(np.ceil(first / _MARKS), np.floor(last / _MARKS) + 1.0, dtype=float)
+
+
+def _draw_residual(
+    axes: Axes, curve: JointCurve, one: Literature, window: Window, pen: Pen
+) -> None:
+    """Simulated less published, where the published curve is given and the window shows it."""
+    low, high = np.radians(window.angles)
+    if one.points is not None:
+        at, torques = one.points
+        inside = (at >= low) & (at <= high)
+        less = np.interp(at[inside], curve.angles, curve.simulated) - torques[inside]
+        draw_points(axes, np.degrees(at[inside]), less, pen, "_", one.is_line)
+        return
+    inside = curve.within(low, high)
+    angles = curve.angles[inside]
+    less = curve.simulated[inside] - one.torque(angles)
+    draw_known(axes, np.degrees(angles), less, one.known, pen, "_", 1.2)
+    marks = np.radians(_marks_within(angles))
+    less = np.interp(marks, curve.angles, curve.simulated) - one.torque(marks)
+    axes.plot(np.degrees(marks), less, pen.mark, color=pen.colour, mfc="white", ms=3.5)
+
+
+def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
+    """A thin line through all readings, and a mark on every fifth."""
+    degrees_read = np.degrees(curve.angles)
+    axes.plot(degrees_read, curve.simulated, color=EXUDYN.colour, lw=1.0, zorder=2.5)
+    rounded = np.round(degrees_read / _READINGS) * _READINGS
+    shown = (np.abs(degrees_read - rounded) < 1e-6) & curve.within(*np.radians(window.angles))
+    axes.plot(
+        degrees_read[shown],
+        curve.simulated[shown],
+        EXUDYN.mark,
+        color=EXUDYN.colour,
+        mec=BLACK,
+        mew=0.7,
+        ms=4.5,
+        zorder=4,
+    )
+
+
+def _own_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D]:
+    """What the legend says of the simulated curve, of the thesis's and of the normal range."""
+    read = Line2D([], [], lw=1.0, marker=EXUDYN.mark, color=EXUDYN.colour, mec=BLACK, ms=4.5)
+    read.set_markeredgewidth(0.7)
+    read.set_label("simulated: read out of Exudyn, joint at rest")
+    printed = Line2D([], [], color=THESIS.colour, lw=1.1, label="thesis: cubic as printed [1, 2]")
+    handles = [read, printed]
+    if curve.cubic.dead_zone is not None:
+        label = "cubic as printed, ruled out by the dead zone"
+        handles.append(Line2D([], [], color=THESIS.colour, lw=1.1, ls=RULED_OUT, label=label))
+    known = [str(end.reference) for end in (curve.low, curve.high) if end is not None]
+    numbers = sorted({references.index(text) + 1 for text in known})
+    cited = f" [{', '.join(map(str, numbers))}]" if numbers else ""
+    ends = Line2D([], [], color=GREY, lw=0.9, ls=_END, label=f"end of the normal range{cited}")
+    return [*handles, ends]
+
+
+def _handle(one: Literature, pen: Pen, number: int) -> Line2D:
+    kind = "substitute: " if one.is_substitute else ""
+    dash = ":" if one.known is None and not one.is_digitised else pen.dash
+    if not one.is_line:
+        dash = "none"
+    width = 1.0 if dash == ":" else 1.4
+    return Line2D(
+        [],
+        [],
+        color=pen.colour,
+        ls=dash,
+        lw=width,
+        marker=pen.mark,
+        mfc="white",
+        ms=4.0,
+        label=f"{kind}{one.label} [{number}]",
+    )
+
+
+_DRAWN = (
+    "Circles: the torque that Exudyn's equations of motion hold for the prototype at rest, read "
+    "every 5 deg{held}. Black: the cubic as the thesis prints it, in the sense of the torque on "
+    "the child{dashed}. Above: the normal range of motion ({ends}) and the law's dead zone. Below: "
+    "simulated less published. Simulated and law differ by {differ:.1g} N m at most, which no "
+    "picture shows."
+)
+
+
+def curve_plate(
+    name: str,
+    title: str,
+    curve: JointCurve,
+    literature: Sequence[Literature],
+    window: Window,
+    claims: Sequence[Claim],
+    words: str,
+    sources: Sequence[str] = (),
+) -> Plate:
+    """The plate of a curve.
+
+    Args:
+        name: of the plate.
+        title: with the thesis's figure.
+        curve: as it was read.
+        literature: drawn beside it.
+        window: what the picture shows.
+        claims: all of them.
+        words: what is to be said of this joint, in front of what is said of every sheet.
+        sources: references beyond those of the curves and of the ends of the normal range.
+    """
+    thesis = published.publication("otani_1989").reference
+    own = [str(replace(thesis, place="appendix A")), curve.spring.reference]
+    others = [str(one.reference) for one in literature]
+    ends = [str(end.reference) for end in (curve.low, curve.high) if end is not None]
+    references = tuple(dict.fromkeys([*own, *others, *ends, *sources]))
+    sign = sign_of(curve)
+    numbered = {text: number for number, text in enumerate(references, start=1)}
+    return Plate(
+        name=name,
+        title=title,
+        caption=_caption(curve, literature, window, words, numbered),
+        sign=sign,
+        figure=draw_joint(title, curve, literature, window, f"{sign} {_cut(window)}", references),
+        claims=tuple(claims),
+        tables=_tables(curve, literature, window),
+        references=references,
+    )
+
+
+def _cut(window: Window) -> str:
+    low, high = window.torques
+    first, last = window.residuals
+    return (
+        f"Torques beyond {low:g} to {high:g} N m are cut off, differences beyond {first:g} to "
+        f"{last:g}; published curves are thin and dotted where they are not known to hold."
+    )
+
+
+def sign_of(curve: JointCurve) -> str:
+    """The sign convention in words."""
+    said = f"Angles are positive in {curve.motion}, 0 with the figure standing upright, arms down. "
+    said += "Torques act on the child and are positive in the same sense: one that drives back "
+    said += "from a positive angle is negative."
+    moment = "resists" if curve.cubic.sense < 0 else "acts on the child"
+    return f"{said} The printed moment {moment}."
+
+
+def _caption(
+    curve: JointCurve,
+    literature: Sequence[Literature],
+    window: Window,
+    words: str,
+    numbered: Mapping[str, int],
+) -> str:
+    ends = dict.fromkeys(
+        f"{end.motion} [{numbered[str(end.reference)]}]"
+        for end in (curve.low, curve.high)
+        if end is not None
+    )
+    low, high = np.radians(window.angles)
+    said = [
+        words,
+        _DRAWN.format(
+            held=f", {curve.held}" if curve.held else "",
+            dashed="" if curve.cubic.dead_zone is None else ", dashed within the dead zone",
+            ends=", ".join(ends),
+            differ=float(np.abs(curve.simulated - curve.law).max()),
+        ),
+        "" if curve.low and curve.high else "Where a range has a ? no verified end is known.",
+        _cut(window),
+    ]
+    for one in literature:
+        notes = [one.held, one.note, "" if one.is_digitised else one.beyond(low, high)]
+        if any(notes):
+            said.append(f"{one.label}: {'; '.join(filter(None, notes))}.")
+    return " ".join(filter(None, said))
+
+
+def _tables(
+    curve: JointCurve, literature: Sequence[Literature], window: Window
+) -> dict[str, dict[str, Array]]:
+    """The readings with every formula beside them, and each digitised curve at its own angles."""
+    read = {
+        "angle [deg]": np.degrees(curve.angles),
+        "simulated [N m]": curve.simulated,
+        "law [N m]": curve.law,
+        "cubic as printed, as torque on the child [N m]": curve.printed(curve.angles),
+    }
+    if curve.other_side is not None:
+        read["simulated, other side [N m]"] = curve.other_side
+    tables = {"readings": read}
+    inside = curve.within(*np.radians(window.angles))
+    for one in literature:
+        if one.points is None:
+            # Beyond the window an exponential says nothing, and may be larger than a number.
+            shown = np.where(inside, one.torque(curve.angles), np.nan)
+            read[f"{one.label} [N m]"] = shown
+        else:
+            at, torques = one.points
+            simulated = np.interp(at, curve.angles, curve.simulated)
+            tables[_file_word(one.label)] = {
+                "angle [deg]": np.degrees(at),
+                "published [N m]": torques,
+                "simulated [N m]": simulated,
+                "simulated - published [N m]": simulated - torques,
+            }
+    return tables
+
+
+def _file_word(label: str) -> str:
+    """A label as part of a file's name."""
+    words = "".join(c if c.isalnum() else " " for c in label.lower()).split()
+    return "_".join(words)

@@ -1,0 +1,1 @@
+"""The plates, one subject a module."""

@@ -1,0 +1,240 @@
+"""The clavicle's elevation as the arm is raised (the thesis's figure 5.4)."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import nextafter
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from plots.canvas import BLUE, PENS, THESIS, Pen, draw_points, sheet, styled, write_foot, zero_line
+from plots.plate import Claim, Plate
+from springs.backends import Array
+from springs.published import tables as published
+from springs.published.rows import Rhythm
+from springs.published.shoulder_rhythm import Lines, Readings
+
+PLANES = {"frontal": 0.0, "sagittal": np.pi / 2.0}
+"""Angle of the plane of elevation [rad]."""
+
+FROM, TO = np.radians(30.0), np.radians(120.0)
+"""Arm elevations between which all sets were measured [rad]."""
+
+AT = (0.0, 90.0, 131.4, 150.0)
+BY_HAND = {"frontal": (1.076, 23.702, 34.110, 33.450), "sagittal": (2.348, 21.307, 30.0, 30.0)}
+"""Eq. 5.42 and 5.44 less 90 deg, worked by hand at the arm elevations `AT` [deg]."""
+
+ROUNDING = {"frontal": 0.123, "sagittal": 0.051}
+"""What half a unit in the last printed digits can move the two pieces apart [deg].
+
+Frontal 131.4 (0.00005 + 0.0005) + 0.0005 + 0.05, sagittal 130 (0.000005) + 0.0005 + 0.05.
+"""
+
+_GRID = np.radians(np.arange(0.0, 181.0, 1.0))
+_REGRESSION = Pen(BLUE, ":")
+_INMAN = (
+    "V. T. Inman, J. B. Saunders & L. C. Abbott, Observations on the Function of the Shoulder "
+    "Joint, J. Bone Jt. Surg. 26A:1-30, 1944 (the thesis's source; its graph is not public)"
+)
+_SIGN = (
+    "Clavicle elevation is positive upwards, relative to the thorax; arm elevation is 0 with the "
+    "arm hanging and is measured against the thorax, not against the clavicle."
+)
+
+
+def clavicle() -> Plate:
+    """Draw the plate."""
+    lines = {plane: published.rhythm(f"otani_1989/clavicle_{plane}") for plane in PLANES}
+    sets = {plane: _sets(plane) for plane in PLANES}
+    regression = published.rhythm("de_groot_brand_2001/clavicle_elevation")
+    thesis = published.publication("otani_1989").reference
+    references = (
+        str(replace(thesis, place="eq. 5.42 and 5.44, less the 90 deg of eq. 5.45")),
+        _INMAN,
+        str(published.publication("spartacus").reference),
+        str(regression.reference),
+    )
+    return Plate(
+        name="clavicle",
+        title="Clavicle against arm elevation (the thesis's figure 5.4)",
+        caption=_CAPTION,
+        sign=_SIGN,
+        figure=_draw(lines, sets, regression, references),
+        claims=tuple(_claims(lines, sets)),
+        tables=_tables(lines, sets, regression),
+        references=references,
+    )
+
+
+_CAPTION = (
+    "The thesis's straight lines (eq. 5.42 and 5.44, less the 90 deg of eq. 5.45) approximate "
+    "Inman's graph, which is not public. The other sets stand in for it: digitised measurements "
+    "[3], and a regression [4] whose range is not known, so that it is dotted throughout. Below: "
+    "the sets less the thesis's line. Between 30 and 120 deg the lines are steeper than every set. "
+    "The sets differ among each other by more than 10 deg: bone pins, cadavers and magnetic "
+    "resonance do not agree on where zero is, so slopes compare better than values; Fung's angles "
+    "could not be brought into the data base's convention, and Karduna's clavicle was derived from "
+    "other bones. Nothing here is simulated: these lines pose a figure, and no force follows from "
+    "them."
+)
+
+
+def rise(rhythm: Rhythm, plane: str) -> float:
+    """Mean slope of a bone's elevation between 30 and 120 deg of arm elevation [deg/deg]."""
+    low, high = rhythm.law.angle(np.array([FROM, TO]), PLANES[plane])
+    return float((high - low) / (TO - FROM))
+
+
+def jump(rhythm: Rhythm) -> float:
+    """How far the two pieces of a line are apart where they meet [deg], upwards positive."""
+    assert isinstance(rhythm.law, Lines)
+    end = rhythm.law.pieces[0][0]
+    below, above = rhythm.law.angle(np.array([end, nextafter(end, np.pi)]))
+    return float(np.degrees(above - below))
+
+
+def _sets(plane: str) -> dict[str, Rhythm]:
+    rows = published.publication("spartacus").rhythms.values()
+    return {row.name.rpartition("_")[0]: row for row in rows if row.plane == plane}
+
+
+def _claims(lines: Mapping[str, Rhythm], sets: Mapping[str, Mapping[str, Rhythm]]) -> list[Claim]:
+    claims: list[Claim] = []
+    for plane, line in lines.items():
+        slopes = {_called(name): rise(row, plane) for name, row in sets[plane].items()}
+        steepest = max(slopes, key=lambda name: slopes[name])
+        claims.append(
+            Claim(
+                f"From 30 to 120 deg of arm elevation in the {plane} plane the thesis's line is no "
+                f"steeper than the steepest measured set ({steepest})",
+                rise(line, plane),
+                "deg/deg",
+                at_most=slopes[steepest],
+                remark="the lines follow Inman's graph of 1944; no later measurement listed here "
+                "raises the clavicle as fast",
+            )
+        )
+    for plane, line in lines.items():
+        found = np.degrees(line.law.angle(np.radians(AT)))
+        where = ", ".join(f"{at:g}" for at in AT[:-1])
+        claims.append(
+            Claim(
+                f"In the {plane} plane the elevation at {where} and {AT[-1]:g} deg is as worked by "
+                f"hand: {', '.join(f'{value:.3f}' for value in BY_HAND[plane])} deg",
+                float(np.abs(found - BY_HAND[plane]).max()),
+                "deg",
+                at_most=0.0005,
+            )
+        )
+    for plane, line in lines.items():
+        claims.append(
+            Claim(
+                f"The two pieces of the {plane} line meet, within the rounding of their printed "
+                "digits",
+                abs(jump(line)),
+                "deg",
+                at_most=ROUNDING[plane],
+                remark="eq. 5.44 jumps at 130 deg as it is printed, and is kept so"
+                if plane == "sagittal"
+                else "",
+            )
+        )
+    return claims
+
+
+def _called(name: str) -> str:
+    """`ludewig_2009` as `Ludewig 2009`."""
+    return name.replace("_", " ").capitalize()
+
+
+def _draw(
+    lines: Mapping[str, Rhythm],
+    sets: Mapping[str, Mapping[str, Rhythm]],
+    regression: Rhythm,
+    references: tuple[str, ...],
+) -> Figure:
+    pens = {
+        name: PENS[k] for k, name in enumerate(dict.fromkeys([*sets["frontal"], *sets["sagittal"]]))
+    }
+    with styled():
+        figure, (upper, lower) = sheet(6.6, 2, 2, (3.0, 1.3))
+        for axes, rest, plane in zip(upper, lower, PLANES, strict=True):
+            grid = np.degrees(_GRID)
+            law = lines[plane].law
+            assert isinstance(law, Lines)
+            axes.plot(
+                grid, _degrees(lines[plane], _GRID), color=THESIS.colour, lw=2.2, label="thesis [1]"
+            )
+            axes.plot(
+                grid,
+                _degrees(regression, _GRID, PLANES[plane]),
+                _REGRESSION.dash,
+                color=_REGRESSION.colour,
+                label="substitute: de Groot & Brand [4]",
+            )
+            for name, row in sets[plane].items():
+                assert isinstance(row.law, Readings)
+                at, found = np.degrees(np.array(row.law.points)).T
+                draw_points(axes, at, found, pens[name], f"substitute: {_called(name)} [3]")
+                draw_points(
+                    rest, at, found - _degrees(lines[plane], np.radians(at)), pens[name], "_"
+                )
+            _mark_jump(axes, lines[plane])
+            zero_line(rest)
+            axes.set_title(f"arm raised in the {plane} plane", loc="left")
+            axes.legend(loc="upper left", fontsize=7.0)
+            rest.set_xlabel("arm elevation [deg]")
+            rest.set_xticks(range(0, 181, 30))
+        upper[0].set_ylabel("clavicle elevation [deg]")
+        upper[0].set_ylim(0.0, 52.0)
+        lower[0].set_ylabel("set - thesis [deg]")
+        write_foot(figure, _SIGN, references)
+    return figure
+
+
+def _mark_jump(axes: Axes, line: Rhythm) -> None:
+    assert isinstance(line.law, Lines)
+    end = line.law.pieces[0][0]
+    height = _degrees(line, np.array([end]))[0]
+    axes.annotate(
+        f"jumps by {jump(line):+.2f} deg\nat {np.degrees(end):.4g} deg",
+        (float(np.degrees(end)), float(height)),
+        xytext=(112.0, 41.0),
+        fontsize=7.0,
+        arrowprops={"arrowstyle": "-", "lw": 0.7},
+    )
+
+
+def _degrees(rhythm: Rhythm, elevation: Array, plane: float = 0.0) -> Array:
+    return np.degrees(rhythm.law.angle(elevation, plane))
+
+
+def _tables(
+    lines: Mapping[str, Rhythm],
+    sets: Mapping[str, Mapping[str, Rhythm]],
+    regression: Rhythm,
+) -> dict[str, dict[str, Array]]:
+    """The lines on a grid, and the sets at the elevations of their points, nan where none is."""
+    tables: dict[str, dict[str, Array]] = {"lines": {"arm elevation [deg]": np.degrees(_GRID)}}
+    for plane, line in lines.items():
+        found = _degrees(line, _GRID)
+        tables["lines"][f"thesis, {plane} [deg]"] = found
+        fitted = _degrees(regression, _GRID, PLANES[plane])
+        tables["lines"][f"de Groot & Brand 2001, {plane} [deg]"] = fitted
+        at = np.unique([x for row in sets[plane].values() for x, _ in _points(row)])
+        tables[plane] = {"arm elevation [deg]": np.degrees(at)}
+        for name, row in sets[plane].items():
+            known = dict(_points(row))
+            values = np.degrees([known.get(float(x), np.nan) for x in at])
+            tables[plane][f"{_called(name)} [deg]"] = values
+        tables[plane]["thesis [deg]"] = _degrees(line, at)
+    return tables
+
+
+def _points(row: Rhythm) -> tuple[tuple[float, float], ...]:
+    assert isinstance(row.law, Readings)
+    return row.law.points

@@ -1,0 +1,356 @@
+"""The hip's moment at several knee angles: the muscles that span both joints (thesis, 4.2.4).
+
+The prototype's leg with a law over hip and knee, its torques read out of Exudyn at rest.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from generator import Plan, read_figure, static_torques
+from plots.canvas import (
+    GREY,
+    PENS,
+    THESIS,
+    draw_known,
+    draw_points,
+    sheet,
+    styled,
+    write_foot,
+    zero_line,
+)
+from plots.plate import Claim, Plate
+from springs import CoupledAxis, CoupledSpring, SpringSet
+from springs.backends import Array
+from springs.coupled import CoupledExponential
+from springs.elastic import Range, extrapolation
+from springs.published import tables as published
+from springs.spherical import Nearest, nearest_conservative
+
+HIP, KNEE = "left_hip_joint", "left_knee"
+
+_FLEXION = (CoupledAxis(HIP, (0.0, 1.0, 0.0)), CoupledAxis(KNEE, (0.0, -1.0, 0.0)))
+_NODES = 32
+"""Gauss-Legendre nodes of a side of a loop."""
+
+
+class TwoJointLeg:
+    """The left leg of the prototype, with a law over hip and knee flexion and no other springs."""
+
+    def __init__(self, law: CoupledExponential) -> None:
+        """Hang the law on the leg."""
+        self._body = read_figure("prototype")
+        self._plan = Plan(springs=SpringSet(coupled=(CoupledSpring(law, _FLEXION),)))
+
+    def torques(self, hip: Array, knee: Array) -> Array:
+        """Torques [N m] on thigh and shank, in the sense of flexion, shape (n, 2).
+
+        Args:
+            hip: flexion, shape (n,) [rad].
+            knee: flexion, shape (n,) [rad].
+        """
+        poses = [
+            {HIP: np.array([0.0, 0.0, h]), KNEE: np.array([k])}
+            for h, k in zip(hip, knee, strict=True)
+        ]
+        read = static_torques(self._body, poses, self._plan)
+        return np.stack([read[axis.joint] @ np.array(axis.direction) for axis in _FLEXION], axis=1)
+
+    def loop_work(self, rectangle: tuple[Range, Range]) -> float:
+        """Work of both torques once round a rectangle of hip and knee flexion [rad], in J.
+
+        As `springs.spherical.loop_work`: along the hip first, then along the knee.
+        """
+        (hip_low, hip_high), (knee_low, knee_high) = rectangle
+        corners = ((hip_low, knee_low), (hip_high, knee_low), (hip_high, knee_high))
+        return self._work((*corners, (hip_low, knee_high), (hip_low, knee_low)))
+
+    def _work(self, corners: Sequence[tuple[float, float]]) -> float:
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        share, part = 0.5 * (nodes + 1.0), 0.5 * weights
+        ends = np.array(corners)
+        sides = np.diff(ends, axis=0)
+        at = ends[:-1, None] + share[:, None] * sides[:, None]
+        steps = part[:, None] * sides[:, None]
+        torques = self.torques(at[..., 0].ravel(), at[..., 1].ravel())
+        return float(np.sum(torques * steps.reshape(-1, 2)))
+
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+
+KNEES = (15.0, 60.0, 90.0, 110.0)
+"""Knee angles at which Silder et al. measured the hip [deg]."""
+
+EXTENDED, FLEXED = -15.0, 80.0
+"""The hip angles at both ends of all of their curves [deg]."""
+
+BOX: tuple[Range, Range] = ((np.radians(-15.0), np.radians(100.0)), (0.0, np.radians(135.0)))
+"""Hip and knee angles in which Riener & Edrich's equations are used [rad]."""
+
+WORK_BOUND = 0.01
+"""Work round a loop that counts as none [J]."""
+
+_HIP = np.arange(-30.0, 110.1, 1.0)
+_READ = np.arange(-15.0, 100.1, 5.0)
+_SIGN = (
+    "The moment acts on the thigh and is positive towards flexion: positive in extension and "
+    "negative in flexion means that it resists. Hip angle: 0 standing, flexion positive; knee "
+    "angle: 0 straight, flexion positive."
+)
+_CAPTION = (
+    "The thesis's hip knows nothing of the knee; Yoon & Mansour's measurements, from which it is, "
+    "are not public. Left, in their stead: points digitised from Silder et al. for four knee "
+    "angles, and the thesis's cubic. Right: Riener & Edrich's equations for the same knee angles "
+    "as lines, thin and dotted beyond the range in which they are used, and as marks the torques "
+    "read out of Exudyn, the equations hung on hip and knee of the prototype and the ankle held at "
+    "0 deg. The equations are {beyond}. Below: equations less points (left), and the nearest pair "
+    "of torques of the same exponentials that are a gradient less the equations (right). The "
+    "equations are none: carried round a closed loop of hip and knee angles they do work. That "
+    "pair changes the hip's moment by {hip:.2f} and the knee's by {knee:.2f} N m (root mean "
+    "square)."
+)
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Hip moments by knee angle [deg].
+
+    Attributes:
+        silder: (hip angle [deg], moment [N m]) of each point, shape (n, 2).
+        riener: read out of Exudyn at the hip angles of Silder's points [N m], shape (n,).
+        marks: read out of Exudyn at the hip angles `_READ` [N m].
+    """
+
+    silder: Mapping[float, Array]
+    riener: Mapping[float, Array]
+    marks: Mapping[float, Array]
+
+
+def pair() -> CoupledExponential:
+    """Riener & Edrich's law of hip and knee, the ankle held at 0 deg."""
+    return published.coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
+
+
+def moments(leg: TwoJointLeg) -> Moments:
+    """Silder's points, and the moments of a leg at the same angles."""
+    silder = {
+        knee: np.array(published.curve(f"silder_2007/hip_knee_{knee:.0f}").printed.points)
+        for knee in KNEES
+    }
+    return Moments(
+        silder,
+        {knee: _hip(leg, points[:, 0], knee) for knee, points in silder.items()},
+        {knee: _hip(leg, _READ, knee) for knee in KNEES},
+    )
+
+
+def two_joint_hip() -> Plate:
+    """Draw the plate."""
+    law = pair()
+    leg = TwoJointLeg(law)
+    found = moments(leg)
+    nearest = nearest_conservative(law, BOX)
+    thesis = published.publication("otani_1989").reference
+    references = (
+        str(replace(thesis, place="section 4.2.4 and appendix A")),
+        "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
+        "15:905-910, 1982 (the thesis's source; its data are not public)",
+        str(published.curve("silder_2007/hip_knee_15").reference),
+        str(published.coupled("riener_edrich_1999/leg").reference),
+    )
+    return Plate(
+        name="two_joint_hip",
+        title="Hip moment at several knee angles (the thesis's section 4.2.4)",
+        caption=_CAPTION.format(
+            beyond=extrapolation(BOX[0], *np.radians(_HIP[[0, -1]])),
+            hip=nearest.rms[0],
+            knee=nearest.rms[1],
+        ),
+        sign=_SIGN,
+        figure=_draw(law, found, nearest, references),
+        claims=tuple(_claims(leg, found, nearest)),
+        tables=_tables(law, found, nearest),
+        references=references,
+    )
+
+
+def _hip(leg: TwoJointLeg, hip: Array, knee: float) -> Array:
+    """Hip moments [N m] of a leg at angles [deg]."""
+    at = np.radians(hip)
+    return leg.torques(at, np.full_like(at, np.radians(knee)))[:, 0]
+
+
+def _claims(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]:
+    flexed = {knee: float(_hip(leg, np.array([90.0]), knee)[0]) for knee in (15.0, 90.0)}
+    claims = [
+        Claim(
+            "With the hip flexed by 90 deg and the knee by 15 deg Riener & Edrich's equations in "
+            "Exudyn resist with 34 N m",
+            flexed[15.0],
+            "N m",
+            at_least=-34.5,
+            at_most=-33.5,
+        ),
+        Claim(
+            "With hip and knee flexed by 90 deg they let the hip be, to the nearest N m",
+            flexed[90.0],
+            "N m",
+            at_least=-0.5,
+            at_most=0.5,
+        ),
+    ]
+    measured = {knee: dict(points) for knee, points in found.silder.items()}
+    silder = {end: {k: measured[k][end] for k in KNEES} for end in (EXTENDED, FLEXED)}
+    knees = (0.0, *KNEES)
+    riener = {
+        end: {knee: float(_hip(leg, np.array([end]), knee)[0]) for knee in knees}
+        for end in (EXTENDED, FLEXED)
+    }
+    for name, ends in (("Silder's points", silder), ("Riener & Edrich's equations", riener)):
+        claims += _footnote(name, ends)
+    claims += _gradient(leg, found, nearest)
+    return claims
+
+
+def _footnote(name: str, ends: Mapping[float, Mapping[float, float]]) -> list[Claim]:
+    """The thesis's third footnote of chapter 4, as margins by which it holds."""
+    extended, flexed = ends[EXTENDED], ends[FLEXED]
+    straight, bent = min(extended), max(extended)
+    return [
+        Claim(
+            f"{name}: extended, at {EXTENDED:g} deg, the hip resists most with the knee most "
+            f"flexed ({bent:g} deg) and least with it straightest ({straight:g} deg): smaller of "
+            "the two margins",
+            min(_margin(extended, bent), _margin(_opposite(extended), straight)),
+            "N m",
+            at_least=0.0,
+            remark=""
+            if _margin(extended, bent) >= 0.0
+            else f"the moment falls from {extended[straight]:.1f} N m with the knee at "
+            f"{straight:g} deg to {extended[bent]:.1f} N m at {bent:g} deg: the equation has no "
+            "muscle that a bent knee stretches over the extended hip",
+        ),
+        Claim(
+            f"{name}: flexed, at {FLEXED:g} deg, the hip resists least with the knee most flexed "
+            f"({bent:g} deg) and most with it straightest ({straight:g} deg): smaller of the two "
+            "margins",
+            min(_margin(flexed, bent), _margin(_opposite(flexed), straight)),
+            "N m",
+            at_least=0.0,
+        ),
+    ]
+
+
+def _margin(moments: Mapping[float, float], knee: float) -> float:
+    """By how much the moment at a knee angle is above that at every other."""
+    return moments[knee] - max(moment for other, moment in moments.items() if other != knee)
+
+
+def _opposite(moments: Mapping[float, float]) -> dict[float, float]:
+    return {knee: -moment for knee, moment in moments.items()}
+
+
+def _gradient(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]:
+    off = np.concatenate([found.riener[knee] - found.silder[knee][:, 1] for knee in KNEES])
+    loop = "round hip -15 to 100 and knee 0 to 135 deg"
+    return [
+        Claim(
+            f"Riener & Edrich's hip and knee in Exudyn do no work {loop}",
+            leg.loop_work(BOX),
+            "J",
+            at_least=-WORK_BOUND,
+            at_most=WORK_BOUND,
+            remark="the two moments were fitted each by itself and are no gradient of one energy",
+        ),
+        Claim(
+            f"The nearest pair of the same exponentials that is a gradient does no work in Exudyn "
+            f"{loop}",
+            TwoJointLeg(nearest.law).loop_work(BOX),
+            "J",
+            at_least=-WORK_BOUND,
+            at_most=WORK_BOUND,
+        ),
+        Claim(
+            "That pair differs from Riener & Edrich's hip moment less than theirs does from "
+            "Silder's points (root mean square)",
+            nearest.rms[0],
+            "N m",
+            at_most=float(np.sqrt(np.mean(off**2))),
+        ),
+    ]
+
+
+def _draw(
+    law: CoupledExponential, found: Moments, nearest: Nearest, references: tuple[str, ...]
+) -> Figure:
+    with styled():
+        figure, ((points, equations), (residual, gradient)) = sheet(7.2, 2, 2, (2.2, 1.0))
+        at = np.radians(_HIP)
+        thesis = np.asarray(published.curve("otani_1989/hip_y").law.torque(at))
+        label = "thesis [1]: knee at 15 deg"
+        equations.plot([], [], ":", color=GREY, lw=0.8, label="beyond the usable range")
+        points.plot(_HIP, thesis, color=THESIS.colour, lw=2.2, label=label)
+        for knee, pen in zip(KNEES, PENS, strict=False):
+            hip, moment = found.silder[knee].T
+            draw_points(points, hip, moment, pen, f"substitute [3]: knee at {knee:g} deg")
+            draw_points(residual, hip, found.riener[knee] - moment, pen, "_")
+            here = (at, np.full_like(at, np.radians(knee)))
+            torque = np.asarray(law.torques(here)[0])
+            draw_known(equations, _HIP, torque, BOX[0], pen, "_", 1.0)
+            equations.plot(
+                _READ,
+                found.marks[knee],
+                pen.mark,
+                ms=4.0,
+                mfc="white",
+                color=pen.colour,
+                label=f"Exudyn, knee at {knee:g} deg",
+            )
+            change = np.asarray(nearest.law.torques(here)[0]) - torque
+            draw_known(gradient, _HIP, change, BOX[0], pen, "_", 1.0)
+        points.set_title("thesis, and Silder's points", loc="left")
+        equations.set_title("substitute [4]: Riener & Edrich", loc="left")
+        _finish(points, residual, equations, gradient)
+        write_foot(figure, _SIGN, references)
+    return figure
+
+
+def _finish(points: Axes, residual: Axes, equations: Axes, gradient: Axes) -> None:
+    for axes in (points, residual, equations, gradient):
+        zero_line(axes)
+        axes.set_xticks(range(-30, 121, 30))
+    for axes in (points, equations):
+        axes.set_ylim(-70.0, 100.0)
+        axes.legend(loc="upper right")
+    points.set_ylabel("hip moment [N m]")
+    residual.set_ylabel("difference [N m]")
+    residual.set_title("Riener & Edrich in Exudyn - Silder", loc="left", fontsize=9.0)
+    gradient.set_title("nearest gradient of that form - Riener & Edrich", loc="left", fontsize=9.0)
+    for axes in (residual, gradient):
+        axes.set_xlabel("hip flexion [deg]")
+
+
+def _tables(
+    law: CoupledExponential, found: Moments, nearest: Nearest
+) -> dict[str, dict[str, Array]]:
+    tables: dict[str, dict[str, Array]] = {"exudyn": {"hip flexion [deg]": _READ}}
+    for knee in KNEES:
+        at = (np.radians(_READ), np.full_like(_READ, np.radians(knee)))
+        named = f"knee {knee:g} deg [N m]"
+        tables["exudyn"][f"Exudyn, {named}"] = found.marks[knee]
+        tables["exudyn"][f"equations, {named}"] = np.asarray(law.torques(at)[0])
+        tables["exudyn"][f"nearest gradient of its form, {named}"] = np.asarray(
+            nearest.law.torques(at)[0]
+        )
+        hip, moment = found.silder[knee].T
+        tables[f"silder_knee_{knee:.0f}"] = {
+            "hip flexion [deg]": hip,
+            "Silder [N m]": moment,
+            "Riener & Edrich in Exudyn [N m]": found.riener[knee],
+        }
+    return tables

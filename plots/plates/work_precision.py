@@ -1,0 +1,220 @@
+"""What accuracy costs, here and in other engines, and how the cost grows with the figure."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from plots.canvas import BLACK, GREY, PENS, Pen, sheet, styled, write_foot
+from plots.literature import Measurements, measurements
+from plots.plate import Claim, Plate
+from springs.backends import Array
+
+_OURS = "Exudyn"
+_SIGN = (
+    "Wall time is of integration alone, the best of several rounds in which all runs of a kind "
+    "take turns; the error is the largest angle of R_a^T R_b over all joints at the end. A cost at "
+    "an error is that of the cheapest run measured that errs by no more. Ratios are this program's "
+    "over the other's."
+)
+_CAPTION = (
+    "Left: one second of the reference figure, the prototype with (20 + 60 a^2) r and "
+    "0.08 N m s/rad in every joint, a being the size of the rotation vector r: springs that each "
+    "engine holds by itself, but for Pinocchio, which has none and is called from numpy and SciPy. "
+    "This program holds them as six axis springs a ball. Middle: one second of the prototype with "
+    "its own springs, which only this program holds by itself; others call numpy for them, which "
+    "takes most of their time. Right: a tenth of a second of chains of bars on spherical joints "
+    "with linear springs, in steps of 1 ms or to an accuracy of 1e-3. "
+)
+
+_PENS: Mapping[tuple[str, str], Pen] = {
+    (_OURS, "tolerance"): Pen(BLACK, "-", "o"),
+    (_OURS, "fixed step"): Pen(BLACK, "--", "s"),
+    ("MuJoCo", "RK4"): PENS[0],
+    ("MuJoCo", "RK4, split at corners"): Pen(PENS[0].colour, ":", "s"),
+    ("MuJoCo", "Euler"): Pen(PENS[0].colour, "--", "v"),
+    ("MuJoCo", "implicitfast"): Pen(PENS[0].colour, "-.", "^"),
+    ("OpenSim", "Runge-Kutta-Merson"): PENS[1],
+    ("OpenSim", "DOP853 of SciPy"): PENS[1],
+    ("Pinocchio", "DOP853 of SciPy"): PENS[2],
+    ("Drake", "Runge-Kutta 3"): Pen(GREY, "-", "D"),
+}
+
+_CHAINS: Mapping[str, Pen] = {
+    "Exudyn, fixed step": Pen(BLACK, "--", "s"),
+    "MuJoCo, RK4": PENS[0],
+    "MuJoCo, implicitfast": Pen(PENS[0].colour, "-.", "^"),
+    "OpenSim, Runge-Kutta-Merson": PENS[1],
+    "Drake, Runge-Kutta 3": Pen(GREY, "-", "D"),
+}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """All that the plate draws or claims."""
+
+    costs: Measurements
+    chains: Measurements
+    startup: Measurements
+    shares: Measurements
+
+
+def work_precision() -> Plate:
+    """Draw the plate."""
+    names = ("work_precision", "chains", "startup", "python_share")
+    made = Measured(*map(measurements, names))
+    return Plate(
+        name="work_precision",
+        title="Wall time against error",
+        caption=_CAPTION + made.costs.origin,
+        sign=_SIGN,
+        figure=_draw(made),
+        claims=tuple(_claims(made)),
+        tables=_tables(made),
+        references=(),
+    )
+
+
+def cheapest(costs: Measurements, target: float) -> float:
+    """Wall [s] of the cheapest run that errs by no more than `target` [rad]; nan without any."""
+    fit = costs.column("wall [s]")[costs.column("error [rad]") <= target]
+    return float(fit.min()) if fit.size else nan
+
+
+def _claims(made: Measured) -> list[Claim]:
+    reference = made.costs.where(figure="reference")
+
+    def ratio(target: float, engine: str, method: str) -> float:
+        other = cheapest(reference.where(engine=engine, method=method), target)
+        return cheapest(reference.where(engine=_OURS), target) / other
+
+    figure = "on the reference figure"
+    chains = made.chains.where(method="Exudyn, fixed step")
+    startup = {row["engine"]: row for row in made.startup.rows}
+    imports, builds = (
+        float(startup["this project"][key]) / float(startup["OpenSim"][key])
+        for key in ("import [s]", "build [s]")
+    )
+    growth = chains.column("over half as many")
+    default = made.shares.where(figure="prototype", run="tolerance 1e-3")
+    return [
+        Claim(
+            f"At 1e-3 rad {figure} this program is no slower than OpenSim's default integrator: "
+            "ratio of walls",
+            ratio(1e-3, "OpenSim", "Runge-Kutta-Merson"),
+            at_most=1.0,
+        ),
+        Claim(
+            f"At 1e-3 rad {figure} it is no slower than MuJoCo's default integrator, Euler: ratio "
+            "of walls",
+            ratio(1e-3, "MuJoCo", "Euler"),
+            at_most=1.0,
+        ),
+        Claim(
+            f"At 1e-3 rad {figure} it is within ten times of MuJoCo's RK4: ratio of walls",
+            ratio(1e-3, "MuJoCo", "RK4"),
+            at_most=10.0,
+        ),
+        Claim(
+            f"At 1e-5 rad {figure} it is ahead of OpenSim's default integrator: ratio of walls",
+            ratio(1e-5, "OpenSim", "Runge-Kutta-Merson"),
+            at_most=1.0,
+        ),
+        Claim(
+            "The cost is linear in the segments: a chain twice as long takes at most so many times "
+            f"as long, from 5 to {chains.column('segments').max():.0f} segments",
+            float(np.nanmax(growth)),
+            at_most=2.2,
+        ),
+        Claim(
+            "Of the prototype's default run no more is spent outside the compiled solver",
+            100.0 * float(default.column("outside the solver")[0]),
+            "%",
+            at_most=5.0,
+        ),
+        Claim("Importing takes no longer than OpenSim's: ratio", imports, at_most=1.0),
+        Claim("Building takes no longer than OpenSim's: ratio", builds, at_most=1.0),
+    ]
+
+
+def _draw(made: Measured) -> Figure:
+    with styled():
+        figure, ((left, middle, right),) = sheet(4.8, 1, 3)
+        named: set[str] = set()
+        _draw_costs(
+            left, made.costs.where(figure="reference"), "reference figure, native springs", named
+        )
+        _draw_costs(
+            middle, made.costs.where(figure="prototype"), "prototype, its own curves", named
+        )
+        left.set_ylabel("wall time [s]")
+        for method, pen in _CHAINS.items():
+            one = made.chains.where(method=method)
+            if one.rows:
+                _line(right, one.column("segments"), one.column("wall [s]"), pen, "_")
+        counts = made.chains.where(method="Exudyn, fixed step").column("segments")
+        right.set_xscale("log")
+        right.set_xticks(counts, [f"{count:.0f}" for count in counts])
+        right.minorticks_off()
+        right.set_xlabel("segments of a chain")
+        right.set_title("chains, 0.1 s", loc="left", fontsize=8.0)
+        figure.legend(loc="outside upper center", ncols=4, fontsize=6.5)
+        write_foot(figure, _SIGN, ())
+    return figure
+
+
+def _draw_costs(axes: Axes, costs: Measurements, title: str, named: set[str]) -> None:
+    """Draw the methods; those that the legend has are not named again."""
+    for (engine, method), pen in _PENS.items():
+        one = costs.where(engine=engine, method=method)
+        if one.rows:
+            label = f"{engine}, {method}"
+            shown = "_" if label in named else label
+            _line(axes, one.column("error [rad]"), one.column("wall [s]"), pen, shown)
+            named.add(label)
+    axes.set_xscale("log")
+    axes.invert_xaxis()
+    axes.set_xlabel("error [rad]")
+    axes.set_title(title, loc="left", fontsize=8.0)
+
+
+def _line(axes: Axes, x: Array, y: Array, pen: Pen, label: str) -> None:
+    axes.plot(
+        x,
+        y,
+        pen.dash,
+        color=pen.colour,
+        marker=pen.mark,
+        ms=3.0,
+        mfc="white",
+        lw=1.0,
+        label=label,
+    )
+    axes.set_yscale("log")
+
+
+def _tables(made: Measured) -> dict[str, Mapping[str, Array]]:
+    tables: dict[str, Mapping[str, Array]] = {}
+    for figure in made.costs.values("figure"):
+        for engine, method in _PENS:
+            one = made.costs.where(figure=figure, engine=engine, method=method)
+            if one.rows:
+                tables[_slug(f"{figure} {engine} {method}")] = {
+                    key: one.column(key) for key in ("setting", "error [rad]", "wall [s]")
+                }
+    for method in made.chains.values("method"):
+        one = made.chains.where(method=method)
+        headers = ("segments", "wall [s]", "build [s]")
+        tables[_slug(f"chains {method}")] = {key: one.column(key) for key in headers}
+    return tables
+
+
+def _slug(text: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", text.lower())

@@ -1,0 +1,120 @@
+"""A curve through measured points, without the overshoot of other splines.
+
+The points are joined by scipy's monotone cubic Hermite interpolation (PCHIP, Fritsch & Butland
+1984): between two points the torque never leaves their two values. Beyond the first and the last
+point it goes on along the tangent there; that is an extrapolation, and `measured` tells where it
+begins.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from math import isfinite
+from typing import TypeAlias
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from springs.backends import NUMPY, Operations, Real
+from springs.cubic import Coefficients, antiderivative, polynomial
+from springs.elastic import Range
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A cubic from `start` on, with the energy [J] stored where it starts."""
+
+    start: float
+    coefficients: Coefficients
+    energy: float
+
+
+@dataclass(frozen=True)
+class Table:
+    """Torque on the child by monotone interpolation of points.
+
+    Attributes:
+        points: pairs of angle [rad] and torque [N m], the angles increasing.
+    """
+
+    points: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        """Refuse fewer than two points, numbers that are none, and angles that do not increase."""
+        if len(self.points) < 2:
+            raise ValueError("a curve needs two points at least")
+        if not all(isfinite(value) for point in self.points for value in point):
+            raise ValueError("the points of a curve are finite numbers")
+        angles = [angle for angle, _ in self.points]
+        for before, after in pairwise(angles):
+            if after <= before:
+                raise ValueError(
+                    f"the angles of a curve increase: {after:g} rad comes after {before:g} rad"
+                )
+
+    def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child about the axis [N m] at `angle` [rad]."""
+        return self._select(angle, _torque, ops, 0, len(self._pieces))
+
+    def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Stored energy [J], zero at the first point; the torque is minus its slope."""
+        return self._select(angle, _energy, ops, 0, len(self._pieces))
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Angles of the points [rad], where the curvature of the torque jumps."""
+        return tuple(angle for angle, _ in self.points)
+
+    @property
+    def measured(self) -> Range:
+        """From the first point to the last [rad]."""
+        return self.points[0][0], self.points[-1][0]
+
+    def mirrored(self) -> "Table":
+        """The law of the same joint when its angle is counted the other way."""
+        return Table(tuple((-angle, -torque) for angle, torque in reversed(self.points)))
+
+    @cached_property
+    def _pieces(self) -> tuple[_Piece, ...]:
+        """The tangent before the first point, the cubics, the tangent after the last point."""
+        angles, torques = np.array(self.points).T
+        curve = PchipInterpolator(angles, torques)
+        cubics = [tuple(column[::-1]) for column in np.asarray(curve.c).T.tolist()]
+        slopes = np.asarray(curve.derivative()(angles[[0, -1]])).tolist()
+        stored = -np.asarray(curve.antiderivative()(angles))
+        first, last = self.points[0], self.points[-1]
+        return (
+            _Piece(first[0], (first[1], slopes[0], 0.0, 0.0), 0.0),
+            *(
+                _Piece(start, (c0, c1, c2, c3), energy)
+                for start, (c0, c1, c2, c3), energy in zip(
+                    angles.tolist(), cubics, stored.tolist(), strict=False
+                )
+            ),
+            _Piece(last[0], (last[1], slopes[1], 0.0, 0.0), float(stored[-1])),
+        )
+
+    def _select(self, angle: Real, value: "_Value", ops: Operations, first: int, end: int) -> Real:
+        """`value` of the piece in which `angle` is, among those from `first` to before `end`.
+
+        Halving keeps an expression tree as shallow as it can be.
+        """
+        if end - first == 1:
+            piece = self._pieces[first]
+            return value(piece, angle - piece.start)
+        middle = (first + end) // 2
+        below = self._select(angle, value, ops, first, middle)
+        above = self._select(angle, value, ops, middle, end)
+        return ops.where(angle < self.points[middle - 1][0], below, above)
+
+
+_Value: TypeAlias = Callable[[_Piece, Real], Real]
+
+
+def _torque(piece: _Piece, x: Real) -> Real:
+    return polynomial(piece.coefficients, x)
+
+
+def _energy(piece: _Piece, x: Real) -> Real:
+    return piece.energy - antiderivative(piece.coefficients, x)

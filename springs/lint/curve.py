@@ -1,0 +1,353 @@
+"""The lint of a curve: what a passive joint's torque should be, held against what a law's is.
+
+The lint of what a law knows of itself: where it was measured, and what its hysteresis takes.
+
+Left and right: whether the curves of two joints are mirror images of each other.
+
+Angles are counted in the sense of each joint's declared axis, in which a motion has the same name
+on both sides. Mirror images are then the same function.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from math import ceil, degrees, floor, pi, radians
+
+import numpy as np
+
+from springs.damping import Damping
+from springs.elastic import (
+    Elastic,
+    Measured,
+    extrapolation,
+    measured_range,
+    total_energy,
+    total_friction,
+    total_torque,
+)
+from springs.fit import Run, SampledCurve
+from springs.hysteresis import Directional
+from springs.joint import AxisSpring, JointSprings
+from springs.lint.finding import Finding, Kind
+from springs.published.range_of_motion import RangeEnd
+from springs.transformed import Scaled
+
+_EQUAL_RANGE = 1e-6
+"""What rounding may do to the order of two curves [N m]."""
+
+
+def lint_known_range(curve: SampledCurve) -> Iterator[Finding]:
+    """Which part of the curve is an extrapolation, for laws that know their range."""
+    ends = curve.low, curve.high
+    for law in curve.laws:
+        said = extrapolation(measured_range(law), *ends) if _knows_range(law) else ""
+        if said:
+            torques = curve.at(curve.low), curve.at(curve.high)
+            places = " and ".join(
+                f"{torque + 0.0:.4g} N m at {_range_deg(end)} deg"
+                for end, torque in zip(ends, torques, strict=True)
+            )
+            yield Finding(Kind.KNOWN, False, f"{said}; {places}", ends, torques)
+
+
+def lint_hysteresis(curve: SampledCurve) -> Iterator[Finding]:
+    """What the direction of motion takes in a slow cycle, and where it would give instead."""
+    for law in curve.laws:
+        if not isinstance(law, Directional):
+            continue
+        lost, ends = law.loss(curve.low, curve.high), (curve.low, curve.high)
+        over = f"{_range_deg(curve.low)} .. {_range_deg(curve.high)} deg"
+        said = f"a slow cycle over {over} loses {lost:.4g} J to the hysteresis"
+        yield Finding(Kind.HYSTERESIS, False, said, ends, (lost,))
+        up, down = (
+            np.asarray(one.torque(curve.angles)) for one in (law.increasing, law.decreasing)
+        )
+        excess = up - down
+        worst = int(excess.argmax())
+        if excess[worst] > _EQUAL_RANGE * max(1.0, curve.size):
+            angle, much = float(curve.angles[worst]), float(excess[worst])
+            said = (
+                f"at {_range_deg(angle)} deg the curve of the growing angle lies {much:.3g} N m "
+                "above that of the falling one: a cycle there feeds energy"
+            )
+            yield Finding(Kind.HYSTERESIS, True, said, (angle,), (much,))
+
+
+def _range_deg(angle: float) -> str:
+    return f"{round(degrees(angle), 1) + 0.0:.1f}"
+
+
+def _knows_range(law: Elastic) -> bool:
+    """Whether a law, whatever is done to it, is of a kind that knows where it was measured."""
+    while isinstance(law, Scaled | Directional):
+        law = law.law if isinstance(law, Scaled) else law.increasing
+    return isinstance(law, Measured)
+
+
+UNKNOWN_END = radians(90.0)
+"""How far a curve is looked at where no normal range is known [rad]."""
+
+BEYOND = radians(10.0)
+"""How far beyond the normal range a curve is looked at [rad]."""
+
+FIRM = 10.0
+"""A torque that stops an examiner's hand [N m]: twice what cadaver hips hold at their ends."""
+
+_MARKS = radians(30.0)
+_CLOSE = 1e-5
+_EQUAL = 1e-6
+
+
+def lint_curve(
+    spring: AxisSpring, low: RangeEnd | None = None, high: RangeEnd | None = None
+) -> tuple[Finding, ...]:
+    """What there is to say of the elastic laws and the damping about one axis.
+
+    Args:
+        spring: with one elastic law at least.
+        low: lower end of the normal range of motion, where one is known.
+        high: upper end likewise.
+    """
+    first, last = studied_range(low, high)
+    curve = SampledCurve(spring.elastic, first, last)
+    found = [
+        *_senses(curve),
+        *_equilibria(curve),
+        *_slopes(curve),
+        *_jumps(curve),
+        *_energies(curve, spring.damping),
+        *lint_hysteresis(curve),
+        *lint_known_range(curve),
+        *(_end(curve, low, -1.0) if low is not None else ()),
+        *(_end(curve, high, 1.0) if high is not None else ()),
+    ]
+    return tuple(sorted(found, key=lambda finding: not finding.is_doubt))
+
+
+def studied_range(low: RangeEnd | None, high: RangeEnd | None) -> tuple[float, float]:
+    """The angles at which a curve is looked at [rad]."""
+    first = -UNKNOWN_END if low is None else low.angle - BEYOND
+    return first, UNKNOWN_END if high is None else high.angle + BEYOND
+
+
+def _senses(curve: SampledCurve) -> Iterator[Finding]:
+    """Whether the torque drives back towards one rest, from both sides of it."""
+    runs, last = curve.runs, curve.runs[-1]
+    acting = [run for run in runs if run.sign]
+    fine = True
+    for one, other in pairwise(acting):
+        if one.sign < 0 < other.sign:
+            fine = False
+            push = max(curve.greatest(one), curve.greatest(other))
+            yield Finding(
+                Kind.SENSE,
+                True,
+                f"the torque drives away from {_middle(one, other)}, with up to {push:.3g} N m",
+                (one.end, other.start),
+                (push,),
+            )
+    for run, side, outwards in ((runs[0], "lower", -1), (last, "upper", 1)):
+        if run.sign == outwards:
+            fine = False
+            angle, push = (run.start if outwards < 0 else run.end), curve.greatest(run)
+            yield Finding(
+                Kind.SENSE,
+                True,
+                f"at the {side} end, {_deg(angle)}, the torque drives the joint on, "
+                f"with up to {push:.3g} N m",
+                (angle,),
+                (push,),
+            )
+    if fine:
+        over = f"over {_deg(curve.low, '')} .. {_deg(curve.high)}"
+        said = f"the torque nowhere drives away, {over}" if acting else f"there is no torque {over}"
+        yield Finding(Kind.SENSE, False, said)
+
+
+def _middle(one: Run, other: Run) -> str:
+    if one.end == other.start:
+        return _deg(one.end)
+    return f"{_deg(one.end, '')} .. {_deg(other.start)}"
+
+
+def _equilibria(curve: SampledCurve) -> Iterator[Finding]:
+    for run in curve.runs:
+        if run.sign == 0 and run.end > run.start:
+            start, end = _deg(run.start), _deg(run.end)
+            where = f"at {end}" if start == end else f"between {_deg(run.start, '')} and {end}"
+            said = f"there is no torque {where}"
+            yield Finding(Kind.EQUILIBRIUM, False, said, (run.start, run.end))
+    acting = [run for run in curve.runs if run.sign]
+    for one, other in pairwise(acting):
+        if one.sign != other.sign and one.end == other.start:
+            stable = one.sign > 0
+            said = f"{'a stable' if stable else 'an unstable'} equilibrium at {_deg(one.end)}"
+            yield Finding(Kind.EQUILIBRIUM, not stable, said, (one.end,))
+
+
+def _slopes(curve: SampledCurve) -> Iterator[Finding]:
+    angles, torques = curve.angles, curve.torques
+    slopes = np.diff(torques) / np.diff(angles)
+    stiffest = int(np.argmin(slopes))
+    angle, stiffness = float(angles[stiffest]), -float(slopes[stiffest])
+    if stiffness > 0.0:
+        said = f"the stiffness is at most {stiffness:.4g} N m/rad, at {_deg(angle)}"
+        yield Finding(Kind.SLOPE, False, said, (angle,), (stiffness,))
+    growing = np.diff(torques) > curve.rounding
+    edges = np.flatnonzero(np.diff([False, *growing.tolist(), False])).reshape(-1, 2)
+    for first, last in edges.tolist():
+        start, end = float(angles[first]), float(angles[last])
+        rise = float(torques[last] - torques[first])
+        yield Finding(
+            Kind.SLOPE,
+            True,
+            f"between {_deg(start, '')} and {_deg(end)} the torque grows with the angle, "
+            f"by {rise:.3g} N m: a negative stiffness",
+            (start, end),
+            (rise,),
+        )
+
+
+def _jumps(curve: SampledCurve) -> Iterator[Finding]:
+    """What the torque and its slope do at corners, from lines through two points on each side."""
+    for corner in curve.corners:
+        (a, b), (c, d) = (
+            (curve.at(corner + side * _CLOSE), curve.at(corner + side * 2.0 * _CLOSE))
+            for side in (-1.0, 1.0)
+        )
+        jump, kink = (2.0 * c - d) - (2.0 * a - b), (d - c) / _CLOSE - (a - b) / _CLOSE
+        if abs(jump) > _EQUAL * max(1.0, curve.size):
+            said = f"at {_deg(corner)} the torque jumps by {jump:.3g} N m"
+            yield Finding(Kind.JUMP, True, said, (corner,), (jump,))
+        elif abs(kink) > 1.0:
+            said = f"at {_deg(corner)} the stiffness jumps by {abs(kink):.4g} N m/rad"
+            yield Finding(Kind.JUMP, False, said, (corner,), (-kink,))
+
+
+def _energies(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:
+    """What a cycle over the range stores, returns and loses.
+
+    The work of the torque is compared with the energy: Gauss's rule of three points between
+    neighbouring samples is exact for cubics. Damping of a cosine of amplitude A and rate w takes
+    pi viscous w A^2 + 4 coulomb A.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    half = 0.5 * np.diff(curve.angles)
+    places = (curve.angles[:-1] + half)[:, None] + half[:, None] * nodes
+    work = float(np.sum(np.asarray(total_torque(curve.laws, places)) @ weights * half))
+    ends = curve.low, curve.high
+    places = np.array([*ends, *curve.angles, *(run.end for run in curve.runs)])
+    energies = np.asarray(total_energy(curve.laws, places))
+    gap = work + float(energies[1] - energies[0])
+    stored = float(energies.max() - energies.min())
+    if abs(gap) > _EQUAL * max(stored, 1.0):
+        said = f"torque and energy disagree by {gap:.3g} J over the range: it is no elastic law"
+        yield Finding(Kind.ENERGY, True, said, ends, (gap,))
+    amplitude = 0.5 * (curve.high - curve.low)
+    lost = 2.0 * pi**2 * damping.viscous * amplitude**2 + 4.0 * damping.coulomb * amplitude
+    over = f"a cycle over {_deg(curve.low, '')} .. {_deg(curve.high)} in 1 s"
+    said = f"{over} stores and returns up to {stored:.4g} J and loses {lost:.3g} J"
+    yield Finding(Kind.ENERGY, False, said, ends, (stored, lost))
+
+
+def _end(curve: SampledCurve, end: RangeEnd, side: float) -> Iterator[Finding]:
+    """What the joint does up to the upper (side 1) or lower (side -1) end of its normal range."""
+    torque, where = curve.at(end.angle), f"{end.motion} normally ends at {_deg(end.angle)}"
+    said = f"{where} ({end.source}): {torque + 0.0:.4g} N m there"
+    yield Finding(Kind.END, False, said, (end.angle,), (torque,))
+    if -side * torque <= FIRM:
+        return
+    edge = _free_edge(curve.runs, side)
+    if edge is not None and side * edge < side * end.angle:
+        said = f"free motion ends at {_deg(edge)}, but {where}"
+        yield Finding(Kind.FREE_MOTION, True, said, (edge, end.angle))
+    firm = _firm_angle(curve, end.angle, side)
+    places = [*_marks_between(firm, end.angle), end.angle]
+    torques = [curve.at(place) for place in places]
+    pairs = zip(places, torques, strict=True)
+    listed = ", ".join(f"{abs(torque):.4g} N m at {_deg(place)}" for place, torque in pairs)
+    where = f"with {FIRM:g} N m from {_deg(firm)} on"
+    if firm == (curve.low if side > 0.0 else curve.high):
+        where = f"with more than {FIRM:g} N m at all angles from {_deg(firm)} on"
+    said = f"it resists {where}: {listed}, the normal end"
+    yield Finding(Kind.EARLY, True, said, (firm, *places), (FIRM, *torques))
+
+
+def _free_edge(runs: Sequence[Run], side: float) -> float | None:
+    """The end of the outermost stretch without torque on one side [rad], None without any."""
+    edges = [r.end if side > 0.0 else r.start for r in runs if r.sign == 0 and r.end > r.start]
+    return max(edges, key=lambda edge: side * edge, default=None)
+
+
+def _firm_angle(curve: SampledCurve, end: float, side: float) -> float:
+    """Where the last stretch of firm resistance before an end begins [rad]."""
+    before = side * curve.angles < side * end
+    soft = curve.angles[before & (-side * curve.torques < FIRM)]
+    return side * float((side * soft).max(initial=side * (curve.low if side > 0 else curve.high)))
+
+
+def _marks_between(start: float, end: float) -> list[float]:
+    """Round angles after `start` and before `end` [rad]."""
+    low, high = sorted((start, end))
+    counts = range(floor(low / _MARKS), ceil(high / _MARKS))
+    found = [count * _MARKS for count in counts if low < count * _MARKS < high]
+    return found if end > start else found[::-1]
+
+
+def _deg(angle: float, unit: str = " deg") -> str:
+    return f"{round(degrees(angle), 1) + 0.0:.1f}{unit}"
+
+
+_ANGLES = np.radians(np.linspace(-180.0, 180.0, 721))
+_EQUAL_MIRRORED = 1e-9
+_SIDES = {"left": "right", "right": "left"}
+_PARALLEL = radians(0.01)
+
+
+def other_side(joint: str) -> str | None:
+    """The name of the same joint on the other side; None for a name without a side."""
+    words = joint.split("_")
+    if not set(words) & set(_SIDES):
+        return None
+    return "_".join(_SIDES.get(word, word) for word in words)
+
+
+def lint_symmetry(
+    joint: str, spring: AxisSpring, joints: Mapping[str, JointSprings]
+) -> tuple[Finding, ...]:
+    """How the spring of a joint compares with that of the joint on the other side.
+
+    Args:
+        joint: name of the joint.
+        spring: about one of its axes.
+        joints: all springs.
+    """
+    name = other_side(joint)
+    if name is None:
+        return ()
+    others = joints[name].axes if name in joints else ()
+    other = next((one for one in others if _same_axis(one, spring)), None)
+    if other is None:
+        return (Finding(Kind.SYMMETRY, True, f"`{name}` has no spring about this axis"),)
+    mine, its = (np.asarray(total_torque(one.elastic, _ANGLES)) for one in (spring, other))
+    differences = np.abs(mine - its)
+    worst = int(differences.argmax())
+    angle, much = float(_ANGLES[worst]), float(differences[worst])
+    if much > _EQUAL_MIRRORED * (1.0 + abs(float(mine[worst]))):
+        said = (
+            f"`{name}` differs by up to {much:.3g} N m, at {round(degrees(angle), 1) + 0.0:.1f} deg"
+        )
+        return (Finding(Kind.SYMMETRY, True, said, (angle,), (much,)),)
+    frictions = (total_friction(one.elastic, _ANGLES, 1.0) for one in (spring, other))
+    mine, its = (np.asarray(0.0 if one is None else one) for one in frictions)
+    if float(np.abs(mine - its).max()) > _EQUAL_MIRRORED * (1.0 + float(np.abs(mine).max())):
+        said = f"`{name}` has another hysteresis"
+        return (Finding(Kind.SYMMETRY, True, said),)
+    if spring.damping != other.damping:
+        said = f"`{name}` has another damping"
+        return (Finding(Kind.SYMMETRY, True, said),)
+    return (Finding(Kind.SYMMETRY, False, "left and right are mirror images"),)
+
+
+def _same_axis(one: AxisSpring, other: AxisSpring) -> bool:
+    """Whether two springs are about the same line in their joints' frames."""
+    return float(np.linalg.norm(np.cross(one.direction, other.direction))) < _PARALLEL

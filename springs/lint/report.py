@@ -1,0 +1,206 @@
+"""The findings of all laws over several joints, each law once however many sides share it.
+
+The findings of all curves of a figure, each curve once however many joints share it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+
+from springs.coupled import CoupledExponential
+from springs.elastic import total_torque
+from springs.joint import AxisSpring, CoupledSpring, SpringSet
+from springs.lint.coupled import UNKNOWN, lint_coupled, lint_replaced
+from springs.lint.curve import FIRM, lint_curve, lint_symmetry, other_side, studied_range
+from springs.lint.finding import Finding, Kind
+from springs.published.range_of_motion import RangeEnd, normal_range
+from springs.stop import Stop
+
+_PARALLEL = radians(0.01)
+
+
+@dataclass(frozen=True)
+class Replaced:
+    """A conservative law, and the law nearest to which it is and for which it stands."""
+
+    law: CoupledExponential
+    original: CoupledExponential
+
+
+@dataclass(frozen=True)
+class CoupledReport:
+    """What the lint finds of one law over several joints.
+
+    Attributes:
+        springs: those that have it.
+        findings: doubts first.
+    """
+
+    springs: tuple[CoupledSpring, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def doubts(self) -> tuple[Finding, ...]:
+        """The findings that are unlikely of passive joints."""
+        return tuple(finding for finding in self.findings if finding.is_doubt)
+
+
+def report_coupled(
+    springs: SpringSet, replaced: Sequence[Replaced] = ()
+) -> tuple[CoupledReport, ...]:
+    """Lint every law over several joints.
+
+    Args:
+        springs: of a figure.
+        replaced: laws that stand for others.
+    """
+    groups: list[list[CoupledSpring]] = []
+    for spring in springs.coupled:
+        group = next((one for one in groups if one[0].law == spring.law), None)
+        if group is None:
+            groups.append([spring])
+        else:
+            group.append(spring)
+    return tuple(_report(group, springs, replaced) for group in groups)
+
+
+def _report(
+    group: Sequence[CoupledSpring], springs: SpringSet, replaced: Sequence[Replaced]
+) -> CoupledReport:
+    originals = {pair.original: None for pair in replaced if pair.law == group[0].law}
+    found = [
+        *lint_coupled(group[0].law),
+        *(finding for original in originals for finding in lint_replaced(original)),
+        *_sides(group, springs.coupled),
+        *_twice(group, springs),
+    ]
+    ordered = sorted(found, key=lambda finding: not finding.is_doubt)
+    return CoupledReport(tuple(group), tuple(ordered))
+
+
+def _sides(group: Sequence[CoupledSpring], everyone: Sequence[CoupledSpring]) -> Iterator[Finding]:
+    """Whether the joints on the other side have the same law."""
+    joints = {tuple(axis.joint for axis in spring.axes) for spring in group}
+    elsewhere = {tuple(axis.joint for axis in spring.axes) for spring in everyone}
+    lone: list[tuple[str, ...]] = []
+    for names in sorted(joints):
+        other = tuple(other_side(name) or name for name in names)
+        if other != names and other not in joints:
+            lone.append(other)
+    for names in lone:
+        each = tuple(dict.fromkeys(names))
+        listed = " and ".join(f"`{name}`" for name in each)
+        law = "another law" if names in elsewhere else "no such law"
+        has = "has" if len(each) == 1 else "have"
+        yield Finding(Kind.SYMMETRY, True, f"{listed} {has} {law}")
+    if not lone and len(joints) > 1:
+        yield Finding(Kind.SYMMETRY, False, "left and right have the same law")
+
+
+def _twice(group: Sequence[CoupledSpring], springs: SpringSet) -> Iterator[Finding]:
+    """Angles that have a curve of their own beside the law: the two add."""
+    law = group[0].law
+    for i, name in enumerate(law.coordinates):
+        own = {
+            axis.joint: _strength(curve, law.measured[i] or UNKNOWN)
+            for spring in group
+            for axis in (spring.axes[i],)
+            for curve in _curves(springs, axis.joint, axis.direction)
+        }
+        if not own:
+            continue
+        joints = " and ".join(f"`{joint}`" for joint in own)
+        one, both = max(own.values()), _coupled_strength(group[0], i)
+        said = (
+            f"beside this law, with up to {both:.4g} N m about {name}, {joints} "
+            f"{'has' if len(own) == 1 else 'have'} a curve with up to {one:.4g} N m: the two add"
+        )
+        yield Finding(Kind.TWICE, min(one, both) > FIRM, said, (), (one, both))
+
+
+def _curves(
+    springs: SpringSet, joint: str, direction: tuple[float, float, float]
+) -> Iterator[AxisSpring]:
+    """The springs about an axis of a joint that are more than stops and damping."""
+    for spring in springs.joints[joint].axes if joint in springs.joints else ():
+        across = float(np.linalg.norm(np.cross(spring.direction, direction)))
+        if across < _PARALLEL and any(not isinstance(law, Stop) for law in spring.elastic):
+            yield spring
+
+
+def _strength(spring: AxisSpring, known: tuple[float, float]) -> float:
+    """Greatest torque of a spring, its stops apart, over the range of the law [N m]."""
+    laws = [law for law in spring.elastic if not isinstance(law, Stop)]
+    angles = np.linspace(*known, 361)
+    return float(np.abs(np.asarray(total_torque(laws, angles))).max())
+
+
+def _coupled_strength(spring: CoupledSpring, i: int) -> float:
+    """Greatest torque about one coordinate over the range of the law [N m]."""
+    box = [np.linspace(*(known or UNKNOWN), 11) for known in spring.law.measured]
+    torques = spring.law.torques(np.meshgrid(*box, indexing="ij"))
+    return float(np.abs(np.asarray(torques[i])).max())
+
+
+@dataclass(frozen=True)
+class CurveReport:
+    """What the lint finds of one curve.
+
+    Attributes:
+        joints: those that have it.
+        spring: the curve, about its axis in the first of them.
+        low: lower end of the normal range, or None where none is known.
+        high: upper end likewise.
+        findings: doubts first.
+    """
+
+    joints: tuple[str, ...]
+    spring: AxisSpring
+    low: RangeEnd | None
+    high: RangeEnd | None
+    findings: tuple[Finding, ...]
+
+    @property
+    def doubts(self) -> tuple[Finding, ...]:
+        """The findings that are unlikely of a passive joint."""
+        return tuple(finding for finding in self.findings if finding.is_doubt)
+
+    @property
+    def studied(self) -> tuple[float, float]:
+        """The angles at which the curve was looked at [rad]."""
+        return studied_range(self.low, self.high)
+
+
+def report_curves(springs: SpringSet) -> tuple[CurveReport, ...]:
+    """Lint every axis that has an elastic law."""
+    reports: list[CurveReport] = []
+    for name, joint in springs.joints.items():
+        for spring in joint.axes:
+            if spring.elastic:
+                sides = lint_symmetry(name, spring, springs.joints)
+                _add(reports, name, spring, sides)
+    return tuple(reports)
+
+
+def _add(
+    reports: list[CurveReport], name: str, spring: AxisSpring, sides: tuple[Finding, ...]
+) -> None:
+    """Add a joint to the report of an equal curve, or a report of its own."""
+    low, high = normal_range(name, spring.motion)
+    line = tuple(map(abs, spring.direction))
+    for place, one in enumerate(reports):
+        shared = (one.spring.elastic, one.spring.damping, one.spring.motion, one.low, one.high)
+        same_line = tuple(map(abs, one.spring.direction)) == line
+        if (
+            same_line
+            and shared == (spring.elastic, spring.damping, spring.motion, low, high)
+            and set(sides) <= set(one.findings)
+        ):
+            joints = (*one.joints, name)
+            reports[place] = CurveReport(joints, one.spring, low, high, one.findings)
+            return
+    found = (*lint_curve(spring, low, high), *sides)
+    ordered = tuple(sorted(found, key=lambda finding: not finding.is_doubt))
+    reports.append(CurveReport((name,), spring, low, high, ordered))

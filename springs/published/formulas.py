@@ -1,0 +1,131 @@
+"""The formulas of the published tables: printed coefficients become laws in rad and N m.
+
+Each formula stands in the tables as it is printed, and is the key of what reads it here.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import radians
+
+from springs.cubic import Cubic, passive_cubic
+from springs.elastic import Elastic, Range
+from springs.exponential import Exponential, Term
+from springs.interpolated import Table
+from springs.linear import Linear
+from springs.smooth_limit import SmoothLimit
+
+ANGLE_UNITS = {"rad": 1.0, "deg": radians(1.0)}
+"""Angle units of the tables [rad]."""
+
+MOMENT_UNITS = {"N m": 1.0, "dyn cm": 1e-7}
+"""Moment units of the tables [N m]."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A curve as it is printed.
+
+    Attributes:
+        numbers: coefficients by their printed names, in the printed units.
+        points: pairs of angle and moment in the printed units, for a curve given so.
+        dead_zone: in the printed angle unit, or None.
+        angle: the printed angle unit [rad].
+        moment: the printed moment unit [N m].
+        measured: range in which the curve is known to hold, in its printed sense [rad], or None.
+    """
+
+    numbers: Mapping[str, float]
+    points: tuple[tuple[float, float], ...]
+    dead_zone: Range | None
+    angle: float
+    moment: float
+    measured: Range | None
+
+
+@dataclass(frozen=True)
+class Formula:
+    """The names of a formula's coefficients, and the law that they make."""
+
+    names: tuple[str, ...]
+    law: Callable[[Printed], Elastic]
+
+
+def _exponential(printed: Printed, *terms: tuple[float, float, float]) -> Exponential:
+    """Terms of amplitude, rate and centre in printed units; those without a rate are constants."""
+    u, m = printed.angle, printed.moment
+    turned = tuple(Term(a * m, rate / u, centre * u) for a, rate, centre in terms if rate != 0.0)
+    constant = sum(a * m for a, rate, _ in terms if rate == 0.0)
+    return Exponential(turned, constant, printed.measured)
+
+
+def _davy_audu(p: Printed) -> Elastic:
+    n = p.numbers
+    return _exponential(p, (n["k1"], -n["k2"], n["qlo"]), (-n["k3"], n["k4"], n["qhi"]))
+
+
+def _anderson_1999(p: Printed) -> Elastic:
+    n = p.numbers
+    return _exponential(p, (n["K1"], n["K2"], n["th2"]), (n["K3"], n["K4"], n["th1"]))
+
+
+def _anderson_2007(p: Printed) -> Elastic:
+    n = p.numbers
+    return _exponential(p, (n["B1"], n["k1"], 0.0), (n["B2"], n["k2"], 0.0))
+
+
+def _van_arkel(p: Printed) -> Elastic:
+    n = p.numbers
+    return _exponential(p, (n["a1"], n["b1"], n["c1"]), (n["a2"], n["b2"], -n["c2"]))
+
+
+def _saul(p: Printed) -> Elastic:
+    n, u = p.numbers, p.angle
+    low, high = (n[name] * p.moment / u for name in ("Klo", "Kup"))
+    return SmoothLimit(n["qlo"] * u, n["qup"] * u, low, high, n["tr"] * u, p.measured)
+
+
+def _cubic(p: Printed) -> Elastic:
+    """The thesis's cubic, its sense and dead zone read by the rule of `springs.cubic`."""
+    n, u, m = p.numbers, p.angle, p.moment
+    coefficients = (n["c0"] * m, n["c1"] * m / u, n["c2"] * m / u**2, n["c3"] * m / u**3)
+    zone = p.dead_zone and (p.dead_zone[0] * u, p.dead_zone[1] * u)
+    return passive_cubic(coefficients, zone)
+
+
+def _segments_linear(p: Printed) -> Elastic:
+    n = p.numbers
+    return Linear(n["K"] / n["n"] * p.moment / p.angle)
+
+
+def _segments_cubic(p: Printed) -> Elastic:
+    n, m = p.numbers, p.moment
+    share = 1.0 / (n["n"] * p.angle)
+    coefficients = (0.0, n["a1"] * m * share, n["a2"] * m * share**2, n["a3"] * m * share**3)
+    return Cubic(coefficients, sense=1)
+
+
+def _points(p: Printed) -> Elastic:
+    return Table(tuple((x * p.angle, y * p.moment) for x, y in p.points))
+
+
+FORMULAS: Mapping[str, Formula] = {
+    "c0 + c1 a + c2 a^2 + c3 a^3": Formula(("c0", "c1", "c2", "c3"), _cubic),
+    "k1 exp(-k2 (q - qlo)) - k3 exp(-k4 (qhi - q))": Formula(
+        ("k1", "k2", "qlo", "k3", "k4", "qhi"), _davy_audu
+    ),
+    "K1 exp(K2 (q - th2)) + K3 exp(K4 (q - th1))": Formula(
+        ("K1", "K2", "K3", "K4", "th1", "th2"), _anderson_1999
+    ),
+    "B1 exp(k1 th) + B2 exp(k2 th)": Formula(("B1", "k1", "B2", "k2"), _anderson_2007),
+    "a1 exp(b1 (q - c1)) + a2 exp(b2 (q + c2))": Formula(
+        ("a1", "b1", "c1", "a2", "b2", "c2"), _van_arkel
+    ),
+    "-Kup S((q-qup)/tr) (q-qup) + Klo S((qlo-q)/tr) (qlo-q), S(x) = 10x^3 - 15x^4 + 6x^5": Formula(
+        ("qup", "Kup", "qlo", "Klo", "tr"), _saul
+    ),
+    "-K x for each of n segments in series": Formula(("K", "n"), _segments_linear),
+    "a1 x + a2 x^2 + a3 x^3 for each of n segments in series": Formula(
+        ("a1", "a2", "a3", "n"), _segments_cubic
+    ),
+    "points": Formula((), _points),
+}

@@ -1,0 +1,75 @@
+"""The published tables that come with the program: curves of the literature, each cited.
+
+A row is asked for by `publication/name`, as in `curve("saul_2015/elbow_flexion")`.
+"""
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from typing import TypeVar
+
+from springs.published.parse import PublishedError, parse_publication
+from springs.published.rows import Coupled, Curve, MotionRange, Publication, Rhythm
+
+_SUFFIX = ".toml"
+
+_RowType = TypeVar("_RowType")
+
+
+def publications() -> tuple[str, ...]:
+    """Names of all publications, in alphabetical order."""
+    names = (entry.name for entry in files("springs").joinpath("published", "data").iterdir())
+    return tuple(sorted(name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX)))
+
+
+@cache
+def publication(name: str) -> Publication:
+    """The publication of this name. Raises PublishedError when there is none."""
+    known = publications()
+    if name not in known:
+        raise PublishedError(f"there is no published table `{name}`{_near(name, known)}")
+    text = (
+        files("springs").joinpath("published", "data", name + _SUFFIX).read_text(encoding="utf-8")
+    )
+    return parse_publication(text, name)
+
+
+def curve(key: str) -> Curve:
+    """The curve `publication/name`. Raises PublishedError when there is none."""
+    return _row(key, "curve", _of(key).curves)
+
+
+def coupled(key: str) -> Coupled:
+    """The coupled law `publication/name`. Raises PublishedError when there is none."""
+    return _row(key, "coupled law", _of(key).coupled)
+
+
+def rhythm(key: str) -> Rhythm:
+    """The shoulder rhythm `publication/name`. Raises PublishedError when there is none."""
+    return _row(key, "rhythm", _of(key).rhythms)
+
+
+def motion_ranges(motion: str) -> tuple[MotionRange, ...]:
+    """The ends of the range of one motion ("knee flexion") that all publications give."""
+    rows = (row for name in publications() for row in publication(name).ranges)
+    return tuple(row for row in rows if row.motion == motion)
+
+
+def _row(key: str, kind: str, rows: Mapping[str, _RowType]) -> _RowType:
+    source, _, name = key.partition("/")
+    if name not in rows:
+        raise PublishedError(f"`{source}` has no {kind} `{name}`{_near(name, rows)}")
+    return rows[name]
+
+
+def _of(key: str) -> Publication:
+    return publication(key.partition("/")[0])
+
+
+def _near(name: str, known: Iterable[str]) -> str:
+    words = list(known)
+    near = get_close_matches(name, words, n=1)
+    if near:
+        return f"; did you mean `{near[0]}`?"
+    return f"; there are {', '.join(words)}" if words else ""

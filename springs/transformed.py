@@ -1,0 +1,51 @@
+"""A law made stronger or weaker, moved along its angle, or raised by a constant torque."""
+
+from dataclasses import dataclass
+
+from springs.backends import NUMPY, Operations, Real
+from springs.elastic import Elastic, Frictional, Range, measured_range
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """Torque on the child = scale * law(angle - offset) + constant.
+
+    Attributes:
+        law: the law that is changed.
+        scale: factor of its torque; -1 turns it round.
+        offset: how far the whole curve is moved towards greater angles [rad].
+        constant: torque added at every angle [N m].
+    """
+
+    law: Elastic
+    scale: float = 1.0
+    offset: float = 0.0
+    constant: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a law whose friction would be lost: its curves are scaled one by one."""
+        if isinstance(self.law, Frictional):
+            raise ValueError("scale the two curves of a directional law, not the law")
+
+    def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child about the axis [N m] at `angle` [rad]."""
+        return self.scale * self.law.torque(angle - self.offset, ops) + self.constant
+
+    def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        """Stored energy [J]; the torque is minus its slope."""
+        return self.scale * self.law.energy(angle - self.offset, ops) - self.constant * angle
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The corners of the law, moved [rad]."""
+        return tuple(corner + self.offset for corner in self.law.corners)
+
+    @property
+    def measured(self) -> Range | None:
+        """Range in which the law is known to hold, moved [rad]; None where that is not known."""
+        known = measured_range(self.law)
+        return known and (known[0] + self.offset, known[1] + self.offset)
+
+    def mirrored(self) -> "Scaled":
+        """The law of the same joint when its angle is counted the other way."""
+        return Scaled(self.law.mirrored(), self.scale, -self.offset, -self.constant)

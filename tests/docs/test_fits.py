@@ -1,0 +1,43 @@
+"""docs/fits.md: its example runs as it is printed, and its tables name what the lint finds."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from generator.cli.app import app
+from generator.springs_file.parse import parse_springs
+from springs.lint.finding import Kind
+from tests.paths import DOCS
+
+PAGE = (DOCS / "fits.md").read_text(encoding="utf-8")
+
+
+def block(language: str) -> str:
+    """The first block of code of a language."""
+    found = re.search(rf"^```{language}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_the_example_is_fitted_as_it_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    Path("elbow.csv").write_text(block(""), encoding="utf-8")
+    words = shlex.split(block("sh"))
+    assert words[0] == "mover"
+    result = CliRunner().invoke(app, words[1:])
+    assert result.exit_code == 0, result.output
+    reading = parse_springs(Path("elbow.springs.toml").read_text(encoding="utf-8"))
+    assert reading.faults == ()
+    assert reading.content is not None
+    (entry,) = reading.content.entries
+    assert entry.joints == ("left_elbow", "right_elbow")
+    assert Path("elbow.svg").stat().st_size > 0
+
+
+def test_every_kind_of_finding_is_in_a_table():
+    rows = [line.split("|")[1] for line in PAGE.splitlines() if line.startswith("|")]
+    told = {word.strip() for row in rows for word in row.split(",")}
+    assert {kind.value for kind in Kind} <= told

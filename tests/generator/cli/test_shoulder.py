@@ -1,0 +1,142 @@
+"""`mover shoulder`: what it says and what it writes."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from generator.cli.app import app
+from generator.command_line.postures import Rhythm, Side
+from generator.figure_file import read_figure
+from generator.input_files.pose import read_pose
+from generator.kinematics import shoulder as shoulder_turns
+from generator.kinematics.placement import drawn_displacements, place
+from generator.kinematics.shoulder_rhythm import RHYTHMS
+from generator.kinematics.tree import hang
+from tests.paths import DOCS
+
+
+def mover(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def ask(latitude, longitude, *more, side="left", figure="clavicles"):
+    words = ("--side", side, "--latitude", latitude, "--longitude", longitude)
+    return mover("shoulder", figure, *words, *more)
+
+
+def test_the_choices_are_those_of_the_library():
+    assert [side.value for side in Side] == [side.value for side in shoulder_turns.Side]
+    assert {rhythm.value for rhythm in Rhythm} == set(RHYTHMS)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("rhythm", sorted(RHYTHMS))
+def test_the_pose_that_it_writes_points_the_elbow(tmp_path, side, rhythm):
+    path = tmp_path / "arm.pose"
+    done = ask(60, 30, "--rhythm", rhythm, "-o", path, side=side)
+    assert done.exit_code == 0
+    assert f"wrote {path}" in done.stdout
+    figure = read_figure("clavicles")
+    given = read_pose(path, figure)
+    assert set(given) == {f"{side}_clavicle", f"{side}_shoulder"}
+    tree = hang(figure)
+    poses = place(tree, {**drawn_displacements(tree), **given}).poses
+    along = poses[f"{side}_lower_arm"][:3, 3] - poses[f"{side}_upper_arm"][:3, 3]
+    outwards = 1.0 if side == "left" else -1.0
+    sine, cosine = np.sin(np.radians(60.0)), np.cos(np.radians(60.0))
+    asked = [outwards * sine * 0.5, cosine, sine * np.cos(np.radians(30.0))]
+    miss = np.degrees(np.arccos(np.clip(along @ asked / np.linalg.norm(along), -1.0, 1.0)))
+    assert miss < 0.1
+
+
+def test_the_json_has_what_the_text_says():
+    data = json.loads(ask(90, 0, "--json").stdout)
+    assert data["angles_deg"]["clavicle_elevation"] == pytest.approx(21.3074)
+    assert data["angles_deg"]["humerus_elevation"] == pytest.approx(90.0 - 21.3074)
+    assert abs(data["angles_deg"]["twist"]) == pytest.approx(180.0)
+    assert data["displacements"]["left_clavicle"] == pytest.approx([21.3074, 18.0])
+    assert data["elbow_error_deg"] < 0.1
+    assert data["printed_miss_deg"] > 10.0
+    assert data["near"] == []
+    assert data["files"] == []
+    text = ask(90, 0).stdout
+    assert f"would miss by {data['printed_miss_deg']:.1f} deg" in text
+    assert "21.307,18.000" in text
+    assert "Near a jump" not in text
+
+
+def test_the_table_of_the_page_is_what_the_command_says():
+    page = (DOCS / "shoulder.md").read_text(encoding="utf-8")
+    row = re.compile(r"^\| (\d+), (\d+)[ a-z]*\| ([-0-9., ]+) \| ([-0-9., ]+) \|$", re.MULTILINE)
+    rows = row.findall(page)
+    assert len(rows) == 6
+    for latitude, longitude, *printed in rows:
+        for rhythm, numbers in zip(("otani", "de_groot_brand"), printed, strict=True):
+            data = json.loads(ask(latitude, longitude, "--rhythm", rhythm, "--json").stdout)
+            angles = data["angles_deg"]
+            said = (
+                angles["clavicle_elevation"],
+                angles["clavicle_abduction"],
+                data["printed_miss_deg"],
+            )
+            told = [float(number) for number in numbers.split(",")]
+            assert told == pytest.approx(said, abs=0.051)
+
+
+def test_jumps_near_by_are_told():
+    told = ask(40, 224).stdout
+    assert "Near a jump, where a small motion of the arm is a large one:" in told
+    assert "twist jumps by 40 deg" in told
+    assert "the seam behind the back" in told
+    (near,) = json.loads(ask(40, 224, "--json").stdout)["near"]
+    assert near["angle"] == "twist"
+    assert near["size_deg"] == pytest.approx(40.0, abs=1e-4)
+
+
+def test_the_modern_rhythm_is_named_with_its_reference():
+    assert (
+        "rhythm de_groot_brand: J. H. de Groot" in ask(90, 0, "--rhythm", "de_groot_brand").stdout
+    )
+
+
+def test_a_figure_without_clavicles_is_posed_from_the_torso():
+    done = ask(90, 0, figure="prototype", side="right")
+    assert done.exit_code == 0
+    assert "no joint `right_clavicle`: the arm turns on the torso" in done.stdout
+    data = json.loads(ask(90, 0, "--json", figure="prototype", side="right").stdout)
+    assert data["displacements"] == {"right_shoulder": pytest.approx([0.0, 0.0, 90.0])}
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((181, 0), "--latitude 181: it is between 0, overhead, and 180, hanging"),
+        (("nan", 0), "--latitude nan: the number must be finite"),
+        ((90, "inf"), "--longitude inf: the number must be finite"),
+        ((90, "1e300"), "--longitude 1e+300: an angle is at most 1e6 deg"),
+        ((90, 0, "-o", "arm.fig"), "`.fig` is no known suffix; a pose file ends in .pose"),
+        ((90, 0, "-o", "arm"), "the suffix is missing"),
+        ((90, 0, "--rhythm", "waltz"), "waltz"),
+    ],
+)
+def test_what_there_is_not_is_a_fault_of_usage(words, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = ask(*words)
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_figure_without_the_arm_is_wrong_input():
+    done = ask(90, 0, figure="pendulum")
+    assert done.exit_code == 1
+    assert "error: pendulum: the figure has no joint `left_shoulder`" in done.stderr
+
+
+def test_a_file_that_cannot_be_written_is_wrong_input(tmp_path):
+    done = ask(90, 0, "-o", tmp_path / "none" / "arm.pose")
+    assert done.exit_code == 1
+    assert "cannot be written: there is no directory" in done.stderr

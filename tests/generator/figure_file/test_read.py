@@ -1,0 +1,418 @@
+"""The figure language by example, and the ways in which its files can be strange."""
+
+import math
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import EnoughFaults, Findings, InputError, Source, errors_among
+from generator.figure import Factor, Shift, SiteRef, Turn
+from generator.figure_file import examine_figure, parse_figure, read_figure, shipped_figures
+from generator.figure_file.lexer import Kind, tokenize
+
+FIGURE = """figure {{
+  segment floor {{
+    mass = -1g;
+    site top->location = trans(0cm,10cm,0cm);
+  }}
+  segment arm {{
+    mass = 25g;
+    inertia = (50,50,50);
+    site near->location = trans(0cm,0cm,0cm);
+    site CM->location = trans(5cm,0cm,0cm);
+    {segment}
+  }}
+  joint elbow {{
+    connect floor.top to arm.near;
+    {joint}
+  }}
+  root = floor.top;
+  {figure}
+}}
+"""
+
+
+def _text(segment="", joint="", figure=""):
+    return FIGURE.format(segment=segment, joint=joint, figure=figure)
+
+
+def _read(**parts):
+    reading = parse_figure(_text(**parts))
+    assert reading.faults == ()
+    return reading.figure
+
+
+def test_the_pendulum_of_figure_3_4():
+    figure = read_figure("pendulum")
+    link, shoulder = figure.segments["link1"], figure.joints["shoulder"]
+    assert figure.root == SiteRef("floor", "prox")
+    assert figure.ground == {"floor"}
+    assert link.mass == 0.025
+    assert link.inertia == (5e-6, 5e-6, 5e-6)
+    assert link.sites["CM"].global_force == (1e-3, 0.0, 0.0)
+    assert list(link.sites) == ["prox", "dist", "CM"]
+    assert figure.segments["floor"].sites["dist"].location.factors == (
+        Turn((-math.pi / 4, -math.pi / 2, -math.pi / 4)),
+        Shift((0.0, 1.2, 0.0)),
+    )
+    assert [factor.axis for factor in shoulder.chain] == [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    assert shoulder.displacement == (0.0, math.radians(40), math.radians(20))
+    assert [round(angle, 6) for angle in reversed(shoulder.displacement)] == [0.349066, 0.698132, 0]
+    assert shoulder.stiff == (1e-5, 1e-4, 1e-4)
+    assert shoulder.rest == (0.0, 0.0, 0.0)
+    assert shoulder.damp is None
+
+
+@pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
+def test_the_shipped_figures_have_no_errors(name):
+    assert errors_among(examine_figure(name).faults) == ()
+
+
+def test_a_joint_without_a_type_is_rigid():
+    joint = _read().joints["elbow"]
+    assert (joint.chain, joint.displacement, joint.degrees_of_freedom) == ((), (), 0)
+
+
+def test_all_fields_of_a_joint():
+    joint = _read(
+        joint="""type = R(0,1,0)*T(0,0,-1);
+        displacement = (30deg, 2cm);
+        stiff = (2 N m/rad, 3 N/m);
+        rest = (-10deg, 1in);
+        damp = (1 N m s/rad, 1 N s/m);
+        llimit = (-90deg, 0);
+        ulimit = (1rad, 1ft);"""
+    ).joints["elbow"]
+    assert joint.chain == (Factor("R", (0.0, 1.0, 0.0)), Factor("T", (0.0, 0.0, -1.0)))
+    assert joint.displacement == pytest.approx((math.radians(30), 0.02), rel=1e-15)
+    assert joint.stiff == (2.0, 3.0)
+    assert joint.rest == (math.radians(-10), 0.0254)
+    assert joint.damp == (1.0, 1.0)
+    assert joint.lower_limit == (-math.pi / 2, 0.0)
+    assert joint.upper_limit == (1.0, 0.3048)
+
+
+def test_bare_stiffness_and_damping_are_cgs():
+    joint = _read(joint="type = R(0,1,0)*T(0,0,1); stiff = (5,7); damp = (800000,1);").joints[
+        "elbow"
+    ]
+    assert joint.stiff == (5e-7, 7e-3)
+    assert joint.damp == (0.08, 1e-3)
+
+
+def test_a_joint_of_one_axis_needs_no_brackets():
+    assert _read(joint="type = R(0,1,0); stiff = 5;").joints["elbow"].stiff == (5e-7,)
+
+
+def test_an_axis_printed_with_few_digits_gets_length_one():
+    axis = _read(joint="type = R(0.7071068,0.7071068,0);").joints["elbow"].chain[0].axis
+    assert math.hypot(*axis) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_the_lines_of_a_site_accumulate():
+    site = (
+        _read(
+            segment="""site tip->location = trans(1cm,2cm,3cm);
+    site tip->globalforce = (1 N,0,0);
+    site tip { localforce = (2,0,0); globalmoment = (3 N m,0,0); }
+    site tip->localmoment = (4,0,0);"""
+        )
+        .segments["arm"]
+        .sites["tip"]
+    )
+    assert site.location.factors == (Shift((0.01, 0.02, 0.03)),)
+    assert site.global_force == (1.0, 0.0, 0.0)
+    assert site.local_force == (2e-5, 0.0, 0.0)
+    assert site.global_moment == (3.0, 0.0, 0.0)
+    assert site.local_moment == (4e-7, 0.0, 0.0)
+
+
+def test_a_location_is_composed_of_what_is_written():
+    sites = (
+        _read(
+            segment="""site a { }
+    site b->location = trans(1cm,0,0) * xyz(90deg,0,0) * trans(0,1cm,0);"""
+        )
+        .segments["arm"]
+        .sites
+    )
+    assert sites["a"].location.factors == ()
+    assert sites["b"].location.factors == (
+        Shift((0.01, 0.0, 0.0)),
+        Turn((math.pi / 2, 0.0, 0.0)),
+        Shift((0.0, 0.01, 0.0)),
+    )
+
+
+def test_attribute_is_a_block_and_a_field():
+    figure = _read(
+        segment="attribute = (red,blue);",
+        figure='attribute red { rgb = (1,0,0); } attribute blue { shade = flat; name = "B 1"; }',
+    )
+    assert figure.segments["arm"].attributes == ("red", "blue")
+    assert figure.attributes["red"].fields == {"rgb": (1.0, 0.0, 0.0)}
+    assert figure.attributes["blue"].fields == {"shade": "flat", "name": "B 1"}
+    assert _read(segment="attribute = red;", figure="attribute red { }").segments[
+        "arm"
+    ].attributes == ("red",)
+
+
+def test_comments_blanks_and_empty_statements_say_nothing():
+    plain = parse_figure(_text()).figure
+    text = _text().replace(";", " /* a ; } */ ;; # } \n").replace("site ", "site\n/**/ ")
+    assert parse_figure(text).figure == plain
+
+
+def test_units_are_glued_or_spaced():
+    glued = _read(segment="site x->location = trans(1cm,2mm,3in);")
+    assert _read(segment="site x->location = trans(1 cm,2\tmm, 3 in );") == glued
+
+
+def test_the_words_of_the_language_can_be_names():
+    text = (
+        _text(joint="type = R(0,0,1);")
+        .replace("floor", "segment")
+        .replace("top", "to")
+        .replace("arm", "joint")
+        .replace("elbow", "connect")
+        .replace("near", "location")
+    )
+    reading = parse_figure(text)
+    assert reading.faults == ()
+    assert reading.figure.root == SiteRef("segment", "to")
+
+
+def test_everything_knows_where_it_is_written():
+    figure = _read(joint="type = R(0,0,1); rest = (5deg);")
+    arm, elbow = figure.segments["arm"], figure.joints["elbow"]
+    assert arm.origins["name"].text == "arm"
+    assert arm.origins["mass"].text == "25g"
+    assert arm.sites["CM"].origins["location"].text == "trans(5cm,0cm,0cm)"
+    assert elbow.origins["connect"].text == "connect floor.top to arm.near"
+    assert elbow.origins["parent"].text == "floor.top"
+    assert elbow.origins["rest"].text == "(5deg)"
+    assert figure.origins["root"].text == "floor.top"
+
+
+def test_a_segment_may_close_a_loop():
+    figure = _read(figure="joint second { connect arm.CM to floor.top; type = R(0,0,1); }")
+    assert list(figure.joints) == ["elbow", "second"]
+
+
+@pytest.mark.parametrize("length", [0.9999989, 1.0000011])
+def test_an_axis_off_by_more_than_its_print_is_refused(length):
+    reading = parse_figure(_text(joint=f"type = R(0,{length},0);"))
+    assert "instead of 1" in reading.faults[0].message
+
+
+def test_a_body_of_ten_heavy_links_in_a_row_is_no_person():
+    links = "".join(
+        f"""segment s{i} {{ mass = 4kg; inertia = (1,1,1); site CM->location = trans(1cm,0,0); }}
+        joint j{i} {{ connect {"arm" if i == 0 else f"s{i - 1}"}.CM to s{i}.CM; }}"""
+        for i in range(10)
+    )
+    reading = parse_figure(_text(figure=links))
+    assert reading.figure.total_mass == pytest.approx(40.025)
+    assert reading.faults == ()
+
+
+# Paths and names
+
+
+def test_a_shipped_name_is_found_from_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pendulum").mkdir()  # a folder of that name is not meant
+    reading = examine_figure("pendulum")
+    assert reading.figure == read_figure("pendulum")
+    assert (reading.path / "pendulum.fig").is_file()
+
+
+def test_a_file_comes_before_a_shipped_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("pendulum").write_text(_text())
+    figure = read_figure("pendulum")
+    assert "elbow" in figure.joints
+    assert figure.path == Path("pendulum")
+
+
+def test_a_missing_file_is_told_with_the_nearest_shipped_name():
+    with pytest.raises(InputError) as raised:
+        read_figure("prototipe")
+    (fault,) = raised.value.faults
+    assert fault.span is None
+    assert fault.hint == "did you mean `prototype`?"
+
+
+@pytest.mark.parametrize("name", ["no/such/file.fig", "a" * 5000, ""])
+def test_strange_names_are_told(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (fault,) = examine_figure(name).faults
+    assert fault.span is None
+
+
+def test_a_directory_is_no_file(tmp_path):
+    (fault,) = examine_figure(tmp_path).faults
+    assert "is a directory" in fault.message
+
+
+def test_a_file_that_may_not_be_read_is_told(tmp_path, monkeypatch):
+    path = tmp_path / "arm.fig"
+    path.write_text(_text())
+
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    (fault,) = examine_figure(path).faults
+    assert fault.message.endswith("cannot be read: permission denied")
+
+
+def test_a_device_without_end_is_not_read_for_ever():
+    (fault,) = examine_figure("/dev/zero").faults
+    assert "larger than" in fault.message
+
+
+def test_the_shipped_figures_are_named():
+    assert {"clavicles", "fourbar", "pendulum", "prototype"} <= set(shipped_figures())
+
+
+def test_a_geometry_file_beside_the_figure_is_found(tmp_path):
+    path = tmp_path / "arm.fig"
+    path.write_text(_text(segment='psurf = "arm.pss";'))
+    assert len(examine_figure(path).faults) == 1
+    (tmp_path / "arm.pss").write_text("")
+    assert examine_figure(path).faults == ()
+
+
+def test_a_geometry_file_with_an_impossible_name_is_missing(tmp_path):
+    path = tmp_path / "arm.fig"
+    path.write_text(_text(segment=f'psurf = "{"é" * 190}.pss";'))
+    (fault,) = examine_figure(path).faults
+    assert "there is no file" in fault.message
+
+
+# Encodings
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        _text().encode("utf-8-sig"),
+        _text().replace("\n", "\r\n").encode(),
+        _text().replace("\n", "\r").encode(),
+        _text().replace("figure {", "figure { # épaule", 1).encode(),
+    ],
+    ids=["byte-order mark", "CRLF", "CR", "UTF-8 comment"],
+)
+def test_harmless_encodings_are_read_in_silence(data, tmp_path):
+    path = tmp_path / "arm.fig"
+    path.write_bytes(data)
+    reading = examine_figure(path)
+    assert reading.faults == ()
+    assert reading.figure == parse_figure(_text()).figure
+
+
+def test_the_place_of_a_wrong_byte_is_right_behind_a_byte_order_mark(tmp_path):
+    path = tmp_path / "arm.fig"
+    path.write_bytes(b"\xef\xbb\xbffigure\r\n{ # caf\xe9 }")
+    (fault,) = examine_figure(path).faults
+    assert (fault.span.line, fault.span.column, fault.span.text) == (2, 8, "é")
+
+
+# Size and speed
+
+TEN_MILLION = 10_000_000
+
+
+@pytest.mark.parametrize(
+    ("head", "piece"),
+    [
+        ("", "{"),
+        ("figure {", "{"),
+        ("figure {", "}"),
+        ("figure { root = ", "("),
+        ("", "figure {"),
+        ("", "\n"),
+        ("", "#\n"),
+        ("", "/**/"),
+        ("", "/*\n"),
+        ("", '"'),
+        ("figure {", '"\n'),
+        ("", "a"),
+        ("", "$ "),
+        ("", "é "),
+        ("figure { segment a { mass = ", "1"),
+        ("figure { segment a { mass = 1", " kg"),
+        ("figure { segment a { inertia = (", "1,"),
+        ("figure { segment a {", "m = 1;"),
+        ("figure { segment a {", "site b->location = xyz(1,2,3);"),
+        ("figure {", "segment a { }"),
+    ],
+)
+def test_ten_million_characters_end_soon(head, piece):
+    text = head + piece * (TEN_MILLION // len(piece))
+    start = time.process_time()
+    faults = parse_figure(text).faults
+    told = "\n".join(str(fault) for fault in faults)
+    # A guard against reading on without end, not a measure: coverage makes it several times slower.
+    assert time.process_time() - start < 20.0
+    assert 1 <= len(faults) <= 200
+    assert len(told) < 60_000
+    assert all(fault.span is not None for fault in faults)
+
+
+def test_after_a_hundred_errors_reading_stops():
+    reading = parse_figure(_text(segment="colour = 1;\n" * 500))
+    assert len(reading.faults) == 100
+    assert "reading stopped here, after 100 errors" in reading.faults[-1].hint
+
+
+def test_of_many_warnings_a_hundred_are_told():
+    sites = "".join(f"site s{i}->location = xyz(1,0,0);\n" for i in range(250))
+    reading = parse_figure(_text(segment=sites))
+    assert reading.figure is not None
+    assert len(reading.faults) == 100
+    assert reading.faults[-1].hint.endswith("and 150 more warnings")
+
+
+# Tokens
+
+_SCRAPS = st.one_of(
+    st.text(max_size=80),
+    st.text(alphabet='abeE019.+-*/{}();,="#\n \t\r>_é$', max_size=120),
+)
+
+
+@given(text=_SCRAPS)
+def test_any_text_is_cut_into_tokens_in_order(text):
+    source, findings = Source("text", text), Findings()
+    tokens = []
+    try:
+        tokens.extend(tokenize(source, findings))
+    except EnoughFaults:
+        assert len(findings.faults) == 100
+        return
+    assert tokens[-1].kind is Kind.END
+    ends = [0, *(token.end for token in tokens)]
+    assert all(end <= token.start for end, token in zip(ends, tokens, strict=False))
+    for token in tokens[:-1]:
+        assert token.start < token.end <= len(text)
+        if token.kind is Kind.NAME:
+            assert text[token.start : token.end] == token.text
+    if not findings.faults:
+        spaced = " ".join(text[token.start : token.end] for token in tokens)
+        again = list(tokenize(Source("text", spaced), Findings()))
+        assert [(t.kind, t.text, t.unit) for t in again] == [
+            (t.kind, t.text, t.unit) for t in tokens
+        ]
+
+
+@given(text=_SCRAPS)
+def test_any_text_is_read_without_a_traceback(text):
+    for whole in (text, f"figure {{ {text}", _text(segment=text.replace("{", "(")), _text() + text):
+        reading = parse_figure(whole)
+        assert (reading.figure is None) is bool(errors_among(reading.faults))
+        assert all(str(fault) for fault in reading.faults)

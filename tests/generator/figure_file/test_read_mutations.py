@@ -1,0 +1,110 @@
+"""A thousand damaged figure files: no traceback, none slow, what is accepted is written back."""
+
+import re
+import time
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from generator.diagnostics import errors_among
+from generator.figure_file import faults_for_simulation, parse_figure, shipped_figures
+from generator.figure_file.write import write_figure
+
+LONGEST = 2.0
+"""Seconds in which a file must be read and its faults told."""
+
+BASES = [
+    shipped_figures()[name].read_text("utf-8") for name in ("prototype", "pendulum", "fourbar")
+]
+
+_TOKENS = re.compile(r"\w+|->|[^\w\s]|\s+")
+
+WORDS = """
+{ } ( ) ; , = * . -> / " # /* */ figure segment site joint attribute root connect to type location
+mass inertia psurf displacement stiff rest damp llimit ulimit globalforce xyz trans R T R(0,0,1)
+R(1,0,0) 0 1 -1 1e999 1e-999 nan inf 90 45deg 2cm 3g kg N rad floor CM proximal é
+"""
+
+SCRAPS = st.one_of(
+    st.sampled_from([*WORDS.split(), " ", "\t", "\n", "\r", "\r\n", "\0", "\ufeff"]),
+    st.text(max_size=5),
+)
+
+
+@st.composite
+def damaged(draw):
+    """A shipped file with one to five wounds, each of a character, a word, a line or a stretch."""
+    text = draw(st.sampled_from(BASES))
+    for _ in range(draw(st.integers(1, 5))):
+        text = draw(st.sampled_from([_character, _word, _line, _stretch]))(draw, text)
+    return text
+
+
+def _character(draw, text):
+    place = draw(st.integers(0, len(text)))
+    return _wound(draw, text, place, min(len(text), place + 1))
+
+
+def _word(draw, text):
+    spans = [match.span() for match in _TOKENS.finditer(text)]
+    start, end = draw(st.sampled_from(spans)) if spans else (0, 0)
+    return _wound(draw, text, start, end)
+
+
+def _line(draw, text):
+    lines = text.splitlines(keepends=True) or [""]
+    index = draw(st.integers(0, len(lines) - 1))
+    start = sum(map(len, lines[:index]))
+    return _wound(draw, text, start, start + len(lines[index]))
+
+
+def _stretch(draw, text):
+    start = draw(st.integers(0, len(text)))
+    return _wound(draw, text, start, min(len(text), start + draw(st.integers(0, 200))))
+
+
+def _wound(draw, text, start, end):
+    """Delete, double, replace, move or push aside what stands from `start` to `end`."""
+    piece, before, after = text[start:end], text[:start], text[end:]
+    match draw(st.sampled_from(["delete", "double", "replace", "insert", "move"])):
+        case "delete":
+            return before + after
+        case "double":
+            return before + piece + piece + after
+        case "replace":
+            return before + draw(SCRAPS) + after
+        case "insert":
+            return before + draw(SCRAPS) + piece + after
+        case _:
+            rest = before + after
+            place = draw(st.integers(0, len(rest)))
+            return rest[:place] + piece + rest[place:]
+
+
+@settings(max_examples=1000, derandomize=True, deadline=None)
+@given(text=damaged())
+def test_a_damaged_file_is_told_or_read(text):
+    start = time.process_time()
+    reading = parse_figure(text)
+    told = [str(fault) for fault in reading.faults]
+    assert time.process_time() - start < LONGEST
+    assert (reading.figure is None) is bool(errors_among(reading.faults))
+    assert all(told)
+    if reading.figure is not None:
+        again = parse_figure(write_figure(reading.figure))
+        assert again.figure == reading.figure
+        assert len(faults_for_simulation(reading.figure)) == len(
+            faults_for_simulation(again.figure)
+        )
+
+
+def test_the_wounds_leave_some_files_whole_and_break_others():
+    outcomes = set()
+
+    @settings(max_examples=60, derandomize=True, deadline=None, database=None)
+    @given(text=damaged())
+    def look(text):
+        outcomes.add(parse_figure(text).figure is None)
+
+    look()
+    assert outcomes == {True, False}

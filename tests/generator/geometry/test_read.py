@@ -1,0 +1,155 @@
+"""Mesh files, as trimesh writes and reads them."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import trimesh
+
+from generator.diagnostics import InputError
+from generator.geometry import mass_properties, read_surface, solid_of
+from generator.geometry.read import UnknownSurfaceError
+from generator.rotations import homogeneous, matrix_from_rotation_vector
+
+MILLIMETRE = Fraction(1, 1000)
+SIZE = (0.5, 0.25, 2.0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A box and a ball in every format."""
+    path = tmp_path_factory.mktemp("meshes")
+    box = trimesh.creation.box(SIZE)
+    for suffix in ("stl", "obj", "ply", "glb"):
+        box.export(path / f"box.{suffix}")
+        trimesh.creation.icosphere(subdivisions=3).export(path / f"ball.{suffix}")
+    box.export(path / "ascii.stl", file_type="stl_ascii")
+    box.export(path / "ascii.ply", encoding="ascii")
+    return path
+
+
+@pytest.mark.parametrize("name", ["box.stl", "ascii.stl", "box.obj", "box.ply", "ascii.ply"])
+def test_formats_without_units_need_one(folder, name):
+    with pytest.raises(UnknownSurfaceError, match=r"give the unit, such as `--unit mm`"):
+        read_surface(folder / name)
+    found = mass_properties(read_surface(folder / name, MILLIMETRE), 1e9)
+    assert found.mass == pytest.approx(0.25, rel=1e-12)
+    assert found.inertia[0, 0] == pytest.approx(0.25 / 12 * (0.0625 + 4.0) * 1e-6, rel=1e-12)
+
+
+def test_gltf_is_in_metres(folder):
+    assert mass_properties(read_surface(folder / "box.glb"), 1000.0).mass == pytest.approx(250.0)
+    small = read_surface(folder / "box.glb", Fraction(1, 10))
+    assert mass_properties(small, 1000.0).mass == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb"])
+def test_a_ball_has_the_mass_and_inertia_that_trimesh_says(folder, suffix):
+    ball = trimesh.load_mesh(folder / f"ball.{suffix}")
+    found = mass_properties(read_surface(folder / f"ball.{suffix}", Fraction(1)), 3.0)
+    ball.density = 3.0
+    assert found.mass == pytest.approx(ball.mass, rel=1e-10)
+    assert found.inertia == pytest.approx(ball.moment_inertia, abs=1e-9 * ball.mass)
+    assert found.mass == pytest.approx(4.0 * np.pi, rel=0.02)
+
+
+def test_stl_vertices_are_joined(folder):
+    assert len(read_surface(folder / "box.stl", Fraction(1)).vertices[:]) == 36
+    surface = read_surface(folder / "box.stl", Fraction(1))
+    assert len(np.unique(surface.corners)) == 8
+    assert solid_of(surface).joined == 0
+
+
+def test_a_scene_is_one_surface_with_its_parts_in_place(tmp_path):
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.box((1, 1, 1)))
+    turn = homogeneous(matrix_from_rotation_vector([0, 0, np.pi / 4]), [3.0, 0.0, 0.0])
+    scene.add_geometry(trimesh.creation.box((1, 2, 1)), transform=turn)
+    scene.export(tmp_path / "scene.glb")
+    solid = solid_of(read_surface(tmp_path / "scene.glb"))
+    assert len(solid.shells) == 2
+    assert solid.mass_properties(1.0).centre == pytest.approx([2.0, 0, 0], abs=1e-6)
+
+
+def test_an_open_mesh_names_places(tmp_path):
+    box = trimesh.creation.box(SIZE)
+    box.update_faces(np.arange(len(box.faces)) != 3)
+    path = tmp_path / "open.stl"
+    box.export(path)
+    with pytest.raises(InputError) as raised:
+        solid_of(read_surface(path, MILLIMETRE))
+    (fault,) = raised.value.faults
+    assert fault.message.startswith(f"{path}: the surface is open: 3 edges belong to one face")
+    assert "0.00025" in fault.message
+    assert fault.message.endswith(" m")
+
+
+def test_collapsed_triangles_are_dropped(tmp_path):
+    box = trimesh.creation.box(SIZE)
+    apart = np.vstack([box.triangles, np.repeat(box.triangles[:1, :1], 3, axis=1)])
+    points = apart.reshape(-1, 3)
+    mesh = trimesh.Trimesh(points, np.arange(len(points)).reshape(-1, 3), process=False)
+    mesh.export(tmp_path / "slack.stl")
+    assert read_surface(tmp_path / "slack.stl", Fraction(1)).face_count == 12
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply", ".glb", ".gltf"])
+@pytest.mark.parametrize("content", [b"", b"hello\n", bytes(range(256)) * 4])
+def test_what_is_no_mesh_is_told(tmp_path, suffix, content):
+    path = tmp_path / f"noise{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"noise") as raised:
+        read_surface(path, Fraction(1))
+    assert len(raised.value.faults) == 1
+
+
+@pytest.mark.parametrize("size", [1, 50, 83, 84, 300, 683])
+def test_a_mesh_that_is_cut_short_is_told(tmp_path, size):
+    path = tmp_path / "cut.stl"
+    trimesh.creation.box(SIZE).export(path)
+    whole = path.read_bytes()
+    assert len(whole) == 684
+    path.write_bytes(whole[:size])
+    with pytest.raises(InputError, match=rf"it is cut short, at {size} (of 684 )?bytes"):
+        read_surface(path, Fraction(1))
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".glb"])
+def test_bytes_of_no_mesh_are_told_in_words(tmp_path, suffix):
+    path = tmp_path / f"noise{suffix}"
+    path.write_bytes(b"\xff\xfe\x80\x81" * 100)
+    with pytest.raises(InputError) as raised:
+        read_surface(path, Fraction(1))
+    (fault,) = raised.value.faults
+    assert "it is cut short, or holds something else" in fault.message
+    assert "module" not in str(fault)
+
+
+def test_a_cloud_of_points_has_no_faces(tmp_path):
+    trimesh.PointCloud(np.eye(3)).export(tmp_path / "cloud.ply")
+    with pytest.raises(InputError, match="there are no faces"):
+        read_surface(tmp_path / "cloud.ply", Fraction(1))
+
+
+def test_a_vertex_that_is_not_finite_is_told(tmp_path):
+    path = tmp_path / "odd.obj"
+    path.write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(InputError, match="not finite"):
+        read_surface(path, Fraction(1))
+
+
+def test_missing_files_and_directories_are_told(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_surface(tmp_path / "none.stl", Fraction(1))
+    (tmp_path / "folder.stl").mkdir()
+    with pytest.raises(InputError, match="directory"):
+        read_surface(tmp_path / "folder.stl", Fraction(1))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("a.pls", "did you mean `.pss`"), ("a.x3d", "known here: .glb"), ("a", "is missing")],
+)
+def test_an_unknown_suffix_is_told(name, said):
+    with pytest.raises(UnknownSurfaceError, match=said):
+        read_surface(name)

@@ -1,0 +1,192 @@
+"""Tables that drive joints: what they say, and every fault with its place."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator import read_figure
+from generator.drive import Drive
+from generator.input_files.drives import examine_drives, parse_drives
+from tests.chains import chain, one_body
+
+PROTOTYPE = read_figure(Path(str(files("figures"))) / "prototype.fig")
+HEADER = "time [s], left_knee [deg], left_shoulder.3 [rad], left_shoulder.1 [deg]\n"
+
+
+def faults(text, figure=PROTOTYPE, only=()):
+    """`line:column message; hint` of every fault."""
+    reading = parse_drives(text, figure, only)
+    assert not reading.drives
+    told = []
+    for fault in reading.faults:
+        line, column = fault.span.source.line_and_column(fault.span.start)
+        told.append(f"{line}:{column} {fault.message}; {fault.hint}")
+    return told
+
+
+def test_columns_of_joints_and_of_their_displacements() -> None:
+    """In any order, in degrees or radians; comments and energies are passed over."""
+    text = (
+        "# a table\n" + HEADER.replace("\n", ", kinetic [J]\n") + "0, 0, 0, 0, 1\n1,90,2,-180,5\n"
+    )
+    reading = parse_drives(text, PROTOTYPE)
+    assert not reading.faults
+    assert set(reading.drives) == {"left_knee", "left_shoulder"}
+    knee, shoulder = reading.drives["left_knee"], reading.drives["left_shoulder"]
+    assert (knee.freedoms, shoulder.freedoms) == ((0,), (0, 2))
+    assert knee.at(1.0) == pytest.approx([np.pi / 2.0])
+    assert shoulder.at(0.5) == pytest.approx([-np.pi / 2.0, 1.0])
+
+
+def test_some_joints_of_a_table() -> None:
+    """Columns of others are not looked at."""
+    text = "time [s],left_knee [deg],no_joint [deg],waist.2 [deg]\n0,0,0,0\n1,90,1,1\n"
+    assert set(parse_drives(text, PROTOTYPE, ["left_knee"]).drives) == {"left_knee"}
+    assert not parse_drives(text, PROTOTYPE, ["right_knee"]).drives
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0.05, 2.0), st.floats(-400.0, 400.0), st.floats(-7.0, 7.0)),
+        min_size=2,
+        max_size=20,
+    )
+)
+def test_what_is_written_is_driven(rows) -> None:
+    """Every number of a table is met at its time."""
+    times = np.cumsum([gap for gap, *_ in rows])
+    lines = [
+        f"{time!r},{degrees!r},{radians!r}"
+        for time, (_, degrees, radians) in zip(times.tolist(), rows, strict=True)
+    ]
+    text = "time [s],left_knee [deg],waist.2 [rad]\n" + "\n".join(lines)
+    drives = parse_drives(text, PROTOTYPE).drives
+    assert drives["left_knee"].at(times)[:, 0] == pytest.approx(
+        np.radians([degrees for _, degrees, _ in rows]), abs=1e-9
+    )
+    assert drives["waist"].at(times)[:, 0] == pytest.approx(
+        [radians for *_, radians in rows], abs=1e-9
+    )
+
+
+@given(st.text(alphabet="time [s],left_knee.1[deg]\n0123456789.-+eNaN#;\t", max_size=120))
+def test_any_text_is_read_or_refused(text) -> None:
+    """Drives come without errors, and errors without drives."""
+    reading = parse_drives(text, PROTOTYPE)
+    assert bool(reading.drives) != any(fault.severity.value == "error" for fault in reading.faults)
+
+
+FAULTS = {
+    "": ["1:1 there is no table in this file; time [s],left_knee [deg],left_shoulder.1 [deg]"],
+    "time [s];left_knee [deg]\n": [
+        "1:1 columns are separated by commas; time [s],left_knee [deg],left_shoulder.1 [deg]"
+    ],
+    "left_knee [deg]\n0\n1\n": [
+        "1:1 there is no column `time [s]`; time [s],left_knee [deg],left_shoulder.1 [deg]"
+    ],
+    "time,left_knee [deg]\n0,0\n1,1\n": ["1:1 column `time` has no unit; write `time [s]`"],
+    "time [ms],left_knee [deg]\n0,0\n1,1\n": [
+        "1:1 column `time` has the unknown unit `[ms]`; write `time [s]`"
+    ],
+    "time [s],left_knee [deg]\n0,0\n1e-300,1\n0.1,1e9\n": [
+        "3:1 this row is nearer than 1e-06 s to the one before; ",
+        "4:5 `1e9` is beyond 1e+06 rad; ",
+    ],
+    "time [s]\n0\n1\n": [
+        "1:1 no column drives a joint; time [s],left_knee [deg],left_shoulder.1 [deg]"
+    ],
+    "time [s],left_kne [deg]\n": [
+        "1:10 the figure has no joint `left_kne`; did you mean `left_knee`?"
+    ],
+    "time [s],left_knee\n": [
+        "1:10 column `left_knee` has no unit; write `left_knee [deg]` or `[rad]`"
+    ],
+    "time [s],left_knee [cm]\n": [
+        "1:10 column `left_knee` has the unknown unit `[cm]`; write `left_knee [deg]` or `[rad]`"
+    ],
+    "time [s],waist [deg]\n": [
+        "1:10 `waist` has 3 degrees of freedom; a column for each that is driven: `waist.1 [deg]`"
+    ],
+    "time [s],waist.4 [deg],left_knee.0 [deg],left_knee.x [deg]\n": [
+        "1:10 `waist` has no degree of freedom `4`; from 1 to 3",
+        "1:24 `left_knee` has no degree of freedom `0`; from 1 to 1",
+        "1:42 `left_knee` has no degree of freedom `x`; from 1 to 1",
+    ],
+    "time [s],left_knee [deg],left_knee.1 [rad],time [s]\n": [
+        "1:26 a second column `left_knee.1`; ",
+        "1:44 a second column `time`; ",
+    ],
+    "time [s],left_knee [deg]\n0,1\n": ["2:1 a drive needs two rows or more; "],
+    "time [s],left_knee [deg]\n0,nan\n0.1,x\n0.1,\n0.3,1e999\n0.4,1,2\n0.5,1\n0.5,2\n": [
+        "2:3 `nan` is not finite; ",
+        "3:5 `x` is not a number (column `left_knee`); ",
+        "4:5 a number is missing (column `left_knee`); ",
+        "5:5 `1e999` is beyond the largest number; ",
+        "6:1 this row has 3 cells, not 2; ",
+        "8:1 the time does not increase; ",
+    ],
+}
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_faults_stand_where_they_are(text) -> None:
+    assert faults(text) == FAULTS[text]
+
+
+def test_slides_are_refused() -> None:
+    made = one_body(chain("Tx"))
+    text = "time [s],pin [cm]\n0,1\n1,2\n"
+    assert faults(text, made) == ["1:10 `pin` slides: only turns can be driven in a simulation; "]
+
+
+def test_a_file_that_is_not_there(tmp_path) -> None:
+    reading = examine_drives(tmp_path / "none.csv", PROTOTYPE)
+    assert not reading.drives
+    assert len(reading.faults) == 1
+
+
+def test_splines_that_leave_the_range_of_their_rows_are_told() -> None:
+    """Where each is worst, at the row before; not of a column that stays within."""
+    text = (
+        "time [s],left_knee [deg],waist.2 [deg]\n"
+        "0,0,0\n0.1,0,10\n0.12,90,12\n0.2,90,20\n0.4,90,40\n"
+    )
+    reading = parse_drives(text, PROTOTYPE)
+    (told,) = reading.faults
+    assert told.severity.value == "warning"
+    assert (told.span.line, told.span.text) == (2, "0")
+    times = np.linspace(0.0, 0.4, 100_001)
+    angles = np.degrees(reading.drives["left_knee"].at(times)[:, 0])
+    assert f"left_knee 1 to {angles.min():.4g} deg at" in told.message
+    assert f"at {times[angles.argmin()]:.4g} s" in told.message
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0.01, 1.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)),
+        min_size=2,
+        max_size=8,
+    )
+)
+def test_no_overshoot_is_missed(rows) -> None:
+    """Against the spline at many times."""
+    times = np.cumsum([gap for gap, *_ in rows])
+    drive = Drive(times, [values for _, *values in rows])
+    found = {one.column: one for one in drive.overshoots()}
+    values = drive.at(np.linspace(times[0], times[-1], 4001))
+    for column, turns in enumerate(np.transpose([values for _, *values in rows])):
+        low, high = turns.min(), turns.max()
+        beyond = max(values[:, column].max() - high, low - values[:, column].min())
+        bound = max(0.05 * (high - low), 1e-3)
+        if column in found:
+            one = found[column]
+            worst = max(one.value - high, low - one.value)
+            assert worst > bound
+            assert worst >= beyond - 1e-9
+            assert times[one.row] <= one.time <= times[one.row + 1]
+        else:
+            assert beyond <= bound * (1.0 + 1e-6)

@@ -1,0 +1,184 @@
+"""Loads from a file: what is read, and what is said of what cannot be."""
+
+from pathlib import Path
+
+import pytest
+
+from generator.diagnostics import InputError, Severity
+from generator.figure import Figure, SiteRef
+from generator.figure_file import read_figure
+from generator.input_files.loads import examine_loads, parse_loads, read_loads
+from generator.loads import LoadKind
+from tests.paths import DOCS
+
+HEADER = "site,kind,time [s],x [N],y [N],z [N]\n"
+BOTH = "site,kind,time [s],x [N or N m],y [N or N m],z [N or N m]\n"
+
+
+@pytest.fixture(scope="module")
+def figure() -> Figure:
+    return read_figure("prototype")
+
+
+def test_forces_and_moments_at_several_sites_in_one_file(figure: Figure):
+    text = (
+        "# a push\n\n"
+        + BOTH
+        + "center_torso.distal, globalforce, 0, 0,0,0\r\n"
+        + "right_lower_arm.distal,localmoment,0.5,0,0,.5\n"
+        + "center_torso.distal,globalforce,1e-1,-80,+2.5,1e2\n"
+        + "right_lower_arm.distal,localmoment,1,0,0,0.25\n"
+    )
+    reading = parse_loads(text, figure)
+    assert reading.faults == ()
+    push, twist = reading.loads
+    assert push.site == SiteRef("center_torso", "distal")
+    assert push.kind is LoadKind.GLOBAL_FORCE
+    assert push.times == (0.0, 0.1)
+    assert push.values == ((0.0, 0.0, 0.0), (-80.0, 2.5, 100.0))
+    assert twist.site == SiteRef("right_lower_arm", "distal")
+    assert twist.kind is LoadKind.LOCAL_MOMENT
+    assert twist.values == ((0.0, 0.0, 0.5), (0.0, 0.0, 0.25))
+
+
+def test_columns_may_stand_in_any_order(figure: Figure):
+    text = (
+        "z [N m],time [s],site,y [N m],kind,x [N m]\n3,0,waist_is_no_site,2,localmoment,1\n"
+    ).replace("waist_is_no_site", "lower_torso.distal")
+    (load,) = parse_loads(text, figure).loads
+    assert load.values == ((1.0, 2.0, 3.0),)
+
+
+SITE = "lower_torso.distal"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "message", "hint"),
+    [
+        ("", 1, 1, "there are no loads in this file", "site,kind,time [s]"),
+        ("# nothing\n\n", 1, 1, "there are no loads in this file", "site,kind,time [s]"),
+        (HEADER, 1, 1, "the table has no rows", ""),
+        (
+            HEADER + "lower_torso.dital,globalforce,0,1,2,3\n",
+            2,
+            1,
+            "the figure has no site `lower_torso.dital`",
+            "did you mean `lower_torso.distal`?",
+        ),
+        (
+            HEADER + f"{SITE},globalfroce,0,1,2,3\n",
+            2,
+            20,
+            "unknown kind of load `globalfroce`",
+            "did you mean `globalforce`?",
+        ),
+        (
+            HEADER + f"{SITE},globalmoment,0,1,2,3\n",
+            2,
+            20,
+            "`globalmoment` is in [N m], but the columns are in [N]",
+            "x [N or N m]",
+        ),
+        (
+            "site,kind,time,x [N],y [N],z [N]\n",
+            1,
+            11,
+            "column `time` has no unit",
+            "write `time [s]`",
+        ),
+        (
+            "site,kind,time [s],x [lbf],y [N],z [N]\n",
+            1,
+            20,
+            "column `x` has an unknown unit",
+            "write `x [N]` or `x [N m]` or `x [N or N m]`",
+        ),
+        ("site,kind,time [s],x [N],y [N]\n", 1, 1, "there is no column `z`", "site,kind"),
+        ("site,kind,time [s],x [N],x [N],z [N]\n", 1, 26, "a second column `x`", ""),
+        ("sight,kind,time [s],x [N],y [N],z [N]\n", 1, 1, "unknown column `sight`", "`site`"),
+        (
+            "site,kind,time [s],x [N],y [N m],z [N]\n",
+            1,
+            1,
+            "x, y and z have different units",
+            "",
+        ),
+        (HEADER.replace(",", ";"), 1, 1, "columns are separated by commas", ""),
+        (HEADER + f"{SITE},localforce,0,1,two,3\n", 2, 35, "`two` is not a number", ""),
+        (HEADER + f"{SITE},localforce,0,1,,3\n", 2, 35, "a number is missing", ""),
+        (HEADER + f"{SITE},localforce,0,nan,2,3\n", 2, 33, "`nan` is not finite", ""),
+        (HEADER + f"{SITE},localforce,0,1,2,-inf\n", 2, 37, "`-inf` is not finite", ""),
+        (HEADER + f"{SITE},localforce,0,1,2,1e999\n", 2, 37, "`1e999` is beyond", ""),
+        (HEADER + f"{SITE},localforce,0,1,2,1e13\n", 2, 37, "`1e13` is too large", "1e+12"),
+        (HEADER + f"{SITE},localforce,0,1,2\n", 2, 1, "this row has 5 cells, not 6", ""),
+        (
+            HEADER + f"{SITE},localforce,0.2,1,2,3\n{SITE},localforce,0.1,1,2,3\n",
+            3,
+            31,
+            "the time 0.1 s is not after 0.2 s",
+            "for a jump",
+        ),
+        (
+            HEADER + f"{SITE},localforce,0.2,1,2,3\n{SITE},localforce,0.2,1,2,3\n",
+            3,
+            31,
+            "the time 0.2 s is not after 0.2 s",
+            "for a jump",
+        ),
+    ],
+)
+def test_a_fault_has_its_place(
+    figure: Figure, text: str, line: int, column: int, message: str, hint: str
+):
+    reading = parse_loads(text, figure, "push.csv")
+    assert reading.loads == ()
+    (fault,) = reading.faults
+    assert fault.severity is Severity.ERROR
+    assert fault.span is not None
+    assert (fault.span.source.name, fault.span.line, fault.span.column) == (
+        "push.csv",
+        line,
+        column,
+    )
+    assert message in fault.message
+    assert hint in fault.hint
+
+
+def test_all_faults_are_told_at_once(figure: Figure):
+    text = HEADER + f"{SITE},force,0,a,2,3\n{SITE},localforce,1\nno.where,localforce,2,0,0,0\n"
+    lines = [fault.span.line for fault in parse_loads(text, figure).faults if fault.span]
+    assert lines == [2, 2, 3, 4]
+
+
+def test_no_end_of_faults_is_told(figure: Figure):
+    assert len(parse_loads(HEADER + "x\n" * 5000, figure).faults) == 100
+
+
+def test_a_load_that_does_nothing_is_a_warning(figure: Figure):
+    text = HEADER + "body_root.base,globalforce,0,1,2,3\n"
+    reading = parse_loads(text, figure)
+    assert len(reading.loads) == 1
+    assert [fault.severity for fault in reading.faults] == [Severity.WARNING] * 2
+    assert "acts for no time" in reading.faults[0].message
+    assert "is on the ground" in reading.faults[1].message
+
+
+def test_a_file_is_read_by_its_path(figure: Figure, tmp_path: Path):
+    path = tmp_path / "push.csv"
+    path.write_text(HEADER + f"{SITE},globalforce,0,1,2,3\n", encoding="utf-8-sig")
+    (load,) = read_loads(path, figure)
+    assert load.site == SiteRef("lower_torso", "distal")
+
+
+def test_a_file_that_is_not_there_is_a_sentence(figure: Figure, tmp_path: Path):
+    with pytest.raises(InputError, match="cannot be read: no such file"):
+        read_loads(tmp_path / "none.csv", figure)
+    assert "is a directory" in examine_loads(tmp_path, figure).faults[0].message
+
+
+def test_the_example_of_the_documentation_can_be_read(figure: Figure):
+    text = (DOCS / "loads.md").read_text(encoding="utf-8")
+    block = [line[4:] for line in text.splitlines() if line.startswith("    ")]
+    reading = parse_loads("\n".join(block), figure)
+    assert reading.faults == ()
+    assert [load.kind for load in reading.loads] == [LoadKind.GLOBAL_FORCE, LoadKind.LOCAL_MOMENT]

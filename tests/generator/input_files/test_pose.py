@@ -1,0 +1,138 @@
+"""Pose files: read back as written, told all that is wrong, and never the end of the program."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from generator import read_figure
+from generator.diagnostics import InputError, errors_among
+from generator.figure_file.write import write_pose
+from generator.input_files.pose import examine_pose, parse_pose, read_pose
+from generator.units import BOUNDS, Dimension
+from tests.chains import chain, row
+from tests.paths import FAULTS
+
+POSE_FAULTS = sorted(FAULTS.glob("pose_*.pose"))
+
+LARGEST = BOUNDS[Dimension.ANGLE].largest
+NUMBER = st.floats(-LARGEST, LARGEST)
+SLIDING = row(3, (chain("Rx Ry Rz Tx Ty Tz"), chain("Ts"), ()))
+
+
+@cache
+def prototype():
+    return read_figure("prototype")
+
+
+def read(text, figure=None):
+    reading = parse_pose(text, figure or prototype())
+    assert not reading.faults, "\n".join(map(str, reading.faults))
+    return {name: tuple(values) for name, values in reading.displacements.items()}
+
+
+@st.composite
+def poses(draw, figure):
+    """Displacements of some of the joints."""
+    names = draw(st.sets(st.sampled_from([n for n, j in figure.joints.items() if j.chain])))
+    sizes = {name: figure.joints[name].degrees_of_freedom for name in sorted(names)}
+    return {name: tuple(draw(NUMBER) for _ in range(size)) for name, size in sizes.items()}
+
+
+@pytest.mark.parametrize("figure", [prototype(), SLIDING], ids=["prototype", "sliding"])
+@given(data=st.data())
+def test_reading_is_the_inverse_of_writing(figure, data):
+    pose = data.draw(poses(figure).filter(len))
+    again = read(write_pose(figure, pose), figure)
+    assert again == pose
+
+
+def test_a_pose_by_example():
+    text = """
+    joint left_knee { displacement = (30deg); }   # bent
+    joint waist { displacement = (0.1rad,0,-90deg); }
+    joint right_knee { displacement = 1e1deg; }
+    """
+    found = read(text)
+    assert list(found) == ["left_knee", "waist", "right_knee"]
+    assert found["left_knee"] == pytest.approx((np.pi / 6,), rel=1e-15)
+    assert found["waist"] == (0.1, 0.0, -np.pi / 2)
+    assert found["right_knee"] == pytest.approx((np.pi / 18,), rel=1e-15)
+    assert all(
+        values.dtype == float for values in parse_pose(text, prototype()).displacements.values()
+    )
+
+
+def test_lengths_and_angles_of_a_sliding_joint():
+    found = read("joint joint0 { displacement = (90deg,0,0,1cm,2,3m); }", SLIDING)
+    assert found == {"joint0": (np.pi / 2, 0.0, 0.0, 0.01, 0.02, 3.0)}
+
+
+def test_only_what_is_given_is_written():
+    text = write_pose(prototype(), {"left_knee": (0.5,)})
+    assert text == "joint left_knee {\n  displacement = (0.5rad);\n}\n"
+
+
+def test_a_figure_without_freedoms_has_an_empty_pose():
+    rigid = row(2, ((),))
+    assert read(write_pose(rigid, {name: () for name in rigid.joints}), rigid) == {}
+
+
+def test_what_the_language_cannot_say_is_not_written():
+    with pytest.raises(ValueError, match="cannot write"):
+        write_pose(prototype(), {"left_knee": (np.inf,)})
+
+
+def test_the_files_are_there():
+    assert len(POSE_FAULTS) > 10
+
+
+@pytest.mark.parametrize("path", POSE_FAULTS, ids=lambda path: path.stem)
+def test_a_broken_file_is_told_everything(path):
+    reading = examine_pose(path, prototype())
+    told = "\n".join(str(fault) for fault in reading.faults).replace(str(path), path.name)
+    assert told == path.with_suffix(".expected").read_text("utf-8").removesuffix("\n")
+    assert (reading.displacements is None) is bool(errors_among(reading.faults))
+    if reading.displacements is None:
+        with pytest.raises(InputError) as raised:
+            read_pose(path, prototype())
+        assert raised.value.faults == reading.faults
+
+
+def test_warnings_pass():
+    path = next(path for path in POSE_FAULTS if path.stem == "pose_bare_angle")
+    assert read_pose(path, prototype())["left_knee"] == pytest.approx([0.5])
+
+
+def test_a_missing_file_is_told(tmp_path):
+    reading = examine_pose(tmp_path / "none.pose", prototype())
+    assert "cannot be read: no such file" in str(reading.faults[0])
+
+
+WORDS = ["joint", "left_knee", "waist", "displacement", "figure", "type", "connect", "to", "site"]
+MARKS = [*"{}();,=*./-#", "->", "/*", "*/", "\n", " ", '"', "30deg", "1", "nan", "T", "\0", "é"]
+
+
+@given(st.lists(st.sampled_from([*WORDS, *MARKS]), max_size=40))
+@example(["joint", " ", "waist", "{"] * 9)
+def test_no_text_breaks_the_reader(words):
+    reading = parse_pose("".join(words), prototype())
+    assert (reading.displacements is None) is bool(errors_among(reading.faults))
+    for fault in reading.faults:
+        assert fault.span is not None
+        assert str(fault)
+
+
+@given(st.text(max_size=60))
+def test_no_characters_break_the_reader(text):
+    reading = parse_pose(text, prototype())
+    assert (reading.displacements is None) is bool(errors_among(reading.faults))
+
+
+def test_very_long_files_and_deep_braces_end():
+    many = parse_pose("joint left_kne { displacement = (1deg); }\n" * 5000, prototype())
+    assert len(many.faults) == 100
+    deep = parse_pose("joint left_knee " + "{" * 5000, prototype())
+    assert deep.displacements is None

@@ -1,0 +1,68 @@
+"""The figure hung from its root."""
+
+from dataclasses import replace
+
+import pytest
+
+from generator.joint_chain import ChainError
+from generator.kinematics.tree import hang
+from tests.chains import BALL, at, body, chain, figure, ground, joint, row, two_bodies
+
+
+def test_branches_come_base_first() -> None:
+    tree = hang(row(4))
+    assert [(b.base, b.tip) for b in tree.branches] == [
+        ("ground", "bar0"),
+        ("bar0", "bar1"),
+        ("bar1", "bar2"),
+        ("bar2", "bar3"),
+    ]
+    assert tree.closures == ()
+
+
+def test_the_tree_does_not_follow_the_order_in_connect() -> None:
+    factors, values = chain("Rz"), (0.2,)
+    there, back = (hang(two_bodies(factors, values, reverse=r)) for r in (False, True))
+    assert [b.tip for b in there.branches] == [b.tip for b in back.branches]
+    assert [b.forward for b in there.branches] == [True, True]
+    assert [b.forward for b in back.branches] == [True, False]
+
+
+def test_nor_the_order_of_segments_and_joints() -> None:
+    made = row(4)
+    turned = replace(
+        made,
+        segments=dict(reversed(made.segments.items())),
+        joints=dict(reversed(made.joints.items())),
+    )
+    assert {(b.base, b.tip) for b in hang(turned).branches} == {
+        (b.base, b.tip) for b in hang(made).branches
+    }
+
+
+def test_a_loop_has_one_closing_joint() -> None:
+    made = figure(
+        [ground(), body("a"), body("b", sites={"far": at(shift=(0.1, 0.0, 0.0))})],
+        [
+            joint("one", "ground.base", "a.near", BALL),
+            joint("two", "a.near", "b.near", BALL),
+            joint("three", "b.far", "ground.base", BALL),
+        ],
+    )
+    tree = hang(made)
+    assert len(tree.branches) == 2
+    assert len(tree.closures) == 1
+
+
+def test_a_segment_out_of_reach_is_named() -> None:
+    made = figure(
+        [ground(), body("a"), body("lost")], [joint("one", "ground.base", "a.near", BALL)]
+    )
+    with pytest.raises(ValueError, match="lost"):
+        hang(made)
+
+
+def test_a_chain_that_no_joint_holds_is_refused() -> None:
+    made = figure([ground(), body("a")], [joint("one", "ground.base", "a.near", chain("Rx Ty Rz"))])
+    with pytest.raises(ChainError):
+        hang(made)

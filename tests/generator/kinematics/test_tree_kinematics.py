@@ -1,0 +1,99 @@
+"""The prepared kinematics give what the chains give one by one, for one pose and for many."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator import read_figure
+from generator.kinematics.free_root import let_go
+from generator.kinematics.placement import drawn_displacements, motion_maps, place
+from generator.kinematics.tree import hang
+from generator.rotations import inverse_pose
+from tests.chains import chain, two_bodies
+
+WORDS = ["Rz", "R-x", "Rs", "Ts", "T-y", "Rx R-y", "Rs Ra Ts", "Tx Ty Tz", "Rx Ry Rz Tx Ty T-z"]
+
+
+@cache
+def prototype():
+    return hang(read_figure("prototype"))
+
+
+def displacements(tree, seed, *lead):
+    """Displacements of all joints that have nothing in common, shape (*lead, n) a joint."""
+    random = np.random.default_rng(seed)
+    return {
+        name: random.uniform(-2.0, 2.0, (*lead, joint.degrees_of_freedom))
+        for name, joint in tree.figure.joints.items()
+    }
+
+
+@given(
+    st.sampled_from(WORDS),
+    st.lists(st.floats(-10.0, 10.0), min_size=6, max_size=6),
+    st.booleans(),
+)
+def test_a_tip_is_its_base_moved_by_the_joint_s_chain(words, values, reverse):
+    factors = chain(words)
+    tree = hang(two_bodies(factors, values[: len(factors)], reverse=reverse))
+    placement = place(tree, drawn_displacements(tree))
+    joint = tree.figure.joints["tested"]
+    moved = tree.chains["tested"].pose(values[: len(factors)])
+    assert np.allclose(placement.between(joint), moved, atol=1e-12)
+
+
+def test_a_whole_motion_is_placed_as_its_frames_are():
+    tree = prototype()
+    motion = displacements(tree, 1, 7)
+    together = place(tree, motion)
+    maps = motion_maps(together)
+    for frame in range(7):
+        alone = place(tree, {name: rows[frame] for name, rows in motion.items()})
+        for name, pose in alone.poses.items():
+            assert np.allclose(together.poses[name][frame], pose, atol=1e-14)
+        for name, motion_map in motion_maps(alone).items():
+            assert np.allclose(maps[name][frame], motion_map, atol=1e-14)
+
+
+@pytest.mark.parametrize("words", WORDS)
+@pytest.mark.parametrize("reverse", [False, True])
+def test_twists_are_the_slopes_of_the_poses(words, reverse):
+    """Angular velocity and velocity at the world's origin of the outermost segment."""
+    tree = hang(two_bodies(chain(words), np.zeros(len(words.split())), reverse=reverse))
+    kinematics = tree.kinematics
+    values = np.random.default_rng(2).uniform(-1.0, 1.0, kinematics.size)
+    pose = kinematics.poses(values)["second"]
+    for twist, side in zip(kinematics.twists(values), np.eye(kinematics.size), strict=True):
+        after, before = (kinematics.poses(values + h * side)["second"] for h in (1e-6, -1e-6))
+        spin = (after - before) / 2e-6 @ inverse_pose(pose)
+        expected = [spin[2, 1], spin[0, 2], spin[1, 0], *spin[:3, 3]]
+        assert np.allclose(twist, expected, atol=1e-8)
+
+
+def test_a_displacement_moves_what_hangs_on_its_joint_and_nothing_else():
+    tree = prototype()
+    kinematics = tree.kinematics
+    values = kinematics.values(displacements(tree, 3))
+    before = kinematics.poses(values)
+    for k, side in enumerate(np.eye(kinematics.size)):
+        after = kinematics.poses(values + 0.1 * side)
+        moved = {name for name in before if not np.array_equal(before[name], after[name])}
+        assert moved == {name for name, moves in kinematics.moves.items() if moves[k]}
+
+
+def test_a_figure_let_go_is_placed_as_it_was():
+    tree = prototype()
+    held = place(tree, displacements(tree, 4))
+    freed, moved = let_go(tree.figure, held.displacements)
+    free = place(hang(freed), moved)
+    for name, pose in held.poses.items():
+        assert np.allclose(free.poses[name], pose, atol=1e-12)
+
+
+def test_a_figure_without_displacements_is_placed():
+    figure = two_bodies((), ())
+    tree = hang(figure)
+    assert place(tree, drawn_displacements(tree)).poses["second"].shape == (4, 4)

@@ -1,0 +1,177 @@
+"""From bodies and freedoms to a figure: nothing moves otherwise than the freedoms say."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm
+
+from generator.diagnostics import Findings
+from generator.inertia import MassProperties
+from generator.losses import Report
+from generator.model_files.body_tree.joints import groups_of
+from generator.model_files.body_tree.to_figure import figure_of
+from generator.model_files.body_tree.tree import Body, Freedom, PassiveTree, without_massless
+from generator.rotations import cross_matrix, homogeneous, matrix_from_rotation_vector
+from tests.generator.model_files.imported_models import placed, pose_in_model
+
+AXES = st.sampled_from(
+    [
+        (1.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0),
+        (0.0, 0.0, 1.0),
+        (0.0, -1.0, 0.0),
+        (0.6, 0.8, 0.0),
+        (-0.8, 0.6, 0.0),
+        (0.48, 0.6, 0.64),
+    ]
+)
+POINTS = st.sampled_from([(0.0, 0.0, 0.0), (0.1, -0.2, 0.3), (0.0, 0.0, 0.4)])
+VALUES = st.floats(-pi, pi)
+VECTORS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+
+
+@st.composite
+def rows(draw):
+    """The freedoms of a body, with a value for each."""
+    count = draw(st.integers(1, 5))
+    freedoms = tuple(
+        Freedom(
+            f"q{k}",
+            draw(st.sampled_from("RRT")),
+            draw(AXES),
+            draw(POINTS),
+            stiffness=draw(st.sampled_from([0.0, 3.0])),
+        )
+        for k in range(count)
+    )
+    return freedoms, {f"q{k}": draw(VALUES) for k in range(count)}
+
+
+@st.composite
+def poses(draw):
+    return homogeneous(matrix_from_rotation_vector(draw(VECTORS)), np.array(draw(VECTORS)))
+
+
+def weight(turn=(0.3, -0.5, 0.7)) -> MassProperties:
+    moments = np.diag([0.02, 0.03, 0.04])
+    matrix = matrix_from_rotation_vector(turn)
+    return MassProperties(1.5, np.array([0.1, 0.0, -0.2]), matrix @ moments @ matrix.T)
+
+
+def moved(freedoms, values):
+    """The pose that a row of freedoms makes, by the exponential of each screw."""
+    pose = np.eye(4)
+    for freedom in freedoms:
+        screw = np.zeros((4, 4))
+        if freedom.kind == "R":
+            screw[:3, :3] = cross_matrix(freedom.axis)
+            screw[:3, 3] = -np.cross(freedom.axis, freedom.point)
+        else:
+            screw[:3, 3] = freedom.axis
+        pose = pose @ expm(values[freedom.name] * screw)
+    return pose
+
+
+def imported(*bodies: Body, apart: bool = False):
+    findings = Findings()
+    made = figure_of(PassiveTree(bodies, {}, np.eye(3)), findings, Report("test"), apart=apart)
+    assert made is not None, findings.faults
+    return made
+
+
+@given(rows(), poses(), st.booleans())
+@settings(deadline=None, max_examples=60)
+def test_a_body_moves_as_its_freedoms_say(row, pose, apart):
+    freedoms, values = row
+    made = imported(Body("b", None, pose, freedoms, weight()), apart=apart)
+    seen = pose_in_model(placed(made, values), "b")
+    np.testing.assert_allclose(seen, pose @ moved(freedoms, values), atol=1e-9)
+    assert made.figure.total_mass == pytest.approx(1.5, rel=1e-12)
+
+
+@given(rows(), rows(), poses(), poses())
+@settings(deadline=None, max_examples=40)
+def test_a_massless_body_is_a_part_of_the_next_ones_joint(first, second, one, other):
+    inner = tuple(
+        Freedom(f"p{k}", freedom.kind, freedom.axis, freedom.point)
+        for k, freedom in enumerate(second[0])
+    )
+    values = first[1] | {f"p{k}": second[1][f"q{k}"] for k in range(len(inner))}
+    made = imported(Body("link", None, one, first[0]), Body("b", "link", other, inner, weight()))
+    assert "link" not in made.figure.segments
+    expected = one @ moved(first[0], values) @ other @ moved(inner, values)
+    np.testing.assert_allclose(pose_in_model(placed(made, values), "b"), expected, atol=1e-9)
+
+
+@given(rows(), poses(), poses())
+@settings(deadline=None, max_examples=40)
+def test_a_body_that_is_fixed_becomes_a_part_of_its_parent(row, one, other):
+    freedoms, values = row
+    made = imported(
+        Body("a", None, one, freedoms, weight()), Body("b", "a", other, (), weight((1.0, 0.2, 0.4)))
+    )
+    assert "b" not in made.figure.segments
+    placement = placed(made, values)
+    seen = pose_in_model(placement, "a", "b")
+    np.testing.assert_allclose(seen, one @ moved(freedoms, values) @ other, atol=1e-9)
+    whole = weight() + weight((1.0, 0.2, 0.4)).in_frame(other)
+    segment, frame = made.figure.segments["a"], pose_in_model(placement, "a")
+    centre = np.linalg.inv(frame) @ pose_in_model(placement, "a", "CM")
+    np.testing.assert_allclose(centre[:3, 3], whole.centre, atol=1e-9)
+    if "a_1" not in made.figure.segments:
+        assert sorted(segment.inertia) == pytest.approx(sorted(whole.principal.moments), rel=1e-9)
+
+
+def test_a_body_on_a_massless_one_keeps_its_name():
+    hinge = Freedom("q", "R", (1.0, 0.0, 0.0))
+    shift = homogeneous(np.eye(3), np.array([0.0, 0.0, -0.3]))
+    made = imported(
+        Body("pin", None, np.eye(4), (hinge,), joint="knee"),
+        Body("shank", "pin", shift, (), weight()),
+    )
+    assert set(made.figure.segments) == {"world", "shank"}
+    assert set(made.figure.joints) == {"knee"}
+    seen = pose_in_model(placed(made, {"q": 0.7}), "shank", "pin")
+    np.testing.assert_allclose(seen, moved((hinge,), {"q": 0.7}), atol=1e-12)
+
+
+def test_hinges_through_one_point_make_one_joint_where_axes_are_across():
+    def row(*axes, point=(0.0, 0.0, 0.0)):
+        return [Freedom(f"q{k}", "R", axis, point) for k, axis in enumerate(axes)]
+
+    x, y, z, slant = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.6, 0.8, 0.0)
+    sizes = [
+        [len(group.freedoms) for group in groups_of(hinges)]
+        for hinges in (row(x, y, z), row(x, y, x), row(x, slant), row(x, y, z, x), row(z, slant))
+    ]
+    assert sizes == [[3], [3], [1, 1], [3, 1], [2]]
+    apart = [*row(x), Freedom("q1", "R", y, (0.0, 0.0, 0.1))]
+    assert [len(group.freedoms) for group in groups_of(apart)] == [1, 1]
+    # Points along the axes: the two lines meet all the same.
+    meeting = [Freedom("a", "R", x, (0.3, 0.0, 0.1)), Freedom("b", "R", y, (0.0, -2.0, 0.1))]
+    (group,) = groups_of(meeting)
+    assert group.centre == pytest.approx((0.0, 0.0, 0.1))
+
+
+def test_a_ball_stays_whole_whatever_stands_beside_it():
+    ball = [
+        Freedom(name, "R", axis, whole="ball", damping=1.0)
+        for name, axis in (("z", (0, 0, 1.0)), ("y", (0, 1.0, 0)), ("x", (1.0, 0, 0)))
+    ]
+    groups = groups_of([Freedom("hinge", "R", (1.0, 0, 0)), *ball], apart=True)
+    assert [len(group.freedoms) for group in groups] == [1, 3]
+
+
+def test_massless_bodies_that_branch_stay():
+    hinge = Freedom("q", "R", (1.0, 0.0, 0.0))
+    bodies = (
+        Body("fork", None, np.eye(4), (hinge,)),
+        Body("a", "fork", np.eye(4), (hinge,), weight()),
+        Body("b", "fork", np.eye(4), (hinge,), weight()),
+    )
+    kept, gone = without_massless(PassiveTree(bodies, {}, np.eye(3)))
+    assert gone == ()
+    assert len(kept.bodies) == 3

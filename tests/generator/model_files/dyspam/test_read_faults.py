@@ -1,0 +1,196 @@
+"""Broken files of DYSPAM: one sentence each, with file and line."""
+
+from importlib.resources import files
+from pathlib import Path
+from shutil import copytree
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from generator import read_figure
+from generator.diagnostics import Findings, InputError, Severity, Source, errors_among
+from generator.model_files.dyspam import read as dyspam_reader
+from generator.model_files.dyspam import write as dyspam
+from generator.model_files.dyspam.records import Structure
+from generator.model_files.dyspam.tables import tables_in
+from tests.chains import chain, two_bodies
+from tests.generator.model_files.dyspam_folders import own_springs
+
+S, N, J, O = dyspam.FILES  # noqa: E741
+PENDULUM = Path(str(files("figures"))) / "pendulum.fig"
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory) -> Path:
+    """The pendulum, with a record in `optional`."""
+    folder = tmp_path_factory.mktemp("dyspam") / "good"
+    figure = read_figure(PENDULUM)
+    dyspam.write(figure, own_springs(figure), folder)
+    (folder / O).write_text("1 1\n0.0 1000 0.0 500\n60 0.0\n0.0 0.0 0.0\n")
+    return folder
+
+
+BROKEN = [
+    (S, "1, 1, 3", "1, 1", 1, "2 values instead of 3"),
+    (S, "1, 1, 3", "0, 1, 3", 1, "the number of bodies is `0`"),
+    (S, "1, 1, 3", "1, 1, 4", 1, "the number of degrees of freedom is 4"),
+    (S, "1, 1, 3", "1, 2, 3", 2, "2 values instead of 4"),
+    (S, "1, 1, 3", "2, 1, 3", 11, "5 values instead of 6"),
+    (S, "1, 1, 3", "1, one, 3", 1, "`one` is not a number"),
+    (S, "1, 1, 3", "1, 1.5, 3", 1, "the number of joints is `1.5`"),
+    (S, "1 0 0 0", "2 0 0 0", 1, "the file ends before globalforce 2 of 2"),
+    (S, "1 0 0 0", "0 0 0 0", 1, "a line is left over after the 0 loads"),
+    (S, "1 0 0 0", "-1 0 0 0", 2, "the number of loads `globalforce` is `-1`"),
+    (S, "0, 0, 3", "0, 0, 2", 16, "5 values instead of 7"),
+    (S, "0, 0, 3", "0, 0, 4", 17, "7 values instead of 5"),
+    (S, "0.000000, 0.001", "0.000000, -1", 6, "the step is not above zero"),
+    (S, " 1.000000, 0.02", " 0.000000, 0.02", 6, "the stop time is not after the start"),
+    (S, "10.0 ,1.0 ,0.1/\n", "", 7, "the file ends before a line of numerical parameters"),
+    (S, "0.1/\n", "0.1/\n5\n", 9, "a line is left over"),
+    (N, "1 0 1 7", "2 0 1 7", 1, "the number of the joint is `2`"),
+    (N, "1 0 1 7", "1 0 2 7", 1, "the number of the body is `2`"),
+    (N, "1 0 1 7", "1 0 1 2", 1, "the joint type `2` is not known"),
+    (N, "1 0 1 7", "1 1 1 7", 2, "the number of the body is `0`"),
+    (N, "\n0 1\n", "\n0 2\n", 2, "the number of the joint is `2`"),
+    (N, "0.00 1.00 0.00 120.00", "0.00 1.00 0.00", 4, "3 values instead of 4"),
+    (N, "0.00 1.00 0.00 120.00", "0.00 1.50 0.00 120.00", 3, "the triad of body 0 at joint 1"),
+    (N, "0.00 1.00 0.00 120.00", "0.00 -1.00 0.00 120.00", 3, "the triad of body 0 at joint 1"),
+    (N, "120.00", "nan", 4, "`nan` is not a number"),
+    (N, "120.00", "1e999", 4, "`1e999` is too large"),
+    (N, "120.00", "120cm", 4, "`120cm` is not a number"),
+    (N, "1 3 25.0", "1 4 25.0", 10, "there is no point 4"),
+    (N, "1 3 25.0", "1 3 -25.0", 10, "`body1` has a negative mass"),
+    (N, "25.000000 50.0", "25.000000 500.0", 10, "no body has the inertia of `body1`"),
+    (N, "2 1 150.00", "3 1 150.00", 12, "the number of the point is `3`"),
+    (N, "2 1 150.00", "2 0 150.00", None, None),
+    (N, "3 1 75.00", "3 0 75.00", 10, "point 3, the centre of mass of body 1, is on body 0"),
+    (N, "2 1 150.00,0.00,-15.00\n", "", 12, "the number of the point is `3`"),
+    (N, "1 1 0.00,0.00,0.00", "1 1 0.00 0.00,0.00", None, None),
+    (N, "0.000000 3\n", "0.000000 4\n", 16, "the axis of the spring is `4`"),
+    (N, "0.000000 3\n", "0.000000 2\n", 16, "a second spring of joint 1, axis 2"),
+    (N, "100.000000 0.000000", "100.000000 -1", 14, "damping is negative"),
+    (N, "0.000000 0.00 0.00 0.00\n", "0.000000 0.00 0.00\n", 17, "6 values instead of 7"),
+    (J, "1 3 100", "1 4 100", 1, "the number of the point is `4`"),
+    (J, "1 3 100", "2 3 100", 1, "the number of the load is `2`"),
+    (J, "100.00", "x", 1, "`x` is not a number"),
+    (O, "1 1\n", "2 1\n", 1, "there is no joint number 2"),
+    (O, "60 0.0\n", "", 3, "the line `b_v b_coul` is missing"),
+]
+
+
+@pytest.mark.parametrize(("file", "old", "new", "line", "message"), BROKEN)
+def test_each_fault_is_a_sentence_with_file_and_line(file, old, new, line, message, good, tmp_path):
+    folder = tmp_path / "broken"
+    copytree(good, folder)
+    text = (folder / file).read_text()
+    changed = text.replace(old, new, 1)
+    assert changed != text
+    (folder / file).write_text(changed)
+    faults = errors_among(dyspam_reader.examine(folder).faults)
+    if message is None:
+        assert faults == ()
+        return
+    assert len(faults) == 1, "\n".join(map(str, faults))
+    (fault,) = faults
+    assert message in fault.message
+    assert fault.span is not None
+    assert fault.span.line == line
+    assert Path(fault.span.source.name).parent == folder
+
+
+def test_all_faults_of_a_file_are_told_at_once(good, tmp_path):
+    folder = tmp_path / "broken"
+    copytree(good, folder)
+    text = (folder / N).read_text()
+    (folder / N).write_text(text.replace("120.00", "far").replace("1 3 25", "1 9 25"))
+    with pytest.raises(InputError) as caught:
+        dyspam_reader.read(folder)
+    assert [fault.span.line for fault in caught.value.faults if fault.span] == [4, 10]
+
+
+@pytest.mark.parametrize("file", [S, N, J])
+def test_a_missing_file_is_named(file, good, tmp_path):
+    folder = tmp_path / "broken"
+    copytree(good, folder)
+    (folder / file).unlink()
+    (fault,) = dyspam_reader.examine(folder).faults
+    assert fault.message == f"`{folder / file}` cannot be read: no such file or directory"
+
+
+@pytest.mark.parametrize("file", [S, N])
+def test_an_empty_file_is_told_at_its_start(file, good, tmp_path):
+    folder = tmp_path / "broken"
+    copytree(good, folder)
+    (folder / file).write_text("")
+    (fault,) = dyspam_reader.examine(folder).faults
+    assert fault.message.startswith("the file ends before ")
+    assert fault.span is not None
+    assert fault.span.line == 1
+
+
+def test_optional_is_optional(good, tmp_path):
+    folder = tmp_path / "without"
+    copytree(good, folder)
+    (folder / O).unlink()
+    reading = dyspam_reader.read(folder)
+    assert reading.springs is not None
+    assert [len(joint.axes) for joint in reading.springs.joints.values()] == [3]
+    (folder / O).write_text("# none\n")
+    assert "there is no record" in dyspam_reader.examine(folder).faults[0].message
+    (folder / O).write_text("\n")
+    assert dyspam_reader.examine(folder).faults == ()
+
+
+def test_no_folder_and_a_file_in_place_of_one(tmp_path):
+    (tmp_path / "file").write_text("1, 1, 3\n")
+    for name in ("nothing", "file"):
+        (fault,) = dyspam_reader.examine(tmp_path / name).faults
+        assert fault.message == f"there is no folder `{tmp_path / name}`"
+
+
+def test_points_need_no_commas(good, tmp_path):
+    folder = tmp_path / "plain"
+    copytree(good, folder)
+    (folder / N).write_text((folder / N).read_text().replace(",", " "))
+    assert dyspam_reader.read(folder).figure == dyspam_reader.read(good).figure
+
+
+def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(good, tmp_path):
+    folder = tmp_path / "rounded"
+    copytree(good, folder)
+    text = (folder / N).read_text()
+    turned = "0.71 0.00 -0.71 0.00\n0.00 1.00 0.00 120.00\n0.71 0.00 0.71 0.00\n"
+    old = "0.00 0.00 -1.00 0.00\n0.00 1.00 0.00 120.00\n1.00 0.00 0.00 0.00\n"
+    (folder / N).write_text(text.replace(old, turned))
+    reading = dyspam_reader.read(folder)
+    assert [fault.severity for fault in reading.faults] == [Severity.WARNING]
+    assert reading.figure is not None
+    pose = reading.figure.segments["ground"].sites["joint1"].pose_in_segment
+    assert pose[0, 0] == pytest.approx(0.5**0.5, abs=1e-12)
+
+
+def test_a_second_joint_that_leaves_a_body_alone(tmp_path):
+    given_figure = two_bodies(chain("Ry"), (0.3,))
+    folder = tmp_path / "loose"
+    dyspam.write(given_figure, own_springs(given_figure), folder)
+    text = (folder / N).read_text().replace("2 1 2 1\n", "2 0 1 1\n").replace("\n2 2\n", "\n1 2\n")
+    head, _, tail = text.partition("\n1 2\n")
+    (folder / N).write_text(f"{head}\n0 2\n{tail}")
+    (fault,) = errors_among(dyspam_reader.examine(folder).faults)
+    assert fault.message == "no joints lead from the root to segment `body2`"
+    assert fault.span is not None
+    assert fault.span.text.startswith("2 ")
+
+
+WORDS = st.sampled_from(["0", "1", "2", "7", "0.5", ",", "/", "#", "\n", "-", "1e5", "x", "\n\n"])
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(WORDS, max_size=60).map(" ".join), st.integers(1, 3), st.integers(1, 3))
+def test_any_text_is_read_or_refused(text, bodies, joints):
+    findings = Findings()
+    structure = Structure(bodies, joints, 3, (0, 0, 0, 0), 1)
+    mechanism = tables_in(Source("ndyspamfile", text), structure, findings)
+    assert (mechanism is not None) or findings.has_errors
+    assert all(str(fault) for fault in findings.in_order())

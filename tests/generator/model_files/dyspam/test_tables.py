@@ -1,0 +1,122 @@
+"""DYSPAM's files: reading what was written gives the same mechanism, to the last bit."""
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from generator.diagnostics import Findings, Source
+from generator.model_files.dyspam.mechanism import (
+    LOAD_KINDS,
+    Body,
+    Connection,
+    JointType,
+    LinearSpring,
+    Mechanism,
+    Point,
+    PointLoad,
+)
+from generator.model_files.dyspam.records import (
+    Structure,
+    Times,
+    counts_of,
+    jackforce_in,
+    jackforce_text,
+    structure_in,
+    structure_text,
+)
+from generator.model_files.dyspam.tables import tables_in, tables_text
+
+NUMBERS = st.floats(-1e9, 1e9, allow_nan=False)
+POSITIVE = st.floats(0.0, 1e9, exclude_min=True)
+VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+
+
+@st.composite
+def triads(draw: st.DrawFn):
+    turn = Rotation.random(random_state=draw(st.integers(0, 10_000))).as_matrix()
+    rows = np.column_stack([turn, draw(VECTORS)]).tolist()
+    return tuple(map(tuple, rows))
+
+
+@st.composite
+def mechanisms(draw: st.DrawFn) -> Mechanism:
+    bodies, joints, more = (draw(st.integers(1, 4)) for _ in range(3))
+    numbers = st.integers(0, bodies)
+    connections = []
+    for _ in range(joints):
+        kind = draw(st.sampled_from(JointType))
+        values = st.tuples(*[NUMBERS] * len(kind.axes))
+        ends = (draw(numbers), draw(numbers))
+        pair = (draw(triads()), draw(triads()))
+        connections.append(Connection(*ends, kind, pair, draw(values), draw(values)))
+    owners = [*range(1, bodies + 1), *draw(st.lists(numbers, min_size=more, max_size=more))]
+    points = [Point(owner, draw(VECTORS)) for owner in owners]
+    springs = [
+        LinearSpring(k, axis, draw(NUMBERS), draw(POSITIVE), draw(NUMBERS))
+        for k, connection in enumerate(connections, start=1)
+        for axis in connection.type.axes
+        if draw(st.booleans())
+    ]
+    made = [Body(k, draw(POSITIVE), draw(VECTORS)) for k in range(1, bodies + 1)]
+    return Mechanism(tuple(connections), tuple(made), tuple(points), tuple(springs))
+
+
+@given(mechanisms())
+def test_a_mechanism_is_read_as_it_was_written(mechanism):
+    findings = Findings()
+    structure = Structure(
+        len(mechanism.bodies), len(mechanism.connections), 0, (0,) * 4, len(mechanism.springs)
+    )
+    text = tables_text(mechanism)
+    assert tables_in(Source("ndyspamfile", text), structure, findings) == mechanism
+    assert findings.faults == []
+
+
+@given(
+    st.lists(st.builds(PointLoad, st.sampled_from(LOAD_KINDS), st.integers(1, 5), VECTORS)),
+)
+def test_loads_are_read_as_they_were_written_in_the_order_of_their_kinds(loads):
+    findings = Findings()
+    read = jackforce_in(Source("jackforce", jackforce_text(loads)), counts_of(loads), 5, findings)
+    assert findings.faults == []
+    assert list(read) == sorted(loads, key=lambda load: LOAD_KINDS.index(load.kind))
+
+
+@given(
+    st.integers(1, 99),
+    st.integers(1, 99),
+    st.integers(0, 99),
+    st.tuples(*[st.integers(0, 9)] * 4),
+    st.integers(0, 99),
+    st.builds(Times, st.floats(-1e3, 0.0), POSITIVE, POSITIVE, POSITIVE),
+)
+def test_structure_is_read_as_it_was_written(bodies, joints, freedoms, loads, springs, times):
+    findings = Findings()
+    structure = Structure(bodies, joints, freedoms, loads, springs, times)
+    read = structure_in(Source("structure", structure_text(structure)), findings)
+    assert findings.faults == []
+    assert read is not None
+    assert replace(read, place=None) == structure
+
+
+def test_comments_and_commas_are_read_as_fortran_and_people_have_them():
+    text = structure_text(Structure(1, 2, 3, (1, 0, 0, 2), 4))
+    findings = Findings()
+    changed = text.replace("1, 2, 3", "1 2,3   # bodies, joints, freedoms").replace(
+        "0.020000", "2.D-2"
+    )
+    read = structure_in(Source("structure", changed), findings)
+    assert findings.faults == []
+    assert read is not None
+    assert (read.bodies, read.joints, read.freedoms, read.loads) == (1, 2, 3, (1, 0, 0, 2))
+    assert read.times.frame == 0.02
+
+
+def test_flags_are_noticed():
+    text = structure_text(Structure(1, 1, 3, (0,) * 4, 0)).replace("\n0\n", "\n1\n")
+    read = structure_in(Source("structure", text), Findings())
+    assert read is not None
+    assert read.flagged

@@ -1,0 +1,103 @@
+"""What the tests of models that are read from other programs share."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from generator.figure import Figure
+from generator.figure_file import examine_figure
+from generator.kinematics.placement import Placement, place
+from generator.kinematics.tree import hang
+from generator.model_files.body_tree.to_figure import FRAME, ORIGIN, WORLD
+from generator.model_files.imported import Imported, write_imported
+from generator.recording import Recording
+from generator.rotations import Array
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from generator.springs_file.read import springs_for
+from springs import SpringSet
+
+MODELS = Path(__file__).parent / "models"
+
+Values = Mapping[str, float]
+
+
+def written_and_read(imported: Imported, folder: Path) -> tuple[Figure, SpringSet]:
+    """The figure and its springs as the files say them that hold it."""
+    path = folder / "model.fig"
+    write_imported(imported, path)
+    figure = examine_figure(path).figure
+    assert figure == imported.figure
+    reading = springs_for(figure, folder, "model")
+    assert reading.springs is not None, reading.faults
+    return figure, reading.springs
+
+
+def displacements(imported: Imported, values: Values) -> dict[str, Array]:
+    """The figure's displacements at values of the model's coordinates; zero where none is given."""
+    found = {name: np.zeros(len(joint.chain)) for name, joint in imported.figure.joints.items()}
+    for name, value in values.items():
+        where = imported.coordinates[name]
+        found[where.joint][where.place] = (value - where.shift) / where.scale
+    return found
+
+
+def rates(imported: Imported, values: Values) -> dict[str, Array]:
+    """The rates of the figure's displacements at rates of the model's coordinates."""
+    found = {name: np.zeros(len(joint.chain)) for name, joint in imported.figure.joints.items()}
+    for name, value in values.items():
+        where = imported.coordinates[name]
+        found[where.joint][where.place] = value / where.scale
+    return found
+
+
+def placed(imported: Imported, values: Values) -> Placement:
+    """The figure in a pose of the model."""
+    return place(hang(imported.figure), displacements(imported, values))
+
+
+def pose_in_model(placement: Placement, segment: str, site: str = FRAME) -> Array:
+    """Pose of a site in the model's own world, shape (4, 4)."""
+    figure = placement.tree.figure
+    up = figure.segments[WORLD].sites[ORIGIN].pose_in_segment
+    return up @ placement.poses[segment] @ figure.segments[segment].sites[site].pose_in_segment
+
+
+def coordinate(imported: Imported, recording: Recording, name: str) -> Array:
+    """A coordinate of the model over the frames of a recording, shape (n,)."""
+    where = imported.coordinates[name]
+    return recording.displacements[where.joint][:, where.place] * where.scale + where.shift
+
+
+def without_limits(imported: Imported) -> Imported:
+    """The model without the stops at its limits, which other programs make otherwise."""
+    joints = {
+        name: replace(joint, lower_limit=None, upper_limit=None)
+        for name, joint in imported.figure.joints.items()
+    }
+    return replace(imported, figure=replace(imported.figure, joints=joints))
+
+
+def fall(
+    imported: Imported,
+    folder: Path,
+    start: Values,
+    speeds: Values,
+    gravity: float = 9.81,
+    stop: float = 0.5,
+) -> Recording:
+    """The passive motion of a model from values and rates of its coordinates."""
+    figure, springs = written_and_read(imported, folder)
+    plan = Plan(
+        stop=stop,
+        tolerance=2e-6,
+        springs=springs,
+        gravity=(0.0, -gravity, 0.0),
+        displacements=displacements(imported, start),
+        velocities=rates(imported, speeds),
+    )
+    recording = simulate(figure, plan)
+    assert recording.outcome.succeeded, recording.outcome.message
+    return recording

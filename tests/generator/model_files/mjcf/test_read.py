@@ -1,0 +1,226 @@
+"""MJCF models against MuJoCo's own reading of them."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import Source
+from generator.model_files.body_tree.to_figure import ORIGIN, WORLD
+from generator.model_files.imported import Imported
+from generator.model_files.read import parse_model, read_model
+from tests.generator.model_files.imported_models import (
+    MODELS,
+    placed,
+    pose_in_model,
+    without_limits,
+    written_and_read,
+)
+from tests.generator.model_files.mujoco_fall import MuJoCo, difference
+
+HUMANOID = MODELS / "humanoid.xml"
+MECHANISM = MODELS / "mechanism.xml"
+
+
+def text_of(body: str, before: str = "") -> str:
+    return f'<mujoco model="m">{before}<worldbody>{body}</worldbody></mujoco>'
+
+
+def parsed(text: str, **choices: bool) -> Imported:
+    return parse_model(Source("m.xml", text), None, **choices)
+
+
+def lost(imported: Imported, word: str) -> tuple[str, ...]:
+    """The places of the one loss whose sentence has a word."""
+    (found,) = [loss for loss in imported.losses.each if word in loss.what]
+    return found.where
+
+
+@pytest.fixture(params=[HUMANOID, MECHANISM], ids=["humanoid", "mechanism"])
+def path(request: pytest.FixtureRequest) -> Path:
+    return request.param
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("apart", [False, True])
+def test_bodies_and_sites_stand_where_mujoco_has_them(path, apart):
+    imported, twin = read_model(path, apart=apart), MuJoCo(path)
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        values = rng.uniform(-1.2, 1.2, len(twin.names))
+        twin.set(values, 0.0 * values)
+        placement = placed(imported, dict(zip(twin.names, values, strict=True)))
+        seen = 0
+        for k in range(1, twin.model.nbody):
+            name = twin.model.body(k).name
+            if name in imported.figure.segments:
+                pose = pose_in_model(placement, name)
+                np.testing.assert_allclose(pose[:3, 3], twin.data.xpos[k], atol=1e-9)
+                np.testing.assert_allclose(pose[:3, :3], twin.data.xmat[k].reshape(3, 3), atol=1e-9)
+                seen += 1
+        assert seen >= 4
+        for k in range(twin.model.nsite):
+            name = twin.model.site(k).name
+            (home,) = [s.name for s in imported.figure.segments.values() if name in s.sites]
+            pose = pose_in_model(placement, home, name)
+            np.testing.assert_allclose(pose[:3, 3], twin.data.site_xpos[k], atol=1e-9)
+            np.testing.assert_allclose(
+                pose[:3, :3], twin.data.site_xmat[k].reshape(3, 3), atol=1e-9
+            )
+
+
+@pytest.mark.verify
+def test_the_mass_is_mujocos_and_so_is_its_centre(path):
+    imported, twin = read_model(path), MuJoCo(path)
+    moving = [k for k in range(1, twin.model.nbody) if twin.model.body_weldid[k]]
+    mass = float(twin.model.body_mass[moving].sum())
+    assert imported.figure.total_mass == pytest.approx(mass, rel=1e-12)
+    values = np.full(len(twin.names), 0.3)
+    twin.set(values, 0.0 * values)
+    placement = placed(imported, dict(zip(twin.names, values, strict=True)))
+    ours = sum(
+        segment.mass * pose_in_model(placement, name, "CM")[:3, 3]
+        for name, segment in imported.figure.bodies.items()
+    )
+    theirs = (twin.model.body_mass[moving, None] * twin.data.xipos[moving]).sum(axis=0)
+    np.testing.assert_allclose(ours, theirs, atol=1e-10)
+
+
+@pytest.mark.verify
+def test_a_passive_fall_is_mujocos(path, tmp_path):
+    imported = without_limits(read_model(path, apart=True))
+    assert difference(path, imported, tmp_path) < 1e-6
+
+
+@pytest.mark.verify
+def test_a_public_humanoid_falls_as_in_mujoco(tmp_path):
+    """The humanoid of Gymnasium, which is the older one of MuJoCo."""
+    found = find_spec("gymnasium")
+    if found is None or found.origin is None:
+        pytest.skip("gymnasium is not installed")
+    path = Path(found.origin).parent / "envs" / "mujoco" / "assets" / "humanoid.xml"
+    imported = without_limits(read_model(path, apart=True))
+    assert imported.figure.total_mass > 40.0
+    assert difference(path, imported, tmp_path) < 1e-6
+
+
+def test_hinges_through_one_point_make_one_joint():
+    figure = read_model(HUMANOID).figure
+    hip = figure.joints["hip_right"]
+    assert [factor.axis for factor in hip.chain] == [(0, 1, 0), (0, 0, 1), (1, 0, 0)]
+    assert hip.stiff == pytest.approx((20.0, 20.0, 20.0))
+    assert np.degrees(hip.lower_limit) == pytest.approx([-110.0, -60.0, -30.0])
+    assert figure.joints["abdomen"].degrees_of_freedom == 2
+    assert figure.joints["abdomen_x"].degrees_of_freedom == 1
+    assert len(figure.joints["shoulder_right"].chain) == 2
+    assert lost(read_model(HUMANOID), "rotation vector")
+
+
+def test_axes_that_miss_each_other_get_a_carrier():
+    imported = read_model(HUMANOID)
+    carrier, foot = (imported.figure.segments[name] for name in ("foot_right_1", "foot_right"))
+    assert carrier.mass == pytest.approx(1e-10 * foot.mass, rel=1e-6)
+    assert lost(imported, "oblique") == (
+        "pelvis (abdomen_z, abdomen_y, abdomen_x)",
+        "foot_right (ankle_y_right, ankle_x_right)",
+    )
+
+
+def test_every_figure_that_was_read_is_written_and_read_again(path, tmp_path):
+    for apart in (False, True):
+        figure, _ = written_and_read(read_model(path, apart=apart), tmp_path)
+        assert figure.degrees_of_freedom == (22 if path == HUMANOID else 9)
+
+
+def test_what_a_figure_does_not_hold_is_told_by_name():
+    imported = read_model(HUMANOID)
+    assert lost(imported, "actuators") == ("hip",)
+    assert lost(imported, "tendons") == ("hamstring_right",)
+    assert lost(imported, "sensors") == ("vestibule",)
+    assert lost(imported, "key frames") == ("crouch",)
+    assert lost(imported, "cameras") == ("side",)
+    assert "knee_right" in lost(imported, "armature")
+    assert "thigh_left" in lost(imported, "shapes of geoms")
+    assert lost(imported, "without a joint") == ("head", "hand_right")
+    assert "timestep" in lost(imported, "settings of a run")
+    assert lost(imported, "the model's x, y, z are z, x, y of the figure's") == ()
+
+
+def test_gravity_tells_what_is_up():
+    body = '<body><joint/><geom size="0.1"/></body>'
+    for gravity, up in (
+        ("0 0 -9.81", (0, 0, 1)),
+        ("0 -9.81 0", (0, 1, 0)),
+        ("9.81 0 0", (-1, 0, 0)),
+        ("3 4 0", (-0.6, -0.8, 0)),
+    ):
+        figure = parsed(text_of(body, f'<option gravity="{gravity}"/>')).figure
+        turn = figure.segments[WORLD].sites[ORIGIN].pose_in_segment[:3, :3]
+        np.testing.assert_allclose(turn @ (0, 1, 0), up, atol=1e-12)
+        assert np.linalg.det(turn) == pytest.approx(1.0)
+
+
+def test_another_gravity_is_told_with_the_option_that_gives_it():
+    text = text_of('<body><joint/><geom size="0.1"/></body>', '<option gravity="0 0 -1.62"/>')
+    assert lost(parsed(text), "--gravity 0,-1.62,0") == ()
+
+
+def test_angles_count_from_the_pose_that_the_model_is_drawn_in():
+    text = text_of(
+        '<body><joint name="j" ref="30" springref="50" stiffness="4" range="-10 90"/>'
+        '<geom size="0.1"/></body>'
+    )
+    imported = parsed(text)
+    joint = imported.figure.joints["j"]
+    assert np.degrees(imported.coordinates["j"].shift) == pytest.approx(30.0)
+    assert np.degrees(joint.rest) == pytest.approx([20.0])
+    assert np.degrees(joint.lower_limit) == pytest.approx([-40.0])
+    assert np.degrees(joint.upper_limit) == pytest.approx([60.0])
+
+
+def test_friction_and_growing_stiffness_stand_in_a_springs_file(tmp_path):
+    text = text_of(
+        '<body><joint name="j" axis="0 1 0" frictionloss="0.3" stiffness="4 1 2" damping="0.1"/>'
+        '<geom size="0.1"/></body>'
+    )
+    _, springs = written_and_read(parsed(text), tmp_path)
+    (axis,) = springs.joints["j"].axes
+    assert (axis.damping.viscous, axis.damping.coulomb) == (0.1, 0.3)
+    (law,) = axis.elastic
+    assert law.torque(0.5) == pytest.approx(-(4 * 0.5 + 0.25 + 2 * 0.125))
+
+
+def test_principal_axes_are_the_segments_axes():
+    text = text_of(
+        '<body name="b"><joint/><inertial pos="0 0 0" mass="1" '
+        'fullinertia="0.02 0.025 0.012 0.002 -0.001 0.003"/></body>'
+    )
+    segment = parsed(text).figure.segments["b"]
+    turn = segment.sites["frame"].pose_in_segment[:3, :3]
+    tensor = turn.T @ np.diag(segment.inertia) @ turn
+    expected = [[0.02, 0.002, -0.001], [0.002, 0.025, 0.003], [-0.001, 0.003, 0.012]]
+    np.testing.assert_allclose(tensor, expected, atol=1e-15)
+    # The nearest of the 24 ways to name the axes.
+    assert np.all(np.diag(turn) > 0.8)
+
+
+def test_the_compiler_tells_the_least_and_the_total_mass():
+    bodies = text_of(
+        '<body name="a"><joint name="i"/><geom size="0.1" mass="1"/></body>'
+        '<body name="b"><joint name="j"/><geom size="0.1" mass="3"/></body>'
+        '<body name="c"><geom size="0.1" mass="4"/></body>',
+        "{}",
+    )
+    total = parsed(bodies.format('<compiler settotalmass="16"/>')).figure
+    assert total.segments["a"].mass == pytest.approx(2.0)
+    assert total.segments["b"].inertia == pytest.approx((0.4 * 6.0 * 0.01,) * 3)
+    least = parsed(bodies.format('<compiler boundmass="2" boundinertia="0.01"/>')).figure
+    assert [least.segments[name].mass for name in "ab"] == pytest.approx([2.0, 3.0])
+    assert least.segments["a"].inertia == pytest.approx((0.01,) * 3)
+
+
+def test_a_ball_keeps_its_springs_exactly():
+    joint = read_model(MECHANISM).figure.joints["socket"]
+    assert joint.stiff == (2.0, 2.0, 2.0)
+    assert len(joint.chain) == 3

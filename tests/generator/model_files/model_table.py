@@ -1,0 +1,64 @@
+"""Prints by how much motions of written models differ from ours, in three other programs."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from tests.generator.exchange import test_mjcf, test_osim, test_urdf
+
+from generator.figure import Figure
+from springs import SpringSet
+from tests.generator.model_files.model_cases import (
+    LOOPS,
+    PROTOTYPE,
+    TREES,
+    apart,
+    equal,
+    ours,
+    own_springs,
+    spring_set,
+)
+
+SKIPPED = ("pendulum", "names that meet")
+
+
+def rows() -> list[tuple[str, Figure, SpringSet, str]]:
+    """Name, figure, springs, and the programs that hold them."""
+    free = [(name, of, SpringSet(), "mou") for name, of in TREES.items() if name not in SKIPPED]
+    pendulum = ("pendulum, with its force", TREES["pendulum"], SpringSet(), "mo")
+    loops = [(name, of, SpringSet(), "mo") for name, of in LOOPS.items()]
+    own = own_springs(PROTOTYPE).joints
+    hinges = [one for name, one in own.items() if len(PROTOTYPE.joints[name].chain) == 1]
+    balls = [
+        equal(PROTOTYPE, name, 40.0, 0.08)
+        for name in own
+        if name not in {one.joint for one in hinges}
+    ]
+    return [
+        *free,
+        pendulum,
+        *loops,
+        ("prototype on its own elbows and knees", PROTOTYPE, spring_set(*hinges), "mo"),
+        ("the same, equal springs elsewhere", PROTOTYPE, spring_set(*hinges, *balls), "m"),
+    ]
+
+
+def main() -> None:
+    """Print the table."""
+    print("| figure | MuJoCo | its step / 16 | OpenSim | Pinocchio |")
+    print("|---|---|---|---|---|")
+    for name, of, springs, programs in rows():
+        expected = ours(of, springs).poses
+        cells = [apart(test_mjcf.moved(of, springs, finer), expected) for finer in (1, 16)]
+        shown = [f"{cell:.1e}" for cell in cells]
+        with TemporaryDirectory() as folder:
+            if "o" in programs:
+                motion = test_osim.Loaded(of, springs, Path(folder)).moved()
+                shown.append(f"{apart(motion, expected):.1e}")
+        if "u" in programs:
+            shown.append(f"{apart(test_urdf.Loaded(of, springs).moved(), expected):.1e}")
+        shown += [""] * (4 - len(shown))
+        print(f"| {name} |", " | ".join(shown), "|", flush=True)
+
+
+if __name__ == "__main__":
+    main()

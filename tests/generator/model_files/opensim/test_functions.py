@@ -1,0 +1,77 @@
+"""The functions of OpenSim's joints, against OpenSim's own."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import Findings, Source
+from generator.model_files.opensim.functions import Motion, motion_of
+from generator.model_files.xml_read import parse_xml
+
+KNOTS = ((-2.0, -0.02), (-1.2, -0.011), (-0.4, -0.003), (0.0, 0.0), (0.5, 0.002), (1.4, -0.004))
+PLACES = (-2.5, -2.0, -1.7, -0.4, 0.2, 1.39, 1.4, 2.0)
+
+
+def motion(text: str, at: float) -> Motion:
+    findings = Findings()
+    root = parse_xml(Source("f.xml", text), findings)
+    assert root is not None
+    found = motion_of(root, at, findings)
+    assert found is not None, findings.faults
+    return found
+
+
+def curve(kind: str, knots=KNOTS) -> str:
+    x, y = (" ".join(map(repr, row)) for row in zip(*knots, strict=True))
+    return f"<{kind}><x>{x}</x><y>{y}</y></{kind}>"
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("kind", ["SimmSpline", "PiecewiseLinearFunction"])
+@pytest.mark.parametrize("count", [3, 4, 6])
+def test_curves_through_points_are_opensims(kind, count):
+    api: Any = pytest.importorskip("opensim")
+    theirs = getattr(api, kind)()
+    for x, y in KNOTS[:count]:
+        theirs.addPoint(x, y)
+    for place in PLACES:
+        expected = theirs.calcValue(api.Vector(1, place))
+        found = motion(curve(kind, KNOTS[:count]), place)
+        assert found.value == pytest.approx(expected, abs=1e-12), place
+        assert found.slope is None
+
+
+def test_straight_functions_have_a_slope():
+    line = "<LinearFunction><coefficients>-1.5 0.25</coefficients></LinearFunction>"
+    assert motion(line, 2.0) == Motion(-1.5, -2.75)
+    assert motion("<Constant><value>0.3</value></Constant>", 2.0) == Motion(0.0, 0.3)
+    scaled = f"<MultiplierFunction><function>{line}</function><scale>2</scale></MultiplierFunction>"
+    assert motion(scaled, 2.0) == Motion(-3.0, -5.5)
+    parabola = "<PolynomialFunction><coefficients>2 0 1</coefficients></PolynomialFunction>"
+    assert motion(parabola, 3.0) == Motion(None, 19.0)
+    two = curve("SimmSpline", ((0.0, 1.0), (2.0, 5.0)))
+    assert motion(two, 3.0) == Motion(2.0, 7.0)
+    assert motion(curve("SimmSpline", ((0.0, 1.0), (1.0, 3.0), (2.0, 5.0))), 3.0).slope == 2.0
+
+
+def test_a_natural_spline_is_not_bent_at_its_ends():
+    inside = [motion(curve("NaturalCubicSpline"), x).value for x in (1.38, 1.39, 1.4)]
+    assert abs(np.diff(inside, 2)[0]) < 1e-7
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<GCVSpline/>",
+        "<SimmSpline><x>0 1</x><y>0</y></SimmSpline>",
+        "<SimmSpline><x>1 0</x><y>0 1</y></SimmSpline>",
+        "<MultiplierFunction/>",
+    ],
+)
+def test_what_is_no_function_is_a_fault(text):
+    findings = Findings()
+    root = parse_xml(Source("f.xml", text), findings)
+    assert root is not None
+    assert motion_of(root, 0.0, findings) is None
+    assert findings.has_errors

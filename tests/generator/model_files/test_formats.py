@@ -1,0 +1,28 @@
+"""The table of model formats: every suffix means one format."""
+
+from pathlib import Path
+
+import pytest
+
+from generator.model_files.formats import FORMATS, UnknownModelFormatError, model_format, suffixes
+from generator.motion_files import FORMATS as MOTIONS
+
+
+def test_no_suffix_stands_for_two_formats():
+    said = [*suffixes(), *MOTIONS]
+    assert len(set(said)) == len(said)
+    assert all(suffix == suffix.lower() and suffix.startswith(".") for suffix in said)
+
+
+def test_the_suffix_chooses_and_a_name_wins_over_it():
+    assert model_format(Path("a.FIG")) is FORMATS["peabody"]
+    assert model_format(Path("a.txt"), "peabody") is FORMATS["peabody"]
+
+
+def test_what_is_not_known_is_told_with_what_is():
+    with pytest.raises(UnknownModelFormatError, match=r"`\.fog` is no known suffix.*\.fig"):
+        model_format(Path("a.fog"))
+    with pytest.raises(UnknownModelFormatError, match="the suffix is missing"):
+        model_format(Path("a"))
+    with pytest.raises(UnknownModelFormatError, match="did you mean `peabody`"):
+        model_format(Path("a.fig"), "peabod")

@@ -1,0 +1,298 @@
+"""What models in other formats do not hold, by joint, and figures that they refuse."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from generator.diagnostics import InputError
+from generator.figure import Attribute, Figure
+from generator.figure_file import parse_figure
+from generator.kinematics.loops import OpenLoopError
+from generator.losses import Losses
+from generator.model_files.mjcf import write as mjcf
+from generator.model_files.mjcf.write import mjcf_of
+from generator.model_files.opensim import write as osim
+from generator.model_files.opensim.write import osim_of
+from generator.model_files.urdf import write as urdf
+from generator.model_files.urdf.write import urdf_of
+from springs import (
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    Cubic,
+    Damping,
+    JointSprings,
+    Linear,
+    SpringSet,
+    Stop,
+)
+from springs.coupled import CoupledExponential
+from tests.chains import SKEW, at, chain, one_body, row, two_bodies
+from tests.generator.model_files.model_cases import (
+    BENT,
+    CURVES,
+    FOURBAR,
+    LOOPS,
+    OTHER_CURVES,
+    PENDULUM,
+    PROTOTYPE,
+    equal,
+    hinge,
+    linked,
+    on_a_rail,
+    own_springs,
+    slide,
+    spring_set,
+)
+
+Text = Callable[[Figure, SpringSet], tuple[str, Losses]]
+
+BALLS = ["waist", "right_hip_joint", "left_hip_joint", "left_shoulder", "right_shoulder"]
+HINGES = ["right_elbow", "left_elbow", "right_knee", "left_knee"]
+SEVERAL = "springs of several turns at once, unless they resist turns about all axes alike"
+DAMPING = "damping of several turns at once, unless it is that of turns about all axes alike"
+CURVED = "springs whose curve is no cubic, as a whole or piece by piece, or is nowhere zero"
+COULOMB = "Coulomb friction as it is: MuJoCo's own holds a joint at rest, where ours lets it creep"
+ROWS = (
+    "joints of several freedoms as such: they are rows of joints of one, with links without mass "
+    "between them"
+)
+GRAVITY = "gravity: the program that reads the file has to be told"
+SITES = "sites, but for those of joints"
+DRAWN = "the pose in which the figure is drawn: all displacements are 0"
+OPENSIM = "springs, damping and friction of several turns at once"
+
+
+def lost(write: Text, of: Figure, springs: SpringSet) -> dict[str, set[str]]:
+    """The places of every loss, by its sentence."""
+    losses = write(of, springs)[1]
+    assert len({loss.what for loss in losses.each}) == len(losses.each)
+    return {loss.what: set(loss.where) for loss in losses.each}
+
+
+def test_of_the_prototype_mujoco_loses_the_springs_of_its_balls() -> None:
+    expected = {SEVERAL: set(BALLS), "the references of the springs": set()}
+    assert lost(mjcf_of, PROTOTYPE, own_springs(PROTOTYPE)) == expected
+
+
+def test_of_the_prototype_opensim_loses_the_springs_of_its_balls_and_the_looks() -> None:
+    assert lost(osim_of, PROTOTYPE, own_springs(PROTOTYPE)) == {
+        OPENSIM: set(BALLS),
+        "the references of the springs": set(),
+        "psurfs": {name for name, one in PROTOTYPE.segments.items() if one.psurf},
+        "attributes": set(PROTOTYPE.attributes),
+    }
+
+
+def test_of_the_prototype_urdf_loses_all_springs_and_much_else() -> None:
+    assert lost(urdf_of, PROTOTYPE, own_springs(PROTOTYPE)) == {
+        ROWS: {*BALLS, "root_torso"},
+        GRAVITY: set(),
+        "springs": {*BALLS, *HINGES},
+        "damping and friction of several turns at once": set(BALLS),
+        DRAWN: set(BENT),
+        "the references of the springs": set(),
+        "psurfs": {name for name, one in PROTOTYPE.segments.items() if one.psurf},
+        SITES: set(),
+        "attributes": set(PROTOTYPE.attributes),
+    }
+
+
+def test_of_a_loop_urdf_loses_the_closing_joint_and_opensim_its_displacement() -> None:
+    springs = spring_set(hinge("rocker_pin", Linear(1.0), axis=(0.0, 0.0, 1.0)))
+    closing = {"rocker_pin"}
+    closed = {"springs of joints that close loops": closing}
+    assert lost(mjcf_of, FOURBAR, springs) == closed
+    coordinates = {"displacements of joints that close loops, which are no coordinates": closing}
+    assert lost(osim_of, FOURBAR, springs) == {**coordinates, **closed}
+    losses = lost(urdf_of, FOURBAR, springs)
+    assert losses["joints that close loops: the loops are open"] == closing
+    assert losses["springs of joints that close loops"] == closing
+    assert "springs" not in losses
+
+
+@pytest.mark.parametrize("write", [mjcf_of, osim_of])
+def test_loops_that_points_cannot_close_are_named(write: Text) -> None:
+    sliding = lost(write, linked(chain("Rz Tz")), SpringSet())
+    assert sliding["joints that slide and close a loop: the loop is open"] == {"closing"}
+    turning = lost(write, linked(chain("Rx Ry")), SpringSet())
+    assert turning["joints of two turns that close a loop: they turn freely"] == {"closing"}
+    assert not lost(mjcf_of, linked(chain("Rx Ry Rz Tx Ty Tz")), SpringSet())
+
+
+@pytest.mark.parametrize("name", OTHER_CURVES)
+def test_mujoco_loses_curves_that_are_no_cubics_and_friction_of_the_angle(name: str) -> None:
+    of = on_a_rail()
+    springs = spring_set(hinge("hinge", *OTHER_CURVES[name]), slide("rail", SKEW, *CURVES["stop"]))
+    friction = {"friction that depends on the angle": {"hinge"}}
+    assert lost(mjcf_of, of, springs) == (friction if name == "hysteresis" else {CURVED: {"hinge"}})
+    assert not lost(osim_of, of, springs)
+
+
+def test_mujoco_has_a_coulomb_friction_of_its_own() -> None:
+    springs = spring_set(hinge("hinge", coulomb=0.5), slide("rail", SKEW, viscous=1.0))
+    text, losses = mjcf_of(on_a_rail(), springs)
+    assert [(loss.what, loss.where) for loss in losses.each] == [(COULOMB, ("hinge",))]
+    joints = {one.get("name"): one for one in ElementTree.fromstring(text).iter("joint")}
+    assert joints["hinge"].get("frictionloss") == "0.5"
+    assert joints["rail"].get("damping") == "1"
+
+
+def test_springs_of_several_turns_are_lost_unless_they_are_equal_about_all_axes() -> None:
+    of = two_bodies(chain("Rx Ry Rz"), (0.1, 0.2, 0.3))
+    alike = equal(of, "tested", 3.0, 0.1)
+    assert not lost(mjcf_of, of, spring_set(alike))
+    stiffer = replace(alike.axes[0], elastic=(Linear(4.0),))
+    damped = replace(alike.axes[0], damping=Damping(0.2))
+    bent = replace(alike.axes[0], elastic=(Linear(3.0, 0.1),))
+    rubbing = replace(alike.axes[0], damping=Damping(0.1, 0.3))
+    for axis, expected in (
+        (stiffer, SEVERAL),
+        (bent, SEVERAL),
+        (damped, DAMPING),
+        (rubbing, "Coulomb friction of several turns at once"),
+    ):
+        springs = spring_set(JointSprings("tested", (axis, *alike.axes[1:])))
+        assert lost(mjcf_of, of, springs) == {expected: {"tested"}}
+    two_axes = spring_set(JointSprings("tested", alike.axes[:2]))
+    assert lost(mjcf_of, of, two_axes) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
+    universal = two_bodies(chain("Rx Ry"), (0.1, 0.2))
+    springs = spring_set(equal(universal, "tested", 3.0, 0.1))
+    assert lost(mjcf_of, universal, springs) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
+    assert lost(osim_of, universal, springs) == {OPENSIM: {"tested"}}
+
+
+def test_limits_and_stops_in_urdf() -> None:
+    of = one_body(chain("Rx"), lower_limit=(-0.3,), upper_limit=(0.4,))
+    text, losses = urdf_of(of, spring_set(hinge("pin", Stop(-0.3, 0.4))))
+    assert {loss.what: loss.where for loss in losses.each} == {
+        GRAVITY: (),
+        "how stops grow beyond limits: those of the file are hard": ("pin",),
+        SITES: (),
+    }
+    joint = next(j for j in ElementTree.fromstring(text).iter("joint") if j.get("name") == "pin")
+    limit = joint.find("limit")
+    assert joint.get("type") == "revolute"
+    assert limit is not None
+    assert (limit.get("lower"), limit.get("upper")) == ("-0.3", "0.4")
+    several = one_body(chain("Rx Ry"), lower_limit=(-0.3, -0.2))
+    assert lost(urdf_of, several, SpringSet())["limits of several turns at once"] == {"pin"}
+
+
+def test_stops_that_are_no_limits_are_lost_in_urdf() -> None:
+    springs = spring_set(hinge("hinge", *CURVES["stop"]))
+    assert lost(urdf_of, on_a_rail(), springs)["springs"] == {"hinge"}
+
+
+@pytest.mark.parametrize("write", [mjcf_of, osim_of, urdf_of])
+def test_laws_over_several_joints_are_lost(write: Text) -> None:
+    of = on_a_rail()
+    axes = (CoupledAxis("hinge", (1.0, 0.0, 0.0)), CoupledAxis("hinge", (1.0, 0.0, 0.0)))
+    law = CoupledExponential(("a", "b"), (), (0.0, 0.0), (None, None))
+    springs = SpringSet(coupled=(CoupledSpring(law, axes),))
+    assert lost(write, of, springs)["laws over several joints"] == {"hinge"}
+
+
+def test_loads_are_lost_in_urdf_only() -> None:
+    assert lost(urdf_of, PENDULUM, SpringSet())["forces and moments at sites"] == {"link1"}
+    assert not lost(mjcf_of, PENDULUM, SpringSet())
+    assert set(lost(osim_of, PENDULUM, SpringSet())) == {"psurfs"}
+
+
+def test_psurfs_that_cannot_be_read_are_lost_in_mujoco() -> None:
+    of = one_body(chain("Rx"))
+    link = replace(of.segments["link"], psurf="nowhere.pss")
+    attribute = {"shiny": Attribute("shiny", {"gloss": (1.0,)})}
+    of = replace(of, segments={**of.segments, "link": link}, attributes=attribute)
+    found = lost(mjcf_of, of, SpringSet())
+    assert found.pop("attributes other than a colour") == {"shiny"}
+    ((what, where),) = found.items()
+    assert what.startswith("psurfs that cannot be read")
+    assert where == {"link"}
+
+
+def test_names_that_other_programs_would_not_take_are_changed() -> None:
+    of = one_body(chain("Rx"))
+    link = replace(of.segments["link"], name="a <b>")
+    pin = replace(of.joints["pin"], child=replace(of.joints["pin"].child, segment="a <b>"))
+    of = replace(of, segments={"ground": of.segments["ground"], "a <b>": link}, joints={"pin": pin})
+    for write in (mjcf_of, osim_of, urdf_of):
+        text, losses = write(of, SpringSet())
+        assert 'name="a__b_"' in text
+        assert losses.each[0].where == ("'a <b>' is a__b_",)
+
+
+NO_MASS = """figure {
+  segment g { mass = -1g; site a->location = trans(0cm,0cm,0cm); }
+  segment bare { site a->location = trans(0cm,0cm,0cm); }
+  segment light {
+    mass = 0g;
+    inertia = (1,1,1);
+    site a->location = trans(0cm,0cm,0cm);
+    site CM->location = trans(0cm,0cm,0cm);
+  }
+  joint one { connect g.a to bare.a; type = R(0,0,1); }
+  joint two { connect g.a to light.a; type = R(0,0,1); }
+  root = g.a;
+}
+"""
+
+
+@pytest.mark.parametrize("module", [mjcf, osim, urdf])
+def test_segments_without_mass_are_refused_all_at_once(module: object, tmp_path: Path) -> None:
+    of = parse_figure(NO_MASS, "light.fig").figure
+    assert of is not None
+    path = tmp_path / "out"
+    with pytest.raises(InputError) as failure:
+        module.write(of, SpringSet(), path)
+    bare, light = failure.value.faults
+    lacks = "a positive mass, an inertia and a site CM"
+    assert bare.message == f"segment `bare` moves and lacks {lacks}, which a model needs"
+    assert str(bare).startswith("light.fig:3:11: error")
+    assert light.message == "segment `light` moves and lacks a positive mass, which a model needs"
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("module", [mjcf, osim, urdf])
+def test_other_figures_that_are_refused(module: object, tmp_path: Path) -> None:
+    path = tmp_path / "out"
+    of = one_body(chain("Rx"))
+    bare = replace(of, segments={"ground": of.segments["ground"]}, joints={})
+    with pytest.raises(InputError, match="none of the figure's segments moves"):
+        module.write(bare, SpringSet(), path)
+    along = slide("rail", (0.0, 1.0, 0.0), Linear(1.0))
+    with pytest.raises(InputError, match="`rail` has a spring along which it cannot slide"):
+        module.write(on_a_rail(), spring_set(along), path)
+    open_loop = LOOPS["closed by a ball"]
+    far = replace(open_loop.segments["ground"].sites["right"], location=at(shift=(9.0, 0.0, 0.0)))
+    sites = {**open_loop.segments["ground"].sites, "right": far}
+    ground = replace(open_loop.segments["ground"], sites=sites)
+    torn = replace(open_loop, segments={**open_loop.segments, "ground": ground})
+    with pytest.raises(OpenLoopError):
+        module.write(torn, SpringSet(), path)
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("module", [mjcf, osim, urdf])
+def test_a_path_that_cannot_be_written_is_left_alone(module: object, tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="No such file or directory"):
+        module.write(PENDULUM, SpringSet(), tmp_path / "nowhere" / "out")
+
+
+@pytest.mark.parametrize("write", [mjcf_of, osim_of, urdf_of])
+def test_a_long_row_of_bodies_can_be_written(write: Text) -> None:
+    of = row(1100, [chain("Rz")])
+    bodies = {name: replace(one, mass=abs(one.mass or 1.0)) for name, one in of.bodies.items()}
+    of = replace(of, segments=of.segments | bodies)
+    root = ElementTree.fromstring(write(of, SpringSet())[0])
+    names = {one.get("name") for one in root.iter() if one.tag.lower() in ("body", "link")}
+    assert set(of.bodies) <= names
+
+
+def test_a_spring_set_for_other_joints_is_passed_over() -> None:
+    law = AxisSpring((1.0, 0.0, 0.0), (Cubic((0.0, 1.0, 0.0, 1.0)),))
+    springs = SpringSet({"elsewhere": JointSprings("elsewhere", (law,))})
+    assert mjcf_of(PENDULUM, springs)[0] == mjcf_of(PENDULUM, SpringSet())[0]

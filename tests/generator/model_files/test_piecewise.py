@@ -1,0 +1,102 @@
+"""Laws as cubics, piece by piece."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.model_files.piecewise import PiecewiseCubic, piecewise_cubic
+from springs import Cubic, Elastic, Linear, Stop, total_torque
+from springs.exponential import Exponential, Term
+from springs.interpolated import Table
+from springs.smooth_limit import SmoothLimit
+from springs.transformed import Scaled
+from tests.generator.model_files.model_cases import CURVES, OTHER_CURVES
+
+NUMBER = st.floats(-50.0, 50.0).map(lambda x: round(x, 3))
+ANGLE = st.floats(-2.0, 2.0).map(lambda x: round(x, 3))
+STIFF = st.floats(0.5, 500.0)
+
+CUBICS = st.builds(
+    lambda c, c3, ends, rest: Cubic((*c, c3), -1, ends and (min(ends), max(ends)), rest),
+    st.tuples(NUMBER, NUMBER, NUMBER),
+    STIFF,
+    st.none() | st.tuples(ANGLE, ANGLE),
+    ANGLE,
+)
+STOPS = st.builds(
+    lambda ends, stiff, onset: Stop(min(ends), max(ends), stiff, onset),
+    st.tuples(ANGLE, ANGLE),
+    STIFF,
+    st.floats(0.01, 0.5),
+)
+LINEARS = st.builds(Linear, STIFF, ANGLE)
+
+
+def torque(held: PiecewiseCubic, value: np.ndarray) -> np.ndarray:
+    """What springs of that form do: one everywhere, and the steps on their side of a corner."""
+    total = np.polyval([*held.terms[::-1], 0.0], value - held.root)
+    for step in held.steps:
+        beyond = value > step.corner if step.above else value < step.corner
+        total = total + beyond * np.polyval([*step.terms[::-1], 0.0], value - step.corner)
+    return total
+
+
+def agree(laws: tuple[Elastic, ...], values: np.ndarray) -> None:
+    held = piecewise_cubic(laws)
+    assert held is not None
+    expected, given = total_torque(laws, values), torque(held, values)
+    assert np.abs(given - expected).max() <= 1e-8 * (1.0 + np.abs(expected).max())
+
+
+@given(st.lists(CUBICS | STOPS | LINEARS, min_size=1, max_size=3))
+def test_the_pieces_add_up_to_the_laws(laws: list[Elastic]) -> None:
+    agree(tuple(laws), np.linspace(-3.0, 3.0, 61))
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_the_curves_of_the_cases_are_held(name: str) -> None:
+    agree(CURVES[name], np.linspace(-3.0, 3.0, 601))
+
+
+def test_a_cubic_without_a_dead_zone_is_one_spring_about_its_zero() -> None:
+    held = piecewise_cubic((Cubic((0.7, 9.0, -1.5, 6.0), rest=0.1),))
+    assert held is not None
+    assert held.steps == ()
+    assert float(Cubic((0.7, 9.0, -1.5, 6.0), rest=0.1).torque(held.root)) == pytest.approx(0.0)
+    assert held.terms[2] == pytest.approx(-6.0)
+
+
+def test_a_dead_zone_needs_a_spring_at_each_end_and_none_between() -> None:
+    held = piecewise_cubic((Cubic((-15.5, 84.5, -124.0, 49.2), -1, (0.0, 1.553)),))
+    assert held is not None
+    assert held.terms == (0.0, 0.0, 0.0)
+    assert [(step.corner, step.above) for step in held.steps] == [(0.0, False), (1.553, True)]
+    assert held.steps[0].terms == pytest.approx((-84.5, 124.0, -49.2))
+
+
+@pytest.mark.parametrize(
+    "laws",
+    [
+        OTHER_CURVES["exponential"],
+        (SmoothLimit(-0.5, 0.5, 20.0, 20.0, 0.3),),
+        (Exponential((Term(1.0, 1e-2),)),),
+        (Linear(3.0), Exponential((Term(1.0, 2.0),))),
+        (Scaled(Linear(0.0), constant=2.0),),
+        (Cubic((5.0, 0.0, 1.0, 0.0)),),
+    ],
+    ids=str,
+)
+def test_other_laws_have_no_such_form(laws: tuple[Elastic, ...]) -> None:
+    assert piecewise_cubic(laws) is None
+
+
+@given(st.lists(st.tuples(ANGLE, NUMBER), min_size=2, max_size=8, unique_by=lambda p: p[0]))
+def test_tables_that_cross_zero_are_held(points: list[tuple[float, float]]) -> None:
+    points = sorted(points)
+    if min(np.diff([angle for angle, _ in points])) < 0.05:
+        return
+    law = Table(tuple(points))
+    torques = [value for _, value in points]
+    if min(torques) <= 0.0 <= max(torques):
+        agree((law,), np.linspace(-2.5, 2.5, 101))

@@ -1,0 +1,101 @@
+"""URDF models against Pinocchio's own reading of them."""
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import Source
+from generator.model_files.imported import Imported
+from generator.model_files.read import parse_model, read_model
+from tests.generator.model_files.imported_models import (
+    MODELS,
+    placed,
+    pose_in_model,
+    written_and_read,
+)
+from tests.generator.model_files.pinocchio_fall import (
+    FLYING,
+    PLANAR,
+    SINGLE,
+    Pinocchio,
+    difference,
+)
+
+ARM = MODELS / "arm.urdf"
+
+
+def lost(imported: Imported, word: str) -> tuple[str, ...]:
+    """The places of the one loss whose sentence has a word."""
+    (found,) = [loss for loss in imported.losses.each if word in loss.what]
+    return found.where
+
+
+@pytest.mark.verify
+def test_links_stand_where_pinocchio_has_them():
+    imported, twin = read_model(ARM), Pinocchio(ARM)
+    rng = np.random.default_rng(2)
+    names = (*SINGLE, *PLANAR, *FLYING)
+    for _ in range(5):
+        values = dict(zip(names, rng.uniform(-1.2, 1.2, len(names)), strict=True))
+        theirs = twin.frames(twin.configuration(values))
+        placement = placed(imported, values)
+        for link in ("column", "upper", "slider", "puck", "drone"):
+            ours = pose_in_model(placement, link)
+            np.testing.assert_allclose(ours, theirs[link], atol=1e-9, err_msg=link)
+        tool = pose_in_model(placement, "upper", "tool")
+        np.testing.assert_allclose(tool, theirs["tool"], atol=1e-9)
+
+
+@pytest.mark.verify
+def test_the_mass_is_pinocchios():
+    twin = Pinocchio(ARM)
+    total = twin.api.computeTotalMass(twin.model)
+    assert read_model(ARM).figure.total_mass == pytest.approx(total, rel=1e-12)
+
+
+@pytest.mark.verify
+def test_a_passive_fall_is_pinocchios(tmp_path):
+    assert difference(ARM, tmp_path, SINGLE) < 1e-6
+
+
+def test_links_without_mass_become_one_joint_with_the_next():
+    imported = read_model(ARM)
+    shoulder = imported.figure.joints["shoulder"]
+    assert [factor.axis for factor in shoulder.chain] == [(1, 0, 0), (0, 1, 0)]
+    assert lost(imported, "bodies without mass") == ("yoke",)
+    assert lost(imported, "without a joint") == ("base", "tool")
+
+
+def test_a_link_with_mass_at_the_root_is_held_and_can_be_let_go():
+    text = """<robot name="r">
+      <link name="pelvis"><inertial><mass value="5"/>
+        <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="leg"><inertial><mass value="2"/>
+        <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="hip" type="continuous"><parent link="pelvis"/><child link="leg"/></joint>
+    </robot>"""
+    figure = parse_model(Source("r.urdf", text)).figure
+    held = figure.joints["base"]
+    assert (held.chain, held.parent.segment, held.child.segment) == ((), "world", "pelvis")
+    assert figure.total_mass == 7.0
+
+
+def test_what_a_figure_does_not_hold_is_told_by_name(tmp_path):
+    imported = read_model(ARM)
+    assert lost(imported, "mimic") == ("lift (turntable)",)
+    assert lost(imported, "effort and speed") == ("shoulder_pitch", "shoulder_roll", "lift")
+    assert lost(imported, "shapes of links") == ("column",)
+    assert lost(imported, "transmissions") == ("drive",)
+    assert lost(imported, "materials") == ("grey",)
+    assert "lift" in lost(imported, "stops of 1000 N m/rad")
+    written_and_read(imported, tmp_path)
+
+
+def test_dry_friction_stands_in_a_springs_file(tmp_path):
+    text = """<robot name="r"><link name="base"/>
+      <link name="leg"><inertial><mass value="2"/>
+        <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="hip" type="continuous"><parent link="base"/><child link="leg"/>
+        <dynamics damping="0.2" friction="0.6"/></joint></robot>"""
+    _, springs = written_and_read(parse_model(Source("r.urdf", text)), tmp_path)
+    (axis,) = springs.joints["hip"].axes
+    assert (axis.damping.viscous, axis.damping.coulomb) == (0.2, 0.6)

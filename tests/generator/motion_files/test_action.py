@@ -1,0 +1,365 @@
+"""Action files: exact to the last bit, whole or not at all, and refused with a reason."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from generator import read_action, read_figure, write_recording
+from generator.diagnostics import InputError
+from generator.figure import Factor, Figure
+from generator.motion_files import (
+    ActionFile,
+    UnknownFormatError,
+    action_of,
+    format_action,
+    parse_action,
+)
+from generator.motion_files.action import meant_number, shown_number
+from generator.motion_files.motion import Header
+from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
+from generator.text_io import why_not_writable, write_whole
+from tests.paths import DOCS, FIGURES, ROOT
+
+KNEE = (Factor("R", (0.0, -1.0, 0.0)),)
+FREE = (
+    Factor("R", (1.0, 0.0, 0.0)),
+    Factor("R", (0.0, 1.0, 0.0)),
+    Factor("R", (0.0, 0.0, 1.0)),
+    Factor("T", (0.0, 0.6, 0.8)),
+)
+CHAINS = {"hip": FREE, "knee": KNEE, "weld": ()}
+
+HEADER = Header("leg.fig", None, 0.0, 1.0, 0.5, "none", "weighted", Ending.DONE, "done at 1 s")
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def leg(frames: int = 3) -> ActionFile:
+    """A short motion with numbers that need all their digits."""
+    times = np.linspace(0.0, 1.0, frames) if frames > 1 else np.zeros(1)
+    rng = np.random.default_rng(1)
+    moved = {name: rng.normal(size=(frames, len(chain))) for name, chain in CHAINS.items()}
+    interval = float(times[1]) if frames > 1 else None
+    header = replace(HEADER, stop=float(times[-1]), frame=interval)
+    return ActionFile(header, CHAINS, times, moved)
+
+
+def recording_of(figure: Figure) -> Recording:
+    times = np.array([0.1, 0.12, 0.13])
+    moved = {
+        name: np.linspace(-1.0, 1.0, 3 * joint.degrees_of_freedom).reshape(3, -1)
+        for name, joint in figure.joints.items()
+    }
+    return Recording(
+        times=times,
+        poses={},
+        chains={name: joint.chain for name, joint in figure.joints.items()},
+        displacements=moved,
+        velocities={},
+        rotation_vectors={},
+        reactions={},
+        passive_torques={},
+        centre_of_mass=np.zeros((3, 3)),
+        energy={kind: np.zeros(3) for kind in ENERGY_KINDS},
+        outcome=Outcome(Ending.INTERRUPTED, "interrupted\n at 0.13 s", 0.13),
+        accuracy=Accuracy(None, None, 0.13, 0.01, 3, np.zeros(3)),
+        springs="leg.springs.toml",
+        law="weighted",
+    )
+
+
+def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
+    return one.shape == other.shape and one.tobytes() == other.tobytes()
+
+
+@given(value=finite, unit=st.sampled_from(["deg", "cm"]))
+@example(value=-0.0, unit="deg")
+@example(value=5e-324, unit="cm")
+@example(value=1.7976931348623157e308, unit="deg")
+@example(value=0.5, unit="deg")
+def test_a_shown_number_is_meant_to_the_last_bit(value: float, unit: str):
+    back = meant_number(shown_number(value, unit), unit)
+    assert np.float64(back).tobytes() == np.float64(value).tobytes()
+
+
+def test_floats_beside_powers_of_two_survive_too():
+    beside = [np.nextafter(2.0**k, to) for k in range(-30, 30) for to in (-np.inf, np.inf)]
+    values = [*beside, *(2.0**k for k in range(-30, 30))]
+    assert [meant_number(shown_number(v, "deg"), "deg") for v in values] == values
+
+
+def test_round_angles_look_round():
+    shown = [shown_number(v, "deg") for v in (0.0, np.radians(40.0), np.radians(-90.0))]
+    assert shown == ["0.0", "40.0", "-90.0"]
+    assert shown_number(0.1, "cm") == "10.0"
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_what_is_not_finite_is_not_written(value: float):
+    with pytest.raises(ValueError, match="cannot hold"):
+        shown_number(value, "deg")
+
+
+@given(
+    times=st.lists(finite.map(abs), min_size=1, max_size=4, unique=True).map(sorted),
+    moved=arrays(float, (4, 5), elements=finite),
+)
+def test_an_action_file_reads_back_bit_for_bit(times: list[float], moved: np.ndarray):
+    rows, clock = moved[: len(times)], np.array(times)
+    header = replace(HEADER, start=times[0], stop=times[-1])
+    parts = {"hip": rows[:, :4], "knee": rows[:, 4:], "weld": rows[:, 5:]}
+    back = parse_action(format_action(ActionFile(header, CHAINS, clock, parts)))
+    assert back.header == header
+    assert dict(back.chains) == CHAINS
+    assert list(back.chains) == list(CHAINS)
+    assert same_bits(back.times, clock)
+    for name, part in parts.items():
+        assert same_bits(back.displacements[name], np.ascontiguousarray(part))
+
+
+def test_a_recording_is_written_with_its_origin(tmp_path: Path):
+    figure = read_figure("pendulum")
+    recording = recording_of(figure)
+    path = tmp_path / "swing.action"
+    write_recording(recording, figure, path)
+    action = read_action(path)
+    bytes_of_figure = (FIGURES / "pendulum.fig").read_bytes()
+    assert action.header == Header(
+        "pendulum.fig",
+        sha256(bytes_of_figure).hexdigest(),
+        0.1,
+        0.13,
+        0.02,
+        "leg.springs.toml",
+        "weighted",
+        Ending.INTERRUPTED,
+        "interrupted at 0.13 s",
+    )
+    assert same_bits(action.times, recording.times)
+    for name, moved in recording.displacements.items():
+        assert same_bits(action.displacements[name], moved)
+
+
+@pytest.mark.parametrize(
+    ("path", "name"), [(None, "none"), (Path("gone") / "odd \udcff name.fig", "odd ? name.fig")]
+)
+def test_a_figure_whose_file_is_not_there_has_no_sha256(path: Path | None, name: str):
+    figure = replace(read_figure("pendulum"), path=path)
+    back = parse_action(format_action(action_of(recording_of(figure), figure)))
+    assert (back.header.figure, back.header.sha256) == (name, None)
+
+
+def test_times_are_normalised_to_the_motion():
+    assert leg().normalised_times.tolist() == [0.0, 0.5, 1.0]
+    assert leg(frames=1).normalised_times.tolist() == [0.0]
+
+
+def test_the_file_explains_itself():
+    lines = format_action(leg()).splitlines()
+    assert lines[1:3] == ["action 1", "units s deg cm"]
+    assert "hip R(1,0,0)*R(0,1,0)*R(0,0,1)*T(0,0.6,0.8)" in lines
+    assert "knee R(0,-1,0)" in lines
+    assert "weld fixed" in lines
+    assert "# normalised seconds hip.1 hip.2 hip.3 hip.4 knee.1" in lines
+    assert lines[-2].startswith("1.0 1.0 ")
+    assert lines[-1] == "end"
+
+
+def test_the_columns_are_degrees_and_centimetres():
+    moved = {"hip": np.array([[0.0, 0.0, np.pi, 0.25]]), "knee": np.array([[-np.pi / 2]])}
+    moved["weld"] = np.zeros((1, 0))
+    action = replace(leg(frames=1), displacements=moved)
+    assert format_action(action).splitlines()[-2] == "0.0 0.0 0.0 0.0 180.0 25.0 -90.0"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"times": np.array([0.0, 0.5, 0.5])}, "increases"),
+        ({"times": np.zeros(0)}, "increases"),
+        ({"chains": {**CHAINS, "knee": FREE}}, "4 displacements"),
+        ({"chains": {"two words": KNEE}}, "cannot hold a joint named"),
+        ({"chains": {"#knee": KNEE}}, "cannot hold a joint named"),
+    ],
+)
+def test_what_the_file_cannot_hold_is_refused(change: dict, message: str):
+    with pytest.raises(ValueError, match=message):
+        replace(leg(), **change)
+
+
+TEXT = format_action(leg())
+ROW = TEXT.splitlines()[-3]
+WORDS = ROW.split()
+
+
+def number_of_line(start: str) -> int:
+    return next(k for k, line in enumerate(TEXT.splitlines(), 1) if line.startswith(start))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ("action 1", "action 2", "action", "unknown version `2` of the action file"),
+        ("action 1", "frames 3", "action", "expected `action` and its value"),
+        ("units s deg cm", "units s rad m", "units", "unknown units `s rad m`"),
+        ("sha256 none", "sha256 123", "sha256", "this is no SHA-256"),
+        ("start 0.0", "start soon", "start", "`soon` is not a number"),
+        ("start 0.0", "start 0.25", None, "the first frame is not at the start"),
+        ("stop 1.0", "stop 2.0", None, "the last frame is not at the stop"),
+        ("outcome done", "outcome don", "outcome", "unknown outcome `don`"),
+        ("joints 3", "joints three", "joints", "`three` is no number of joints"),
+        ("frames 3", "frames 0", "frames", "`0` is no number of frames"),
+        ("frames 3", "frames 2", None, "expected `end` after 2 frames"),
+        ("frames 3", "frames 4", "end", "`end` stands before frame 4 of 4"),
+        ("knee R(0,-1,0)", "hip R(0,-1,0)", "knee", "a second joint `hip`"),
+        ("knee R(0,-1,0)", "knee", "knee", "a joint has a name and a chain"),
+        ("knee R(0,-1,0)", "knee R(0,-1)", "knee", "`R(0,-1)` is no chain"),
+        (ROW, ROW + " 1.0", ROW, "this row has 8 columns, not 7"),
+        (ROW, ROW.rpartition(" ")[0], ROW, "this row has 6 columns, not 7"),
+        (WORDS[3], "left", ROW, "`left` is not a number"),
+        (WORDS[3], "nan", ROW, "`nan` is not a number"),
+        (WORDS[3], "1e999", ROW, "`1e999` is not finite"),
+        ("0.5 0.5", "0.6 0.5", ROW, "the normalised time does not belong to the seconds"),
+        ("0.5 0.5", "0.5 1.5", None, "the time does not increase"),
+        ("\nend\n", "\nend\nend\n", None, "nothing stands after `end`"),
+    ],
+)
+def test_a_malformed_file_is_refused_with_its_line(
+    old: str, new: str, line: str | None, message: str
+):
+    assert old in TEXT
+    with pytest.raises(InputError) as caught:
+        parse_action(TEXT.replace(old, new, 1), "fall.action")
+    faults = caught.value.faults
+    assert message in faults[0].message
+    place = faults[0].span
+    assert place is not None
+    assert place.source.name == "fall.action"
+    if line is not None:
+        assert place.line == number_of_line(line)
+
+
+def test_a_file_cut_anywhere_is_refused():
+    whole = TEXT.rstrip()
+    for length in range(0, len(whole), 7):
+        with pytest.raises(InputError):
+            parse_action(whole[:length])
+
+
+def test_all_wrong_rows_are_told_at_once():
+    text = TEXT
+    for word in WORDS[2:5]:
+        text = text.replace(word, "x")
+    with pytest.raises(InputError) as caught:
+        parse_action(text)
+    assert len(caught.value.faults) == 3
+
+
+def test_a_file_that_is_not_there_is_a_sentence(tmp_path: Path):
+    with pytest.raises(InputError, match="cannot be read: no such file"):
+        read_action(tmp_path / "none.action")
+
+
+@pytest.mark.parametrize("name", ["fall.gif", "fall", "action"])
+def test_an_unknown_suffix_is_refused(tmp_path: Path, name: str):
+    figure = read_figure("pendulum")
+    with pytest.raises(UnknownFormatError, match=r"known are \.action, \.csv"):
+        write_recording(recording_of(figure), figure, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_cannot_be_finished_leaves_nothing(tmp_path: Path):
+    path = tmp_path / "fall.action"
+    path.write_text("old", encoding="utf-8")
+    with pytest.raises(UnicodeEncodeError):
+        write_whole(path, "new \ud800")
+    assert path.read_text(encoding="utf-8") == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_interrupted_writer_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(tmp_path / "fall.action", "text")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_is_followed(tmp_path: Path):
+    (tmp_path / "there").mkdir()
+    link = tmp_path / "fall.action"
+    link.symlink_to(tmp_path / "there" / "real.action")
+    write_whole(link, "text")
+    assert link.is_symlink()
+    assert (tmp_path / "there" / "real.action").read_text(encoding="utf-8") == "text"
+
+
+def test_why_a_file_cannot_be_written(tmp_path: Path):
+    assert why_not_writable(tmp_path / "fall.action") is None
+    assert why_not_writable(tmp_path) == "it is a directory"
+    missing = tmp_path / "none" / "fall.action"
+    assert why_not_writable(missing) == f"there is no directory `{tmp_path / 'none'}`"
+    assert why_not_writable(tmp_path / ("n" * 300)) == "file name too long"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_permission_is_found_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def refused(*_: object) -> int:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "open", refused)
+    assert why_not_writable(tmp_path / "fall.action") == "permission denied"
+
+
+WRITE_FOR_EVER = """
+import runpy, sys
+from pathlib import Path
+write_whole = runpy.run_path(sys.argv[1])["write_whole"]
+whole = "x" * 2_000_000
+print("ready", flush=True)
+while True:
+    write_whole(Path(sys.argv[2]), whole)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
+def test_a_killed_writer_leaves_a_whole_file_or_none(tmp_path: Path):
+    moments = random.Random(7)
+    cut = 0
+    module = str(ROOT / "generator" / "whole_file.py")
+    for k in range(20):
+        path = tmp_path / str(k) / "fall.action"
+        path.parent.mkdir()
+        writer = subprocess.Popen(
+            [sys.executable, "-c", WRITE_FOR_EVER, module, str(path)], stdout=subprocess.PIPE
+        )
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == b"ready\n"
+        time.sleep(moments.uniform(0.0, 0.03))
+        writer.send_signal(signal.SIGKILL)
+        writer.communicate()
+        assert not path.exists() or path.stat().st_size == 2_000_000
+        cut += any(part.suffix == ".part" for part in path.parent.iterdir())
+    assert cut > 0
+
+
+def test_the_example_of_the_documentation_is_an_action_file():
+    text = (DOCS / "action-file.md").read_text(encoding="utf-8")
+    block = text[text.index("    # The motion") : text.index("(The numbers")]
+    action = parse_action("\n".join(line[4:] for line in block.splitlines()))
+    assert action.header.figure == "pendulum.fig"
+    assert np.degrees(action.displacements["shoulder"][0]) == pytest.approx([0.0, 40.0, 20.0])

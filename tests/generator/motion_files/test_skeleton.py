@@ -1,0 +1,51 @@
+"""Quaternions and axes of orientations: the same orientation, and no jump on the way."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial.transform import Rotation
+
+from generator.motion_files.skeleton import axis_angles, continuous_quaternions
+
+angle = st.floats(-20.0, 20.0, allow_nan=False)
+walks = st.integers(1, 12).flatmap(lambda n: arrays(float, (n, 3), elements=angle))
+
+
+@given(walks)
+def test_a_quaternion_is_its_matrix(vectors: np.ndarray):
+    matrices = Rotation.from_rotvec(vectors).as_matrix()
+    quaternions = continuous_quaternions(matrices)
+    assert np.allclose(np.linalg.norm(quaternions, axis=1), 1.0)
+    assert np.allclose(Rotation.from_quat(quaternions).as_matrix(), matrices, atol=1e-9)
+
+
+@given(walks)
+def test_neighbours_are_on_the_same_side(vectors: np.ndarray):
+    quaternions = continuous_quaternions(Rotation.from_rotvec(vectors).as_matrix())
+    assert quaternions[0, 3] >= 0.0
+    assert np.all(np.sum(quaternions[1:] * quaternions[:-1], axis=1) >= 0.0)
+
+
+def test_three_turns_in_small_steps_never_jump():
+    angles = np.linspace(0.0, 6.0 * np.pi, 200)
+    axis = np.array([0.6, 0.0, 0.8])
+    quaternions = continuous_quaternions(Rotation.from_rotvec(angles[:, None] * axis).as_matrix())
+    steps = np.linalg.norm(np.diff(quaternions, axis=0), axis=1)
+    assert np.allclose(steps, 2.0 * np.sin(angles[1] / 4.0), atol=1e-9)
+    # After one turn the sign is the other one: that is what continuity costs.
+    assert np.allclose(quaternions[-1], [0.0, 0.0, 0.0, -1.0], atol=1e-9)
+
+
+@given(walks)
+def test_axis_and_angle_are_their_matrix(vectors: np.ndarray):
+    matrices = Rotation.from_rotvec(vectors).as_matrix()
+    said = axis_angles(matrices)
+    assert np.allclose(np.linalg.norm(said[:, :3], axis=1), 1.0)
+    assert np.all((said[:, 3] >= 0.0) & (said[:, 3] <= np.pi + 1e-12))
+    back = Rotation.from_rotvec(said[:, :3] * said[:, 3:]).as_matrix()
+    assert np.allclose(back, matrices, atol=1e-7)
+
+
+def test_no_turn_has_an_axis_all_the_same():
+    assert axis_angles(np.eye(3)[None]).tolist() == [[0.0, 1.0, 0.0, 0.0]]

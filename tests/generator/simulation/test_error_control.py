@@ -1,0 +1,163 @@
+"""The estimate of a run's own error is honest: the true one is not above three times it."""
+
+import re
+from dataclasses import replace
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.recording import Ending
+from generator.rotations import rotation_vector_from_matrix
+from generator.simulation.error_control import LONGEST_STEP, first_step
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
+from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+
+PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+NONE = SpringSet()
+CORNERED = SpringSet(
+    {
+        "pin": JointSprings(
+            "pin",
+            (AxisSpring(Z, (Cubic((0.0, 9.0, 1.0, 30.0), dead_zone=(-0.3, 0.2)),), Damping(0.05)),),
+        )
+    }
+)
+
+RUNS = {
+    "pendulum": (lambda: one_body(chain("Rz"), (1.0,)), {"stop": 2.0, "springs": NONE}),
+    "spherical pendulum": (
+        lambda: one_body(BALL, (1.0, 0.3, 0.2)),
+        {"stop": 2.0, "springs": NONE, "velocities": {"pin": (1.0, 2.0, -1.0)}},
+    ),
+    "hinge with a dead zone": (
+        lambda: one_body(chain("Rz"), (1.0,), body("link", centre=(0.0, -0.3, 0.0))),
+        {"stop": 2.0, "springs": CORNERED},
+    ),
+    "chain": (lambda: row(3, (BALL, chain("Rz"))), {"stop": 1.0, "springs": NONE}),
+    "sprung chain": (lambda: row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {"stop": 1.0}),
+    "prototype": (lambda: read_figure(PROTOTYPE), {"stop": 1.0}),
+    "bent prototype": (
+        lambda: read_figure(PROTOTYPE),
+        {
+            "stop": 0.6,
+            "displacements": {
+                "left_hip_joint": (0.3, 0.2, 0.5),
+                "right_elbow": (1.7,),
+                "waist": (0.3, 0.2, 0.1),
+            },
+        },
+    ),
+}
+
+
+@cache
+def reference(name: str):
+    """The figure of a run, and the run at a tolerance that makes its error small beside others'."""
+    make, plan = RUNS[name]
+    figure = make()
+    return figure, simulate(figure, Plan(tolerance=1e-8 if "proto" in name else 1e-10, **plan))
+
+
+def differences(figure, one, other) -> np.ndarray:
+    """Largest angle between the joints' rotations of two runs at each frame [rad]."""
+    worst = np.zeros(len(one.times))
+    for joint in figure.joints.values():
+        rotations = [
+            np.swapaxes(run.poses[joint.parent.segment][:, :3, :3], 1, 2)
+            @ run.poses[joint.child.segment][:, :3, :3]
+            for run in (one, other)
+        ]
+        off = np.swapaxes(rotations[0], 1, 2) @ rotations[1]
+        worst = np.maximum(worst, np.linalg.norm(rotation_vector_from_matrix(off), axis=1))
+    return worst
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if "proto" in n else n for n in RUNS]
+)
+def test_the_estimate_is_honest(name, tolerance) -> None:
+    """Against a much finer run; and the tolerance asked for is held."""
+    figure, fine = reference(name)
+    run = simulate(figure, Plan(tolerance=tolerance, **RUNS[name][1]))
+    true = differences(figure, run, fine)
+    assert run.outcome.succeeded
+    # Passes of its own, or the comparison would show nothing.
+    assert fine.accuracy.step < 0.7 * run.accuracy.step
+    assert run.accuracy.estimate <= tolerance
+    assert np.max(true) <= tolerance
+    assert np.max(true) <= 3.0 * run.accuracy.estimate
+
+
+@pytest.mark.parametrize("frame", [0.001, 0.004, 0.005, 0.02, 0.033, 0.5])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-8])
+def test_the_first_step_divides_a_frame_evenly(frame, tolerance) -> None:
+    step = first_step(frame, tolerance)
+    count = frame / step
+    assert 0.0 < step <= LONGEST_STEP
+    assert count == pytest.approx(round(count))
+    assert round(count) == 1 or round(count) % 2 == 0
+
+
+def test_a_tolerance_out_of_reach_says_until_when_it_held() -> None:
+    """A wild triple pendulum amplifies errors too fast for the smallest step that is tried."""
+    plan = Plan(stop=2.5, tolerance=1e-3, springs=NONE, velocities={"joint0": (12, 10, 8)})
+    run = simulate(row(3), plan)
+    assert run.outcome.succeeded
+    assert run.accuracy.estimate > 1e-3
+    assert 0.0 < run.accuracy.held_until < 2.5
+    assert f"held only until {run.accuracy.held_until:.4g} s" in run.outcome.message
+    held = run.times <= run.accuracy.held_until
+    assert np.all(run.accuracy.by_frame[held] <= 1e-3)
+    assert np.all(run.accuracy.by_frame[~held] > 1e-3)
+
+
+def test_a_run_cut_short_says_that_it_knows_nothing() -> None:
+    """Time for one pass only: no estimate, and no claim of one."""
+    run = simulate(row(3), Plan(stop=20.0, tolerance=1e-6, springs=NONE, wall_limit=0.5))
+    assert run.accuracy.estimate is None or run.accuracy.estimate > 1e-6
+    assert run.accuracy.held_until < 20.0
+
+
+def test_a_smaller_tolerance_gives_a_smaller_error() -> None:
+    figure, fine = reference("chain")
+    plan = RUNS["chain"][1]
+    errors = [
+        np.max(differences(figure, simulate(figure, Plan(tolerance=t, **plan)), fine))
+        for t in (1e-3, 1e-5, 1e-7)
+    ]
+    assert all(e <= t for e, t in zip(errors, (1e-3, 1e-5, 1e-7), strict=True))
+    assert errors[2] < errors[0]
+
+
+def test_a_run_that_fails_ends_where_its_finest_pass_does() -> None:
+    """Coarse steps pass by a half turn that finer ones see: their frames are not the motion.
+
+    A ball that swings about one axis on a linear spring is beyond 180 deg for 1.6 ms, between two
+    steps of 2 ms.
+    """
+    rate, peak, beyond = 3.0, 0.521, 1.6e-3
+    size, phase = np.pi / np.cos(0.5 * rate * beyond), 0.5 * np.pi - rate * peak
+    springs = tuple(AxisSpring(axis, (Linear(rate**2),)) for axis in (X, Y, Z))
+    ball = body("link", mass=1.0, inertia=(1.0,) * 3, centre=(0.0, 0.0, 0.0))
+    made = one_body(BALL, (0.0, 0.0, size * np.sin(phase)), ball)
+    plan = Plan(
+        stop=0.7,
+        springs=SpringSet({"pin": JointSprings("pin", springs)}),
+        velocities={"pin": (0.0, 0.0, size * rate * np.cos(phase))},
+    )
+    assert simulate(made, replace(plan, step=2e-3)).outcome.succeeded
+    run = simulate(made, plan)
+    assert run.outcome.ending is Ending.TURNED_OVER
+    assert 0.4 < run.outcome.last_time == run.times[-1] <= 0.52 + 1e-9
+    assert len(run.accuracy.by_frame) == len(run.times)
+    told = re.search(r"at ([0-9.e+-]+) s", run.outcome.message)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(peak, abs=2e-3)
+    assert 0.0 <= float(told[1]) - run.times[-1] <= 0.02 + 1e-9

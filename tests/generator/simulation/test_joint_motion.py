@@ -1,0 +1,102 @@
+"""A motion in the figure's own terms: displacements, rates, continuity."""
+
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.joint_chain import chain_of
+from generator.rotations import inverse_pose, rotation_vector_from_matrix
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from springs import SpringSet
+from tests.chains import BALL, FREE, at, body, chain, figure, ground, joint, one_body, row
+
+PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+NONE = SpringSet()
+
+
+def test_displacements_and_poses_tell_the_same() -> None:
+    made = read_figure(PROTOTYPE)
+    start = {"left_shoulder": (0.4, -0.8, 0.3), "right_shoulder": (0.5, 0.3, -0.6)}
+    run = simulate(made, Plan(stop=0.3, tolerance=1e-4, displacements=start))
+    for name, values in start.items():
+        assert run.displacements[name][0] == pytest.approx(values, abs=1e-9)
+    for name, each in made.joints.items():
+        parent, child = (
+            run.poses[ref.segment] @ made.site(ref).pose_in_segment for ref in each.ends
+        )
+        between = inverse_pose(parent) @ child
+        turned = chain_of(each.chain).pose(run.displacements[name])[:, :3, :3]
+        assert np.max(np.abs(turned - between[:, :3, :3])) < 1e-5
+        vectors = rotation_vector_from_matrix(between[:, :3, :3])
+        assert np.allclose(run.rotation_vectors[name], vectors, atol=1e-9)
+
+
+@pytest.mark.parametrize("factors", [BALL, chain("Rx Ry"), chain("R-z"), FREE])
+def test_rates_are_the_slopes_of_displacements(factors) -> None:
+    size = len(factors)
+    rates = np.cos(1.0 + np.arange(size))
+    run = simulate(
+        one_body(factors, 0.2 * rates),
+        Plan(stop=0.1, step=1e-4, frame=1e-3, springs=NONE, velocities={"pin": rates}),
+    )
+    assert run.velocities["pin"][0] == pytest.approx(rates, abs=1e-9)
+    values = run.displacements["pin"]
+    slopes = (values[2:] - values[:-2]) / 2e-3
+    assert np.max(np.abs(slopes - run.velocities["pin"][1:-1])) < 1e-3
+
+
+def spinning(first: float, rate: tuple[float, float, float]):
+    """A free wheel on a ball joint that starts at the middle angle `first`."""
+    wheel = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.03, 0.03, 0.03))
+    plan = Plan(stop=1.0, step=1e-3, springs=NONE, velocities={"pin": rate})
+    return simulate(one_body(BALL, (0.4, first, -0.3), wheel), plan)
+
+
+def test_displacements_run_on_through_a_pole() -> None:
+    """Turned about the middle axis from 1 to 9 rad: past five poles, without a jump."""
+    run = spinning(1.0, (0.0, 8.0, 0.0))
+    expected = np.stack([0.4 + 0 * run.times, 1.0 + 8.0 * run.times, -0.3 + 0 * run.times], axis=1)
+    assert np.max(np.abs(run.displacements["pin"] - expected)) < 1e-4
+
+
+@pytest.mark.parametrize("pole", [np.pi / 2, -np.pi / 2])
+def test_the_first_frame_at_a_pole_shares_the_turn(pole) -> None:
+    """Eq. 3.14 and the corrected 3.15, whatever triple was written; later frames go on from it."""
+    run = spinning(pole, (0.0, 1.0, 0.0))
+    first, middle, last = run.displacements["pin"][0]
+    assert middle == pytest.approx(pole)
+    assert abs(first) == pytest.approx(abs(last))
+    total = last - np.sign(pole) * first
+    assert total == pytest.approx(-0.3 - np.sign(pole) * 0.4)
+    assert np.max(np.abs(np.diff(run.displacements["pin"], axis=0)[:, 1])) < 0.1
+
+
+def test_whole_turns_of_the_start_are_kept() -> None:
+    start = (0.2 + 2 * np.pi, 0.3, 0.1 - 4 * np.pi)
+    run = simulate(row(1), Plan(stop=0.1, step=1e-3, springs=NONE, displacements={"joint0": start}))
+    assert run.displacements["joint0"][0] == pytest.approx(start, abs=1e-9)
+    assert np.max(np.abs(np.diff(run.displacements["joint0"], axis=0))) < 0.5
+
+
+def test_the_ground_stands_still() -> None:
+    """All its parts, those on joints without freedom included."""
+    table = replace(body("table"), mass=-1.0)
+    made = figure(
+        [ground(top=at((0.3, 0.0, 0.0), (0.0, 1.0, 0.0))), table, body("link")],
+        [
+            joint("bolt", "ground.top", "table.near", ()),
+            joint("pin", "table.near", "link.near", BALL, (0.1, 0.2, 0.3)),
+        ],
+    )
+    run = simulate(made, Plan(stop=0.2, step=1e-3, springs=NONE))
+    assert np.all(run.poses["ground"] == np.eye(4))
+    assert np.all(run.poses["table"] == run.poses["table"][0])
+    assert run.poses["table"][0, 1, 3] == 1.0
+    assert run.displacements["bolt"].shape == (len(run.times), 0)
+    assert np.allclose(run.reactions["bolt"], 0.0)
+    assert np.ptp(run.poses["link"][:, 1, 1]) > 0.01

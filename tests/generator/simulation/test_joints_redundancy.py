@@ -1,0 +1,160 @@
+"""Which locks a loop needs: rows that the others imply are left out."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from generator import read_figure
+from generator.kinematics.loops import assemble
+from generator.kinematics.placement import drawn_displacements
+from generator.kinematics.tree import hang
+from generator.rotations import matrix_from_xyz
+from generator.simulation.joints import locks_of, needed_locks
+from generator.simulation.model import start_of
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from springs import SpringSet
+from tests.chains import BALL, SKEW, at, body, chain, figure, ground, joint, row
+
+FOURBAR = Path(str(files("figures"))) / "fourbar.fig"
+NONE = SpringSet()
+
+
+def equations(locks) -> int:
+    return sum(sum(k.translations) + sum(k.rotations) for ks in locks.values() for k in ks)
+
+
+def test_a_tree_keeps_all_its_locks() -> None:
+    tree = hang(row(3, (BALL, chain("Rz"))))
+    placement = assemble(tree, drawn_displacements(tree))
+    locks = needed_locks(placement)
+    assert [sum(k.translations) + sum(k.rotations) for ks in locks.values() for k in ks] == [
+        3,
+        5,
+        3,
+    ]
+
+
+def test_a_planar_loop_of_revolutes_keeps_two_rows_of_its_last_joint() -> None:
+    """Three bodies, one freedom: 17 equations, of 20 that four revolutes write."""
+    placement = start_of(read_figure(FOURBAR), Plan()).placement
+    assert equations({n: locks_of(c) for n, c in placement.tree.chains.items()}) == 20
+    assert equations(needed_locks(placement)) == 17
+
+
+def test_so_does_a_loop_about_skew_axes() -> None:
+    """The same, with the whole linkage turned: no lock is along an axis of the world."""
+    turn = (0.5, -0.8, 0.3)
+    post = tuple(map(float, matrix_from_xyz(*turn) @ [0.25, 0.05, 0.0]))
+    made = figure(
+        [
+            ground(one=at(turn), two=at(turn, post)),
+            body("a", sites={"far": at(shift=(0.3, 0.0, 0.0))}),
+            body("b", sites={"far": at(shift=(0.3, 0.0, 0.0))}),
+        ],
+        [
+            joint("first", "ground.one", "a.near", chain("Rz"), (0.4,)),
+            joint("second", "a.far", "b.near", chain("Rz"), (-1.9,)),
+            joint("third", "b.far", "ground.two", chain("Rz Tx"), (0.3, 0.0)),
+        ],
+    )
+    placement = start_of(made, Plan()).placement
+    assert equations({n: locks_of(c) for n, c in placement.tree.chains.items()}) == 14
+    assert equations(needed_locks(placement)) == 11
+    run = simulate(made, Plan(stop=0.3, step=5e-4, springs=NONE))
+    off = np.abs(run.energy_balance - run.energy_balance[0])
+    assert np.max(off) < 1e-4 * np.ptp(run.energy["gravity"])
+
+
+def test_a_dead_point_is_looked_through() -> None:
+    """Crank and coupler folded on each other: for that moment more rows depend on each other."""
+    span = np.hypot(0.2, 0.3)
+    cosine = (0.1**2 + span**2 - 0.4**2) / (2.0 * 0.1 * span)
+    crank = np.arctan2(0.3, 0.2) + np.arccos(cosine) + np.pi
+    plan = Plan(displacements={"crank_bearing": (crank,), "crank_pin": (np.pi,)})
+    placement = start_of(read_figure(FOURBAR), plan).placement
+    assert equations(needed_locks(placement)) == 17
+
+
+def test_a_spatial_loop_of_balls_needs_all_its_rows() -> None:
+    made = figure(
+        [
+            ground(post=at(shift=(0.5, 0.1, 0.2))),
+            body("a", sites={"far": at(shift=(0.3, 0.0, 0.0))}),
+            body("b", sites={"far": at(shift=(0.4, 0.0, 0.0))}),
+        ],
+        [
+            joint("one", "ground.base", "a.near", BALL, (0.1, -0.2, 0.6)),
+            joint("two", "a.far", "b.near", chain("Ry Rz"), (0.2, -1.2)),
+            joint("three", "b.far", "ground.post", BALL),
+        ],
+    )
+    placement = start_of(made, Plan()).placement
+    assert equations(needed_locks(placement)) == 3 + 4 + 3
+    run = simulate(made, Plan(stop=0.5, step=5e-4, springs=NONE))
+    assert run.outcome.succeeded
+    off = np.abs(run.energy_balance - run.energy_balance[0])
+    assert np.max(off) < 1e-4 * np.ptp(run.energy["gravity"])
+
+
+def test_a_joint_that_a_loop_makes_needless() -> None:
+    """A second hinge on the axis of the first holds nothing that the first does not."""
+    made = figure(
+        [
+            ground(top=at(shift=tuple(0.4 * c for c in SKEW))),
+            body("a", sites={"top": at(shift=tuple(0.4 * c for c in SKEW))}),
+        ],
+        [
+            joint("low", "ground.base", "a.near", chain("Rs"), (0.3,)),
+            joint("high", "ground.top", "a.top", chain("Rs"), (0.3,)),
+        ],
+    )
+    placement = start_of(made, Plan()).placement
+    locks = needed_locks(placement)
+    assert equations(locks) == 5
+    runs = [
+        simulate(f, Plan(stop=0.3, step=1e-3, springs=NONE))
+        for f in (made, figure(list(made.segments.values()), [made.joints["low"]]))
+    ]
+    assert np.allclose(runs[0].displacements["low"], runs[1].displacements["low"], atol=1e-9)
+    assert np.allclose(runs[0].displacements["high"], runs[1].displacements["low"], atol=1e-5)
+
+
+def test_a_bar_too_many_swings_through_the_lowest_point() -> None:
+    """Two parallel links with two bars across them: one bar's row along it says nothing there."""
+    link = {"far": at(shift=(0.0, -0.2, 0.0)), "half": at(shift=(0.0, -0.1, 0.0))}
+    made = figure(
+        [
+            ground(two=at(shift=(0.2, 0.0, 0.0))),
+            body("left", 1.0, (0.01,) * 3, (0.0, -0.1, 0.0), link),
+            body("right", 1.0, (0.01,) * 3, (0.0, -0.1, 0.0), link),
+            body("low", 1.0, (0.01,) * 3, (0.1, 0.0, 0.0), {"end": at(shift=(0.2, 0.0, 0.0))}),
+            body("high", 1.0, (0.01,) * 3, (0.1, 0.0, 0.0), {"end": at(shift=(0.2, 0.0, 0.0))}),
+        ],
+        [
+            joint("left_pin", "ground.base", "left.near", chain("Rz"), (0.35,)),
+            joint("right_pin", "ground.two", "right.near", chain("Rz"), (0.35,)),
+            joint("low_pin", "left.far", "low.near", chain("Rz"), (-0.35,)),
+            joint("low_end", "right.far", "low.end", chain("Rz"), (-0.35,)),
+            joint("high_pin", "left.half", "high.near", chain("Rz"), (-0.35,)),
+            joint("high_end", "right.half", "high.end", chain("Rz"), (-0.35,)),
+        ],
+    )
+    run = simulate(made, Plan(stop=1.0, springs=NONE, tolerance=1e-6))
+    assert run.outcome.succeeded
+    # Links turn about their ends; bars only shift with the links' points.
+    inertia = 2.0 * (0.01 + 0.1**2) + 0.2**2 + 0.1**2
+    moment = 9.81 * (2.0 * 0.1 + 0.2 + 0.1)
+    exact = solve_ivp(
+        lambda _, y: (y[1], -moment / inertia * np.sin(y[0])),
+        (0.0, 1.0),
+        (0.35, 0.0),
+        t_eval=run.times,
+        rtol=1e-11,
+        atol=1e-12,
+    )
+    assert run.times[-1] == exact.t[-1]
+    assert np.min(exact.y[0]) < -0.3
+    assert np.max(np.abs(run.displacements["left_pin"][:, 0] - exact.y[0])) < 1e-6

@@ -1,0 +1,185 @@
+"""The figure as a live Exudyn system, and what is refused before it becomes one."""
+
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.diagnostics import MoverError
+from generator.figure import SiteRef
+from generator.joint_chain import ChainError
+from generator.kinematics.loops import OpenLoopError
+from generator.loads import LoadKind, constant
+from generator.simulation.bodies import IncompleteFigureError
+from generator.simulation.exudyn_api import exu, items
+from generator.simulation.model import Assembly, UnknownJointError, build, start_of
+from generator.simulation.plan import Plan
+from generator.simulation.run import springs_of
+from springs import AxisSpring, JointSprings, Linear, SpringSet
+from tests.chains import BALL, Z, body, chain, figure, ground, joint, one_body, row
+
+PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+FOURBAR = Path(str(files("figures"))) / "fourbar.fig"
+NONE = SpringSet()
+
+
+@pytest.fixture(scope="module")
+def prototype() -> Assembly:
+    return Assembly.of(read_figure(PROTOTYPE))
+
+
+def test_every_segment_joint_and_site_is_there_by_name(prototype) -> None:
+    made = prototype.figure
+    assert set(prototype.bodies) == set(made.segments)
+    assert set(prototype.joints) == set(made.joints)
+    assert set(prototype.sites) == {
+        f"{s.name}.{site}" for s in made.segments.values() for site in s.sites
+    }
+    assert set(prototype.springs) == set(made.joints) - {"root_torso"}
+
+
+def test_items_carry_the_figure_s_names(prototype) -> None:
+    mbs = prototype.mbs
+    for name in prototype.figure.bodies:
+        assert mbs.GetObject(prototype.bodies[name])["name"] == name
+    for name, constraints in prototype.joints.items():
+        assert [mbs.GetObject(c.item)["name"] for c in constraints] == [name]
+
+
+def test_bodies_have_the_segments_mass_and_inertia(prototype) -> None:
+    for name, segment in prototype.figure.bodies.items():
+        item = prototype.mbs.GetObject(prototype.bodies[name])
+        assert item["mass"] == segment.mass
+        assert np.allclose(item["inertia"], [*segment.inertia, 0, 0, 0])
+
+
+def test_sites_are_where_the_placement_puts_them(prototype) -> None:
+    for name, marker in prototype.sites.items():
+        segment, site = name.split(".")
+        pose = (
+            prototype.placement.poses[segment]
+            @ prototype.figure.site(SiteRef(segment, site)).pose_in_segment
+        )
+        found = prototype.mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position)
+        turned = prototype.mbs.GetMarkerOutput(marker, exu.OutputVariableType.RotationMatrix)
+        assert np.allclose(found, pose[:3, 3], atol=1e-12)
+        assert np.allclose(np.reshape(turned, (3, 3)), pose[:3, :3], atol=1e-12)
+
+
+def test_it_counts_the_freedoms(prototype) -> None:
+    """Ten bodies of seven coordinates, their norms, and what the joints lock: 22 freedoms."""
+    data = prototype.mbs.systemData
+    bodies = len(prototype.figure.bodies)
+    locked = sum(
+        sum(c.lock.translations) + sum(c.lock.rotations)
+        for constraints in prototype.joints.values()
+        for c in constraints
+    )
+    assert data.ODE2Size() == 7 * bodies
+    assert data.AEsize() == bodies + locked
+    assert 6 * bodies - locked == 22
+
+
+def test_building_into_the_caller_s_system() -> None:
+    """The caller assembles; his own items and the figure's move together."""
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    node = mbs.AddNode(items.NodePoint(referenceCoordinates=[0.0, 1.0, 0.0]))
+    mass = mbs.AddObject(items.ObjectMassPoint(physicsMass=1.0, nodeNumber=node))
+    force = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=mass))
+    mbs.AddLoad(items.LoadMassProportional(markerNumber=force, loadVector=[0.0, -9.81, 0.0]))
+    assembly = build(row(2), Plan(), NONE, mbs)
+    assert assembly.mbs is mbs
+    assert assembly.container is None
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.endTime = 0.1
+    settings.timeIntegration.numberOfSteps = 100
+    settings.solution.file.write = False
+    mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
+    kinds = exu.OutputVariableType
+    assert mbs.GetObjectOutputBody(mass, kinds.Position)[1] == pytest.approx(1.0 - 0.5 * 0.0981)
+    fallen = mbs.GetObjectOutputBody(assembly.bodies["bar1"], kinds.Displacement)
+    assert fallen[1] < -0.01
+
+
+def test_one_system_holds_a_figure_twice() -> None:
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    springs = SpringSet({"joint0": JointSprings("joint0", (AxisSpring(Z, (Linear(3.0),)),))})
+    one, other = (build(row(2), Plan(), springs, mbs) for _ in range(2))
+    mbs.Assemble()
+    assert one.bodies["bar0"] != other.bodies["bar0"]
+    assert mbs.GetObject(one.bodies["bar0"])["name"] == "bar0"
+    assert mbs.GetObject(other.bodies["bar0"])["name"] == "bar0 2"
+
+
+def test_a_joint_may_be_called_like_a_segment() -> None:
+    made = figure([ground(), body("a")], [joint("a", "ground.base", "a.near", BALL)])
+    springs = SpringSet({"a": JointSprings("a", (AxisSpring(Z, (Linear(3.0),)),))})
+    assembly = build(made, Plan(), springs)
+    assert assembly.mbs.GetObject(assembly.bodies["a"])["name"] == "a"
+
+
+def test_springs_of_the_plan_or_the_figure() -> None:
+    figure_with = row(1, (BALL,), stiff=5.0)
+    assert set(Assembly.of(figure_with).springs) == {"joint0"}
+    assert Assembly.of(figure_with, Plan(spring_choice="none")).springs == {}
+    assert springs_of(figure_with, Plan()).joints["joint0"].axes[0].elastic == (Linear(5.0, 0.0),)
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ({"displacements": {"knee": (0.1,)}}, "no joint knee"),
+        ({"displacements": {"pin": (0.1,)}}, "3 displacements, not 1"),
+        ({"displacements": {"pin": (0.1, float("nan"), 0.0)}}, "not finite"),
+        ({"velocities": {"knee": (0.1,)}}, "no joint knee"),
+        ({"velocities": {"pin": (0.1, 0.2)}}, "3 displacements, not 2"),
+        ({"velocities": {"link": (0.0,) * 6}}, "no joint link"),
+        ({"velocities": {"pin": (0.0,) * 3}, "free_root": True}, "no joint pin"),
+    ],
+)
+def test_plans_that_do_not_fit_the_figure(given, reason) -> None:
+    with pytest.raises(UnknownJointError, match=reason):
+        start_of(one_body(BALL), Plan(**given))
+
+
+@pytest.mark.parametrize("missing", ["mass", "inertia", "CM"])
+def test_a_segment_without_what_it_needs(missing) -> None:
+    link = body("link")
+    if missing == "CM":
+        link = replace(link, sites={"near": link.sites["near"]})
+    else:
+        link = replace(link, **{missing: None})
+    with pytest.raises(IncompleteFigureError, match="segment link cannot be simulated"):
+        build(one_body(BALL, segment=link), Plan(), NONE)
+
+
+def test_a_figure_in_which_nothing_moves() -> None:
+    with pytest.raises(IncompleteFigureError, match="none of its segments moves"):
+        build(figure([ground()], []), Plan(), NONE)
+
+
+def test_a_chain_that_no_joint_holds() -> None:
+    with pytest.raises(ChainError, match="translation stands between"):
+        build(one_body(chain("Rx Ty Rz")), Plan(), NONE)
+
+
+def test_a_pose_that_opens_a_loop_is_refused_with_the_gap() -> None:
+    plan = Plan(displacements={"crank_bearing": (0.3,), "rocker_bearing": (0.3,)})
+    with pytest.raises(OpenLoopError, match=r"\d mm"):
+        build(read_figure(FOURBAR), plan, NONE)
+    assert issubclass(OpenLoopError, MoverError)
+
+
+def test_loads_have_a_marker_at_their_site() -> None:
+    load = constant(SiteRef("link", "near"), LoadKind.LOCAL_FORCE, (1.0, 0.0, 0.0), 0.0, 1.0)
+    assembly = build(one_body(BALL), Plan(loads=[load]), NONE)
+    ((kept, marker, _),) = assembly.loads
+    assert kept is load
+    found = assembly.mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position)
+    assert np.allclose(found, 0.0)

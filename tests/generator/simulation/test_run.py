@@ -1,0 +1,142 @@
+"""A figure and a plan become a recording."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import Plan, read_figure, simulate
+from generator.diagnostics import MoverError
+from generator.recording import Ending
+from generator.simulation.run import Progress
+from springs import Joining, SpringSet
+from tests.chains import BALL, chain, one_body, row
+
+FIGURES = Path(str(files("figures")))
+NONE = SpringSet()
+
+
+@pytest.fixture(scope="module")
+def fall():
+    return simulate(read_figure(FIGURES / "prototype.fig"), Plan(stop=0.1))
+
+
+def test_the_recording_holds_everything_by_name(fall) -> None:
+    made = read_figure(FIGURES / "prototype.fig")
+    count = fall.times.size
+    assert count == 6
+    assert list(fall.displacements) == list(made.joints)
+    assert list(fall.poses) == list(made.segments)
+    for name, each in made.joints.items():
+        assert fall.displacements[name].shape == (count, each.degrees_of_freedom)
+        assert fall.velocities[name].shape == (count, each.degrees_of_freedom)
+        assert fall.rotation_vectors[name].shape == (count, 3)
+        assert fall.reactions[name].shape == (count, 6)
+        assert fall.passive_torques[name].shape == (count, 3)
+        assert fall.chains[name] == each.chain
+    assert all(pose.shape == (count, 4, 4) for pose in fall.poses.values())
+    assert fall.centre_of_mass.shape == (count, 3)
+
+
+def test_it_says_how_it_ended_and_what_it_knows(fall) -> None:
+    assert fall.outcome.ending is Ending.DONE
+    assert fall.outcome.last_time == 0.1
+    assert "0.1 s" in fall.outcome.message
+    assert fall.accuracy.asked == 1e-3
+    assert 0.0 < fall.accuracy.estimate <= 1e-3
+    assert fall.accuracy.held_until == 0.1
+    assert fall.accuracy.steps >= 50
+    assert fall.accuracy.by_frame.shape == fall.times.shape
+    assert np.all(np.diff(fall.accuracy.by_frame) >= 0.0)
+    assert fall.wall_time > 0.0
+    assert fall.build_time > 0.0
+    assert fall.constraint_drift < 1e-5
+
+
+def test_it_names_its_springs_and_law(fall) -> None:
+    assert "prototype" in fall.springs
+    assert fall.law == "conservative"
+    weighted = simulate(row(1, stiff=3.0), Plan(stop=0.1, step=1e-3, joining=Joining.WEIGHTED))
+    assert weighted.law == "weighted"
+    assert simulate(row(1), Plan(stop=0.1, step=1e-3, springs=NONE)).springs == "none"
+
+
+def test_a_run_is_the_same_twice() -> None:
+    runs = [simulate(row(2, stiff=3.0), Plan(stop=0.2)) for _ in range(2)]
+    assert np.array_equal(runs[0].displacements["joint1"], runs[1].displacements["joint1"])
+
+
+def test_a_fixed_step_knows_no_error() -> None:
+    run = simulate(row(1), Plan(stop=0.1, step=7e-3))
+    assert run.accuracy.estimate is None
+    assert run.accuracy.asked is None
+    assert run.accuracy.step == pytest.approx(0.02 / 3)
+    assert run.accuracy.steps == 15
+    assert np.all(np.isnan(run.accuracy.by_frame))
+    assert run.outcome.succeeded
+
+
+def test_a_step_longer_than_a_frame_is_cut_to_it() -> None:
+    run = simulate(row(1), Plan(stop=0.1, step=0.05))
+    assert run.accuracy.steps == 5
+    assert run.accuracy.step == pytest.approx(0.02)
+
+
+def test_a_run_may_start_at_any_time() -> None:
+    """Time itself changes nothing where no load depends on it."""
+    here, there = (
+        simulate(row(2), Plan(start=start, stop=start + 0.3, step=1e-3)) for start in (0.0, 5.0)
+    )
+    assert there.times[0] == 5.0
+    assert there.times[-1] == 5.3
+    assert np.allclose(here.displacements["joint1"], there.displacements["joint1"], atol=1e-8)
+
+
+def test_progress_is_told_of_every_pass() -> None:
+    told: list[Progress] = []
+    simulate(row(1), Plan(stop=0.2), told.append)
+    passes = sorted({p.pass_number for p in told})
+    assert passes == list(range(1, len(passes) + 1))
+    assert len(passes) >= 3
+    for number in passes:
+        own = [p for p in told if p.pass_number == number]
+        assert [p.time for p in own] == pytest.approx(list(0.02 * np.arange(1, 11)))
+        assert len({p.step for p in own}) == 1
+    steps = [next(p.step for p in told if p.pass_number == n) for n in passes]
+    assert steps == sorted(steps, reverse=True)
+
+
+def test_gravity_is_the_plan_s() -> None:
+    run = simulate(one_body(chain("Tz")), Plan(stop=1.0, gravity=(0, 0, 2.0), springs=NONE))
+    assert run.displacements["pin"][:, 0] == pytest.approx(run.times**2, abs=1e-9)
+
+
+def test_a_plan_is_not_needed() -> None:
+    assert simulate(one_body(chain("Tz"))).outcome.last_time == 1.0
+
+
+def test_what_cannot_be_built_says_why() -> None:
+    with pytest.raises(MoverError, match="no joint elbow"):
+        simulate(one_body(BALL), Plan(displacements={"elbow": (0.1,)}))
+
+
+def test_the_shipped_figures_run() -> None:
+    for name in ("pendulum.fig", "fourbar.fig"):
+        run = simulate(read_figure(FIGURES / name), Plan(stop=0.2))
+        assert run.outcome.succeeded
+        assert run.accuracy.estimate < 1e-3
+
+
+def test_the_drift_is_that_of_the_sites() -> None:
+    made = row(3)
+    run = simulate(made, Plan(stop=0.5, step=5e-3, springs=NONE))
+    parted = max(
+        float(np.max(np.linalg.norm((parent - child)[:, :3, 3], axis=1)))
+        for parent, child in (
+            [run.poses[ref.segment] @ made.site(ref).pose_in_segment for ref in each.ends]
+            for each in made.joints.values()
+        )
+    )
+    assert run.constraint_drift == pytest.approx(parted, rel=1e-6)
+    assert 0.0 < parted < 1e-2

@@ -1,0 +1,156 @@
+"""Springs hung on joints: which connectors they become, and what cannot be hung."""
+
+import numpy as np
+import pytest
+
+from generator.simulation.exudyn_api import exu
+from generator.simulation.model import build
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from generator.simulation.springs import SpringError
+from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
+from tests.chains import BALL, SKEW, X, Y, Z, body, chain, one_body, two_bodies
+
+SPRING = (Linear(10.0),)
+
+
+def hung(text: str, axes=(), slides=(), joint: str = "pin", **plan):
+    figure = one_body(chain(text))
+    springs = SpringSet({joint: JointSprings(joint, axes, slides)})
+    return build(figure, Plan(**plan), springs)
+
+
+@pytest.mark.parametrize(
+    ("text", "axes", "slides", "kinds"),
+    [
+        ("Rz", (Z,), (), ["hinge"]),
+        ("Rs", (SKEW,), (), ["hinge"]),
+        ("Rx Ry", (X, Y), (), ["ball"]),
+        ("Rx Ry Rz", (X, Y, Z), (), ["ball"]),
+        ("Rz Tz", (Z,), (Z,), ["hinge", "slide"]),
+        ("Tx Ty", (), (X, Y), ["slide", "slide"]),
+        ("Rx Ry Rz Tx", (X,), (X,), ["ball", "slide"]),
+        ("Rx Ry Rz Tx Ty Tz", (X, Y, Z), (), ["ball"]),
+    ],
+)
+def test_connectors_by_chain(text, axes, slides, kinds) -> None:
+    assembly = hung(
+        text,
+        tuple(AxisSpring(a, SPRING) for a in axes),
+        tuple(AxisSpring(s, SPRING) for s in slides),
+    )
+    assert [c.kind for c in assembly.springs["pin"]] == kinds
+
+
+@pytest.mark.parametrize(
+    ("text", "axes", "slides", "reason"),
+    [
+        ("Tx", (X,), (), "no rotation"),
+        ("Rz", (Z,), (X,), "no translation"),
+        ("Rz Tx Ty", (Z,), (X,), "not supported"),
+        ("Tx", (), (Y,), "does not slide along"),
+    ],
+)
+def test_springs_that_cannot_be_hung(text, axes, slides, reason) -> None:
+    with pytest.raises(SpringError, match=reason) as caught:
+        hung(
+            text,
+            tuple(AxisSpring(a, SPRING) for a in axes),
+            tuple(AxisSpring(s, SPRING) for s in slides),
+        )
+    assert "pin" in str(caught.value)
+
+
+def test_damping_among_slides_of_two_moving_bodies_is_refused() -> None:
+    slides = (AxisSpring(X, (), Damping(1.0)),)
+    springs = SpringSet({"tested": JointSprings("tested", (), slides)})
+    with pytest.raises(SpringError, match="damping along its slides"):
+        build(two_bodies(chain("Tx Ty"), (0.1, 0.2)), Plan(), springs)
+
+
+def test_springs_of_a_joint_that_is_not_there_are_left_out() -> None:
+    assert hung("Rz", (AxisSpring(Z, SPRING),), joint="elsewhere").springs == {}
+
+
+@pytest.mark.parametrize("start", [0.4, 4.0, -9.0])
+def test_a_hinge_spring_counts_turns_from_the_start(start) -> None:
+    """The angle at the start is the displacement, whole turns and all."""
+    figure = one_body(chain("Rz"), (start,))
+    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, SPRING),))})
+    assembly = build(figure, Plan(), springs)
+    (connector,) = assembly.springs["pin"]
+    torque = assembly.mbs.GetObjectOutput(connector.item, exu.OutputVariableType.TorqueLocal)
+    assert np.ravel(torque)[-1] == pytest.approx(10.0 * start)
+    run = simulate(figure, Plan(stop=0.02, step=1e-3, springs=springs))
+    assert run.passive_torques["pin"][0] == pytest.approx([0.0, 0.0, -10.0 * start])
+    assert run.energy["spring"][0] == pytest.approx(5.0 * start**2)
+
+
+def test_a_stop_along_a_slide_holds() -> None:
+    """A body comes to rest a little beyond its limit: k (x - onset/2) carries the weight."""
+    law = AxisSpring(SKEW, (Stop(None, 0.1, 2000.0, 0.01),), Damping(20.0))
+    plan = Plan(
+        stop=2.0,
+        step=1e-3,
+        gravity=tuple(9.81 * c for c in SKEW),
+        springs=SpringSet({"pin": JointSprings("pin", (), (law,))}),
+    )
+    run = simulate(one_body(chain("Ts"), (0.0,)), plan)
+    assert run.displacements["pin"][-1, 0] == pytest.approx(0.105 + 2.0 * 9.81 / 2000.0, abs=1e-5)
+
+
+def test_a_stop_about_a_hinge_holds() -> None:
+    stop = Stop(None, 0.1, 2000.0, 0.01)
+    law = AxisSpring(Z, (stop,), Damping(10.0))
+    link = body("link", centre=(0.0, -0.3, 0.0))
+    plan = Plan(
+        stop=2.0,
+        step=1e-3,
+        gravity=(9.81, 0.0, 0.0),
+        springs=SpringSet({"pin": JointSprings("pin", (law,))}),
+    )
+    run = simulate(one_body(chain("Rz"), (0.0,), link), plan)
+    angle = run.displacements["pin"][-1, 0]
+    assert 0.1 < angle < 0.11
+    assert stop.torque(angle) == pytest.approx(-2.0 * 9.81 * 0.3 * np.cos(angle), abs=1e-3)
+
+
+def test_a_universal_joint_takes_springs_on_its_rotation_vector() -> None:
+    axes = (AxisSpring(X, SPRING), AxisSpring(Y, (Linear(20.0),)))
+    figure = one_body(chain("Rx Ry"), (0.3, 0.5))
+    springs = SpringSet({"pin": JointSprings("pin", axes)})
+    run = simulate(figure, Plan(stop=0.5, step=2.5e-4, springs=springs))
+    r = run.rotation_vectors["pin"]
+    assert np.allclose(run.energy["spring"], 5.0 * r[:, 0] ** 2 + 10.0 * r[:, 1] ** 2)
+    off = np.abs(run.energy_balance - run.energy_balance[0])
+    assert np.max(off) < 1e-4 * np.ptp(run.energy["kinetic"])
+
+
+def test_the_passive_torque_turns_the_child() -> None:
+    """A free ball joint at rest: the torque is the rate of the spin's momentum."""
+    link = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.02, 0.03, 0.04))
+    axes = tuple(AxisSpring(a, (Linear(k),)) for a, k in ((X, 5.0), (Y, 8.0), (Z, 3.0)))
+    springs = SpringSet({"pin": JointSprings("pin", axes)})
+    plan = Plan(stop=2e-3, step=1e-5, frame=1e-4, gravity=(0.0, 0.0, 0.0), springs=springs)
+    run = simulate(one_body(BALL, (0.7, -0.4, 0.9), link), plan)
+    rotation = run.poses["link"][:, :3, :3]
+    inertia = rotation[0] @ np.diag(link.inertia) @ rotation[0].T
+    # From rest the rotation grows as half the angular acceleration times the time squared.
+    moved = rotation[10] @ rotation[0].T
+    grown = np.array(
+        [moved[2, 1] - moved[1, 2], moved[0, 2] - moved[2, 0], moved[1, 0] - moved[0, 1]]
+    )
+    acceleration = grown / run.times[10] ** 2
+    assert inertia @ acceleration == pytest.approx(run.passive_torques["pin"][0], rel=1e-3)
+
+
+def test_a_sprung_ball_does_not_start_at_half_a_turn() -> None:
+    """Rounding would choose the side to which it falls; a damped one has no side."""
+    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (Linear(1.0),)),))})
+    damped = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (), Damping(0.1)),))})
+    for angle in (np.pi, -np.pi, 3.0 * np.pi):
+        figure = one_body(BALL, (0.0, 0.0, angle))
+        with pytest.raises(SpringError, match="joint pin starts at 180 deg"):
+            build(figure, Plan(), springs)
+        assert build(figure, Plan(), damped).springs["pin"]
+    assert build(one_body(BALL, (0.0, 0.0, np.pi - 1e-3)), Plan(), springs).springs["pin"]

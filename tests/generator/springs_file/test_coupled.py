@@ -1,0 +1,486 @@
+"""`[[coupled]]` of a springs file: published laws and own numbers, held, mended, moved, hung."""
+
+from itertools import product
+from math import exp, radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import errors_among
+from generator.figure_file import read_figure
+from generator.springs_file.parse import parse_springs
+from generator.springs_file.read import PassiveReading, named_springs, springs_for
+from springs import SpringSet
+from springs.coupled import CoupledExponential
+from springs.lint.finding import Kind
+from springs.lint.report import report_coupled
+from springs.published.tables import coupled
+from springs.spherical import loop_work, nearest_conservative
+from tests.paths import FIGURES
+
+PROTOTYPE = read_figure("prototype")
+FOLDER = FIGURES
+PUBLISHED = coupled("riener_edrich_1999/leg").law
+POSES = [(radians(h), radians(k)) for h, k in product((-15, 20, 60, 100), (0, 40, 135))]
+
+HEAD = (
+    '[[coupled]]\njoints = ["left_hip_joint", "left_knee"]\naxes = ["y", "joint"]\n'
+    'coordinates = ["hip flexion", "knee flexion"]\n'
+)
+LEG = (
+    HEAD + 'published = "riener_edrich_1999/leg"\nheld = ["ankle dorsiflexion"]\nheld_deg = [10]\n'
+)
+OWN = HEAD + (
+    "terms = [\n    { amplitudes_Nm = [-0.5, 0.25], rates_1_rad = [2.0, -1.0], exponent = 0.5 },\n"
+    "    { amplitudes_Nm = [3, 0], rates_1_rad = [-4, 0] },\n]\nconstants_Nm = [1, -2]\n"
+)
+
+
+def read(text: str, tmp_path: Path) -> PassiveReading:
+    path = tmp_path / "own.springs.toml"
+    path.write_text(text, encoding="utf-8")
+    return springs_for(PROTOTYPE, None, None, path)
+
+
+def springs_of(text: str, tmp_path: Path) -> SpringSet:
+    reading = read(text, tmp_path)
+    assert reading.faults == ()
+    assert reading.springs is not None
+    return reading.springs
+
+
+def law_of(text: str, tmp_path: Path) -> CoupledExponential:
+    (spring, *_) = springs_of(text, tmp_path).coupled
+    return spring.law
+
+
+def said(text: str) -> list[str]:
+    faults = [fault.as_dict() for fault in parse_springs(text).faults]
+    return [f"{f['line']}:{f['column']} {f['message']}" for f in faults]
+
+
+def test_a_published_law_is_held_at_the_angles_that_are_left(tmp_path: Path):
+    (spring,) = springs_of(LEG, tmp_path).coupled
+    assert [axis.joint for axis in spring.axes] == ["left_hip_joint", "left_knee"]
+    assert [axis.direction for axis in spring.axes] == [(0.0, 1.0, 0.0), (0.0, -1.0, 0.0)]
+    for hip, knee in POSES:
+        published = PUBLISHED.torques((hip, knee, radians(10.0)))
+        assert spring.law.torques((hip, knee)) == pytest.approx(published[:2], rel=1e-12)
+    assert spring.reference == str(coupled("riener_edrich_1999/leg").reference)
+
+
+def test_own_numbers_by_hand(tmp_path: Path):
+    law = law_of(OWN, tmp_path)
+    shared = exp(0.5 + 2.0 * 0.3 - 1.0 * 0.7)
+    by_hand = (1.0 - 0.5 * shared + 3.0 * exp(-4.0 * 0.3), -2.0 + 0.25 * shared)
+    assert law.torques((0.3, 0.7)) == pytest.approx(by_hand, rel=1e-14)
+    assert law.measured == (None, None)
+    known = law_of(OWN + "measured_deg = [[-10, 90], [0, 120]]\n", tmp_path).measured
+    assert known[1] == pytest.approx((0.0, radians(120.0)))
+
+
+def test_one_table_serves_both_sides(tmp_path: Path):
+    sides = '[["left_hip_joint", "left_knee"], ["right_hip_joint", "right_knee"]]'
+    text = LEG.replace('["left_hip_joint", "left_knee"]', sides)
+    left, right = springs_of(text, tmp_path).coupled
+    assert left.law == right.law
+    assert [axis.joint for axis in right.axes] == ["right_hip_joint", "right_knee"]
+    assert right.axes[1].direction == (0.0, -1.0, 0.0)
+
+
+def test_the_order_of_the_coordinates_is_that_of_the_file(tmp_path: Path):
+    text = (
+        LEG.replace('["left_hip_joint", "left_knee"]', '["left_knee", "left_hip_joint"]')
+        .replace('["y", "joint"]', '["joint", "y"]')
+        .replace('["hip flexion", "knee flexion"]', '["knee flexion", "hip flexion"]')
+    )
+    there, here = law_of(text, tmp_path), law_of(LEG, tmp_path)
+    for hip, knee in POSES:
+        turned = tuple(reversed(here.torques((hip, knee))))
+        assert there.torques((knee, hip)) == pytest.approx(turned, rel=1e-12)
+    assert there.measured == tuple(reversed(here.measured))
+
+
+def test_a_sense_turns_the_axis_and_not_the_law(tmp_path: Path):
+    (spring,) = springs_of(LEG + "senses = [+1, -1]\n", tmp_path).coupled
+    assert spring.axes[1].direction == (0.0, 1.0, 0.0)
+    assert spring.law == law_of(LEG, tmp_path)
+
+
+def test_scale_and_offsets_move_the_law_towards_greater_angles(tmp_path: Path):
+    moved = law_of(LEG + "scale = 0.5\noffsets_deg = [10, -5]\n", tmp_path)
+    plain = law_of(LEG, tmp_path)
+    for hip, knee in POSES:
+        there = moved.torques((hip + radians(10.0), knee - radians(5.0)))
+        here = [0.5 * torque for torque in plain.torques((hip, knee))]
+        assert there == pytest.approx(here, rel=1e-12, abs=1e-12)
+
+
+def test_the_nearest_conservative_law_takes_the_place_of_the_published(tmp_path: Path):
+    leg = LEG.replace("[10]", "[0]")
+    published, mended = (
+        law_of(leg + more, tmp_path) for more in ("", 'conservative = "nearest"\n')
+    )
+    box = ((radians(-15.0), radians(100.0)), (0.0, radians(135.0)))
+    assert loop_work(published, box) == pytest.approx(-12.67, abs=0.01)
+    assert loop_work(mended, box) == pytest.approx(0.0, abs=1e-10)
+    assert mended == nearest_conservative(published, published.measured).law
+    (pair,) = read(leg + 'conservative = "nearest"\n', tmp_path).replaced
+    assert (pair.law, pair.original) == (mended, published)
+
+
+def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
+    assert named_springs(FOLDER, "prototype") == ("coupled",)
+    plain, other = (
+        springs_for(PROTOTYPE, FOLDER, "prototype", choice) for choice in (None, "coupled")
+    )
+    assert plain.springs is not None
+    assert other.springs is not None
+    assert other.faults == plain.faults
+    assert springs_for(PROTOTYPE, FOLDER, "prototype", "prototype.coupled") == other
+    legs = {"left_hip_joint", "right_hip_joint", "left_knee", "right_knee"}
+    for name, joint in plain.springs.joints.items():
+        mine = other.springs.joints[name]
+        assert [a.damping for a in mine.axes] == [a.damping for a in joint.axes]
+        if name not in legs:
+            assert mine == joint
+            continue
+        pairs = zip(mine.axes, joint.axes, strict=True)
+        assert [a.direction for a, b in pairs if a != b] == [
+            (0.0, -1.0 if "knee" in name else 1.0, 0.0)
+        ]
+    box = ((radians(-15.0), radians(100.0)), (0.0, radians(135.0)))
+    for spring in other.springs.coupled:
+        assert loop_work(spring.law, box) == pytest.approx(0.0, abs=1e-10)
+    assert len(other.springs.coupled) == 2
+
+
+def test_a_straight_knee_keeps_the_hip_from_flexing():
+    springs = springs_for(PROTOTYPE, FOLDER, "prototype", "coupled").springs
+    assert springs is not None
+    law = springs.coupled[0].law
+    straight, bent = (law.torques((radians(90.0), radians(k)))[0] for k in (0.0, 90.0))
+    assert straight < -30.0
+    assert abs(bent) < 5.0
+
+
+@pytest.mark.parametrize("choice", ["couplde", "", "no such", "x" * 5000])
+def test_a_name_that_is_none_lists_what_there_is(choice: str):
+    (fault,) = springs_for(PROTOTYPE, FOLDER, "prototype", choice).faults
+    assert "beside the figure `prototype`" in fault.message
+    assert fault.hint == "there are coupled, none, printed; else name a file"
+
+
+BROKEN = {
+    "nothing": (
+        "[[coupled]]\n",
+        [
+            "1:1 this coupled law has no `coordinates`",
+            "1:1 this coupled law has no `joints`",
+            "1:1 this coupled law has no law",
+        ],
+    ),
+    "a single table": ("[coupled]\n", ["1:1 coupled laws are tables"]),
+    "unknown key": (LEG + "sense = [1, 1]\n", ["8:1 unknown key `sense` in a coupled law"]),
+    "joints of numbers": (
+        LEG.replace('["left_hip_joint", "left_knee"]', "[1, 2]"),
+        ["2:10 `joints` must be a list of names"],
+    ),
+    "joints mixed": (
+        LEG.replace('["left_hip_joint", "left_knee"]', '["left_knee", ["a", "b"]]'),
+        ["2:10 `joints` must be a list of names"],
+    ),
+    "three joints": (
+        LEG.replace('["left_hip_joint", "left_knee"]', '[["a", "b"], ["a", "b", "c"]]'),
+        ["2:23 there are 3 joints for 2 coordinates"],
+    ),
+    "a side twice": (
+        LEG.replace('["left_hip_joint", "left_knee"]', '[["a", "b"], ["a", "b"]]'),
+        ["2:23 these joints stand twice"],
+    ),
+    "too many coordinates": (
+        "[[coupled]]\njoints = "
+        + str(list("abcdefg")).replace("'", '"')
+        + "\ncoordinates = "
+        + str(list("hijklmn")).replace("'", '"')
+        + f"\nterms = [{{ amplitudes_Nm = {[1] * 7}, rates_1_rad = {[-1] * 7} }}]\n",
+        ["3:15 a coupled law has at most 6 coordinates"],
+    ),
+    "an axis": (LEG.replace('"y"', '"w"'), ["3:9 an axis cannot be `w`"]),
+    "three axes": (
+        LEG.replace('["y", "joint"]', '["y", "x", "z"]'),
+        ["3:8 there are 3 axes for 2 coordinates"],
+    ),
+    "senses": (LEG + "senses = [1, 2]\n", ["8:10 `senses` must be a list of -1 and +1"]),
+    "one sense": (LEG + "senses = [1]\n", ["8:10 `senses` has 1 instead of 2 signs"]),
+    "one coordinate": (
+        LEG.replace('["hip flexion", "knee flexion"]', '["hip flexion"]').replace(
+            'held = ["', 'held = ["knee flexion", "'
+        ),
+        [
+            "2:10 there are 2 joints for 1 coordinates",
+            "3:8 there are 2 axes for 1 coordinates",
+            "4:15 a coupled law has two coordinates at least",
+            "7:12 `held_deg` has 1 instead of 2 numbers",
+        ],
+    ),
+    "a coordinate twice": (
+        LEG.replace('"knee flexion"', '"hip flexion"'),
+        [
+            "4:31 `hip flexion` stands twice",
+            "5:13 `riener_edrich_1999/leg` depends on `knee flexion` too, "
+            "and nothing says where that is",
+        ],
+    ),
+    "no such coordinate": (
+        LEG.replace('"knee flexion"', '"knee flex"'),
+        ["4:31 `riener_edrich_1999/leg` has no coordinate `knee flex`"],
+    ),
+    "not held": (
+        HEAD + 'published = "riener_edrich_1999/leg"\n',
+        [
+            "5:13 `riener_edrich_1999/leg` depends on `ankle dorsiflexion` too, "
+            "and nothing says where that is"
+        ],
+    ),
+    "held without angle": (
+        HEAD + 'published = "riener_edrich_1999/leg"\nheld = ["ankle dorsiflexion"]\n',
+        ["6:8 `held` needs `held_deg` beside it"],
+    ),
+    "hung and held": (
+        LEG.replace("held_deg = [10]", "held_deg = [10, 0]").replace(
+            'dorsiflexion"]', 'dorsiflexion", "knee flexion"]'
+        ),
+        ["6:31 `knee flexion` is hung on a joint and held"],
+    ),
+    "no such table": (
+        LEG.replace("riener_edrich_1999/leg", "riener_1999/leg"),
+        ["5:13 there is no published table `riener_1999`"],
+    ),
+    "a curve": (
+        LEG.replace("riener_edrich_1999/leg", "saul_2015/elbow_flexion"),
+        ["5:13 `saul_2015` has no coupled law `elbow_flexion`"],
+    ),
+    "published and own": (
+        LEG + "constants_Nm = [0, 0]\n",
+        ["8:16 `constants_Nm` belongs to own numbers"],
+    ),
+    "own and held": (
+        OWN + 'held = ["x"]\nheld_deg = [0]\n',
+        ["10:8 `held` belongs to a published law", "11:12 `held_deg` belongs to a published law"],
+    ),
+    "nearest of an unknown range": (
+        OWN + 'conservative = "nearest"\n',
+        ["10:16 the range over which to come near is not known for `hip flexion`"],
+    ),
+    "conservative": (
+        LEG + "conservative = true\n",
+        ["8:16 `conservative` cannot be `true`"],
+    ),
+    "scale": (LEG + "scale = -0.5\n", ["8:9 `scale` must not be below zero"]),
+    "offsets": (LEG + "offsets_deg = [1]\n", ["8:15 `offsets_deg` has 1 instead of 2 numbers"]),
+    "terms of numbers": (
+        HEAD + "terms = [1]\n",
+        ["5:9 `terms` must be a list of tables in braces"],
+    ),
+    "an empty term": (
+        HEAD + "terms = [{}]\n",
+        ["5:10 this term has no `amplitudes_Nm`", "5:10 this term has no `rates_1_rad`"],
+    ),
+    "a term of other length": (
+        HEAD + "terms = [{ amplitudes_Nm = [1], rates_1_rad = [0, 0], rate = 1 }]\n",
+        [
+            "5:10 unknown key `rate` in a term",
+            "5:10 `amplitudes_Nm` has 1 instead of 2 numbers",
+        ],
+    ),
+    "a term without angle": (
+        HEAD + "terms = [{ amplitudes_Nm = [1, 1], rates_1_rad = [0, 0] }]\n",
+        ["5:10 the rates of a term must not all be zero"],
+    ),
+    "ranges": (
+        OWN + "measured_deg = [[0, 90], [90, 0]]\n",
+        ["10:26 `measured_deg` ends before it begins"],
+    ),
+    "one range": (
+        OWN + "measured_deg = [[0, 90]]\n",
+        ["10:16 `measured_deg` has 1 instead of 2 pairs"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_is_wrong_is_said_with_its_place(name: str):
+    text, expected = BROKEN[name]
+    assert said(text) == expected
+    assert errors_among(parse_springs(text).faults)
+
+
+@pytest.mark.parametrize("held", ["20", "-20", "0.0", "19.999999999"])
+def test_within_the_known_range_a_coordinate_is_held_without_a_word(held: str):
+    assert said(LEG.replace("[10]", f"[{held}]")) == []
+
+
+@pytest.mark.parametrize("held", ["60", "-20.1", "180"])
+def test_beyond_the_known_range_it_is_held_with_a_warning(held: str):
+    reading = parse_springs(LEG.replace("[10]", f"[{held}]"))
+    (fault,) = reading.faults
+    assert errors_among(reading.faults) == ()
+    assert f"`ankle dorsiflexion` is held at {held} deg, beyond what is known" in fault.message
+    assert fault.hint == "the law is known for -20 .. 20 deg"
+    assert fault.span is not None
+    assert (fault.span.line, fault.span.column) == (7, 13)
+
+
+@pytest.mark.parametrize("held", ["400", "-180.5", "1e300"])
+def test_beyond_half_a_turn_it_is_not_held(held: str):
+    (fault,) = errors_among(parse_springs(LEG.replace("[10]", f"[{held}]")).faults)
+    assert "an angle is held within half a turn, not at" in fault.message
+
+
+def test_a_coordinate_of_another_joint_is_a_warning():
+    turned = OWN.replace('"hip flexion", "knee flexion"', '"knee flexion", "hip flexion"')
+    reading = parse_springs(turned)
+    assert errors_among(reading.faults) == ()
+    assert said(turned) == [
+        "2:11 `knee flexion` hangs on `left_hip_joint`",
+        "2:29 `hip flexion` hangs on `left_knee`",
+    ]
+    assert said(OWN.replace('"hip flexion", "knee flexion"', '"one", "two"')) == []
+    assert said(OWN.replace('"left_hip_joint", "left_knee"', '"first", "second"')) == []
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        LEG,
+        LEG.replace('"left_hip_joint", "left_knee"', '"left_knee", "left_hip_joint"')
+        .replace('"y", "joint"', '"joint", "y"')
+        .replace('"hip flexion", "knee flexion"', '"knee flexion", "hip flexion"'),
+    ],
+)
+def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Path):
+    (fault,) = read(LEG + second, tmp_path).faults
+    assert errors_among([fault])
+    assert "this law hangs on `left_" in fault.message
+    assert "already" in fault.message
+    assert fault.hint == "the first stands in line 1"
+    assert fault.span is not None
+    assert fault.span.line == 9
+
+
+def test_two_laws_over_the_same_axes_are_a_warning(tmp_path: Path):
+    reading = read(LEG + OWN, tmp_path)
+    (fault,) = reading.faults
+    assert not errors_among(reading.faults)
+    assert fault.message == (
+        "a second law over the same axes of `left_hip_joint` and `left_knee`: the two add"
+    )
+    assert reading.springs is not None
+    assert len(reading.springs.coupled) == 2
+
+
+def test_one_law_on_two_sides_in_two_tables_is_right(tmp_path: Path):
+    assert read(LEG + LEG.replace("left_", "right_"), tmp_path).faults == ()
+
+
+def test_the_hint_says_how_to_hold_what_is_left():
+    (fault,) = parse_springs(HEAD + 'published = "riener_edrich_1999/leg"\n').faults
+    assert fault.hint == 'hold it: `held = ["ankle dorsiflexion"]` and `held_deg = [0.0]`'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message", "place", "hint"),
+    [
+        ("left_knee", "left_kene", "the figure has no joint `left_kene`", (2, 29), "`left_knee`"),
+        ('"joint"', '"x"', "joint `left_knee` does not turn about x", (3, 8), "(0, -1, 0)"),
+        ('"y"', '"joint"', "joint `left_hip_joint` turns about 3 axes", (3, 8), "say which"),
+        ("left_knee", "root_torso", "joint `root_torso` turns about 3 axes", (3, 8), "say which"),
+        (
+            '"left_knee"]\naxes = ["y", "joint"]',
+            '"left_hip_joint"]\naxes = ["y", "y"]',
+            "`hip flexion` and `knee flexion` are one axis of `left_hip_joint`",
+            (2, 29),
+            "an axis of its own",
+        ),
+        ("[-4, 0]", "[-4000, 0]", "is too large for a number within a turn", (5, 9), "in rad?"),
+    ],
+)
+def test_what_does_not_fit_the_figure_is_said_with_its_place(
+    old: str, new: str, message: str, place: tuple[int, int], hint: str, tmp_path: Path
+):
+    assert old in OWN
+    (fault,) = errors_among(read(OWN.replace(old, new), tmp_path).faults)
+    assert message in fault.message
+    assert hint in fault.hint
+    assert fault.span is not None
+    assert (fault.span.line, fault.span.column) == place
+
+
+@pytest.mark.parametrize("exponent", [300.0, 690.0, 800.0, 1e300])
+def test_a_nearest_law_of_immense_torques_is_refused(exponent: float, tmp_path: Path):
+    more = 'measured_deg = [[-10, 90], [0, 120]]\nconservative = "nearest"\n'
+    text = OWN.replace("exponent = 0.5", f"exponent = {exponent!r}") + more
+    (fault,) = read(text, tmp_path).faults
+    assert "is too large for a number within a turn" in fault.message
+
+
+def test_a_law_that_is_scaled_to_nothing_can_be_checked(tmp_path: Path):
+    (one,) = report_coupled(springs_of(LEG + "scale = 0\n", tmp_path))
+    assert not [f for f in one.doubts if f.kind is not Kind.SYMMETRY]
+
+
+def test_six_coordinates_can_be_checked(tmp_path: Path):
+    joints = [
+        *("left_hip_joint", "left_knee", "right_hip_joint"),
+        *("right_knee", "left_elbow", "right_elbow"),
+    ]
+    text = (
+        f"[[coupled]]\njoints = {joints}\naxes = {['y', 'joint'] * 2 + ['joint'] * 2}\n"
+        f"coordinates = {list('abcdef')}\n"
+        f"terms = [{{ amplitudes_Nm = {[-1] * 6}, rates_1_rad = {[1] * 6} }}]\n"
+    )
+    (one,) = report_coupled(springs_of(text, tmp_path))
+    assert one.findings
+
+
+@given(st.text(max_size=40))
+def test_any_text_after_a_law_gives_faults_and_no_traceback(text: str):
+    for whole in (LEG + text, OWN + text, HEAD + text):
+        for fault in parse_springs(whole).faults:
+            assert str(fault).startswith("<text>:")
+
+
+VALUES = st.recursive(
+    st.sampled_from(["1", "-2.5", "nan", '"x"', "true", "[]", "{}", "{a = 1}"]),
+    lambda inner: st.lists(inner, max_size=3).map(lambda items: f"[{', '.join(items)}]"),
+    max_leaves=6,
+)
+KEYS = st.sampled_from(
+    [
+        *("joints", "axes", "senses", "coordinates", "published", "held", "held_deg", "terms"),
+        *("constants_Nm", "measured_deg", "conservative", "scale", "offsets_deg", "reference"),
+    ]
+)
+
+
+@given(st.dictionaries(KEYS, VALUES, max_size=5))
+def test_values_of_any_kind_give_faults_and_no_traceback(table: dict[str, str]):
+    body = "\n".join(f"{key} = {value}" for key, value in table.items())
+    reading = parse_springs(f"[[coupled]]\n{body}\n")
+    assert errors_among(reading.faults)
+    for fault in reading.faults:
+        assert str(fault).startswith("<text>:")
+
+
+def test_torques_of_the_shipped_pair_by_the_published_formula():
+    """The published torques that the shipped law is near to, from the printed numbers."""
+    law = PUBLISHED.holding("ankle dorsiflexion", 0.0)
+    hip, knee = 60.0, 40.0
+    by_hand = exp(1.4655 - 0.0034 * knee - 0.0750 * hip) - exp(
+        1.3403 - 0.0226 * knee + 0.0305 * hip
+    )
+    assert law.torques(np.radians([hip, knee]))[0] == pytest.approx(by_hand + 8.072, rel=1e-12)

@@ -1,0 +1,203 @@
+import time
+from importlib.resources import files
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.springs_file.optional import OptionalRecord, parse_optional, write_optional
+
+FIGURE_4_1 = """\
+1 1
+0.0 2.4365e09 0.0 8.4168e09
+0.0 0.0
+0.0 0.0 0.0
+9 3
+-155000000 845000000 -1240000000 492000000
+800000 0.0
+0.0 0.0 1.553
+"""
+GOOD = "1 1\n1 2 3 4\n0 0\n0 0 0\n"
+FORM = "joint and axis number; c0 c1 c2 c3; b_v b_coul; alpha_0 alpha_l alpha_u"
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+positive = st.floats(min_value=0.0, allow_infinity=False)
+records = st.lists(
+    st.builds(
+        OptionalRecord,
+        joint=st.integers(1, 1000),
+        axis=st.integers(1, 3),
+        coefficients=st.tuples(finite, finite, finite, finite),
+        viscous=positive,
+        coulomb=positive,
+        rest=finite,
+        dead_zone=st.tuples(finite, finite),
+    ),
+    min_size=1,
+    max_size=6,
+    unique_by=lambda record: (record.joint, record.axis),
+)
+
+
+def test_the_thesis_s_example_is_read_in_si():
+    reading = parse_optional(FIGURE_4_1)
+    assert reading.faults == ()
+    assert reading.records == (
+        OptionalRecord(1, 1, (0.0, 243.65, 0.0, 841.68)),
+        OptionalRecord(9, 3, (-15.5, 84.5, -124.0, 49.2), 0.08, 0.0, 0.0, (0.0, 1.553)),
+    )
+
+
+def test_records_know_where_they_are_written():
+    origins = parse_optional(FIGURE_4_1, "x.optional").records[1].origins
+    assert {key: (span.line, span.text) for key, span in origins.items()} == {
+        "axis": (5, "9 3"),
+        "coefficients": (6, "-155000000 845000000 -1240000000 492000000"),
+        "damping": (7, "800000 0.0"),
+        "dead_zone": (8, "0.0 0.0 1.553"),
+    }
+
+
+def test_the_shipped_file_has_a_record_for_every_axis_of_appendix_a():
+    reading = parse_optional(files("figures").joinpath("prototype.optional").read_text())
+    assert reading.faults == ()
+    spherical = [(joint, axis) for joint in (1, 3, 4, 7, 8) for axis in (1, 2, 3)]
+    revolute = [(joint, 3) for joint in (5, 6, 9, 10)]
+    places = [(record.joint, record.axis) for record in reading.records]
+    assert sorted(places) == sorted(spherical + revolute)
+    assert {(record.viscous, record.coulomb) for record in reading.records} == {(0.08, 0.0)}
+    by_axis = {(record.joint, record.axis): record for record in reading.records}
+    assert by_axis[3, 1].coefficients == (0.916317, 8.6218689, -14.15546098, 5.26654657)
+    assert by_axis[4, 1].coefficients == (-0.916317, -8.6218689, 14.15546098, -5.26654657)
+    assert [by_axis[joint, 3].dead_zone for joint in (5, 6, 9, 10)] == [
+        (0.0, 1.7),
+        (0.0, 1.7),
+        (0.0, 1.553),
+        (0.0, 1.553),
+    ]
+
+
+@given(records)
+def test_reading_what_was_written_gives_the_same_records_to_the_last_bit(written):
+    reading = parse_optional(write_optional(written))
+    assert reading.faults == ()
+    assert list(reading.records) == written
+
+
+def test_what_is_written_looks_like_the_thesis_s_file():
+    record = OptionalRecord(9, 3, (-15.5, 84.5, 1e9, 0.0), 0.08, 0.0, 0.0, (0.0, 1.553))
+    assert write_optional([record]) == (
+        "9 3\n-155000000 845000000 1e+16 0.0\n800000 0.0\n0.0 0.0 1.553\n"
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GOOD.replace("\n", "\r\n"),
+        GOOD.replace("\n", "\r"),
+        "# springs\n\n" + GOOD.replace("1 1\n", "  1\t1   # waist, x\n\n"),
+        GOOD.replace("1 2 3 4", "1.0D0 2e0 +.3E+1 4."),
+    ],
+)
+def test_line_ends_comments_blanks_and_fortran_exponents_do_not_matter(text):
+    reading = parse_optional(text)
+    assert reading.faults == ()
+    assert reading.records == parse_optional(GOOD).records
+
+
+BROKEN = {
+    "empty": ("", ["1:1 there is no record in this file"]),
+    "only a comment": ("# nothing\n", ["1:1 there is no record in this file"]),
+    "a coefficient short": ("1 1\n1 2 3\n0 0\n0 0 0\n", ["2:1 3 values instead of 4"]),
+    "a lost damping line": (
+        "1 1\n1 2 3 4\n0 0 0\n" + GOOD.replace("1 1", "1 2"),
+        ["3:1 the line `b_v b_coul` is missing before this one"],
+    ),
+    "a lost last line": (
+        GOOD + "1 2\n1 2 3 4\n0 0\n",
+        ["7:1 the last record ends before its line `alpha_0 alpha_l alpha_u`"],
+    ),
+    "a lost third line in the middle": (
+        "1 1\n1 2 3 4\n0 0\n" + GOOD.replace("1 1", "1 2"),
+        ["4:1 the line `alpha_0 alpha_l alpha_u` is missing before this one"],
+    ),
+    "a lost head": (
+        GOOD + "1 2 3 4\n0 0\n0 0 0\n",
+        ["5:1 the line `joint and axis number` is missing before this one"],
+    ),
+    "several at once": (
+        "1 4\nnan 1e999 3 x\n-1 -2\n0 inf 0\n",
+        [
+            "1:3 the axis number is `4`",
+            "2:1 `nan` is not a number",
+            "2:5 `1e999` is too large",
+            "2:13 `x` is not a number",
+            "3:1 damping is negative",
+            "3:4 friction is negative",
+            "4:3 `inf` is not a number",
+        ],
+    ),
+    "counts": (
+        "1.5 0\n1 2 3 4\n0 0\n0 0 0\n",
+        ["1:1 the joint number is `1.5`", "1:5 the axis number is `0`"],
+    ),
+    "no joint": ("0 1\n1 2 3 4\n0 0\n0 0 0\n", ["1:1 the joint number is `0`"]),
+    "twice": (GOOD + GOOD, ["5:1 a second record of joint 1, axis 1"]),
+    "units": (GOOD.replace("1 2 3 4", "1 2 3 4Nm"), ["2:7 `4Nm` is not a number"]),
+    "other letters": ("1 ١\n1 2 3 4\n0 0\n0 0 0\n", ["1:3 `١` is not a number"]),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_is_wrong_is_said_with_its_place(name):
+    text, expected = BROKEN[name]
+    faults = [fault.as_dict() for fault in parse_optional(text).faults]
+    assert [f"{f['line']}:{f['column']} {f['message']}" for f in faults] == expected
+    assert {f["severity"] for f in faults} == {"error"}
+
+
+def test_a_fault_shows_the_line_a_mark_and_what_helps():
+    (fault,) = parse_optional("1 1\n1 2 3\n0 0\n0 0 0\n", "my.optional").faults
+    assert str(fault) == (
+        "my.optional:2:1: error: 3 values instead of 4\n"
+        "    2 | 1 2 3\n"
+        "      | ^^^^^\n"
+        "  hint: this line is `c0 c1 c2 c3`"
+    )
+    (fault,) = parse_optional(GOOD + "2 1\n1 2 3 4\n").faults
+    assert fault.hint == f"a record has four lines: {FORM}"
+
+
+def test_a_record_beside_a_broken_one_is_read():
+    reading = parse_optional("1 1\n1 2 x 4\n0 0\n0 0 0\n" + GOOD.replace("1 1", "1 2"))
+    assert [(record.joint, record.axis) for record in reading.records] == [(1, 2)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["{" * 10**7, "{ { {\n" * 10**6, "9" * 10**7, "1" + "0" * 10**6 + " 1\n", "\0\n" * 10**6],
+)
+def test_enormous_nonsense_is_refused_quickly(text):
+    start = time.process_time()
+    reading = parse_optional(text)
+    assert time.process_time() - start < 2.0
+    assert reading.records == ()
+    assert 1 <= len(reading.faults) <= 101
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"joint": 0},
+        {"axis": 4},
+        {"viscous": -1.0},
+        {"coulomb": -1.0},
+        {"rest": float("nan")},
+        {"coefficients": (0.0, float("inf"), 0.0, 0.0)},
+    ],
+)
+def test_a_record_that_the_file_cannot_hold_is_refused(changes):
+    good = {"joint": 1, "axis": 1, "coefficients": (0.0, 1.0, 0.0, 0.0)}
+    with pytest.raises(ValueError, match=r"counted from 1|not negative|finite"):
+        OptionalRecord(**(good | changes))

@@ -1,0 +1,593 @@
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import errors_among
+from generator.figure import Factor, Figure, Joint, Segment, SiteRef
+from generator.figure_file import parse_figure, read_figure, shipped_figures
+from generator.springs_file.read import PassiveReading, springs_for
+from springs import (
+    AxisSpring,
+    Cubic,
+    Damping,
+    Joining,
+    JointSprings,
+    Linear,
+    SpringSet,
+    Stop,
+    elastic_torque,
+    passive_cubic,
+)
+from springs.stop import SLIDE_ONSET, SLIDE_STIFFNESS
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+PROTOTYPE = read_figure("prototype")
+FOLDER = shipped_figures()["prototype"].parent
+PAIRS = ("shoulder", "hip_joint")
+
+CHAIN = "R(0,0,1)*R(1,0,0)*R(0,1,0)"
+ZYZ = "R(0,0,1)*R(0,1,0)*R(0,0,1)"
+CUBIC = "1e7 2e7 3e7 4e7"  # 1 2 3 4 in N m
+
+
+def figure(**joints: str) -> Figure:
+    """Segments on one base, each by a joint of the given fields."""
+    parts = ["segment base { site s->location = trans(0,0,0); }"]
+    for name, fields in joints.items():
+        parts.append(f"segment {name}_body {{ site s->location = trans(0,0,0); }}")
+        parts.append(f"joint {name} {{ connect base.s to {name}_body.s; {fields} }}")
+    reading = parse_figure("\n".join(["figure {", *parts, "root = base.s;", "}"]))
+    assert reading.figure is not None, reading.faults
+    return reading.figure
+
+
+def own(whole: Figure) -> SpringSet:
+    return good(springs_for(whole))
+
+
+def good(reading: PassiveReading) -> SpringSet:
+    assert reading.faults == ()
+    assert reading.springs is not None
+    return reading.springs
+
+
+def with_file(tmp_path: Path, whole: Figure, text: str, name: str) -> PassiveReading:
+    path = tmp_path / name
+    path.write_text(text)
+    return springs_for(whole, None, None, path)
+
+
+def optional(tmp_path: Path, whole: Figure, *records: str) -> PassiveReading:
+    """Read with records `joint axis | coefficients | angles`."""
+    lines: list[str] = []
+    for record in records:
+        head, coefficients, *angles = (part.strip() for part in record.split("|"))
+        lines += [head, coefficients, "800000 0", *(angles or ["0 0 0"])]
+    return with_file(tmp_path, whole, "\n".join(lines), "my.optional")
+
+
+def toml(tmp_path: Path, whole: Figure, *tables: str, top: str = "") -> PassiveReading:
+    text = top + "".join(f"[[spring]]\n{table}\n" for table in tables)
+    return with_file(tmp_path, whole, text, "my.springs.toml")
+
+
+def said(reading: PassiveReading) -> list[str]:
+    assert reading.springs is None or not errors_among(reading.faults)
+    faults = [fault.as_dict() for fault in reading.faults]
+    return [f"{f.get('line')}:{f.get('column')} {f['message']}" for f in faults]
+
+
+# The shipped prototype
+
+
+def test_the_shipped_springs_file_is_the_rule_applied_to_the_printed_records():
+    shipped = good(springs_for(PROTOTYPE, FOLDER, "prototype"))
+    ruled = good(springs_for(PROTOTYPE, choice=FOLDER / "prototype.optional"))
+    assert (shipped.origin, ruled.origin) == ("prototype.springs.toml", "prototype.optional")
+    assert shipped.joining is ruled.joining is Joining.CONSERVATIVE
+    assert list(shipped.joints) == list(ruled.joints)
+    for name, joint in shipped.joints.items():
+        assert joint.slides == ruled.joints[name].slides == ()
+        for mine, rule in zip(joint.axes, ruled.joints[name].axes, strict=True):
+            assert (mine.direction, mine.damping) == (rule.direction, rule.damping)
+            (law,), (expected,) = mine.elastic, rule.elastic
+            assert isinstance(law, Cubic)
+            assert isinstance(expected, Cubic)
+            assert replace(law, dead_zone=None) == replace(expected, dead_zone=None)
+            if expected.dead_zone is None:
+                assert law.dead_zone is None
+            else:  # the file has six decimals of a degree
+                written = np.degrees(law.dead_zone)
+                assert written == pytest.approx(np.degrees(expected.dead_zone), abs=5.1e-7)
+
+
+def test_the_prototype_has_springs_about_every_declared_axis_but_the_root_s():
+    springs = good(springs_for(PROTOTYPE, FOLDER, "prototype"))
+    assert set(springs.joints) == set(PROTOTYPE.joints) - {"root_torso"}
+    for name, joint in springs.joints.items():
+        declared = [factor.axis for factor in PROTOTYPE.joints[name].chain]
+        assert [axis.direction for axis in joint.axes] == declared
+        for axis in joint.axes:
+            assert axis.damping == Damping(0.08)
+            assert axis.motion
+            assert "Otani 1989" in axis.reference
+            assert axis.why
+    assert springs.joints["right_shoulder"].axes[1].direction == (-1.0, 0.0, 0.0)
+    assert springs.joints["left_knee"].axes[0].direction == (0.0, -1.0, 0.0)
+
+
+def test_the_prototype_cites_its_studies():
+    references = "\n".join(good(springs_for(PROTOTYPE, FOLDER, "prototype")).references)
+    for study in ("Engin & Chen 1987", "Fleck", "Engin 1980", "Yoon & Mansour 1982", "estimate"):
+        assert study in references
+
+
+@pytest.mark.parametrize("choice", [None, "printed", FOLDER / "prototype.optional"])
+def test_both_sides_have_the_left_coefficients(choice):
+    joints = good(springs_for(PROTOTYPE, FOLDER, "prototype", choice)).joints
+    for pair in (*PAIRS, "elbow", "knee"):
+        left, right = joints[f"left_{pair}"].axes, joints[f"right_{pair}"].axes
+        assert [axis.elastic for axis in left] == [axis.elastic for axis in right]
+    shoulder = joints["right_shoulder"].axes[1].elastic[0]
+    assert shoulder.coefficients == (0.916317, 8.6218689, -14.15546098, 5.26654657)
+
+
+@pytest.mark.parametrize("joining", Joining)
+@pytest.mark.parametrize("choice", [None, "printed"])
+def test_the_right_side_is_the_mirror_image_of_the_left(joining, choice):
+    joints = good(springs_for(PROTOTYPE, FOLDER, "prototype", choice)).joints
+    mirror = np.array([-1.0, 1.0, -1.0])
+    vectors = np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3))
+    for pair in PAIRS:
+        left = elastic_torque(joining, joints[f"left_{pair}"].axes, vectors)
+        right = elastic_torque(joining, joints[f"right_{pair}"].axes, mirror * vectors)
+        assert np.allclose(right, mirror * left, rtol=1e-12, atol=1e-10)
+
+
+def test_printed_values_resist_everywhere_and_only_revolutes_have_dead_zones():
+    springs = good(springs_for(PROTOTYPE, FOLDER, "prototype", "printed"))
+    laws = {
+        (name, axis.direction): axis.elastic[0]
+        for name, joint in springs.joints.items()
+        for axis in joint.axes
+    }
+    assert len(laws) == 19
+    assert {law.sense for law in laws.values()} == {-1}
+    zones = {name: law.dead_zone for (name, _), law in laws.items() if law.dead_zone}
+    assert zones == {
+        "left_elbow": (0.0, 1.7),
+        "right_elbow": (0.0, 1.7),
+        "left_knee": (0.0, 1.553),
+        "right_knee": (0.0, 1.553),
+    }
+    # The tables give the moment about the positive axis at the angle about the declared one.
+    printed = (-0.916317, -8.6218689, 14.15546098, -5.26654657)
+    torque_about_positive_x = -laws["right_shoulder", (-1.0, 0.0, 0.0)].torque(0.4)
+    assert torque_about_positive_x == pytest.approx(-np.polyval(printed[::-1], 0.4))
+
+
+def test_the_rule_is_told_in_a_sentence():
+    springs = good(springs_for(PROTOTYPE, choice=FOLDER / "prototype.optional"))
+
+    def why(joint: str, k: int) -> str:
+        return springs.joints[joint].axes[k].why
+
+    assert why("waist", 2) == (
+        "c3 is positive, so the moment resists; the dead zone, -42.3 to 53.9 deg, lies between "
+        "the outer two of three roots."
+    )
+    assert why("right_hip_joint", 2) == (
+        "c3 is negative, so the moment acts on the child; there is no dead zone."
+    )
+    assert why("right_hip_joint", 1).endswith(
+        "Negated on reading, since the joint declares the axis negative."
+    )
+    assert "the dead zone, 0.0 to 97.4 deg, is given." in why("left_elbow", 0)
+    assert springs.references == ("prototype.optional",)
+
+
+def test_the_rule_is_told_for_a_straight_line(tmp_path):
+    reading = optional(tmp_path, figure(knee="type = R(0,1,0);"), "1 3 | 0 -1e7 0 0")
+    assert good(reading).joints["knee"].axes[0].why == (
+        "c3 is zero and c1 is negative, so the moment acts on the child; there is no dead zone."
+    )
+
+
+# Where springs come from
+
+
+def test_springs_are_looked_for_beside_the_figure(tmp_path):
+    whole = figure(knee="type = R(0,1,0); stiff = (3e7);")
+
+    def found(choice=None):
+        return good(springs_for(whole, tmp_path, "my", choice))
+
+    assert found().origin == "figure's own stiff/rest/damp"
+    assert found().joints["knee"].axes[0].elastic == (Linear(3.0),)
+    (tmp_path / "my.optional").write_text(f"1 3\n{CUBIC}\n0 0\n0 0 0\n")
+    assert found().origin == "my.optional"
+    assert found().joints["knee"].axes[0].elastic == (passive_cubic((1.0, 2.0, 3.0, 4.0)),)
+    (tmp_path / "my.springs.toml").write_text('[[spring]]\njoints=["knee"]\nstiffness_Nm_rad=5\n')
+    assert found().origin == "my.springs.toml"
+    assert found().joints["knee"].axes[0].elastic == (Linear(5.0),)
+    assert found("printed").origin == "my.optional"
+    assert found(str(tmp_path / "my.optional")).origin == "my.optional"
+    assert springs_for(whole, tmp_path, "other").springs.origin.startswith("figure's own")
+
+
+def test_none_means_no_springs_and_no_stops():
+    whole = figure(knee="type = R(0,1,0); stiff = (3e7); llimit = (0); ulimit = (1 rad);")
+    assert good(springs_for(whole, choice="none")) == SpringSet({}, Joining.CONSERVATIVE, "none")
+    weighted = springs_for(whole, choice="none", joining=Joining.WEIGHTED)
+    assert good(weighted).joining is Joining.WEIGHTED
+
+
+def test_the_law_is_the_callers_else_the_file_s_else_conservative(tmp_path):
+    whole = figure(knee="type = R(0,1,0);")
+    table, path = 'joints = ["knee"]\nstiffness_Nm_rad = 5', tmp_path / "my.springs.toml"
+    assert good(toml(tmp_path, whole, table)).joining is Joining.CONSERVATIVE
+    assert good(toml(tmp_path, whole, table, top='law = "weighted"\n')).joining is Joining.WEIGHTED
+    chosen = springs_for(whole, choice=path, joining=Joining.CONSERVATIVE)
+    assert good(chosen).joining is Joining.CONSERVATIVE
+
+
+# What the figure itself says
+
+
+def test_a_joint_s_fields_are_in_the_order_of_its_type_line():
+    whole = figure(
+        hip="type = R(0,0,-1)*R(-1,0,0)*R(0,1,0); stiff = (1e7,0,3e7); rest = (0,0,20deg);"
+        "damp = (0,2e7,0); llimit = (-1 rad,-2 rad,-3 rad); ulimit = (1 rad,2 rad,3 rad);"
+    )
+    assert own(whole).joints == {
+        "hip": JointSprings(
+            "hip",
+            (
+                AxisSpring((0.0, 0.0, -1.0), (Linear(1.0), Stop(-1.0, 1.0))),
+                AxisSpring((-1.0, 0.0, 0.0), (Stop(-2.0, 2.0),), Damping(2.0)),
+                AxisSpring(Y, (Linear(3.0, radians(20.0)), Stop(-3.0, 3.0))),
+            ),
+        )
+    }
+
+
+def test_slides_are_linear_springs_along_their_axes():
+    whole = figure(
+        slider="type = R(0,0,1)*T(0,1,0)*T(1,0,0); stiff = (1e7,2e3,0); rest = (0,5cm,0);"
+        "damp = (0,0,4e3); llimit = (-1 rad,-10cm,0cm);"
+    )
+    joint = own(whole).joints["slider"]
+    assert joint.axes == (AxisSpring(Z, (Linear(1.0), Stop(-1.0, None))),)
+    assert joint.slides == (
+        AxisSpring(Y, (Linear(2.0, 0.05), Stop(-0.1, None, SLIDE_STIFFNESS, SLIDE_ONSET))),
+        AxisSpring(X, (Stop(0.0, None, SLIDE_STIFFNESS, SLIDE_ONSET),), Damping(4.0)),
+    )
+
+
+def test_a_joint_without_springs_and_limits_has_no_entry():
+    whole = figure(
+        free="type = R(1,0,0)*R(0,1,0)*R(0,0,1);",
+        slack="type = R(1,0,0); stiff = (0); rest = (1 rad);",
+        rigid="",
+        one="type = R(1,0,0)*R(0,1,0); stiff = (0,1e7);",
+    )
+    assert own(whole).joints == {"one": JointSprings("one", (AxisSpring(Y, (Linear(1.0),)),))}
+
+
+def test_an_axis_declared_twice_keeps_the_springs_of_both_factors():
+    whole = figure(ball=f"type = {ZYZ}; stiff = (1e7,2e7,3e7);")
+    axes = own(whole).joints["ball"].axes
+    assert [(axis.direction, axis.elastic) for axis in axes] == [
+        (Z, (Linear(1.0),)),
+        (Y, (Linear(2.0),)),
+        (Z, (Linear(3.0),)),
+    ]
+
+
+def test_a_figure_made_in_python_may_have_axes_of_any_length():
+    segments = {name: Segment(name) for name in ("a", "b")}
+    joint = Joint(
+        "hinge",
+        SiteRef("a", "s"),
+        SiteRef("b", "s"),
+        (Factor("R", (0.0, -2.0, 0.0)),),
+        stiff=(3.0,),
+    )
+    springs = own(Figure(segments, {"hinge": joint}, SiteRef("a", "s")))
+    assert springs.joints["hinge"].axes[0].direction == (0.0, -1.0, 0.0)
+
+
+def test_negative_damping_is_refused_with_its_place():
+    whole = figure(knee="type = R(0,1,0); damp = (-5);")
+    assert said(springs_for(whole)) == ["4:69 the damping of `knee` is negative"]
+
+
+# How files and figure combine
+
+
+def test_a_record_replaces_stiff_rest_and_damp_on_its_axis_only(tmp_path):
+    whole = figure(hip=f"type = {CHAIN}; stiff = (1e7,2e7,3e7); damp = (1e7,1e7,1e7);")
+    axes = good(optional(tmp_path, whole, f"1 1 | {CUBIC}")).joints["hip"].axes
+    assert [axis.direction for axis in axes] == [Z, X, Y]
+    assert [axis.elastic for axis in axes] == [
+        (Linear(1.0),),
+        (passive_cubic((1.0, 2.0, 3.0, 4.0)),),
+        (Linear(3.0),),
+    ]
+    assert [axis.damping.viscous for axis in axes] == [1.0, 0.08, 1.0]
+
+
+def test_stops_are_added_to_whatever_law_an_axis_has(tmp_path):
+    limits = "llimit = (-1 rad,-2 rad,-3 rad); ulimit = (1 rad,2 rad,3 rad);"
+    whole = figure(hip=f"type = {CHAIN}; {limits}")
+    cubic = passive_cubic((1.0, 2.0, 3.0, 4.0))
+    axes = good(optional(tmp_path, whole, f"1 1 | {CUBIC}")).joints["hip"].axes
+    assert axes[1].elastic == (cubic, Stop(-2.0, 2.0))
+    assert axes[0].elastic == (Stop(-1.0, 1.0),)
+    table = 'joints = ["hip"]\naxis = "y"\nviscous_Nms_rad = 1\nstop_stiffness_Nm_rad = 50'
+    axes = good(toml(tmp_path, whole, table + "\nstop_onset_deg = 2")).joints["hip"].axes
+    assert axes[2].elastic == (Stop(-3.0, 3.0, 50.0, radians(2.0)),)
+
+
+def test_a_given_spring_collects_the_stops_of_all_factors_about_its_axis(tmp_path):
+    whole = figure(
+        ball="type = R(0,0,1)*R(0,1,0)*R(0,0,-1); llimit = (-1 rad,0,-2 rad);"
+        "ulimit = (1 rad,0,3 rad);"
+    )
+    axes = good(optional(tmp_path, whole, f"1 3 | {CUBIC}")).joints["ball"].axes
+    cubic = passive_cubic((1.0, 2.0, 3.0, 4.0))
+    assert [axis.direction for axis in axes] == [Z, Y]
+    assert axes[0].elastic == (cubic, Stop(-1.0, 1.0), Stop(-3.0, 2.0))
+
+
+def test_a_spherical_joint_may_have_a_spring_about_an_axis_that_its_chain_does_not_name(tmp_path):
+    whole = figure(ball=f"type = {ZYZ}; stiff = (0,2e7,0);")
+    axes = good(optional(tmp_path, whole, f"1 1 | {CUBIC}")).joints["ball"].axes
+    assert [axis.direction for axis in axes] == [Y, X]
+    assert axes[1].elastic == (passive_cubic((1.0, 2.0, 3.0, 4.0)),)
+
+
+def test_a_revolute_s_record_is_about_its_declared_axis_and_not_negated(tmp_path):
+    whole = figure(knee="type = R(0,-1,0);")
+    (axis,) = good(optional(tmp_path, whole, f"1 3 | {CUBIC} | 0.5 -0.2 0.3")).joints["knee"].axes
+    assert axis.direction == (0.0, -1.0, 0.0)
+    assert axis.elastic == (Cubic((1.0, 2.0, 3.0, 4.0), -1, (-0.2, 0.3), 0.5),)
+
+
+def test_a_revolute_without_a_dead_zone_of_its_own_takes_that_of_the_roots(tmp_path):
+    whole = figure(knee="type = R(0,1,0);")
+    (axis,) = good(optional(tmp_path, whole, "1 3 | 0 -1e7 0 1e7 | 0.5 0 0")).joints["knee"].axes
+    (law,) = axis.elastic
+    assert isinstance(law, Cubic)
+    assert law.dead_zone == pytest.approx((-1.0, 1.0))
+    assert law.rest == 0.5
+
+
+def test_rest_and_dead_zone_of_a_spherical_axis_are_ignored_with_a_warning(tmp_path):
+    whole = figure(hip=f"type = {CHAIN};")
+    reading = optional(tmp_path, whole, f"1 1 | {CUBIC} | 0.5 -0.2 0.3")
+    assert said(reading) == ["4:1 rest and dead zone of `hip` are not used"]
+    assert reading.springs is not None
+    (axis,) = reading.springs.joints["hip"].axes
+    assert axis.elastic == (passive_cubic((1.0, 2.0, 3.0, 4.0)),)
+
+
+def test_what_a_springs_file_states_wins_over_the_rule(tmp_path):
+    whole = figure(knee="type = R(0,1,0);")
+    cubic = 'joints = ["knee"]\ncoefficients_Nm_rad = [0, -1, 0, 1]\n'
+
+    def law(more: str) -> Cubic:
+        reading = toml(tmp_path, whole, cubic + more)
+        assert reading.springs is not None, reading.faults
+        (found,) = reading.springs.joints["knee"].axes[0].elastic
+        assert isinstance(found, Cubic)
+        return found
+
+    assert law("") == passive_cubic((0.0, -1.0, 0.0, 1.0))
+    assert law("dead_zone_deg = [-90, 0]").dead_zone == (radians(-90.0), 0.0)
+    assert law("dead_zone_deg = [0, 0]").dead_zone == (0.0, 0.0)
+    assert law('dead_zone_deg = "none"') == Cubic((0.0, -1.0, 0.0, 1.0), -1)
+    assert law("sense = 1").sense == 1
+    assert law("rest_deg = 180").rest == radians(180.0)
+    assert law("").dead_zone == pytest.approx((-1.0, 1.0))
+
+
+def test_a_sense_that_drives_the_joint_is_told(tmp_path):
+    whole = figure(knee="type = R(0,1,0);")
+    table = 'joints = ["knee"]\ncoefficients_Nm_rad = [0, 1, 0, 1]\nsense = +1'
+    reading = toml(tmp_path, whole, table)
+    assert said(reading) == ["4:9 in this sense the cubic drives the joint away at both ends"]
+    assert reading.faults[0].hint == "the sense that restores is -1"
+
+
+def test_joints_that_share_a_curve_are_mirror_images_by_their_declared_axes(tmp_path):
+    right = "type = R(0,0,-1)*R(-1,0,0)*R(0,1,0);"
+    whole = figure(left=f"type = {CHAIN};", right=right)
+    table = 'joints = ["left", "right"]\naxis = "x"\nmotion = "abduction"\n'
+    more = 'coefficients_Nm_rad = [1, 2, 3, 4]\nreference = "a study"\nwhy = "a reason"'
+    springs = good(toml(tmp_path, whole, table + more))
+    (left,), (right_axis,) = (springs.joints[name].axes for name in ("left", "right"))
+    assert (left.direction, right_axis.direction) == (X, (-1.0, 0.0, 0.0))
+    assert replace(right_axis, direction=X) == left
+    assert (left.motion, left.reference, left.why) == ("abduction", "a study", "a reason")
+
+
+def test_a_parabola_needs_limits_on_both_sides(tmp_path):
+    bounded = "type = R(0,1,0); llimit = (-1 rad); ulimit = (1 rad);"
+    whole = figure(free="type = R(0,1,0);", half="type = R(0,1,0); ulimit = (1 rad);", both=bounded)
+    parabola = "coefficients_Nm_rad = [0, 1, 2, 0]"
+    reading = toml(tmp_path, whole, f'joints = ["free", "half", "both"]\n{parabola}')
+    message = "restoring: c3 is zero and c2 is not: it pushes the same way at both ends"
+    assert said(reading) == [
+        f"3:23 no sense makes this cubic of `{name}` {message}" for name in ("free", "half")
+    ]
+    springs = good(toml(tmp_path, whole, f'joints = ["both"]\n{parabola}'))
+    (axis,) = springs.joints["both"].axes
+    assert axis.elastic == (Cubic((0.0, 1.0, 2.0, 0.0), -1), Stop(-1.0, 1.0))
+    assert axis.why.startswith("No sense restores at both ends; the limits bound the range")
+    assert said(optional(tmp_path, whole, "1 3 | 0 1e7 2e7 0")) == [
+        f"2:1 no sense makes this cubic of `free` {message}"
+    ]
+    assert not errors_among(optional(tmp_path, whole, "3 3 | 0 1e7 2e7 0").faults)
+
+
+# What is wrong
+
+JOINTS = {
+    "left_knee": "type = R(0,1,0);",
+    "left_hip": f"type = {CHAIN};",
+    "wrist": "type = R(1,0,0)*R(0,1,0);",
+    "rail": "type = T(1,0,0);",
+}
+K = "stiffness_Nm_rad = 1"
+BROKEN_TOML = {
+    "no such joint": (['joints = ["left_kne"]\n' + K], ["2:11 the figure has no joint `left_kne`"]),
+    "one of two joints": (
+        ['joints = ["left_knee", "knee"]\n' + K],
+        ["2:24 the figure has no joint `knee`"],
+    ),
+    "axis left out": (
+        ['joints = ["left_hip"]\n' + K],
+        ["2:11 joint `left_hip` turns about 3 axes"],
+    ),
+    "axis of a revolute": (
+        ['joints = ["left_knee"]\naxis = "z"\n' + K],
+        ["3:8 joint `left_knee` does not turn about z"],
+    ),
+    "axis of two": (
+        ['joints = ["wrist"]\naxis = "z"\n' + K],
+        ["3:8 joint `wrist` does not turn about z"],
+    ),
+    "a slide": (['joints = ["rail"]\n' + K], ["2:11 joint `rail` does not turn"]),
+    "the same axis twice": (
+        ['joints = ["left_knee"]\n' + K, 'joints = ["left_hip", "left_knee"]\naxis = "y"\n' + K],
+        ["5:23 a second spring about one axis of `left_knee`"],
+    ),
+    "the same joint twice in a list": (
+        ['joints = ["left_knee", "left_knee"]\n' + K],
+        ["2:24 a second spring about one axis of `left_knee`"],
+    ),
+    "form and meaning at once": (
+        ['joints = ["knee"]\nstiffness_Nm_rad = -1', 'joints = ["left_hip"]\naxis = "joint"\n' + K],
+        [
+            "2:11 the figure has no joint `knee`",
+            "3:20 `stiffness_Nm_rad` must not be below zero",
+            "6:8 joint `left_hip` turns about 3 axes",
+        ],
+    ),
+}
+BROKEN_OPTIONAL = {
+    "no such joint": ([f"5 1 | {CUBIC}"], ["1:1 there is no joint number 5"]),
+    "axis of a revolute": (
+        [f"1 2 | {CUBIC}"],
+        ["1:1 joint `left_knee` turns about one axis, and that has the number 3"],
+    ),
+    "axis of two": ([f"3 3 | {CUBIC}"], ["1:1 joint `wrist` does not turn about z"]),
+    "a slide": ([f"4 3 | {CUBIC}"], ["1:1 joint `rail` does not turn"]),
+    "dead zone reversed": (
+        [f"1 3 | {CUBIC} | 0 1 -1"],
+        ["4:1 the dead zone ends before it begins"],
+    ),
+    "a constant": (
+        ["2 1 | 1 0 0 0"],
+        [
+            "2:1 no sense makes this cubic of `left_hip` restoring: only c0 is not zero: "
+            "a constant moment restores nowhere"
+        ],
+    ),
+    "form and meaning at once": (
+        [f"9 1 | {CUBIC}", "1 3 | 1 2 x 4"],
+        ["1:1 there is no joint number 9", "6:5 `x` is not a number"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN_TOML)
+def test_what_is_wrong_in_a_springs_file_is_said_with_its_place(tmp_path, name):
+    tables, expected = BROKEN_TOML[name]
+    reading = toml(tmp_path, figure(**JOINTS), *tables)
+    assert reading.springs is None
+    assert said(reading) == expected
+
+
+@pytest.mark.parametrize("name", BROKEN_OPTIONAL)
+def test_what_is_wrong_in_an_optional_file_is_said_with_its_place(tmp_path, name):
+    records, expected = BROKEN_OPTIONAL[name]
+    reading = optional(tmp_path, figure(**JOINTS), *records)
+    assert reading.springs is None
+    assert said(reading) == expected
+
+
+def test_a_file_that_is_no_toml_is_refused_with_its_place(tmp_path):
+    assert said(toml(tmp_path, figure(**JOINTS), "joints = [")) == ["2:10 invalid value"]
+
+
+def test_hints_say_what_there_is(tmp_path):
+    whole = figure(**JOINTS)
+
+    def hint(reading: PassiveReading) -> str:
+        (fault,) = reading.faults
+        return fault.hint
+
+    near = toml(tmp_path, whole, 'joints = ["left_kne"]\n' + K)
+    assert hint(near) == "did you mean `left_knee`?"
+    turns = toml(tmp_path, whole, 'joints = ["wrist"]\naxis = "z"\n' + K)
+    assert hint(turns) == "it turns about (1, 0, 0) and (0, 1, 0)"
+    assert hint(optional(tmp_path, whole, f"7 1 | {CUBIC}")) == (
+        "the figure has 4 joints, counted from 1"
+    )
+    twice = toml(tmp_path, whole, 'joints = ["left_knee", "left_knee"]\n' + K)
+    assert hint(twice) == "the first stands in line 2"
+
+
+def test_a_fault_names_the_file_the_line_and_the_place(tmp_path):
+    (fault,) = toml(tmp_path, figure(**JOINTS), 'joints = ["left_kne"]\n' + K).faults
+    assert str(fault) == (
+        f"{tmp_path}/my.springs.toml:2:11: error: the figure has no joint `left_kne`\n"
+        '    2 | joints = ["left_kne"]\n'
+        "      |           ^^^^^^^^^^\n"
+        "  hint: did you mean `left_knee`?"
+    )
+
+
+def test_springs_for_another_figure_are_used_with_a_warning(tmp_path):
+    (tmp_path / "my.springs.toml").write_text(
+        'figure = "other"\n[[spring]]\njoints = ["left_knee"]\n' + K
+    )
+    reading = springs_for(figure(**JOINTS), tmp_path, "my")
+    assert said(reading) == ["1:10 these springs were written for the figure `other`"]
+    assert reading.springs is not None
+    assert list(reading.springs.joints) == ["left_knee"]
+
+
+def test_printed_values_need_an_optional_file(tmp_path):
+    whole = figure(**JOINTS)
+    (fault,) = springs_for(whole, tmp_path, "my", "printed").faults
+    assert fault.message == "there is no `my.optional` beside the figure"
+    (fault,) = springs_for(whole, None, None, "printed").faults
+    assert fault.message == "a figure from no file has no printed values"
+
+
+@pytest.mark.parametrize("name", ["my.springs.toml", "my.optional", "my"])
+def test_files_that_are_no_text_are_refused(tmp_path, name):
+    whole, path = figure(**JOINTS), tmp_path / name
+    (missing,) = springs_for(whole, choice=path).faults
+    assert "cannot be read" in missing.message
+    path.write_bytes(b"\xff\xfe\0\0")
+    (binary,) = springs_for(whole, choice=path).faults
+    assert binary.message == "this file is UTF-16"
+    path.unlink()
+    path.mkdir()
+    (folder,) = springs_for(whole, choice=str(path)).faults
+    assert "is a directory" in folder.message
+
+
+def test_many_faults_end_with_the_hundredth(tmp_path):
+    whole = figure(**JOINTS)
+    reading = toml(tmp_path, whole, *['joints = ["knee"]\n' + K] * 150)
+    assert len(reading.faults) == 100
+    assert reading.springs is None
+    assert "100 errors" in reading.faults[-1].hint

@@ -1,0 +1,101 @@
+import pytest
+
+from generator.diagnostics import (
+    InputError,
+    MoverError,
+    Source,
+    Span,
+    closest,
+    error,
+    errors_among,
+    nearest,
+    warning,
+)
+
+
+def _span(text, part):
+    start = text.index(part)
+    return Span(Source("arm.fig", text), start, start + len(part))
+
+
+def test_a_fault_shows_place_line_mark_and_hint():
+    fault = error("unknown field `mas`", _span("figure {\n  mas = 3g;\n}", "mas"), "try `mass`")
+    assert str(fault).split("\n") == [
+        "arm.fig:2:3: error: unknown field `mas`",
+        "    2 |   mas = 3g;",
+        "      |   ^^^",
+        "  hint: try `mass`",
+    ]
+
+
+def test_a_fault_without_a_place_is_one_sentence():
+    assert str(warning("there is no file")) == "warning: there is no file"
+
+
+@pytest.mark.parametrize("place", [0, 57, 4000, 9990])
+def test_the_mark_stays_under_its_word_when_the_line_is_cut(place):
+    text = "x" * place + "HERE" + "y" * (9996 - place)
+    _, line, mark = str(error("wrong", _span(text, "HERE"))).split("\n")
+    assert len(line) < 120
+    assert line[mark.index("^") : mark.rindex("^") + 1] == "HERE"
+
+
+def test_the_mark_ends_with_the_line():
+    text = "a (\nb )"
+    _, line, mark = str(error("wrong", Span(Source("t", text), 2, len(text)))).split("\n")
+    assert line.endswith("(")
+    assert mark.endswith("^")
+    assert len(mark) == len(line)
+
+
+def test_characters_that_do_not_print_keep_their_room():
+    text = "a\tb\x07c HERE"
+    _, line, mark = str(error("wrong", _span(text, "HERE"))).split("\n")
+    assert line.isprintable()
+    assert line[mark.index("^") :] == "HERE"
+
+
+def test_a_fault_as_a_dictionary():
+    fault = warning("odd", _span("one\ntwo", "two"), "look")
+    assert fault.as_dict() == {
+        "severity": "warning",
+        "message": "odd",
+        "hint": "look",
+        "file": "arm.fig",
+        "line": 2,
+        "column": 1,
+    }
+    assert "file" not in error("gone").as_dict()
+
+
+def test_errors_are_told_from_warnings():
+    faults = [warning("a"), error("b"), warning("c"), error("d")]
+    assert [fault.message for fault in errors_among(faults)] == ["b", "d"]
+
+
+def test_the_nearest_word_is_suggested():
+    assert nearest("mas", ["psurf", "mass", "inertia"]) == "did you mean `mass`?"
+
+
+def test_without_a_near_word_the_known_ones_are_listed():
+    assert nearest("qqq", ["psurf", "mass"]) == "known here: mass, psurf"
+    assert nearest("qqq", []) == ""
+
+
+def test_a_long_list_of_known_words_is_cut():
+    hint = nearest("qqq", [f"segment{number}" for number in range(500)])
+    assert hint.endswith("and 480 more")
+
+
+def test_the_closest_of_very_many_words_is_found():
+    assert closest("segmnet3141", [f"segment{number}" for number in range(5000)]) is not None
+    assert closest("zzz", [f"segment{number}" for number in range(5000)]) is None
+
+
+def test_an_input_error_carries_all_faults():
+    faults = (warning("first"), error("second"))
+    raised = InputError(faults)
+    assert raised.faults == faults
+    assert "first" in str(raised)
+    assert "second" in str(raised)
+    assert isinstance(raised, MoverError)

@@ -1,0 +1,114 @@
+import math
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import Source, Span
+from generator.figure import Factor, Figure, Joint, Location, Segment, Shift, Site, SiteRef, Turn
+from generator.figure_file import read_figure
+
+Z = Factor("R", (0.0, 0.0, 1.0))
+
+
+def _turn(*degrees):
+    return Turn(tuple(math.radians(angle) for angle in degrees))
+
+
+def _segment(name, mass=1.0, **more):
+    return Segment(name, mass=mass, sites={"o": Site("o")}, **more)
+
+
+def _joint(name, parent, child, *chain):
+    return Joint(name, SiteRef(parent, "o"), SiteRef(child, "o"), chain, (0.0,) * len(chain))
+
+
+def _figure(segments, joints, root="floor"):
+    return Figure(
+        {segment.name: segment for segment in segments},
+        {joint.name: joint for joint in joints},
+        SiteRef(root, "o"),
+    )
+
+
+def test_xyz_gives_the_triad_of_figure_3_2():
+    triad = [[0, 0, -1], [0, 1, 0], [1, 0, 0]]
+    assert _turn(-45, -90, -45).matrix[:3, :3] == pytest.approx(np.array(triad), abs=1e-15)
+
+
+def test_a_turn_before_a_shift_leaves_the_shift_in_the_segment_frame():
+    pose = Location((_turn(-180, 0, 0), Shift((0.0, -0.0612, 0.0)))).pose_in_segment
+    assert pose[:3, 3] == pytest.approx([0.0, -0.0612, 0.0], abs=1e-17)
+    assert pose[:3, :3] == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=1e-15)
+
+
+def test_a_shift_before_a_turn_is_turned():
+    pose = Location((Shift((1.0, 0.0, 0.0)), _turn(0, 0, 90))).pose_in_segment
+    assert pose[:3, 3] == pytest.approx([0.0, 1.0, 0.0], abs=1e-15)
+
+
+def test_a_site_without_a_location_is_the_segment_frame():
+    assert Site("o").pose_in_segment == pytest.approx(np.eye(4), abs=0.0)
+
+
+def test_the_ground_is_what_rigid_joints_hold_to_the_root():
+    segments = [
+        _segment("floor", None),
+        _segment("wall", -1.0),
+        _segment("shelf", -1.0),
+        _segment("box", 2.0),
+        _segment("door", 3.0),
+    ]
+    joints = [
+        _joint("shelf_on_wall", "shelf", "wall"),
+        _joint("wall_on_floor", "floor", "wall"),
+        _joint("box_on_shelf", "shelf", "box"),
+        _joint("hinge", "wall", "door", Z),
+    ]
+    figure = _figure(segments, joints)
+    assert figure.ground == {"floor", "wall", "shelf"}
+    assert list(figure.bodies) == ["box", "door"]
+    assert figure.total_mass == 5.0
+    assert figure.degrees_of_freedom == 1
+
+
+def test_the_centre_of_mass_is_the_site_of_that_name():
+    centre = Site("CM", Location((Shift((0.1, 0.2, 0.3)),)))
+    assert Segment("a", sites={"CM": centre}).centre_of_mass == pytest.approx([0.1, 0.2, 0.3])
+    assert Segment("a").centre_of_mass is None
+
+
+def test_a_negative_mass_means_ground():
+    assert Segment("a", mass=-1.0).has_ground_mass
+    assert not Segment("a", mass=0.0).has_ground_mass
+    assert not Segment("a").has_ground_mass
+
+
+def test_figures_are_compared_without_their_places():
+    span = Span(Source("text", "floor"), 0, 5)
+    assert _segment("floor", origins={"name": span}) == _segment("floor")
+    assert _segment("floor") != _segment("floor", 2.0)
+
+
+def test_a_site_is_found_by_its_reference():
+    figure = _figure([_segment("floor")], [])
+    assert figure.site(SiteRef("floor", "o")).name == "o"
+    assert str(SiteRef("floor", "o")) == "floor.o"
+    with pytest.raises(KeyError):
+        figure.site(SiteRef("floor", "p"))
+
+
+def test_the_loop_of_the_four_bar_linkage_is_closed():
+    figure = read_figure("fourbar")
+    poses = {"frame": np.eye(4)}
+    for name in ("crank_bearing", "crank_pin", "rocker_bearing"):
+        joint = figure.joints[name]
+        at = figure.site(joint.parent).pose_in_segment
+        turn = Turn((0.0, 0.0, joint.displacement[0])).matrix
+        back = np.linalg.inv(figure.site(joint.child).pose_in_segment)
+        poses[joint.child.segment] = poses[joint.parent.segment] @ at @ turn @ back
+    pin = figure.joints["rocker_pin"]
+    on_coupler = poses["coupler"] @ figure.site(pin.parent).pose_in_segment
+    on_rocker = poses["rocker"] @ figure.site(pin.child).pose_in_segment
+    turned = on_coupler @ Turn((0.0, 0.0, pin.displacement[0])).matrix
+    assert turned == pytest.approx(on_rocker, abs=1e-15)
+    assert on_rocker[:3, 3] == pytest.approx([-0.2, 0.3, 0.0], abs=1e-15)

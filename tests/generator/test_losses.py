@@ -1,0 +1,27 @@
+"""The report of what a format could not hold."""
+
+import pytest
+
+from generator.losses import MOST_PLACES, Loss, Losses
+
+
+def test_a_loss_is_a_sentence_with_its_places():
+    assert str(Loss("the friction", ("knee", "hip"))) == "the friction: knee, hip"
+    assert str(Loss("the date")) == "the date"
+
+
+def test_of_many_places_some_are_shown_and_all_are_data():
+    places = tuple(f"joint{k}" for k in range(MOST_PLACES + 3))
+    loss = Loss("the friction", places)
+    assert str(loss).endswith("joint7 and 3 more")
+    assert Losses("BVH", (loss,)).as_data() == [{"what": "the friction", "where": list(places)}]
+
+
+def test_a_loss_that_says_nothing_is_refused():
+    with pytest.raises(ValueError, match="what was lost"):
+        Loss("  ")
+
+
+def test_nothing_lost_is_no_loss():
+    assert Losses.of("BVH", [None, Loss("the date"), None]).each == (Loss("the date"),)
+    assert Losses("BVH").each == ()

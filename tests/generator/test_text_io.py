@@ -1,0 +1,93 @@
+"""What a file that is written takes the place of, and what it leaves alone."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from generator.text_io import why_not_writable, write_whole
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs modes and special files")
+
+
+def mode_of(path: Path) -> int:
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+@pytest.fixture
+def open_mask():
+    """A mask that takes group's and others' right to write, as most have it."""
+    before = os.umask(0o022)
+    yield
+    os.umask(before)
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o644, 0o666, 0o755])
+@pytest.mark.usefixtures("open_mask")
+def test_the_mode_of_a_file_is_kept(tmp_path: Path, mode: int):
+    path = tmp_path / "fall.action"
+    path.write_text("old", encoding="utf-8")
+    path.chmod(mode)
+    assert why_not_writable(path) is None
+    write_whole(path, "new")
+    assert (path.read_text(encoding="utf-8"), mode_of(path)) == ("new", mode)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.usefixtures("open_mask")
+def test_a_new_file_has_the_mode_of_new_files(tmp_path: Path):
+    write_whole(tmp_path / "fall.action", "new")
+    assert mode_of(tmp_path / "fall.action") == 0o644
+
+
+@pytest.mark.parametrize("mode", [0o444, 0o400])
+def test_a_read_only_file_is_left_alone(tmp_path: Path, mode: int):
+    path = tmp_path / "fall.action"
+    path.write_text("old", encoding="utf-8")
+    path.chmod(mode)
+    assert why_not_writable(path) == "it is read-only"
+    with pytest.raises(PermissionError, match="read-only"):
+        write_whole(path, "new")
+    assert (path.read_text(encoding="utf-8"), mode_of(path)) == ("old", mode)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_what_is_no_regular_file_is_left_alone(tmp_path: Path, linked: bool):
+    fifo = path = tmp_path / "queue"
+    os.mkfifo(fifo)
+    if linked:
+        path = tmp_path / "fall.action"
+        path.symlink_to(fifo)
+    assert why_not_writable(path) == "it is no regular file"
+    with pytest.raises(OSError, match="no regular file"):
+        write_whole(path, "new")
+    assert stat.S_ISFIFO(fifo.stat().st_mode)
+
+
+def test_a_folder_is_left_alone(tmp_path: Path):
+    with pytest.raises(IsADirectoryError):
+        write_whole(tmp_path, "new")
+    assert list(tmp_path.parent.glob(".*.part")) == []
+
+
+def test_a_link_that_leads_nowhere_is_told_by_where_it_leads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    Path("first.pose").symlink_to("second.pose")
+    Path("second.pose").symlink_to("nowhere/x.pose")
+    for name in ("first.pose", "second.pose"):
+        assert why_not_writable(Path(name)) == "there is no directory `nowhere`"
+    Path("nowhere").mkdir()
+    write_whole(Path("first.pose"), "text")
+    assert Path("nowhere/x.pose").read_text(encoding="utf-8") == "text"
+
+
+def test_links_that_go_round_are_told(tmp_path: Path):
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    assert why_not_writable(tmp_path / "a") == "too many levels of symbolic links"
+    with pytest.raises(OSError, match="symbolic links"):
+        write_whole(tmp_path / "a", "text")

@@ -1,0 +1,171 @@
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import Findings, Source
+from generator.figure_file.lexer import Stream
+from generator.figure_file.parser import parse_value
+from generator.figure_file.values import number
+from generator.units import (
+    POWERS,
+    Dimension,
+    UnitError,
+    bare_factor,
+    converted,
+    is_unit_word,
+    unit_named,
+    written,
+)
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@pytest.mark.parametrize(
+    ("unit", "si", "dimension"),
+    [
+        ("cm", 1e-2, Dimension.LENGTH),
+        ("m", 1.0, Dimension.LENGTH),
+        ("mm", 1e-3, Dimension.LENGTH),
+        ("in", 0.0254, Dimension.LENGTH),
+        ("ft", 0.3048, Dimension.LENGTH),
+        ("deg", math.pi / 180, Dimension.ANGLE),
+        ("rad", 1.0, Dimension.ANGLE),
+        ("g", 1e-3, Dimension.MASS),
+        ("kg", 1.0, Dimension.MASS),
+        ("lb", 0.45359237, Dimension.MASS),
+        ("dyn", 1e-5, Dimension.FORCE),
+        ("N", 1.0, Dimension.FORCE),
+        ("kg m/s2", 1.0, Dimension.FORCE),
+        ("dyn cm", 1e-7, Dimension.MOMENT),
+        ("N m", 1.0, Dimension.MOMENT),
+        ("g cm2", 1e-7, Dimension.INERTIA),
+        ("kg m2", 1.0, Dimension.INERTIA),
+        ("lb in2", 0.45359237 * 0.0254**2, Dimension.INERTIA),
+        ("g/cm3", 1000.0, Dimension.DENSITY),
+        ("N m/rad", 1.0, Dimension.ANGULAR_STIFFNESS),
+        ("N m/deg", 180 / math.pi, Dimension.ANGULAR_STIFFNESS),
+        ("dyn cm/rad", 1e-7, Dimension.ANGULAR_STIFFNESS),
+        ("N/m", 1.0, Dimension.LINEAR_STIFFNESS),
+        ("N m s/rad", 1.0, Dimension.ANGULAR_DAMPING),
+        ("N s/m", 1.0, Dimension.LINEAR_DAMPING),
+    ],
+)
+def test_a_unit_is_worth_its_si_value(unit, si, dimension):
+    found = unit_named(unit)
+    assert float(found.factor) == pytest.approx(si, rel=1e-15)
+    assert found.powers == POWERS[dimension]
+
+
+@pytest.mark.parametrize(
+    ("dimension", "si"),
+    [
+        (Dimension.NUMBER, 1.0),
+        (Dimension.LENGTH, 1e-2),
+        (Dimension.ANGLE, 1.0),
+        (Dimension.MASS, 1e-3),
+        (Dimension.INERTIA, 1e-7),
+        (Dimension.FORCE, 1e-5),
+        (Dimension.MOMENT, 1e-7),
+        (Dimension.ANGULAR_STIFFNESS, 1e-7),
+        (Dimension.LINEAR_STIFFNESS, 1e-3),
+        (Dimension.ANGULAR_DAMPING, 1e-7),
+        (Dimension.LINEAR_DAMPING, 1e-3),
+        (Dimension.DENSITY, 1000.0),
+    ],
+)
+def test_a_bare_number_is_cgs_and_radians(dimension, si):
+    assert float(bare_factor(dimension)) == si
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "si"),
+    [
+        ("2.61", "cm", 0.0261),
+        ("36.80", "cm", 0.368),
+        ("4000.77", "g", 4.00077),
+        ("1199091.8750", "g cm2", 0.1199091875),
+        ("45", "deg", math.pi / 4),
+        ("-90.00", "deg", -math.pi / 2),
+        ("1", "in", 0.0254),
+        ("+.5", "m", 0.5),
+        ("5.", "m", 5.0),
+        ("1e3", "mm", 1.0),
+        ("800000", "dyn cm s/rad", 0.08),
+        ("1e-400", "m", 0.0),
+        ("0e999999", "m", 0.0),
+        ("1e-" + "9" * 60, "m", 0.0),
+    ],
+)
+def test_conversion_gives_the_nearest_float(text, unit, si):
+    assert converted(text, unit_named(unit).factor) == si
+
+
+@given(value=FINITE, unit=st.sampled_from(["cm", "mm", "in", "ft", "g", "lb", "g cm2", "deg"]))
+def test_conversion_is_correctly_rounded(value, unit):
+    factor = unit_named(unit).factor
+    assert converted(repr(value), factor) == float(Fraction(repr(value)) * factor)
+
+
+@pytest.mark.parametrize("text", ["1e999", "-1e400", "1e" + "9" * 60, "1.8e308"])
+def test_a_number_beyond_the_floats_overflows(text):
+    with pytest.raises(OverflowError):
+        converted(text, Fraction(1))
+
+
+@given(value=FINITE, dimension=st.sampled_from(Dimension))
+def test_a_written_value_reads_back_exactly(value, dimension):
+    findings = Findings()
+    node = parse_value(Stream(Source("text", written(value, dimension)), findings), "")
+    assert node is not None
+    assert number(node, dimension, findings) == value
+    assert not findings.faults
+
+
+@pytest.mark.parametrize(
+    ("value", "dimension", "text"),
+    [
+        (0.0261, Dimension.LENGTH, "2.61cm"),
+        (3.0, Dimension.LENGTH, "300cm"),
+        (0.0, Dimension.LENGTH, "0cm"),
+        (-math.pi / 2, Dimension.ANGLE, "-90deg"),
+        (0.349066, Dimension.ANGLE, "0.349066rad"),
+        (4.00077, Dimension.MASS, "4000.77g"),
+        (0.1199091875, Dimension.INERTIA, "1199091.875"),
+        (1e-7, Dimension.ANGULAR_STIFFNESS, "1"),
+        (1000.0, Dimension.ANGULAR_STIFFNESS, "1000 N m/rad"),
+        (0.08, Dimension.ANGULAR_DAMPING, "0.08 N m s/rad"),
+        (9.81, Dimension.FORCE, "9.81N"),
+        (1e-20, Dimension.LENGTH, "1e-18cm"),
+    ],
+)
+def test_values_are_written_short(value, dimension, text):
+    assert written(value, dimension) == text
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_cannot_be_written(value):
+    with pytest.raises(ValueError, match="cannot write"):
+        written(value, Dimension.LENGTH)
+
+
+@pytest.mark.parametrize(
+    ("unit", "hint"),
+    [("CM", "did you mean `cm`?"), ("Kg", "did you mean `kg`?"), ("grd", "did you mean `rad`?")],
+)
+def test_an_unknown_unit_is_refused_with_the_nearest(unit, hint):
+    with pytest.raises(UnitError) as raised:
+        unit_named(unit)
+    assert raised.value.hint == hint
+
+
+@pytest.mark.parametrize("word", ["cm", "m2", "cm3", "s2", "N"])
+def test_unit_words(word):
+    assert is_unit_word(word)
+
+
+@pytest.mark.parametrize("word", ["", "cm5", "inertia", "2", "m2m", "floor"])
+def test_other_words_are_no_units(word):
+    assert not is_unit_word(word)

@@ -1,0 +1,58 @@
+"""The plate of the fall's energy: its claims, against the motion it is from."""
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from plots.plates.fall_energy import STEPS, falls, plate_of
+
+
+@pytest.fixture(scope="module")
+def made():
+    return falls()
+
+
+@pytest.fixture(scope="module")
+def drawn(made):
+    return plate_of(made)
+
+
+def test_which_claims_hold(drawn) -> None:
+    """Of those of the whole fall, corners included, the ratio from 2 ms is not near four."""
+    assert [claim.holds for claim in drawn.claims] == [True] * 5 + [False, True]
+    assert drawn.claims[5].remark
+
+
+def test_the_order_until_the_first_corner(drawn) -> None:
+    """Second order: four, far nearer than the claim asks for."""
+    assert [claim.measured for claim in drawn.claims[3:5]] == pytest.approx([4.0, 4.0], abs=0.01)
+
+
+def test_the_first_corner_is_the_knees_dead_zone(made) -> None:
+    """The knees fall straight, onto the edge of their dead zone at 0."""
+    knee = made.finest.displacements["left_knee"][:, 0]
+    assert np.all(knee[: made.corner + 1] > 0.0)
+    assert knee[made.corner + 1] <= 0.0
+
+
+def test_gravity_is_that_of_the_centre_of_mass(made, drawn) -> None:
+    mass = read_figure("prototype").total_mass
+    height = made.finest.centre_of_mass[:, 1]
+    expected = 9.81 * mass * (height - height[0])
+    assert drawn.tables["energy"]["gravity [J]"] == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_energy_exchanged_bounds_every_kind(made) -> None:
+    """No kind changes by more than what was exchanged, and the fall is no small one."""
+    assert made.exchanged > 100.0
+    for kind in ("kinetic", "gravity"):
+        assert np.ptp(made.finest.energy[kind]) < made.exchanged
+
+
+def test_the_error_is_the_sum_of_the_columns(drawn) -> None:
+    energy, error = drawn.tables["energy"], drawn.tables["error"]
+    kinds = ("kinetic", "gravity", "spring", "dissipated")
+    total = np.sum([energy[f"{kind} [J]"] for kind in kinds], axis=0) - energy["work [J]"]
+    finest = error[f"energy error, {1e3 * min(STEPS):g} ms [J]"]
+    assert total == pytest.approx(finest, abs=1e-9)
+    assert np.all(energy["work [J]"] == 0.0)

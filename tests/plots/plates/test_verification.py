@@ -1,0 +1,37 @@
+"""The engines agree as the plate says, from the table that it draws."""
+
+import numpy as np
+
+from plots.literature import measurements
+from plots.plates.verification import AGREEMENT
+from plots.plates.verification import verification as plate
+
+
+def test_all_claims_hold() -> None:
+    claims = plate().claims
+    assert len(claims) == 7
+    assert [claim.sentence for claim in claims if not claim.holds] == []
+
+
+def test_every_engine_is_there_from_every_start() -> None:
+    runs = measurements("verification")
+    for start in ("standing", "striding", "reaching"):
+        engines = runs.where(start=start).values("engine")
+        assert engines == ["Exudyn", "MuJoCo", "Pinocchio", "OpenSim", "Drake"]
+
+
+def test_the_motions_are_those_of_the_finest_runs() -> None:
+    runs, motion = measurements("verification"), measurements("verification_motion")
+    for start in runs.values("start"):
+        for engine in runs.values("engine"):
+            finest = runs.where(start=start, engine=engine).column("joints [rad]")[-1]
+            drawn = motion.where(start=start, engine=engine).column("joints [rad]")
+            assert drawn.max() == finest
+            assert drawn[0] < AGREEMENT * 1e-6
+
+
+def test_the_engines_move() -> None:
+    for start in ("standing", "striding", "reaching"):
+        one = measurements("verification_motion").where(start=start, engine="Exudyn")
+        for joint in ("right_elbow", "left_shoulder", "right_hip_joint", "left_knee"):
+            assert np.ptp(one.column(f"{joint} [deg]")) > 15.0

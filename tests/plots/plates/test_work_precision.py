@@ -1,0 +1,55 @@
+"""Costs are read from the table as the plate says: the cheapest run within an error."""
+
+from math import isnan
+
+import numpy as np
+import pytest
+
+from plots.literature import Measurements, measurements
+from plots.plates.work_precision import cheapest
+from plots.plates.work_precision import work_precision as plate
+
+COSTS = Measurements(
+    {},
+    [
+        {"error [rad]": "1e-2", "wall [s]": "0.1"},
+        {"error [rad]": "1e-3", "wall [s]": "0.4"},
+        {"error [rad]": "1e-4", "wall [s]": "0.3"},
+        {"error [rad]": "1e-6", "wall [s]": "2"},
+    ],
+)
+
+
+@pytest.mark.parametrize(("target", "wall"), [(1.0, 0.1), (1e-3, 0.3), (1e-5, 2.0)])
+def test_the_cheapest_run_within_an_error(target, wall) -> None:
+    assert cheapest(COSTS, target) == wall
+
+
+def test_an_error_that_no_run_reaches() -> None:
+    assert isnan(cheapest(COSTS, 1e-9))
+
+
+def test_the_claims_tell_what_was_measured() -> None:
+    """Whether they hold is the machine's and the engine's matter; that they are told is ours."""
+    claims = plate().claims
+    assert len(claims) == 8
+    assert all(np.isfinite(claim.measured) and claim.measured > 0.0 for claim in claims)
+
+
+def test_finer_settings_err_less() -> None:
+    costs = measurements("work_precision").where(figure="reference")
+    for engine, method in (("MuJoCo", "RK4"), ("Exudyn", "fixed step"), ("Drake", "Runge-Kutta 3")):
+        errors = costs.where(engine=engine, method=method).column("error [rad]")
+        assert len(errors) >= 5
+        assert np.all(np.diff(errors) < 0.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["chains", "python_share", "startup", "verification", "verification_motion", "work_precision"],
+)
+def test_a_table_tells_where_it_is_from(name) -> None:
+    table = measurements(name)
+    assert table.rows
+    assert table.made_with["command"].startswith("python -m benchmarks ")
+    assert "exudyn 1." in table.origin

@@ -1,0 +1,306 @@
+"""`mover fit`: what it prints, what it writes, and with which code it ends."""
+
+import json
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from generator.cli.app import app
+from generator.figure_file import read_figure
+from generator.springs_file.read import springs_for
+from springs import Cubic
+from springs.cubic import Coefficients, polynomial
+from springs.fit import fit_cubic
+
+HIP_ABDUCTION = (-0.131, 136.0, 8.42, -218.0)
+ELBOW = (1.014, 29.224, -6.13885, 214.423)
+
+SLOW = """
+import sys
+from importlib.metadata import entry_points
+from typer.testing import CliRunner
+from generator.cli.app import app
+result = CliRunner().invoke(app, ["--help"])
+assert "Fit a cubic to measured moments" in result.stdout, result.output
+print(*sorted({"numpy", "scipy", "matplotlib", "exudyn", "plots.fit"} & set(sys.modules)))
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _installed():
+    """The command is known by the metadata of the installed package; a bare tree has none."""
+    try:
+        distribution = metadata.distribution("exudyn-mover")
+    except metadata.PackageNotFoundError:
+        pytest.skip("the project is not installed here: pip install -e .")
+    found = [entry.name for entry in distribution.entry_points if entry.group == "mover.commands"]
+    assert "fit" in found, "the metadata are old: pip install -e ."
+
+
+def mover(*words: object) -> Result:
+    """Run the command in this process."""
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def data_file(folder: Path, coefficients: Coefficients, unit: str = "N m") -> Path:
+    """A file of exact moments of a cubic from -50 to 55 deg."""
+    angles = np.arange(-50.0, 56.0, 5.0)
+    factor = {"N m": 1.0, "dyn cm": 1e7}[unit]
+    moments = factor * polynomial(coefficients, np.radians(angles))
+    rows = [f"{a},{float(m)!r}" for a, m in zip(angles, moments, strict=True)]
+    path = folder / "data.csv"
+    path.write_text("\n".join([f"angle [deg],moment [{unit}]", *rows, ""]), encoding="utf-8")
+    return path
+
+
+def test_the_help_lists_it_without_what_is_slow():
+    done = subprocess.run([sys.executable, "-c", SLOW], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == ""
+
+
+def test_its_own_help():
+    result = mover("fit", "--help")
+    assert result.exit_code == 0
+    assert "--passive" in result.stdout
+
+
+def test_a_fit_is_told(tmp_path: Path):
+    result = mover("fit", data_file(tmp_path, HIP_ABDUCTION))
+    assert result.exit_code == 0, result.output
+    assert "22 moments from -50 to 55 deg" in result.stdout
+    assert "R^2 1.000000; rms residual" in result.stdout
+    assert "sense +1: c3 is negative, so the moment acts on the child" in result.stdout
+    assert "the dead zone, -44.2 to 46.3 deg" in result.stdout
+    assert "doubt: within the dead zone the law leaves out" in result.stdout
+    table = result.stdout.split("angle [deg]")[1].splitlines()
+    assert len(table) == 1 + 22
+
+
+@pytest.mark.parametrize("unit", ["N m", "dyn cm"])
+def test_the_json(tmp_path: Path, unit: str):
+    path = data_file(tmp_path, ELBOW, unit)
+    said = json.loads(mover("fit", path, "--json").stdout)
+    assert said["coefficients"] == pytest.approx(ELBOW, rel=1e-9)
+    assert len(said["standard_errors"]) == 4
+    assert said["r_squared"] == pytest.approx(1.0)
+    assert said["law"]["sense"] == -1
+    assert said["law"]["dead_zone_deg"] is None
+    assert said["bounds_hold"] is False
+    assert said["points"][0]["angle_deg"] == pytest.approx(-50.0)
+    moment = float(polynomial(ELBOW, np.radians(-50.0)))
+    assert said["points"][0]["moment"] == pytest.approx(moment)
+    assert said["points"][0]["law"] == pytest.approx(moment)
+    assert said["files"] == []
+
+
+def test_the_spring_that_is_written_is_the_law(tmp_path: Path):
+    output = tmp_path / "hip.springs.toml"
+    result = mover(
+        *("fit", data_file(tmp_path, HIP_ABDUCTION), "-o", output),
+        *("--joint", "left_hip_joint", "--joint", "right_hip_joint", "--axis", "x"),
+        *("--motion", "abduction", "--reference", 'A "study" of 2000'),
+    )
+    assert result.exit_code == 0, result.output
+    assert f"wrote {output}" in result.stdout
+    reading = springs_for(read_figure("prototype"), choice=output)
+    assert reading.faults == ()
+    assert reading.springs is not None
+    for name, x in (("left_hip_joint", 1.0), ("right_hip_joint", -1.0)):
+        (spring,) = (s for s in reading.springs.joints[name].axes if s.motion)
+        assert spring.direction == (x, 0.0, 0.0)
+        assert spring.motion == "abduction"
+        assert spring.reference == 'A "study" of 2000'
+        assert "22 moments from -50 to 55 deg" in spring.why
+        (law,) = spring.elastic
+        assert isinstance(law, Cubic)
+        assert law.sense == 1
+        assert law.coefficients == pytest.approx(HIP_ABDUCTION, rel=1e-9)
+        assert law.dead_zone is not None
+        assert np.degrees(law.dead_zone) == pytest.approx([-44.19, 46.35], abs=0.01)
+
+
+def test_what_is_written_can_be_checked_and_named(tmp_path: Path):
+    output = tmp_path / "elbow.springs.toml"
+    data = data_file(tmp_path, ELBOW)
+    assert mover("fit", data, "-o", output, "--joint", "left_elbow").exit_code == 0
+    result = mover("check", output)
+    assert result.exit_code == 0, result.output
+    assert "a stable equilibrium at -2.0 deg" in result.stdout
+    assert "`right_elbow` has no spring about this axis" in result.stdout
+    cited = mover("cite", "prototype", "--springs", output)
+    assert f"the moments in {data}, of unknown origin" in cited.stdout
+
+
+def test_a_passive_fit_restores_at_both_ends(tmp_path: Path):
+    path = tmp_path / "odd.csv"
+    path.write_text(
+        "angle [deg],moment [N m]\n0,5\n20,1\n40,0\n60,-1\n80,-4\n100,-3\n", encoding="utf-8"
+    )
+    free, bound = (
+        json.loads(mover("fit", path, "--json", *words).stdout) for words in ((), ("--passive",))
+    )
+    assert not free["bounds_hold"]
+    assert bound["bounds_hold"]
+    assert bound["standard_errors"] is None
+    assert bound["rms"] > free["rms"]
+    sense = bound["law"]["sense"]
+    assert sense * bound["points"][0]["cubic"] >= 0.0 >= sense * bound["points"][-1]["cubic"]
+
+
+@pytest.mark.parametrize(("kind", "coefficients"), [("svg", HIP_ABDUCTION), ("png", ELBOW)])
+def test_the_picture(tmp_path: Path, kind: str, coefficients: Coefficients):
+    data, plot = data_file(tmp_path, coefficients), tmp_path / f"fit.{kind}"
+    result = mover("fit", data, "--plot", plot, "--motion", "abduction")
+    assert result.exit_code == 0, result.output
+    first = plot.read_bytes()
+    assert first.startswith({"svg": b"<?xml", "png": b"\x89PNG"}[kind])
+    assert mover("fit", data, "--plot", plot, "--motion", "abduction").exit_code == 0
+    assert plot.read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "said", "labels"),
+    [
+        (HIP_ABDUCTION, "the torque on the child is +M", {"cubic", "measured", "dead zone"}),
+        (ELBOW, "the torque on the child is -M", {"cubic", "measured"}),
+    ],
+)
+def test_what_the_picture_shows(coefficients: Coefficients, said: str, labels: set[str]):
+    from plots.fit import draw_fit
+
+    angles = np.radians(np.arange(-50.0, 56.0, 5.0))
+    fitted = fit_cubic(angles, polynomial(coefficients, angles))
+    figure = draw_fit(fitted, "hip", "abduction", "a study")
+    upper, lower = figure.axes
+    shown = {text.get_text() for text in upper.get_legend().get_texts()}
+    assert shown - {"law, with its dead zone"} == labels
+    assert "[N m]" in upper.get_ylabel()
+    assert "[deg], positive in abduction" in lower.get_xlabel()
+    assert "residual" in lower.get_ylabel()
+    words = figure.get_supxlabel()
+    assert said in words
+    assert "a study" in words
+    points = next(line for line in upper.get_lines() if line.get_label() == "measured")
+    assert points.get_xdata() == pytest.approx(np.degrees(angles))
+
+
+def test_equal_moments_make_no_spring(tmp_path: Path):
+    path = tmp_path / "flat.csv"
+    path.write_text("angle [deg],moment [N m]\n0,3\n20,3\n40,3\n60,3\n80,3\n", encoding="utf-8")
+    told = mover("fit", path, "--plot", tmp_path / "flat.svg")
+    assert told.exit_code == 0, told.output
+    assert "doubt: no sense makes this cubic restoring" in told.stdout
+    assert "R^2 none, all moments are equal" in told.stdout
+    assert json.loads(mover("fit", path, "--json").stdout)["law"] is None
+    output = tmp_path / "flat.springs.toml"
+    refused = mover("fit", path, "-o", output, "--joint", "knee")
+    assert refused.exit_code == 1
+    assert "there is no spring to write" in refused.stderr
+    assert not output.exists()
+    bound = mover("fit", path, "-o", output, "--joint", "knee", "--passive")
+    assert bound.exit_code == 0, bound.output
+    assert output.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("-o", "knee.springs.toml"), "name it with --joint"),
+        (("--joint", "knee"), "give one with -o"),
+        (("-o", "knee.txt", "--joint", "knee"), "springs files end in .springs.toml"),
+        (("--plot", "fit.pdf"), "pictures end in .svg or .png"),
+        (("--plot", "fit"), "pictures end in .svg or .png"),
+        (("--axis", "w"), "Invalid value for '--axis'"),
+    ],
+)
+def test_wrong_usage_ends_with_2(words: tuple[str, ...], message: str, tmp_path: Path):
+    result = mover("fit", data_file(tmp_path, ELBOW), *words)
+    assert result.exit_code == 2
+    assert message in result.stderr
+
+
+def test_a_name_that_no_file_holds(tmp_path: Path):
+    words = ("-o", tmp_path / "a.springs.toml", "--joint", "x" * 2000)
+    result = mover("fit", data_file(tmp_path, ELBOW), *words)
+    assert result.exit_code == 2
+    assert "at most 1000 characters" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("a.springs.toml", ("--joint", "knee", "-o")), ("a.svg", ("--plot",))]
+)
+def test_the_data_are_not_written_over(name: str, words: tuple[str, ...], tmp_path: Path):
+    path = data_file(tmp_path, ELBOW).rename(tmp_path / name)
+    before = path.read_bytes()
+    result = mover("fit", path, *words, path)
+    assert result.exit_code == 1
+    assert f"`{path}` cannot be written: the command reads it" in result.stderr
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("passive", [(), ("--passive",)])
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("0,1e308\n10,-1e308\n20,1e308\n30,1e308\n", "is too large"),
+        ("0,1\n1e-300,2\n2e-300,1\n3e-300,5\n", "too close together"),
+    ],
+)
+def test_numbers_of_no_joint_are_refused(
+    rows: str, said: str, passive: tuple[str, ...], tmp_path: Path
+):
+    path = tmp_path / "data.csv"
+    path.write_text(f"angle [deg],moment [N m]\n{rows}", encoding="utf-8")
+    result = mover("fit", path, *passive, "--json")
+    assert result.exit_code == 1
+    assert said in result.stderr
+    assert "Warning" not in result.stderr
+    assert said in json.loads(result.stdout)["faults"][0]["message"]
+
+
+@pytest.mark.parametrize("passive", [(), ("--passive",)])
+def test_the_largest_numbers_are_fitted(passive: tuple[str, ...], tmp_path: Path):
+    path = tmp_path / "data.csv"
+    rows = "-720,1e12\n-719,-1e12\n0,1e12\n719,1e12\n720,-1e12\n"
+    path.write_text(f"angle [deg],moment [N m]\n{rows}", encoding="utf-8")
+    result = mover("fit", path, *passive, "--json")
+    assert result.exit_code == 0
+    assert None not in json.loads(result.stdout)["coefficients"]
+
+
+@pytest.mark.parametrize("option", ["-o", "--plot"])
+def test_a_folder_that_is_not_there(option: str, tmp_path: Path):
+    path = tmp_path / "none" / ("a.springs.toml" if option == "-o" else "a.svg")
+    joint = ("--joint", "knee") if option == "-o" else ()
+    result = mover("fit", data_file(tmp_path, ELBOW), option, path, *joint)
+    assert result.exit_code == 1
+    assert "cannot be written: there is no directory" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("angle,moment [N m]\n0,1\n", "data.csv:1:1", "column `angle` has no unit"),
+        ("angle [deg],moment [N m]\n0,1\n1,2\n", "data.csv:3:1", "this file has 2"),
+        ("angle [deg],moment [N m]\n0,1\n1,nan\n", "data.csv:3:3", "`nan` is not finite"),
+        ("angle [deg],moment [N m]\n0,1\n2,1\n1,1\n", "data.csv:4:1", "is below 2, the one before"),
+        ("angle [deg],moment [N m],x\n0,1,2\n", "data.csv:1:26", "unknown column `x`"),
+        ("angle [deg],moment [N m]\n0,one\n", "data.csv:2:3", "`one` is not a number"),
+        ("", "data.csv:1:1", "there are no moments in this file"),
+    ],
+)
+def test_broken_data_end_with_1_and_a_place(text: str, place: str, message: str, tmp_path: Path):
+    path = tmp_path / "data.csv"
+    path.write_text(text, encoding="utf-8")
+    result = mover("fit", path)
+    assert result.exit_code == 1
+    assert place in result.stderr
+    assert message in result.stderr
+    assert result.stdout == ""
+    assert message in json.loads(mover("fit", path, "--json").stdout)["faults"][0]["message"]

@@ -1,0 +1,168 @@
+"""The report is one whole page: well-formed, complete, and without a wish for anything outside."""
+
+import re
+from base64 import b64decode
+from collections import Counter
+from html.parser import HTMLParser
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plots import report as module
+from plots.plate import Claim, DrawnPlate, Failed, draw
+from plots.report import report, tally
+from tests.tiny_plates import damper, spring
+
+VOID = {"meta", "img", "wbr"}
+LOADING = {"src", "srcset", "data", "poster", "action", "background"}
+
+
+class Page(HTMLParser):
+    """What a page consists of; elements must be closed in order."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: Counter[str] = Counter()
+        self.attributes: list[tuple[str, str, str]] = []
+        self.cells: list[list[str]] = []
+        self.row_kinds: list[str | None] = []
+        self.words: list[str] = []
+        self.style = ""
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self._open.append(tag)
+        if tag == "tr":
+            self.cells.append([])
+            self.row_kinds.append(dict(attrs).get("class"))
+        if tag in ("td", "th"):
+            self.cells[-1].append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self._open and self._open[-1] == "style":
+            self.style += data
+            return
+        self.words.append(data)
+        if {"td", "th"} & set(self._open):
+            self.cells[-1][-1] += data
+
+    def values(self, name: str) -> list[str]:
+        return [value for _, attribute, value in self.attributes if attribute == name]
+
+
+@pytest.fixture(scope="module")
+def plates() -> list[DrawnPlate]:
+    return [draw(spring()), draw(damper())]
+
+
+@pytest.fixture(scope="module")
+def page(plates: list[DrawnPlate]) -> Page:
+    failed = [Failed("hip", "ValueError: a < b")]
+    return Page(report(plates, failed, {"command": "mover plots -o DIR", "numpy": "9.9"}))
+
+
+def test_nothing_is_fetched(page: Page):
+    assert not page.tags.keys() & {"script", "link", "iframe", "object", "embed", "base"}
+    loaded = [value for _, name, value in page.attributes if name in LOADING]
+    assert len(loaded) == 2
+    assert all(value.startswith("data:image/svg+xml;base64,") for value in loaded)
+    assert not re.search(r"url\(|@import", page.style)
+    assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'" in page.values("content")
+
+
+def test_links_lead_within_the_page_or_to_the_files_beside_it(page: Page, plates: list[DrawnPlate]):
+    ids = page.values("id")
+    assert len(ids) == len(set(ids))
+    links = page.values("href")
+    assert {link[1:] for link in links if link.startswith("#")} == set(ids)
+    files = [name for plate in plates for name in plate.files]
+    assert [link for link in links if not link.startswith("#")] == files
+
+
+def test_the_pictures_are_the_files(page: Page, plates: list[DrawnPlate]):
+    shown = [b64decode(value.partition(",")[2]) for value in page.values("src")]
+    assert shown == [plate.svg for plate in plates]
+    assert page.values("alt") == [plate.title for plate in plates]
+
+
+def test_all_claims_stand_in_the_first_table_and_by_their_plates(
+    page: Page, plates: list[DrawnPlate]
+):
+    rows = [
+        [c.sentence, c.measured_words, c.bound_words, c.verdict, c.remark]
+        for plate in plates
+        for c in plate.claims
+    ]
+    heads = ["Claim", "Measured", "Bound", "Verdict", "Remark"]
+    names = ["spring", "spring", "damper", "damper"]
+    first = [[*heads, "Plate"], *([*row, name] for row, name in zip(rows, names, strict=True))]
+    assert page.cells == [*first, heads, *rows[:2], heads, *rows[2:]]
+
+
+def test_a_failing_claim_is_told_in_words_and_marked(page: Page):
+    for cells, kind in zip(page.cells, page.row_kinds, strict=True):
+        assert (cells[3] == "DOES NOT HOLD") == (kind == "fails")
+    assert "2 of 4 claims hold, 2 do not." in page.words
+    assert any("2 of 2 claims do not hold" in word for word in page.words)
+
+
+def test_words_of_a_plate(page: Page, plates: list[DrawnPlate]):
+    for plate in plates:
+        for said in (plate.title, plate.caption, *plate.references):
+            assert said in page.words
+        assert f" {plate.sign}" in page.words
+    for said in ("the plate `hip` could not be made: ValueError: a < b", "numpy", "9.9"):
+        assert said in page.words
+
+
+def test_a_large_picture_is_shown_as_png(plates: list[DrawnPlate], monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(module, "LARGEST_SVG", len(plates[0].svg) - 1)
+    (shown,) = Page(report(plates[:1], (), {})).values("src")
+    assert shown.startswith("data:image/png;base64,")
+    assert b64decode(shown.partition(",")[2]) == plates[0].png
+
+
+def test_a_report_of_nothing():
+    page = Page(report([], [Failed("hip", "it is late")], {}))
+    assert "There are no claims." in page.words
+
+
+@given(st.text(min_size=1), st.text())
+def test_no_text_is_taken_for_markup(plain: str, other: str):
+    claim = Claim(f"x{plain}", 1.0, at_most=2.0, remark=other)
+    plate = DrawnPlate("a", f"x{plain}", other, other, (claim,), (other,), b"<svg/>", b"", {})
+    page = Page(report([plate], (), {"command": plain}))
+    usual = Page(report([draw_free()], (), {"command": "x"}))
+    assert page.tags == usual.tags
+    assert len(page.attributes) == len(usual.attributes)
+    assert page.cells[1][0] == f"x{plain}"
+    assert page.cells[1][4] == other
+    assert page.values("alt") == [f"x{plain}"]
+
+
+def draw_free() -> DrawnPlate:
+    claim = Claim("x", 1.0, at_most=2.0)
+    return DrawnPlate("a", "x", "x", "x", (claim,), ("x",), b"<svg/>", b"", {})
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ((), "There are no claims."),
+        ((1.0, 1.0), "All 2 claims hold."),
+        ((1.0, 3.0, 3.0), "1 of 3 claims hold, 2 do not."),
+        ((3.0,), "0 of 1 claims hold, 1 do not."),
+    ],
+)
+def test_the_tally(values: tuple[float, ...], said: str):
+    assert tally([Claim("it is so", value, at_most=2.0) for value in values]) == said

@@ -1,0 +1,90 @@
+"""The gallery holds every plate of the package, and the page shows them as the code makes them."""
+
+import inspect
+import pkgutil
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from math import isfinite
+
+import pytest
+
+import plots
+from plots.plate import Claim, Failed, draw
+from plots.report import claims_table, gallery_page
+from plots.run import PLATES
+from plots.workers import cores, make_plates
+from tests.paths import DOCS
+from tests.tiny_plates import damper, spring
+
+
+def page() -> str:
+    return (DOCS / "gallery.md").read_text(encoding="utf-8")
+
+
+def modules_with_a_plate() -> Iterator[str]:
+    for found in pkgutil.iter_modules(plots.__path__):
+        module = import_module(f"plots.{found.name}")
+        function = getattr(module, "plate", None)
+        if inspect.isfunction(function) and function.__module__ == module.__name__:
+            yield f"{module.__name__}:plate"
+
+
+def test_every_plate_of_the_package_is_in_the_gallery():
+    assert sorted(PLATES.values()) == sorted(modules_with_a_plate())
+
+
+def test_the_page_shows_every_plate_in_order():
+    assert re.findall(r'^<a id="(.+)"></a>$', page(), re.MULTILINE) == list(PLATES)
+    shown = re.findall(r"^!\[.*\]\((.+)\)$", page(), re.MULTILINE)
+    assert shown == [f"gallery/{name}.svg" for name in PLATES]
+    assert sorted(path.name for path in (DOCS / "gallery").iterdir()) == sorted(
+        f"{name}.svg" for name in PLATES
+    )
+
+
+def rows(text: str) -> list[list[str]]:
+    """The cells of all tables of a page, without heads."""
+    lines = [line for line in text.splitlines() if re.match(r"\| (?!claim \|)", line)]
+    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+
+
+def number(cell: str) -> float:
+    return float(cell.split()[0])
+
+
+@pytest.mark.slow
+def test_the_tables_of_the_page_are_those_of_the_code():
+    """Sentences, bounds and verdicts are; measured values may differ in what a machine rounds."""
+    made = {plate.name: plate for plate in make_plates(PLATES, cores())}
+    assert [str(plate) for plate in made.values() if isinstance(plate, Failed)] == []
+    plates = [made[name] for name in PLATES]
+    claims = [claim for plate in plates for claim in plate.claims]
+    fresh = rows(gallery_page(plates, "gallery"))
+    written = rows(page())
+    assert [[*row[:1], *row[2:]] for row in written] == [[*row[:1], *row[2:]] for row in fresh]
+    for row, claim in zip(written, claims, strict=True):
+        bounds = [abs(bound) for bound in (claim.at_least, claim.at_most) if isfinite(bound)]
+        rough = 1e-2 * max(abs(claim.measured), *bounds)
+        assert number(row[1]) == pytest.approx(claim.measured, abs=rough, nan_ok=True), row[0]
+
+
+def test_a_page_of_two():
+    text = gallery_page([draw(spring()), draw(damper())], "page")
+    assert "`mover plots --gallery page.md`" in text
+    assert "2 of 4 claims hold, 2 do not." in text
+    assert r"- [A spring \<b\>\& its moment\</b\>](#spring)" in text
+    assert "![A damper](page/damper.svg)" in text
+    assert "*Sign:* M is positive in flexion." in text
+    assert r"1. A. Author \& B. Author, \<Springs\>, 1989" in text
+    assert rows(text) == [
+        ["The moment at 30 deg restores", "-1.047 N m", "at most 0 N m", "holds"],
+        [r"a \< 3 \& b \| c", "2", "1 to 3", "holds"],
+        ["It restores (It only damps.)", "3 N m", "at most 0 N m", "**DOES NOT HOLD**"],
+        ["It is known", "nan", "at least 0", "**DOES NOT HOLD**"],
+    ]
+
+
+def test_a_unit_is_no_markup():
+    *_, row = claims_table([Claim("x", 1.0, "N_m*s*|", at_most=2.0)])
+    assert row == r"| x | 1 N\_m\*s\*\| | at most 2 N\_m\*s\*\| | holds |"

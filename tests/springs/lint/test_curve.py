@@ -1,0 +1,428 @@
+"""The lint of curves: what it finds in the prototype's springs, and in curves made to be wrong."""
+
+from dataclasses import dataclass
+from math import degrees, pi, radians
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.figure_file import read_figure
+from generator.springs_file.read import springs_for
+from springs import (
+    NUMPY,
+    AxisSpring,
+    Cubic,
+    Damping,
+    Elastic,
+    JointSprings,
+    Linear,
+    Operations,
+    Real,
+    SpringSet,
+    Stop,
+    passive_cubic,
+)
+from springs.fit import Run, SampledCurve
+from springs.lint.curve import FIRM, UNKNOWN_END, lint_curve
+from springs.lint.finding import Finding, Kind
+from springs.lint.report import CurveReport, report_curves
+from springs.published.range_of_motion import RangeEnd, normal_range
+from springs.published.reference import Reference, Sureness
+from springs.smooth_limit import SmoothLimit
+from tests.paths import FIGURES
+
+Z = (0.0, 0.0, 1.0)
+SOURCE = Reference("invented for this test", Sureness.PAGE)
+
+
+@pytest.fixture(scope="module")
+def prototype() -> tuple[CurveReport, ...]:
+    path = FIGURES / "prototype.springs.toml"
+    springs = springs_for(read_figure("prototype"), path.parent, "prototype").springs
+    assert springs is not None
+    return report_curves(springs)
+
+
+def found_in(
+    reports: tuple[CurveReport, ...], joint: str, motion: str, kind: Kind
+) -> list[Finding]:
+    """The findings of a kind about one motion of a joint."""
+    (report,) = (r for r in reports if joint in r.joints and r.spring.motion == motion)
+    return [finding for finding in report.findings if finding.kind is kind]
+
+
+def lint(
+    *laws: Elastic, low: float | None = None, high: float | None = None
+) -> tuple[Finding, ...]:
+    """The findings of laws between ends of a normal range [deg]."""
+    ends = [
+        None if end is None else RangeEnd(motion, radians(end), "nobody", SOURCE)
+        for end, motion in ((low, "knee hyperextension"), (high, "knee flexion"))
+    ]
+    return lint_curve(AxisSpring(Z, laws), *ends)
+
+
+def doubts(findings: tuple[Finding, ...], kind: Kind) -> list[Finding]:
+    return [finding for finding in findings if finding.is_doubt and finding.kind is kind]
+
+
+def notes(findings: tuple[Finding, ...], kind: Kind) -> list[Finding]:
+    return [finding for finding in findings if not finding.is_doubt and finding.kind is kind]
+
+
+# the prototype
+
+
+def test_the_prototypes_curves_are_eleven(prototype: tuple[CurveReport, ...]):
+    assert len(prototype) == 11
+    assert sum(len(report.joints) for report in prototype) == 19
+
+
+@pytest.mark.parametrize(
+    ("joint", "edge", "end"), [("left_elbow", 97.4, 144.6), ("left_knee", 89.0, 137.7)]
+)
+def test_elbow_and_knee_stop_inside_the_normal_range(
+    prototype: tuple[CurveReport, ...], joint: str, edge: float, end: float
+):
+    (finding,) = found_in(prototype, joint, "flexion", Kind.FREE_MOTION)
+    assert finding.is_doubt
+    assert np.degrees(finding.angles) == pytest.approx([edge, end], abs=0.05)
+    assert f"free motion ends at {edge:.1f} deg" in finding.sentence
+
+
+def test_the_elbows_moment_at_its_normal_end(prototype: tuple[CurveReport, ...]):
+    low, high = found_in(prototype, "right_elbow", "flexion", Kind.END)
+    a, edge = radians(144.6), radians(97.402825)
+    c1, c2, c3 = 29.224, -6.13885, 214.423
+    resisting = c1 * (a - edge) + c2 * (a**2 - edge**2) + c3 * (a**3 - edge**3)
+    assert high.values[0] == pytest.approx(-resisting, rel=1e-9)
+    a = radians(-0.8)
+    assert low.values[0] == pytest.approx(-(c1 * a + c2 * a**2 + c3 * a**3), rel=1e-9)
+
+
+def test_the_shoulder_resists_flexion_at_90_deg(prototype: tuple[CurveReport, ...]):
+    backward, forward = found_in(prototype, "left_shoulder", "flexion", Kind.EARLY)
+    assert backward.angles[-1] < 0.0 < forward.angles[-1]
+    at = dict(zip(np.degrees(forward.angles).round(1), forward.values, strict=True))
+    assert at[90.0] == pytest.approx(-36.1, abs=0.1)
+    assert "36.15 N m at 90.0 deg" in forward.sentence
+    c0, c1, c2, c3 = -2.206618, 30.54884913, -50.8802156, 29.9064608
+    firm = forward.angles[0]
+    assert c0 + c1 * firm + c2 * firm**2 + c3 * firm**3 == pytest.approx(FIRM, abs=0.2)
+
+
+def test_the_hips_rest_is_at_23_deg(prototype: tuple[CurveReport, ...]):
+    (finding,) = found_in(prototype, "left_hip_joint", "flexion", Kind.EQUILIBRIUM)
+    assert not finding.is_doubt
+    assert degrees(finding.angles[0]) == pytest.approx(23.2, abs=0.05)
+
+
+def test_no_curve_of_the_prototype_drives_away(prototype: tuple[CurveReport, ...]):
+    """The rule for sense and dead zone keeps its word."""
+    for report in prototype:
+        assert not doubts(report.findings, Kind.SENSE)
+        assert not doubts(report.findings, Kind.JUMP)
+        assert not doubts(report.findings, Kind.ENERGY)
+        assert not doubts(report.findings, Kind.SYMMETRY)
+
+
+def test_only_the_shoulders_rotation_has_a_negative_stiffness(prototype: tuple[CurveReport, ...]):
+    found = {r.joints[0]: f for r in prototype for f in doubts(r.findings, Kind.SLOPE)}
+    ((joint, slope),) = found.items()
+    assert joint == "left_shoulder"
+    assert np.degrees(slope.angles) == pytest.approx([-58.4, -16.8], abs=0.2)
+
+
+# sense and equilibria
+
+
+def test_a_cubic_of_the_wrong_sense_is_flagged():
+    good = passive_cubic((0.0, 10.0, 0.0, 100.0))
+    assert not doubts(lint(good), Kind.SENSE)
+    findings = lint(Cubic(good.coefficients, -good.sense))
+    away, lower, upper = doubts(findings, Kind.SENSE)
+    assert away.angles == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert "drives away from 0.0 deg" in away.sentence
+    push = 10.0 * UNKNOWN_END + 100.0 * UNKNOWN_END**3
+    assert [f.values[0] for f in (away, lower, upper)] == pytest.approx([push] * 3)
+    assert (lower.angles[0], upper.angles[0]) == (-UNKNOWN_END, UNKNOWN_END)
+    (equilibrium,) = (f for f in findings if f.kind is Kind.EQUILIBRIUM)
+    assert equilibrium.is_doubt
+    assert "unstable" in equilibrium.sentence
+
+
+def test_a_printed_cubic_pushes_outwards_in_the_middle():
+    """The hip's abduction as printed, without its dead zone: 40 and 43 N m the wrong way."""
+    findings = lint(Cubic((-0.131, 136.0, 8.42, -218.0), 1))
+    (away,) = doubts(findings, Kind.SENSE)
+    assert away.values[0] == pytest.approx(43.0, abs=0.1)
+    equilibria = [f for f in findings if f.kind is Kind.EQUILIBRIUM]
+    stable = [degrees(f.angles[0]) for f in equilibria if not f.is_doubt]
+    unstable = [degrees(f.angles[0]) for f in equilibria if f.is_doubt]
+    assert stable == pytest.approx([-44.19, 46.35], abs=0.01)
+    assert unstable == pytest.approx([0.06], abs=0.01)
+
+
+def test_a_wrong_sense_behind_a_dead_zone():
+    (away, *ends) = doubts(lint(Cubic((0.0, 10.0, 0.0, 0.0), 1, (-0.5, 0.5))), Kind.SENSE)
+    assert away.angles == pytest.approx((-0.5, 0.5))
+    assert len(ends) == 2
+
+
+def test_a_torque_of_one_sign_drives_on():
+    (end,) = doubts(lint(Linear(5.0, rest=3.0)), Kind.SENSE)
+    assert end.angles == (UNKNOWN_END,)
+    assert "upper end" in end.sentence
+
+
+def test_a_free_joint_is_said_to_be_free():
+    findings = lint(Stop(-3.0, 3.0))
+    assert "there is no torque over" in notes(findings, Kind.SENSE)[0].sentence
+    assert notes(findings, Kind.EQUILIBRIUM)[0].angles == (-UNKNOWN_END, UNKNOWN_END)
+    assert not any(finding.is_doubt for finding in findings)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(0.1, 1e4))
+def test_a_linear_spring_has_one_stable_rest(rest: float, stiffness: float):
+    findings = lint(Linear(stiffness, rest))
+    (equilibrium,) = notes(findings, Kind.EQUILIBRIUM)
+    assert equilibrium.angles[0] == pytest.approx(rest, abs=1e-9)
+    (slope,) = notes(findings, Kind.SLOPE)
+    assert slope.values[0] == pytest.approx(stiffness, rel=1e-6)
+    assert not any(finding.is_doubt for finding in findings)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_the_runs_join_and_cover_the_range(one: float, other: float):
+    zone = (min(one, other), max(one, other))
+    curve = SampledCurve((Cubic((0.0, 10.0, 0.0, 20.0), -1, zone),), -2.0, 2.0)
+    assert curve.runs[0].start == -2.0
+    assert curve.runs[-1].end == 2.0
+    assert [run.sign for run in curve.runs if run.end > run.start + 1e-6] in ([1, 0, -1], [1, -1])
+    for before, after in zip(curve.runs, curve.runs[1:], strict=False):
+        assert before.end == after.start
+
+
+def test_the_edges_of_a_run_are_the_zeros():
+    curve = SampledCurve((Linear(3.0, 0.1234567),), -1.0, 1.0)
+    assert curve.runs == (
+        Run(1, -1.0, pytest.approx(0.1234567)),  # type: ignore[arg-type]
+        Run(-1, pytest.approx(0.1234567), 1.0),  # type: ignore[arg-type]
+    )
+
+
+# slopes, jumps, energy
+
+
+def test_the_greatest_stiffness_is_found_where_it_is():
+    (slope,) = notes(lint(Cubic((0.0, 1.0, 0.0, 10.0)), high=50.0), Kind.SLOPE)
+    assert slope.angles[0] == pytest.approx(-UNKNOWN_END, abs=0.002)
+    assert slope.values[0] == pytest.approx(1.0 + 30.0 * UNKNOWN_END**2, rel=0.005)
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A law that jumps at an angle by `jump` [N m], and whose energy is off by `leak` of it."""
+
+    corner: float
+    jump: float
+    leak: float = 0.0
+
+    def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        return -10.0 * angle + ops.where(angle > self.corner, -self.jump, 0.0)
+
+    def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
+        beyond = ops.where(angle > self.corner, self.jump * (angle - self.corner), 0.0)
+        return (1.0 + self.leak) * (5.0 * angle * angle + beyond)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        return (self.corner,)
+
+    def mirrored(self) -> "Broken":
+        return Broken(-self.corner, self.jump, self.leak)
+
+
+def test_a_jump_is_found():
+    (jump,) = doubts(lint(Broken(0.3, 7.0)), Kind.JUMP)
+    assert jump.angles == (0.3,)
+    assert jump.values[0] == pytest.approx(-7.0, rel=1e-6)
+
+
+def test_a_steep_curve_without_a_jump_has_none():
+    law = Cubic((0.0, 1e4, 0.0, 1e5), -1, (-0.1, 0.1))
+    findings = lint(law)
+    assert not doubts(findings, Kind.JUMP)
+    lower, upper = notes(findings, Kind.JUMP)
+    edge = 1e4 + 3.0 * 1e5 * 0.01
+    assert (lower.values[0], upper.values[0]) == pytest.approx((-edge, edge), rel=1e-3)
+
+
+def test_an_energy_that_is_not_the_torques_is_found():
+    assert not doubts(lint(Broken(0.3, 0.0)), Kind.ENERGY)
+    (leak,) = doubts(lint(Broken(0.3, 0.0, leak=0.5), low=-45.0), Kind.ENERGY)
+    low, high = radians(-55.0), UNKNOWN_END
+    assert leak.values[0] == pytest.approx(0.5 * 5.0 * (high**2 - low**2), rel=1e-6)
+
+
+def test_what_a_cycle_stores_and_loses():
+    """Worked by hand: 2 pi^2 b A^2 + 4 c A, and k A^2 / 2."""
+    spring = AxisSpring(Z, (Linear(10.0),), Damping(0.08, 0.5))
+    (energy,) = notes(lint_curve(spring), Kind.ENERGY)
+    amplitude = pi / 2.0
+    stored, lost = energy.values
+    assert stored == pytest.approx(5.0 * amplitude**2, rel=1e-9)
+    assert lost == pytest.approx(2.0 * pi**2 * 0.08 * amplitude**2 + 2.0 * amplitude, rel=1e-9)
+
+
+def test_the_loss_is_that_of_the_damping_law():
+    """The same by summing torque times rate over a cycle of one second."""
+    damping, amplitude = Damping(0.08, 0.5), pi / 2.0
+    times = (np.arange(200_000) + 0.5) / 200_000
+    rates = amplitude * 2.0 * pi * np.cos(2.0 * pi * times)
+    spent = -float(np.mean(np.asarray(damping.torque(rates)) * rates))
+    (energy,) = notes(lint_curve(AxisSpring(Z, (Linear(1.0),), damping)), Kind.ENERGY)
+    assert energy.values[1] == pytest.approx(spent, rel=1e-3)
+
+
+# normal ranges
+
+
+def test_a_soft_joint_is_not_early():
+    findings = lint(Linear(2.0), low=-5.0, high=140.0)
+    assert not any(finding.is_doubt for finding in findings)
+    assert [f.values[0] for f in notes(findings, Kind.END)] == pytest.approx(
+        [2.0 * radians(5.0), -2.0 * radians(140.0)]
+    )
+
+
+def test_a_joint_that_is_firm_everywhere():
+    """Firm from the other end of what was looked at."""
+    (early,) = doubts(lint(Linear(100.0, -3.0), low=-5.0, high=40.0), Kind.EARLY)
+    assert degrees(early.angles[0]) == pytest.approx(-15.0)
+    assert np.degrees(early.angles[1:]) == pytest.approx([0.0, 30.0, 40.0], abs=1e-9)
+    assert early.sentence.startswith(
+        "it resists with more than 10 N m at all angles from -15.0 deg on: 300 N m at 0.0 deg"
+    )
+
+
+def test_a_joint_that_becomes_firm_is_told_from_where():
+    (early,) = doubts(lint(Linear(40.0), low=-5.0, high=40.0), Kind.EARLY)
+    assert early.sentence.startswith("it resists with 10 N m from 14.3 deg on: 20.94 N m at 30.0")
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "where"),
+    [
+        (60.0, 60.0, "at 60.0 deg"),
+        (30.0, 30.04, "at 30.0 deg"),
+        (0, 30, "between 0.0 and 30.0 deg"),
+    ],
+)
+def test_a_stretch_without_torque_is_told_by_its_ends(lower: float, upper: float, where: str):
+    limits = SmoothLimit(radians(lower), radians(upper), 30.0, 30.0, radians(3.0))
+    said = [one.sentence for one in notes(lint(limits), Kind.EQUILIBRIUM)]
+    assert said == [f"there is no torque {where}"]
+
+
+def test_what_drives_on_at_an_end_is_not_called_resistance():
+    findings = lint(Linear(100.0, 3.0), high=40.0)
+    assert not doubts(findings, Kind.EARLY)
+    assert doubts(findings, Kind.SENSE)
+
+
+def test_the_lower_end_mirrors_the_upper():
+    law = Cubic((1.0, 20.0, -6.0, 90.0), -1, (0.1, 0.6))
+    up = lint(law, low=-30.0, high=70.0)
+    down = lint(law.mirrored(), low=-70.0, high=30.0)
+    for kind in (Kind.EARLY, Kind.FREE_MOTION):
+        mine = sorted(tuple(-a for a in f.angles) for f in doubts(up, kind))
+        assert mine
+        its = sorted(f.angles for f in doubts(down, kind))
+        for one, other in zip(mine, its, strict=True):
+            assert one == pytest.approx(other, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("joint", "motion", "low", "high"),
+    [
+        ("left_elbow", "flexion", -0.8, 144.6),
+        ("right_knee", "flexion", -1.0, 137.7),
+        ("left_hip_joint", "flexion", -17.4, 130.4),
+        ("left_hip_joint", "medial rotation", -41.8, 35.2),
+        ("left_shoulder", "flexion", -62.0, 168.8),
+        ("waist", "twist to the left", -45.0, 45.0),
+        ("waist", "lateral bend to the right", -35.0, 35.0),
+    ],
+)
+def test_normal_ranges(joint: str, motion: str, low: float, high: float):
+    ends = normal_range(joint, motion)
+    assert all(end is not None and end.reference.text for end in ends)
+    assert [degrees(end.angle) for end in ends if end] == pytest.approx([low, high])
+
+
+def test_a_range_known_at_one_end_only():
+    low, high = normal_range("shoulder", "abduction")
+    assert low is None
+    assert high is not None
+
+
+@pytest.mark.parametrize(
+    ("joint", "motion"), [("left_ankle", "flexion"), ("knee", ""), ("hinge", "swing")]
+)
+def test_where_no_range_is_known(joint: str, motion: str):
+    assert normal_range(joint, motion) == (None, None)
+
+
+# left and right
+
+
+def two_sided(left: AxisSpring, right: AxisSpring | None) -> tuple[CurveReport, ...]:
+    joints = {"left_knee": JointSprings("left_knee", (left,))}
+    if right is not None:
+        joints["right_knee"] = JointSprings("right_knee", (right,))
+    return report_curves(SpringSet(joints))
+
+
+def test_equal_sides_are_one_curve():
+    law = Cubic((1.0, 2.0, 3.0, 4.0))
+    (report,) = two_sided(AxisSpring((1.0, 0.0, 0.0), (law,)), AxisSpring((-1.0, 0.0, 0.0), (law,)))
+    assert report.joints == ("left_knee", "right_knee")
+    assert notes(report.findings, Kind.SYMMETRY)
+
+
+def test_unequal_sides_are_found():
+    """Coefficients negated on the right, as the thesis prints them."""
+    left, right = Cubic((1.0, 2.0, 3.0, 4.0)), Cubic((-1.0, -2.0, -3.0, -4.0))
+    reports = two_sided(AxisSpring(Z, (left,)), AxisSpring(Z, (right,)))
+    assert len(reports) == 2
+    for report in reports:
+        (finding,) = doubts(report.findings, Kind.SYMMETRY)
+        assert finding.values[0] == pytest.approx(2.0 * (1.0 + 2.0 * pi + 3 * pi**2 + 4 * pi**3))
+
+
+def test_another_damping_on_one_side_is_found():
+    one, other = AxisSpring(Z, (Linear(1.0),)), AxisSpring(Z, (Linear(1.0),), Damping(0.1))
+    assert all(doubts(report.findings, Kind.SYMMETRY) for report in two_sided(one, other))
+
+
+def test_a_spring_on_one_side_only_is_found():
+    (report,) = two_sided(AxisSpring(Z, (Linear(1.0),)), None)
+    (finding,) = doubts(report.findings, Kind.SYMMETRY)
+    assert "`right_knee` has no spring" in finding.sentence
+    reports = two_sided(AxisSpring(Z, (Linear(1.0),)), AxisSpring((1.0, 0.0, 0.0), (Linear(1.0),)))
+    assert all(doubts(report.findings, Kind.SYMMETRY) for report in reports)
+
+
+def test_a_joint_without_sides_has_no_symmetry():
+    (report,) = report_curves(
+        SpringSet({"waist": JointSprings("waist", (AxisSpring(Z, (Linear(1.0),)),))})
+    )
+    assert not [f for f in report.findings if f.kind is Kind.SYMMETRY]
+
+
+def test_an_axis_with_damping_alone_has_no_curve():
+    spring = AxisSpring(Z, (), Damping(0.1))
+    assert report_curves(SpringSet({"waist": JointSprings("waist", (spring,))})) == ()

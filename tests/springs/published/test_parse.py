@@ -1,0 +1,128 @@
+from math import degrees, exp
+
+import pytest
+
+from springs.published.parse import PublishedError, parse_publication
+
+HEAD = 'reference = "A. Author 1999"\nsureness = "P"\n'
+CURVE = """
+[[curve]]
+name = "knee"
+motion = "knee flexion"
+formula = "B1 exp(k1 th) + B2 exp(k2 th)"
+angle_unit = "rad"
+moment_unit = "N m"
+coefficients = { B1 = 2.0, k1 = -3.0, B2 = -1.0, k2 = 0.5 }
+"""
+COUPLED = """
+[[coupled]]
+name = "leg"
+coordinates = ["hip flexion", "knee flexion"]
+formula = "M = constant + sum of sign exp(c + hip h + knee k + ankle a)"
+angle_unit = "rad"
+constants = { hip = 1.5 }
+usable_deg = { hip = [-10.0, 90.0], knee = [0.0, 120.0] }
+term = [{ moment = "knee", sign = -1, c = 0.2, hip = 0.5, knee = 2.0 }]
+"""
+RHYTHM = """
+[[rhythm]]
+name = "clavicle"
+bone = "clavicle elevation"
+points_deg = [[0, 1], [90, 10]]
+"""
+RANGE = '\n[[range]]\nmotion = "knee flexion"\ndeg = 140\n'
+
+
+def printed(a):
+    return 2.0 * exp(-3.0 * a) - exp(0.5 * a)
+
+
+def the_curve(extra=""):
+    return parse_publication(HEAD + CURVE + extra).curves["knee"]
+
+
+@pytest.mark.parametrize(
+    ("signs", "ours"),
+    [
+        ("", printed(0.4)),
+        ("angle_sign = -1\nmoment_sign = -1", -printed(-0.4)),
+        ("moment_sign = -1", -printed(0.4)),
+        ("angle_sign = -1", printed(-0.4)),
+    ],
+)
+def test_printed_senses_are_turned_into_ours(signs, ours):
+    assert the_curve(signs).law.torque(0.4) == pytest.approx(ours)
+
+
+def test_a_range_is_turned_with_the_angle():
+    row = the_curve("angle_sign = -1\nmoment_sign = -1\nmeasured_deg = [-120, 10]")
+    assert row.range_is_measured
+    assert [degrees(end) for end in row.measured] == pytest.approx([-10.0, 120.0])
+    assert row.law.measured == row.measured
+    assert not the_curve("usable_deg = [-120, 10]").range_is_measured
+    assert the_curve().measured is None
+
+
+def test_units_are_turned():
+    in_deg = CURVE.replace('"rad"', '"deg"').replace('"N m"', '"dyn cm"')
+    row = parse_publication(HEAD + in_deg).curves["knee"]
+    assert row.law.torque(0.01) == pytest.approx(1e-7 * printed(degrees(0.01)))
+
+
+def test_defaults_stand_in_for_what_a_row_leaves_out():
+    defaults = '[defaults]\nplace = "table 1"\ndamping_Nms_rad = 0.5\nangle_sign = 1\n'
+    source = parse_publication(HEAD + 'note = "of the whole"\n' + defaults + CURVE)
+    row = source.curves["knee"]
+    assert (row.reference.place, row.damping, row.note) == ("table 1", 0.5, "")
+    assert (source.note, source.reference.place) == ("of the whole", "")
+
+
+def test_a_coupled_row_in_the_other_sense():
+    law = parse_publication(HEAD + COUPLED + 'turned = ["knee"]').coupled["leg"].law
+    plain = parse_publication(HEAD + COUPLED).coupled["leg"].law
+    assert plain.torques((0.3, 0.4)) == pytest.approx((1.5, -exp(0.2 + 0.15 + 0.8)))
+    assert law.torques((0.3, -0.4)) == pytest.approx((1.5, exp(0.2 + 0.15 + 0.8)))
+    assert [degrees(end) for end in law.measured[1]] == pytest.approx([-120.0, 0.0], abs=1e-9)
+
+
+def test_numbers_may_be_whole_and_a_limit_may_be_a_least_value():
+    row = parse_publication(HEAD + RANGE + "at_least = true\nage = 30").ranges[0]
+    assert degrees(row.limit) == pytest.approx(140.0)
+    assert (row.at_least, row.age, row.moment) == (True, 30.0, None)
+
+
+FAULTS = [
+    ("x = ", "this is no TOML"),
+    ('sureness = "P"', "`reference` is a text"),
+    ('reference = "A"\nsureness = "sure"', "unknown sureness `sure`; known are C2, C1, P, C1"),
+    (HEAD + "colour = 1", "unknown key `colour`; known are reference,"),
+    (HEAD + CURVE + "colour = 1", "curve knee: unknown key `colour`"),
+    (HEAD + CURVE.replace("B1 exp(k1", "B1 sin(k1"), "unknown formula `B1 sin"),
+    (HEAD + CURVE.replace('"rad"', '"grad"'), "unknown angle_unit `grad`; known are rad, deg"),
+    (HEAD + CURVE.replace('"N m"', '"Nm"'), "unknown moment_unit `Nm`; known are N m, dyn cm"),
+    (HEAD + CURVE.replace("B1 = 2.0, ", ""), "`coefficients` has the names B1, k1, B2, k2"),
+    (HEAD + CURVE.replace("2.0", '"two"'), "`coefficients.B1` is a number"),
+    (HEAD + CURVE.replace("2.0", "true"), "`coefficients.B1` is a number"),
+    (HEAD + CURVE.replace("{ B1", "[{ B1").replace("0.5 }", "0.5 }]"), "`coefficients` is a table"),
+    (HEAD + CURVE + "angle_sign = 2", "`angle_sign` is \\+1 or -1"),
+    (HEAD + CURVE + "measured_deg = [1, 2, 3]", "`measured_deg` holds pairs of numbers"),
+    (HEAD + CURVE + "measured_deg = [0, 1]\nusable_deg = [0, 1]", "measured or usable, not both"),
+    (HEAD + CURVE + "points = 3", "`points` is a list"),
+    (
+        HEAD + '[[curve]]\nname = "a"\nmotion = "b"\nformula = "points"\nangle_unit = "deg"\n'
+        'moment_unit = "N m"\npoints = [[0, 1], [0, 2]]',
+        "curve a: the angles of a curve increase",
+    ),
+    (HEAD + COUPLED.replace('moment = "knee"', 'moment = "toe"'), "unknown moment `toe`"),
+    (HEAD + COUPLED.replace("sign = -1", "sine = -1"), "leg, term 1: unknown key `sine`"),
+    (HEAD + RHYTHM.replace("points_deg = [[0, 1], [90, 10]]", ""), "a rhythm has `coefficients`,"),
+    (HEAD + COUPLED.replace("term = [{", "term = [3, {"), "`term` is a list of tables"),
+    (HEAD + "curve = 3", "`curve` is a list"),
+    (HEAD + RANGE.replace("deg = 140", ""), "range knee flexion: `deg` is a number"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), FAULTS)
+def test_a_fault_is_a_sentence_with_the_row_s_name(text, message):
+    with pytest.raises(PublishedError, match=f"^some: .*{message}|^some, .*{message}"):
+        parse_publication(text, "some")

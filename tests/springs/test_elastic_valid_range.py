@@ -1,0 +1,50 @@
+from math import inf, radians
+
+import pytest
+
+from springs import Cubic
+from springs.elastic import extrapolation, measured_range, mirrored_range
+from springs.exponential import Exponential
+from springs.interpolated import Table
+
+KNOWN = (radians(-15.0), radians(80.0))
+
+
+def test_a_law_tells_its_range_if_it_has_one():
+    assert measured_range(Exponential((), measured=KNOWN)) == KNOWN
+    assert measured_range(Table(((0.0, 1.0), (2.0, 0.0)))) == (0.0, 2.0)
+    assert measured_range(Cubic((0.0, 1.0, 0.0, 0.0))) is None
+
+
+def test_a_mirrored_range_ends_where_it_began():
+    assert mirrored_range((-0.5, 2.0)) == (-2.0, 0.5)
+    assert mirrored_range(None) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "said"),
+    [
+        (-15.0, 80.0, ""),
+        (0.0, 10.0, ""),
+        (-20.0, 80.0, "extrapolated at -20 .. -15 deg: the curve is known for -15 .. 80 deg only"),
+        (0.0, 90.0, "extrapolated at 80 .. 90 deg: the curve is known for -15 .. 80 deg only"),
+        (85.0, 90.0, "extrapolated at 85 .. 90 deg: the curve is known for -15 .. 80 deg only"),
+        (
+            -20.0,
+            90.0,
+            "extrapolated at -20 .. -15 deg and 80 .. 90 deg: "
+            "the curve is known for -15 .. 80 deg only",
+        ),
+    ],
+)
+def test_going_beyond_is_said(low, high, said):
+    assert extrapolation(KNOWN, radians(low), radians(high)) == said
+
+
+def test_an_open_end_is_never_passed():
+    assert extrapolation((0.0, inf), 0.0, 100.0) == ""
+    assert "-10 .. 0 deg" in extrapolation((0.0, inf), radians(-10.0), 1.0)
+
+
+def test_an_unknown_range_is_said_to_be_unknown():
+    assert "not known" in extrapolation(None, 0.0, 1.0)

@@ -1,0 +1,97 @@
+from math import tanh
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from springs import FLOATS, Linear, Stop
+from springs.exponential import Exponential, Term
+from springs.hysteresis import Directional
+from springs.transformed import Scaled
+from tests.slopes import slope
+
+HIP = Exponential((Term(7.0, -4.0), Term(-1.0, 2.5, 0.2)), measured=(-0.3, 1.4))
+widths = st.floats(0.0, 20.0)
+laws = st.builds(Directional.around, st.sampled_from([HIP, Linear(20.0, 0.3)]), widths)
+angles, rates = st.floats(-0.5, 1.5), st.floats(-5.0, 5.0)
+
+
+@given(laws, angles)
+def test_moving_fast_one_of_the_curves_is_followed(law, angle):
+    assert law.moment(angle, 10.0) == pytest.approx(law.increasing.torque(angle), abs=1e-9)
+    assert law.moment(angle, -10.0) == pytest.approx(law.decreasing.torque(angle), abs=1e-9)
+    middle = 0.5 * (law.increasing.torque(angle) + law.decreasing.torque(angle))
+    assert law.moment(angle, 0.0) == pytest.approx(middle, abs=1e-9)
+    assert law.torque(angle) == pytest.approx(middle, abs=1e-9)
+
+
+@given(widths, angles, rates)
+def test_the_width_lies_between_the_curves_and_takes_energy(width, angle, rate):
+    law = Directional.around(HIP, width)
+    gap = law.moment(angle, -rate) - law.moment(angle, rate)
+    assert gap == pytest.approx(width * tanh(rate / law.slip), abs=1e-9)
+    assert law.friction(angle, rate) * rate <= 1e-12
+    assert law.moment(angle, rate) - HIP.torque(angle) == pytest.approx(
+        law.friction(angle, rate), abs=1e-9
+    )
+
+
+@given(laws, angles)
+def test_the_mean_torque_is_minus_the_slope_of_the_stored_energy(law, angle):
+    assert law.torque(angle) == pytest.approx(-slope(law.energy, angle), rel=1e-10)
+
+
+@given(laws, angles, angles)
+def test_a_slow_cycle_loses_what_lies_between_the_curves(law, one, other):
+    low, high = min(one, other), max(one, other)
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    x = low + 0.5 * (high - low) * (nodes + 1.0)
+    gap = law.decreasing.torque(x) - law.increasing.torque(x)
+    work = 0.5 * (high - low) * float(weights @ gap)
+    assert law.loss(low, high) == pytest.approx(work, rel=1e-9, abs=1e-9)
+    assert law.loss(low, high) >= -1e-9
+
+
+def test_curves_in_the_wrong_order_show_in_the_loss():
+    right = Directional.around(HIP, 8.0)
+    wrong = Directional(right.decreasing, right.increasing)
+    assert right.loss(0.0, 1.0) == pytest.approx(8.0)
+    assert wrong.loss(0.0, 1.0) == pytest.approx(-8.0)
+
+
+@given(laws, angles, rates)
+def test_the_mirrored_law_is_the_same_seen_from_the_other_side(law, angle, rate):
+    mirrored = law.mirrored()
+    assert mirrored.moment(-angle, -rate) == pytest.approx(-law.moment(angle, rate), abs=1e-9)
+    assert mirrored.torque(-angle) == pytest.approx(-law.torque(angle), abs=1e-9)
+    assert mirrored.mirrored() == law
+
+
+def test_arrays_and_floats_agree():
+    law = Directional(HIP, Linear(10.0))
+    values, speeds = np.array([-0.2, 0.3, 1.0]), np.array([-0.02, 0.0, 0.004])
+    single = [law.moment(a, w, FLOATS) for a, w in zip(values, speeds, strict=True)]
+    assert np.allclose(law.moment(values, speeds), single, rtol=1e-13)
+
+
+def test_corners_are_those_of_both_and_the_range_is_common():
+    law = Directional(Stop(-0.2, 0.4, onset=0.1), Stop(-0.2, 0.5, onset=0.1))
+    assert law.corners == pytest.approx((-0.3, -0.2, 0.4, 0.5, 0.6))
+    assert law.measured is None
+    other = Exponential((), measured=(-1.0, 1.0))
+    assert Directional(HIP, other).measured == (-0.3, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("width", "slip", "message"),
+    [(-1.0, 0.1, "width of a hysteresis is not negative"), (1.0, 0.0, "slip rate of a direct")],
+)
+def test_senseless_laws_are_refused(width, slip, message):
+    with pytest.raises(ValueError, match=message):
+        Directional.around(HIP, width, slip)
+
+
+def test_its_curves_are_scaled_and_not_the_law():
+    with pytest.raises(ValueError, match="scale the two curves"):
+        Scaled(Directional.around(HIP, 3.0), 2.0)

@@ -1,0 +1,98 @@
+from math import nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+
+from springs import FLOATS
+from springs.interpolated import Table
+from tests.slopes import slope
+
+SAMPLE = Table(((-0.5, 4.0), (0.0, 1.0), (0.2, 0.0), (0.3, 0.0), (1.0, -6.0)))
+
+gaps = st.lists(st.floats(0.05, 1.0), min_size=2, max_size=8)
+torques = st.integers(-100_000, 100_000).map(lambda milli: milli / 1000.0)
+tables = gaps.flatmap(
+    lambda steps: st.lists(torques, min_size=len(steps), max_size=len(steps)).map(
+        lambda values: Table(tuple(zip(np.cumsum(steps).tolist(), values, strict=True)))
+    )
+)
+angles = st.floats(-1.0, 9.0)
+
+
+@given(tables)
+def test_it_goes_through_its_points_and_never_leaves_their_values(table):
+    for angle, torque in table.points:
+        assert table.torque(angle) == pytest.approx(torque, rel=1e-9, abs=1e-9)
+    for (a, low), (b, high) in zip(table.points, table.points[1:], strict=False):
+        between = table.torque(np.linspace(a, b, 40))
+        assert between.min() >= min(low, high) - 1e-9
+        assert between.max() <= max(low, high) + 1e-9
+
+
+@given(tables, angles)
+def test_inside_it_is_the_interpolation_of_scipy(table, angle):
+    first, last = table.measured
+    x = min(max(angle, first), last)
+    expected = PchipInterpolator(*np.array(table.points).T)(x)
+    assert table.torque(x) == pytest.approx(float(expected), rel=1e-9, abs=1e-9)
+
+
+@given(tables, angles)
+def test_torque_is_minus_the_slope_of_energy(table, angle):
+    assert table.torque(angle) == pytest.approx(-slope(table.energy, angle), rel=1e-9, abs=1e-9)
+
+
+@given(tables)
+def test_torque_and_energy_have_no_jump_at_a_point(table):
+    for corner in table.corners:
+        for function in (table.torque, table.energy):
+            before, after = function(corner - 1e-9), function(corner + 1e-9)
+            assert after == pytest.approx(before, rel=1e-5, abs=1e-3)
+
+
+@given(tables, st.lists(angles, min_size=1, max_size=4))
+def test_arrays_and_floats_agree(table, values):
+    for function in (table.torque, table.energy):
+        single = [function(value, FLOATS) for value in values]
+        assert np.allclose(function(np.array(values)), single, rtol=1e-12, atol=1e-12)
+
+
+@given(tables, angles)
+def test_the_mirrored_law_is_the_same_seen_from_the_other_side(table, angle):
+    mirrored = table.mirrored()
+    assert mirrored.torque(-angle) == pytest.approx(-table.torque(angle), rel=1e-7, abs=1e-7)
+    assert mirrored.mirrored() == table
+
+
+def test_beyond_its_ends_it_goes_on_along_the_tangent():
+    first = (SAMPLE.torque(-0.5 + 1e-7) - 4.0) / 1e-7
+    assert SAMPLE.torque(-1.5) == pytest.approx(4.0 - first, rel=1e-4)
+    last = (SAMPLE.torque(1.0) - SAMPLE.torque(1.0 - 1e-7)) / 1e-7
+    assert SAMPLE.torque(2.0) == pytest.approx(-6.0 + last, rel=1e-4)
+    assert SAMPLE.measured == (-0.5, 1.0)
+
+
+def test_a_flat_stretch_stays_flat():
+    assert np.allclose(SAMPLE.torque(np.linspace(0.2, 0.3, 9)), 0.0, atol=1e-15)
+
+
+def test_energy_is_counted_from_the_first_point():
+    assert SAMPLE.energy(-0.5) == 0.0
+    assert Table(((0.0, 2.0), (1.0, 2.0))).energy(1.0) == pytest.approx(-2.0)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (((0.0, 1.0),), "two points at least"),
+        (((0.0, 1.0), (0.0, 2.0)), "0 rad comes after 0 rad"),
+        (((0.0, 1.0), (-1.0, 2.0)), "-1 rad comes after 0 rad"),
+        (((0.0, 1.0), (1.0, nan)), "finite numbers"),
+    ],
+)
+def test_points_that_make_no_curve_are_refused(points, message):
+    with pytest.raises(ValueError, match=message):
+        Table(points)

@@ -1,0 +1,81 @@
+from math import tanh
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from springs import (
+    AxisSpring,
+    Cubic,
+    Damping,
+    Joining,
+    JointSprings,
+    Linear,
+    SpringSet,
+    Stop,
+    total_energy,
+    total_torque,
+)
+from springs.hysteresis import Directional
+
+SPRING = AxisSpring(
+    (-1.0, 0.0, 0.0),
+    (Cubic((0.9, 8.6, -14.2, 5.3), -1, (-0.1, 1.6)), Linear(3.0, 0.2), Stop(-0.5, 2.0)),
+    Damping(0.08),
+    "abduction",
+    "a study",
+    "a reason",
+)
+
+
+@given(st.floats(-3.0, 3.0))
+def test_a_spring_told_about_the_opposite_axis_is_the_same_spring(angle):
+    turned = SPRING.turned()
+    assert turned.direction == (1.0, 0.0, 0.0)
+    torque = total_torque(SPRING.elastic, angle)
+    assert total_torque(turned.elastic, -angle) == pytest.approx(-torque, rel=1e-12, abs=1e-12)
+    energy = total_energy(SPRING.elastic, angle)
+    assert total_energy(turned.elastic, -angle) == pytest.approx(energy, rel=1e-12, abs=1e-12)
+    assert turned.turned() == SPRING
+    assert (turned.damping, turned.motion, turned.reference) == (
+        SPRING.damping,
+        SPRING.motion,
+        SPRING.reference,
+    )
+
+
+RUBBING = AxisSpring(
+    (0.0, 0.0, 1.0), (Linear(3.0, 0.2), Directional.around(Linear(8.0), 2.0, 0.1)), Damping(0.5)
+)
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-3.0, 3.0))
+def test_the_resistance_is_damping_and_the_friction_of_directional_laws(angle, rate):
+    assert SPRING.resistance(angle, rate) == SPRING.damping.torque(rate)
+    expected = -0.5 * rate - tanh(rate / 0.1)
+    assert RUBBING.resistance(angle, rate) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    turned = RUBBING.turned()
+    assert turned.resistance(-angle, -rate) == pytest.approx(-expected, rel=1e-12, abs=1e-12)
+
+
+def test_references_are_told_once_in_order_and_slides_count():
+    def about(reference: str) -> AxisSpring:
+        return AxisSpring((1.0, 0.0, 0.0), reference=reference)
+
+    springs = SpringSet(
+        {
+            "a": JointSprings("a", (about("one"), about(""), about("two")), (about("three"),)),
+            "b": JointSprings("b", (about("two"), about("four"))),
+        }
+    )
+    assert springs.references == ("one", "two", "three", "four")
+
+
+def test_an_empty_set_is_conservative_and_has_no_origin():
+    springs = SpringSet()
+    assert (dict(springs.joints), springs.joining, springs.origin) == (
+        {},
+        Joining.CONSERVATIVE,
+        "none",
+    )
+    assert springs.references == ()
