@@ -9,7 +9,7 @@ import os
 import sys
 from importlib import import_module
 
-from generator.simulation.import_exudyn import open_exudyn
+from generator.simulation.import_exudyn import import_exudyn
 
 PARTS = {
     "prototype": "benchmarks.prototype",
@@ -29,7 +29,7 @@ def run(names: list[str]) -> None:
     if unknown:
         sys.exit(f"no part is called {', '.join(unknown)}; there are {', '.join(PARTS)}")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    open_exudyn()
+    import_exudyn()
     for name in PARTS:
         if name in names or not names:
             print(f"\n## {name}\n", flush=True)

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from benchmarks import cases, chains, tables
 from benchmarks.engines import in_exudyn
-from generator.simulation import integrate as march
+from generator.simulation import integrate
 from springs import SpringSet
 
 CLOCKS = {
@@ -63,11 +63,11 @@ class _Clocked:
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
-        self._settings, self._advance = march._settings, march._advance
+        self._settings, self._advance = integrate._settings, integrate._advance
 
     def patched(self) -> Any:
         """While this context lasts, the solver's clocks run and are read."""
-        return patch.multiple(march, _settings=self._with_clocks, _advance=self._and_read)
+        return patch.multiple(integrate, _settings=self._with_clocks, _advance=self._and_read)
 
     def _with_clocks(self, newton: float) -> Any:
         settings = self._settings(newton)

@@ -14,16 +14,16 @@ from benchmarks.cases import Case
 
 def this_project(case: Case) -> float:
     """Build and run; returns the time of building [s], as for the others below."""
-    from generator.simulation.import_exudyn import open_exudyn
+    from generator.simulation.import_exudyn import import_exudyn
 
-    open_exudyn()
+    import_exudyn()
     from benchmarks.engines import in_exudyn
-    from generator.simulation.model import Assembly
+    from generator.simulation.model import ExudynModel
 
     springs = in_exudyn.radial_springs(case.figure, case.radial)
     plan = in_exudyn.plan_of(case.displacements, springs)
     begun = time.perf_counter()
-    Assembly.of(case.figure, plan)
+    ExudynModel.of(case.figure, plan)
     spent = time.perf_counter() - begun
     in_exudyn.fall(case.figure, plan)
     return spent

@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 
 from generator.geometry import Surface, format_psurf, mass_properties, parse_psurf
-from generator.geometry.volume import tetrahedra_of
+from generator.geometry.volume import build_tetrahedra
 
 ROUNDS = 9
 
@@ -35,11 +35,11 @@ def main() -> None:
 
     rows = {
         "integrals": (
-            lambda: tetrahedra_of(Surface.of(vertices, faces)).mass_properties(1000.0),
+            lambda: build_tetrahedra(Surface.from_faces(vertices, faces)).mass_properties(1000.0),
             lambda: mesh().mass_properties,
         ),
         "soundness and integrals": (
-            lambda: mass_properties(Surface.of(vertices, faces), 1000.0),
+            lambda: mass_properties(Surface.from_faces(vertices, faces), 1000.0),
             checked_mesh,
         ),
     }
@@ -49,7 +49,7 @@ def main() -> None:
             f"  {name:<24} {1e3 * times['here']:6.1f} ms; trimesh "
             f"{1e3 * times['trimesh']:6.1f} ms; ratio {times['here'] / times['trimesh']:.2f}"
         )
-    text = format_psurf(Surface.of(vertices, faces), Fraction(1))
+    text = format_psurf(Surface.from_faces(vertices, faces), Fraction(1))
     reading = best({"psurf": lambda: parse_psurf(text, unit=Fraction(1))}, rounds=2)["psurf"]
     print(f"  reading it as a psurf of {len(text) / 1e6:.1f} MB: {reading:.2f} s")
 

@@ -12,10 +12,14 @@ from importlib.metadata import version
 import numpy as np
 
 from generator.figure_file.read import read_figure
-from generator.kinematics.centre_of_mass import masses_of
-from generator.kinematics.placement import drawn_displacements, motion_maps, place
-from generator.kinematics.stability import FixedSupport, LowFaces, patch_of_faces, stability
-from generator.kinematics.tree import hang
+from generator.kinematics.centre_of_mass import segment_masses
+from generator.kinematics.placement import (
+    forward_kinematics,
+    initial_displacements,
+    segment_jacobians,
+)
+from generator.kinematics.stability import FixedSupport, LowFaces, patch_from_faces, stability
+from generator.kinematics.tree import build_tree
 
 ROUNDS, CALLS = 15, 40
 FRAMES = 1000
@@ -23,30 +27,34 @@ FRAMES = 1000
 
 def main() -> None:
     """Print the table."""
-    tree = hang(read_figure("prototype"))
-    drawn = drawn_displacements(tree)
-    placement = place(tree, drawn)
-    masses = masses_of(tree.figure)
+    tree = build_tree(read_figure("prototype"))
+    drawn = initial_displacements(tree)
+    placement = forward_kinematics(tree, drawn)
+    masses = segment_masses(tree.figure)
     shanks = ("left_lower_leg", "right_lower_leg")
-    chosen = FixedSupport([patch_of_faces(tree.figure, name) for name in shanks])
+    chosen = FixedSupport([patch_from_faces(tree.figure, name) for name in shanks])
     low = LowFaces(tree.figure, 0.01)
-    centre, points = masses.centre(placement.poses), low.at(placement.poses).positions
+    centre, points = masses.centre(placement.poses), low.points_in_pose(placement.poses).positions
     motion = {name: np.tile(values, (FRAMES, 1)) for name, values in drawn.items()}
 
     def whole(support: FixedSupport | LowFaces) -> None:
-        poses = place(tree, drawn).poses
-        stability(masses.centre(poses), support.at(poses).positions)
+        poses = forward_kinematics(tree, drawn).poses
+        stability(masses.centre(poses), support.points_in_pose(poses).positions)
 
     print(f"Python {platform.python_version()}, numpy {version('numpy')}, {platform.machine()}")
     print(f"prototype, best of {ROUNDS} rounds of {CALLS} calls")
     rows: list[tuple[str, Callable[[], object], int]] = [
-        ("pose of all segments", lambda: place(tree, drawn), 1),
-        ("  the same in a motion of 1000 frames, a frame", lambda: place(tree, motion), FRAMES),
-        ("motion maps of all segments", lambda: motion_maps(placement), 1),
+        ("pose of all segments", lambda: forward_kinematics(tree, drawn), 1),
+        (
+            "  the same in a motion of 1000 frames, a frame",
+            lambda: forward_kinematics(tree, motion),
+            FRAMES,
+        ),
+        ("motion maps of all segments", lambda: segment_jacobians(placement), 1),
         ("centre of mass", lambda: masses.centre(placement.poses), 1),
         ("  its slopes by 22 displacements", lambda: masses.jacobian(placement), 1),
-        ("support: faces below 1 cm, of 10 psurfs", lambda: low.at(placement.poses), 1),
-        ("support: all faces of both shanks", lambda: chosen.at(placement.poses), 1),
+        ("support: faces below 1 cm, of 10 psurfs", lambda: low.points_in_pose(placement.poses), 1),
+        ("support: all faces of both shanks", lambda: chosen.points_in_pose(placement.poses), 1),
         (f"stability over {len(points)} points", lambda: stability(centre, points), 1),
         ("pose, centre and stability on faces below 1 cm", lambda: whole(low), 1),
         ("pose, centre and stability on both shanks", lambda: whole(chosen), 1),

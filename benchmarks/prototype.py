@@ -15,13 +15,13 @@ import numpy as np
 from generator.figure import Figure
 from generator.figure_file.read import read_figure
 from generator.rotations import rotation_vector_from_matrix
-from generator.simulation.integrate import Pass, frame_times, march
-from generator.simulation.model import build
-from generator.simulation.plan import Plan, springs_of
+from generator.simulation.integrate import IntegrationPass, frame_times, integrate
+from generator.simulation.model import build_model
+from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.run import simulate
-from generator.simulation.springs import Hanger
-from generator.simulation.states import extrapolated
-from generator.simulation.step_schedule import Guide
+from generator.simulation.springs import SpringBuilder
+from generator.simulation.states import richardson_extrapolation
+from generator.simulation.step_schedule import StepHints
 
 STOP = 2.0
 
@@ -49,18 +49,18 @@ def main() -> None:
 def true_error(figure: Figure) -> float:
     """Largest error of a segment's orientation in the default run [rad], against a finer one."""
     plan = Plan(stop=STOP)
-    springs = springs_of(figure, plan)
+    springs = resolve_springs(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
 
-    def one_pass(parts: int, guide: Guide | None, newton: float) -> Pass:
-        assembly = build(figure, plan, springs)
+    def one_pass(parts: int, guide: StepHints | None, newton: float) -> IntegrationPass:
+        assembly = build_model(figure, plan, springs)
         deadline = time.monotonic() + 600.0
-        return march(assembly, times, 2e-3, newton, deadline, lambda _: None, guide, parts)
+        return integrate(assembly, times, 2e-3, newton, deadline, lambda _: None, guide, parts)
 
     scout = one_pass(8, None, 1e-9)
-    coarse = one_pass(16, scout.guide, 1e-11)
-    fine = one_pass(32, coarse.guide, 1e-11)
-    reference = extrapolated(coarse.trace, fine.trace, coarse.step / fine.step)
+    coarse = one_pass(16, scout.step_hints, 1e-11)
+    fine = one_pass(32, coarse.step_hints, 1e-11)
+    reference = richardson_extrapolation(coarse.trace, fine.trace, coarse.step / fine.step)
     poses = simulate(figure, plan).poses
     turns = [
         np.swapaxes(poses[name][:, :3, :3], -1, -2) @ reference.rotations[:, k]
@@ -77,7 +77,7 @@ def shares(figure: Figure) -> Mapping[str, float]:
     """
     trees = step_time(figure, Plan(stop=0.5))
     python = step_time(figure, Plan(stop=0.5, python_torques=True))
-    with patch.object(Hanger, "function", return_value=0):
+    with patch.object(SpringBuilder, "function", return_value=0):
         empty = step_time(figure, Plan(stop=0.5))
     print(
         f"  share of the expression trees in the stepping time: {1.0 - empty / trees:.0%}; "
@@ -92,11 +92,11 @@ def shares(figure: Figure) -> Mapping[str, float]:
 
 def step_time(figure: Figure, plan: Plan) -> float:
     """Best time a step of three runs at 0.5 ms [s]."""
-    springs = springs_of(figure, plan)
+    springs = resolve_springs(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
     best = np.inf
     for _ in range(3):
-        assembly = build(figure, plan, springs)
-        one = march(assembly, times, 5e-4, 1e-6, time.monotonic() + 600.0, lambda _: None)
+        assembly = build_model(figure, plan, springs)
+        one = integrate(assembly, times, 5e-4, 1e-6, time.monotonic() + 600.0, lambda _: None)
         best = min(best, one.wall_time / one.steps)
     return float(best)

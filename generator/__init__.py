@@ -12,29 +12,34 @@ if TYPE_CHECKING:
     from generator.figure_file.write import write_pose
     from generator.input_files.pose import read_pose
     from generator.kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
-    from generator.kinematics.placement import drawn_displacements, place
+    from generator.kinematics.placement import forward_kinematics, initial_displacements
     from generator.kinematics.stability import stability
-    from generator.kinematics.tree import hang
+    from generator.kinematics.tree import build_tree
     from generator.motion_files import ActionFile, read_action, read_npz, write_recording
     from generator.recording import Outcome, Recording
-    from generator.simulation.model import Assembly
+    from generator.simulation.model import ExudynModel
     from generator.simulation.plan import Plan
     from generator.simulation.run import Progress, simulate
     from generator.simulation.statics import static_torques
     from generator.springs_file.read import read_springs
 
-_HOMES = {
+    Assembly = ExudynModel
+    drawn_displacements = initial_displacements
+    hang = build_tree
+    place = forward_kinematics
+
+_MODULES = {
     "ActionFile": "generator.motion_files",
-    "Assembly": "generator.simulation.model",
+    "ExudynModel": "generator.simulation.model",
     "Outcome": "generator.recording",
     "Plan": "generator.simulation.plan",
     "Progress": "generator.simulation.run",
     "Recording": "generator.recording",
+    "build_tree": "generator.kinematics.tree",
     "centre_of_mass": "generator.kinematics.centre_of_mass",
     "centre_of_mass_jacobian": "generator.kinematics.centre_of_mass",
-    "drawn_displacements": "generator.kinematics.placement",
-    "hang": "generator.kinematics.tree",
-    "place": "generator.kinematics.placement",
+    "forward_kinematics": "generator.kinematics.placement",
+    "initial_displacements": "generator.kinematics.placement",
     "read_action": "generator.motion_files",
     "read_figure": "generator.figure_file",
     "read_npz": "generator.motion_files",
@@ -47,17 +52,29 @@ _HOMES = {
     "write_recording": "generator.motion_files",
 }
 
+_EARLIER_NAMES = {
+    "Assembly": "ExudynModel",
+    "drawn_displacements": "initial_displacements",
+    "hang": "build_tree",
+    "place": "forward_kinematics",
+}
+"""Names of an earlier version, which scripts may still use."""
+
 __all__ = [
     "ActionFile",
     "Assembly",
+    "ExudynModel",
     "Outcome",
     "Plan",
     "Progress",
     "Recording",
+    "build_tree",
     "centre_of_mass",
     "centre_of_mass_jacobian",
     "drawn_displacements",
+    "forward_kinematics",
     "hang",
+    "initial_displacements",
     "place",
     "read_action",
     "read_figure",
@@ -74,9 +91,10 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     """A public name, from the module that defines it."""
-    if name not in _HOMES:
+    target = _EARLIER_NAMES.get(name, name)
+    if target not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name]), name)
+    value = getattr(import_module(_MODULES[target]), target)
     globals()[name] = value
     return value
 

@@ -36,7 +36,7 @@ class Source:
         index = int(np.searchsorted(self._line_starts, offset, side="right")) - 1
         return index + 1, offset - int(self._line_starts[index]) + 1
 
-    def line(self, number: int) -> str:
+    def line_text(self, number: int) -> str:
         """The text of line `number` (counted from 1), without its end."""
         start = int(self._line_starts[number - 1])
         end = self.text.find("\n", start)
@@ -66,16 +66,16 @@ class Span:
         """Column in which the span starts, from 1."""
         return self.source.line_and_column(self.start)[1]
 
-    def to(self, other: "Span") -> "Span":
+    def extend_to(self, other: "Span") -> "Span":
         """The span from the start of this one to the end of `other`."""
         return Span(self.source, self.start, max(self.end, other.end))
 
 
-_WIDEST_LINE = 100
+_MAX_LINE_WIDTH = 100
 
-_NEIGHBOURS = 50
+_NEIGHBOURS_PER_SIDE = 50
 
-_LONGEST_LIST = 20
+_MAX_WORDS_LISTED = 20
 
 
 class Severity(Enum):
@@ -86,7 +86,7 @@ class Severity(Enum):
 
 
 @dataclass(frozen=True)
-class Fault:
+class Diagnostic:
     """One thing that is wrong or odd, with its place in the input.
 
     `message` is what is wrong, `hint` what to do about it. `span` is None only for faults of a
@@ -126,53 +126,51 @@ class Fault:
 
 def _excerpt(span: Span, number: int, column: int) -> tuple[str, int, int]:
     """The line to show, cut to a readable width, and where in it the mark goes."""
-    line = span.source.line(number)
+    line = span.source.line_text(number)
     first = column - 1
-    cut = max(0, first - _WIDEST_LINE // 2) if len(line) > _WIDEST_LINE else 0
-    shown = line[cut : cut + _WIDEST_LINE]
+    cut = max(0, first - _MAX_LINE_WIDTH // 2) if len(line) > _MAX_LINE_WIDTH else 0
+    shown = line[cut : cut + _MAX_LINE_WIDTH]
     printable = "".join(char if char.isprintable() else " " for char in shown)
-    width = max(1, min(span.end - span.start, len(line) - first, _WIDEST_LINE // 2))
+    width = max(1, min(span.end - span.start, len(line) - first, _MAX_LINE_WIDTH // 2))
     return printable, first - cut, width
 
 
-def error(message: str, span: Span | None = None, hint: str = "") -> Fault:
+def error(message: str, span: Span | None = None, hint: str = "") -> Diagnostic:
     """A fault that stops the command."""
-    return Fault(Severity.ERROR, message, span, hint)
+    return Diagnostic(Severity.ERROR, message, span, hint)
 
 
-def warning(message: str, span: Span | None = None, hint: str = "") -> Fault:
+def warning(message: str, span: Span | None = None, hint: str = "") -> Diagnostic:
     """A fault that is told and then passed over."""
-    return Fault(Severity.WARNING, message, span, hint)
+    return Diagnostic(Severity.WARNING, message, span, hint)
 
 
-def errors_among(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+def select_errors(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """The faults that stop the command."""
-    return tuple(fault for fault in faults if fault.severity is Severity.ERROR)
+    return tuple(fault for fault in diagnostics if fault.severity is Severity.ERROR)
 
 
-def closest(word: str, known: Iterable[str]) -> str | None:
+def closest_match(word: str, known: Iterable[str]) -> str | None:
     """The known word that `word` is probably a slip of, if there is one.
 
     Of very many known words only the alphabetical neighbours are looked at.
     """
     words = sorted(set(known))
-    if len(words) > 2 * _NEIGHBOURS:
+    if len(words) > 2 * _NEIGHBOURS_PER_SIDE:
         place = bisect_left(words, word)
-        words = words[max(0, place - _NEIGHBOURS) : place + _NEIGHBOURS]
+        words = words[max(0, place - _NEIGHBOURS_PER_SIDE) : place + _NEIGHBOURS_PER_SIDE]
     close = get_close_matches(word, words, n=1, cutoff=0.6)
     return close[0] if close else None
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def spelling_hint(word: str, known: Iterable[str]) -> str:
     """A hint naming the known word nearest to `word`, or all of them when none is near."""
     words = sorted(set(known))
-    near = closest(word, words)
+    near = closest_match(word, words)
     if near is not None:
         return f"did you mean `{near}`?"
-    if len(words) > _LONGEST_LIST:
-        return (
-            f"known here: {', '.join(words[:_LONGEST_LIST])} and {len(words) - _LONGEST_LIST} more"
-        )
+    if len(words) > _MAX_WORDS_LISTED:
+        return f"known here: {', '.join(words[:_MAX_WORDS_LISTED])} and {len(words) - _MAX_WORDS_LISTED} more"
     return f"known here: {', '.join(words)}" if words else ""
 
 
@@ -181,79 +179,84 @@ class MoverError(Exception):
 
 
 class InputError(MoverError):
-    """The input is wrong. `faults` holds everything that was found, warnings included."""
+    """The input is wrong. `diagnostics` holds everything that was found, warnings included."""
 
-    def __init__(self, faults: Iterable[Fault]) -> None:
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Collect the faults; the message is all of them, one after the other."""
-        self.faults = tuple(faults)
-        super().__init__("\n".join(str(fault) for fault in self.faults))
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("\n".join(str(fault) for fault in self.diagnostics))
 
 
-ENOUGH = 100
+MAX_DIAGNOSTICS = 100
 """No reader wants more errors, or more warnings, than this at once."""
 
 
-class EnoughFaults(Exception):  # noqa: N818 - it ends the reading, it is not an error of its own
+class TooManyErrors(Exception):  # noqa: N818 - it ends the reading, it is not an error of its own
     """So many errors were found that reading on tells nothing new."""
 
 
 @dataclass
-class Findings:
+class Diagnostics:
     """Collects the faults of one input.
 
-    `malformed` says that the grammar was broken somewhere, `partial` that a part of the input is
+    `has_syntax_errors` says that the grammar was broken somewhere, `is_incomplete` that a part of the input is
     unknown: what seems to be absent may then be there, so absences are not reported.
     """
 
-    faults: list[Fault] = field(default_factory=list[Fault])
-    malformed: bool = False
-    partial: bool = False
-    _errors: int = 0
+    entries: list[Diagnostic] = field(default_factory=list[Diagnostic])
+    has_syntax_errors: bool = False
+    is_incomplete: bool = False
+    _error_count: int = 0
 
     def error(self, message: str, span: Span | None, hint: str = "") -> None:
         """Note an error. Raises EnoughFaults when there are too many to go on."""
-        self._errors += 1
-        if self._errors < ENOUGH:
-            self.faults.append(error(message, span, hint))
+        self._error_count += 1
+        if self._error_count < MAX_DIAGNOSTICS:
+            self.entries.append(error(message, span, hint))
             return
-        stopped = f"reading stopped here, after {ENOUGH} errors"
-        self.faults.append(error(message, span, _joined(hint, stopped)))
-        raise EnoughFaults
+        stopped = f"reading stopped here, after {MAX_DIAGNOSTICS} errors"
+        self.entries.append(error(message, span, _append_hint(hint, stopped)))
+        raise TooManyErrors
 
     def warning(self, message: str, span: Span | None, hint: str = "") -> None:
         """Note a warning."""
-        self.faults.append(warning(message, span, hint))
+        self.entries.append(warning(message, span, hint))
 
-    def malformation(self, message: str, span: Span, hint: str = "") -> None:
+    def syntax_error(self, message: str, span: Span, hint: str = "") -> None:
         """Note an error of grammar, unless it echoes the one before at the same place."""
-        if self.faults and self.faults[-1].span == span:
+        if self.entries and self.entries[-1].span == span:
             return
-        self.malformed = self.partial = True
+        self.has_syntax_errors = self.is_incomplete = True
         self.error(message, span, hint)
 
     @property
     def has_errors(self) -> bool:
         """Whether anything stops the command."""
-        return self._errors > 0
+        return self._error_count > 0
 
-    def in_order(self) -> tuple[Fault, ...]:
+    def sorted_by_position(self) -> tuple[Diagnostic, ...]:
         """The faults in the order of the text.
 
         Of the warnings only the first 100; the last of them says how many more there were.
         """
-        warnings = [f for f in sorted(self.faults, key=_start) if f.severity is Severity.WARNING]
-        more = len(warnings) - ENOUGH
+        warnings = [
+            f for f in sorted(self.entries, key=_start_offset) if f.severity is Severity.WARNING
+        ]
+        more = len(warnings) - MAX_DIAGNOSTICS
         if more > 0:
-            last, told = warnings[ENOUGH - 1], f"and {more} more warning{'s' if more > 1 else ''}"
-            warnings[ENOUGH - 1 :] = [replace(last, hint=_joined(last.hint, told))]
-        return tuple(sorted([*errors_among(self.faults), *warnings], key=_start))
+            last, told = (
+                warnings[MAX_DIAGNOSTICS - 1],
+                f"and {more} more warning{'s' if more > 1 else ''}",
+            )
+            warnings[MAX_DIAGNOSTICS - 1 :] = [replace(last, hint=_append_hint(last.hint, told))]
+        return tuple(sorted([*select_errors(self.entries), *warnings], key=_start_offset))
 
 
-def _start(fault: Fault) -> int:
-    return fault.span.start if fault.span else -1
+def _start_offset(diagnostic: Diagnostic) -> int:
+    return diagnostic.span.start if diagnostic.span else -1
 
 
-def _joined(first: str, second: str) -> str:
+def _append_hint(first: str, second: str) -> str:
     return f"{first}; {second}" if first else second
 
 

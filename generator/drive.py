@@ -9,16 +9,16 @@ from scipy.interpolate import CubicSpline
 
 from generator.rotations import Array
 
-SHORTEST = 1e-6
+MIN_ROW_INTERVAL = 1e-6
 """Rows nearer to each other than this make no motion whose rates can be told [s]."""
 
-FARTHEST = 1e6
+MAX_DISPLACEMENT = 1e6
 """Nor do displacements beyond this [rad or m]."""
 
-OVERSHOOT = 0.05
+RELATIVE_OVERSHOOT_TOLERANCE = 0.05
 """A spline may leave the range of its rows by this part of it, or by `NOTICED`, untold."""
 
-NOTICED = 1e-3
+ABSOLUTE_OVERSHOOT_TOLERANCE = 1e-3
 """Overshoot that nobody sees [rad or m]."""
 
 
@@ -55,7 +55,7 @@ class Drive:
     Attributes:
         times: shape (n,), increasing [s]; at least two.
         values: displacements, shape (n, k) [rad or m].
-        freedoms: which of the joint's degrees of freedom the k columns are, from 0; None for all.
+        coordinates: which of the joint's degrees of freedom the k columns are, from 0; None for all.
 
     Raises:
         ValueError: the rows make no motion; the message says why.
@@ -63,7 +63,7 @@ class Drive:
 
     times: Sequence[float] | Array
     values: Sequence[Sequence[float]] | Array
-    freedoms: tuple[int, ...] | None = None
+    coordinates: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
         """Refuse rows that are too few, out of order or not finite."""
@@ -79,14 +79,16 @@ class Drive:
             raise ValueError("times and displacements of a drive must be finite")
         if np.any(np.diff(times) <= 0.0):
             raise ValueError("the times of a drive must increase")
-        if np.any(np.diff(times) < SHORTEST):
-            raise ValueError(f"rows of a drive must be {SHORTEST:.0e} s apart or more")
-        if np.any(np.abs(values) > FARTHEST):
-            raise ValueError(f"displacements of a drive must be at most {FARTHEST:.0e} rad or m")
-        if self.freedoms is not None and (
-            len(set(self.freedoms)) != len(self.freedoms)
-            or len(self.freedoms) != values.shape[1]
-            or min(self.freedoms) < 0
+        if np.any(np.diff(times) < MIN_ROW_INTERVAL):
+            raise ValueError(f"rows of a drive must be {MIN_ROW_INTERVAL:.0e} s apart or more")
+        if np.any(np.abs(values) > MAX_DISPLACEMENT):
+            raise ValueError(
+                f"displacements of a drive must be at most {MAX_DISPLACEMENT:.0e} rad or m"
+            )
+        if self.coordinates is not None and (
+            len(set(self.coordinates)) != len(self.coordinates)
+            or len(self.coordinates) != values.shape[1]
+            or min(self.coordinates) < 0
         ):
             raise ValueError("each column of a drive is one degree of freedom, counted from 0")
 
@@ -105,7 +107,7 @@ class Drive:
         spline = CubicSpline(np.asarray(self.times, float), np.asarray(self.values, float))
         return spline, spline.derivative()
 
-    def at(self, times: float | Array) -> Array:
+    def displacements(self, times: float | Array) -> Array:
         """Displacements, shape (..., k) [rad or m], at times of shape (...)."""
         return np.asarray(self._splines[0](times))
 
@@ -125,10 +127,12 @@ class Drive:
         times = knots[:-1, None] + np.where(inside, turning, 0.0)
         found: list[Overshoot] = []
         for column, (low, high) in enumerate(zip(rows.min(axis=0), rows.max(axis=0), strict=True)):
-            values = self.at(times[:, :, column])[..., column]
+            values = self.displacements(times[:, :, column])[..., column]
             beyond = np.maximum(values - high, low - values)
             which, row = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
-            if beyond[which, row] > max(OVERSHOOT * (high - low), NOTICED):
+            if beyond[which, row] > max(
+                RELATIVE_OVERSHOOT_TOLERANCE * (high - low), ABSOLUTE_OVERSHOOT_TOLERANCE
+            ):
                 time, value = float(times[which, row, column]), float(values[which, row])
                 found.append(Overshoot(column, int(row), time, value, float(low), float(high)))
         return tuple(found)

@@ -12,16 +12,16 @@ from typing import Literal
 import numpy as np
 
 from generator.diagnostics import Span
-from generator.rotations import Array, homogeneous, matrix_from_xyz
+from generator.rotations import Array, matrix_from_xyz, pose_matrix
 
 Vector = tuple[float, float, float]
 
-CENTRE_OF_MASS = "CM"
+CENTRE_OF_MASS_SITE = "CM"
 """The site name that Peabody reserves for the centre of mass."""
 
 
 @dataclass(frozen=True)
-class Turn:
+class Rotation:
     """`xyz(a, b, c)`: intrinsic X-Y-Z angles [rad]."""
 
     angles: Vector
@@ -29,11 +29,11 @@ class Turn:
     @property
     def matrix(self) -> Array:
         """The pose matrix, shape (4, 4)."""
-        return homogeneous(matrix_from_xyz(*self.angles), np.zeros(3))
+        return pose_matrix(matrix_from_xyz(*self.angles), np.zeros(3))
 
 
 @dataclass(frozen=True)
-class Shift:
+class Translation:
     """`trans(x, y, z)`: a translation [m]."""
 
     offset: Vector
@@ -41,7 +41,7 @@ class Shift:
     @property
     def matrix(self) -> Array:
         """The pose matrix, shape (4, 4)."""
-        return homogeneous(np.eye(3), np.asarray(self.offset))
+        return pose_matrix(np.eye(3), np.asarray(self.offset))
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Location:
     column matrices the last factor stands leftmost.
     """
 
-    factors: tuple[Turn | Shift, ...] = ()
+    factors: tuple[Rotation | Translation, ...] = ()
 
     @cached_property
     def pose_in_segment(self) -> Array:
@@ -96,7 +96,7 @@ class Segment:
     @property
     def centre_of_mass(self) -> Array | None:
         """Position of the `CM` site in the segment frame [m], shape (3,); None without one."""
-        site = self.sites.get(CENTRE_OF_MASS)
+        site = self.sites.get(CENTRE_OF_MASS_SITE)
         return None if site is None else site.pose_in_segment[:3, 3]
 
     @property
@@ -118,7 +118,7 @@ class SiteRef:
 
 
 @dataclass(frozen=True)
-class Factor:
+class JointAxis:
     """`R(x,y,z)` or `T(x,y,z)`: one degree of freedom about or along a unit axis."""
 
     kind: Literal["R", "T"]
@@ -138,7 +138,7 @@ class Joint:
     name: str
     parent: SiteRef
     child: SiteRef
-    chain: tuple[Factor, ...] = ()
+    chain: tuple[JointAxis, ...] = ()
     displacement: tuple[float, ...] = ()
     stiff: tuple[float, ...] | None = None
     rest: tuple[float, ...] | None = None

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-ROUNDING = 1e-9
+ROUNDING_TOLERANCE = 1e-9
 """Relative error that a sum of many parts may have: asymmetry, moments that no body has."""
 
 
@@ -50,7 +50,7 @@ class MassProperties:
             raise ValueError("centre of mass and inertia must be finite")
         if not (np.isfinite(self.mass) and self.mass > 0.0):
             raise ValueError(f"a body's mass is above zero, not {self.mass}")
-        slack = ROUNDING * float(np.abs(inertia).max())
+        slack = ROUNDING_TOLERANCE * float(np.abs(inertia).max())
         if float(np.abs(inertia - inertia.T).max()) > slack:
             raise ValueError("an inertia tensor is symmetric")
         inertia = (inertia + inertia.T) / 2.0
@@ -71,14 +71,16 @@ class MassProperties:
         apart = other.centre - self.centre
         centre = self.centre + other.mass / mass * apart
         reduced = self.mass * (other.mass / mass)
-        return MassProperties(mass, centre, self.inertia + other.inertia + reduced * _spread(apart))
+        return MassProperties(
+            mass, centre, self.inertia + other.inertia + reduced * _unit_point_inertia(apart)
+        )
 
-    def about(self, point: ArrayLike) -> Array:
+    def inertia_about(self, point: ArrayLike) -> Array:
         """Inertia tensor about `point` [m] of the frame [kg m2], shape (3, 3) (eq. 5.37, 5.38)."""
         arm = self.centre - np.asarray(point, dtype=float)
-        return self.inertia + self.mass * _spread(arm)
+        return self.inertia + self.mass * _unit_point_inertia(arm)
 
-    def in_frame(self, pose_in_frame: ArrayLike) -> "MassProperties":
+    def transform(self, pose_in_frame: ArrayLike) -> "MassProperties":
         """The same body told in another frame, in which this one has the pose (4, 4)."""
         pose = np.asarray(pose_in_frame, dtype=float)
         turn, shift = pose[:3, :3], pose[:3, 3]
@@ -89,7 +91,7 @@ class MassProperties:
         return MassProperties(mass, self.centre, self.inertia * (mass / self.mass))
 
     @property
-    def principal(self) -> PrincipalInertia:
+    def principal_inertia(self) -> PrincipalInertia:
         """Principal moments and axes.
 
         The largest component of the first two axes is positive, and the third completes a
@@ -102,6 +104,6 @@ class MassProperties:
         return PrincipalInertia(moments, axes)
 
 
-def _spread(arm: Array) -> Array:
+def _unit_point_inertia(arm: Array) -> Array:
     """Inertia tensor of the mass one at the end of `arm`: |r|^2 - r r^T."""
     return float(arm @ arm) * np.eye(3) - np.outer(arm, arm)

@@ -14,18 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.diagnostics import MoverError
-from generator.figure import Factor
+from generator.figure import JointAxis
 from generator.rotations import (
-    PERPENDICULAR,
+    PERPENDICULAR_TOLERANCE,
     Array,
-    Sequence3,
+    RotationSequence,
     cross_matrix,
-    homogeneous,
     inverse_pose,
     matrix_from_axis_angle,
     matrix_from_chain_angles,
-    unit,
-    wrapped,
+    pose_matrix,
+    unit_vector,
+    wrap_angle,
 )
 
 
@@ -40,47 +40,49 @@ class Chain:
     Making one proves that a single joint can hold it. Raises ChainError when none can.
     """
 
-    factors: tuple[Factor, ...]
+    joint_axes: tuple[JointAxis, ...]
 
     def __post_init__(self) -> None:
         """Refuse what no single joint can hold."""
-        axes = [unit(self.factors[k].axis) for k in self.turns]
+        axes = [unit_vector(self.joint_axes[k].axis) for k in self.rotations]
         if len(axes) > 3:
             raise ChainError(f"{len(axes)} rotations: a joint has at most three")
         for first, second in pairwise(axes):
-            if abs(float(first @ second)) > PERPENDICULAR:
+            if abs(float(first @ second)) > PERPENDICULAR_TOLERANCE:
                 raise ChainError(
                     "each rotation axis must be perpendicular to the next: "
                     "oblique or repeated axes cannot reach every orientation"
                 )
-        slides = [self.factors[k].axis for k in self.slides]
-        if slides and np.linalg.matrix_rank(np.array(slides), tol=PERPENDICULAR) < len(slides):
+        slides = [self.joint_axes[k].axis for k in self.translations]
+        if slides and np.linalg.matrix_rank(np.array(slides), tol=PERPENDICULAR_TOLERANCE) < len(
+            slides
+        ):
             raise ChainError("the translation axes are not independent")
-        if self._slides_outside() is None:
+        if self._translation_order() is None:
             raise ChainError("a translation stands between rotations that do not commute with it")
 
     @cached_property
-    def turns(self) -> tuple[int, ...]:
+    def rotations(self) -> tuple[int, ...]:
         """Places of the rotations among the factors."""
-        return tuple(k for k, factor in enumerate(self.factors) if factor.kind == "R")
+        return tuple(k for k, factor in enumerate(self.joint_axes) if factor.kind == "R")
 
     @cached_property
-    def slides(self) -> tuple[int, ...]:
+    def translations(self) -> tuple[int, ...]:
         """Places of the translations among the factors."""
-        return tuple(k for k, factor in enumerate(self.factors) if factor.kind == "T")
+        return tuple(k for k, factor in enumerate(self.joint_axes) if factor.kind == "T")
 
     @cached_property
-    def slides_are_outside(self) -> bool:
+    def translations_are_outer(self) -> bool:
         """Whether the child slides along axes of the parent (else along its own)."""
-        return bool(self._slides_outside())
+        return bool(self._translation_order())
 
-    def _slides_outside(self) -> bool | None:
+    def _translation_order(self) -> bool | None:
         """True: all slides can stand outside all turns; False: inside; None: neither."""
         for outside in (True, False):
             crossed = [
-                (self.factors[t], self.factors[s])
-                for t in self.turns
-                for s in self.slides
+                (self.joint_axes[t], self.joint_axes[s])
+                for t in self.rotations
+                for s in self.translations
                 if (s < t) == outside
             ]
             if all(_commute(turn, slide) for turn, slide in crossed):
@@ -88,20 +90,20 @@ class Chain:
         return None
 
     @cached_property
-    def turn_axes(self) -> tuple[tuple[float, float, float], ...]:
+    def rotation_axes(self) -> tuple[tuple[float, float, float], ...]:
         """Axes of the rotations, innermost first."""
-        return tuple(self.factors[k].axis for k in self.turns)
+        return tuple(self.joint_axes[k].axis for k in self.rotations)
 
     @cached_property
-    def sequence(self) -> Sequence3 | None:
+    def sequence(self) -> RotationSequence | None:
         """The three rotations, where there are three."""
-        return Sequence3(self.turn_axes) if len(self.turns) == 3 else None
+        return RotationSequence(self.rotation_axes) if len(self.rotations) == 3 else None
 
     def pose(self, displacements: ArrayLike) -> Array:
         """Pose of the child's site in the parent's, shape (..., 4, 4), at (..., n) [rad or m]."""
         values = np.asarray(displacements, dtype=float)
         start = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
-        steps = [_factor_pose(f, values[..., k]) for k, f in enumerate(self.factors)]
+        steps = [_axis_pose(f, values[..., k]) for k, f in enumerate(self.joint_axes)]
         return reduce(lambda pose, step: step @ pose, steps, start)
 
     def twists(self, displacements: ArrayLike) -> Array:
@@ -113,14 +115,14 @@ class Chain:
         values = np.asarray(displacements, dtype=float)
         rows = np.zeros((*values.shape, 6))
         outer = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
-        for k in reversed(range(len(self.factors))):
-            axis = outer[..., :3, :3] @ unit(self.factors[k].axis)
-            if self.factors[k].kind == "R":
+        for k in reversed(range(len(self.joint_axes))):
+            axis = outer[..., :3, :3] @ unit_vector(self.joint_axes[k].axis)
+            if self.joint_axes[k].kind == "R":
                 rows[..., k, :3] = axis
                 rows[..., k, 3:] = np.cross(outer[..., :3, 3], axis)
             else:
                 rows[..., k, 3:] = axis
-            outer = outer @ _factor_pose(self.factors[k], values[..., k])
+            outer = outer @ _axis_pose(self.joint_axes[k], values[..., k])
         return rows
 
     def displacements(self, pose: ArrayLike, near: ArrayLike | None = None) -> Array:
@@ -131,35 +133,35 @@ class Chain:
         """
         x = np.asarray(pose, dtype=float)
         previous = None if near is None else np.asarray(near, dtype=float)
-        result = np.zeros(len(self.factors))
-        turns, slides = list(self.turns), list(self.slides)
+        result = np.zeros(len(self.joint_axes))
+        turns, slides = list(self.rotations), list(self.translations)
         result[turns] = self._angles(x[:3, :3], None if previous is None else previous[turns])
         if slides:
-            axes = np.array([unit(self.factors[k].axis) for k in slides]).T
+            axes = np.array([unit_vector(self.joint_axes[k].axis) for k in slides]).T
             offset = x[:3, 3]
-            if not self.slides_are_outside:
-                turned = matrix_from_chain_angles(self.turn_axes, result[turns])
+            if not self.translations_are_outer:
+                turned = matrix_from_chain_angles(self.rotation_axes, result[turns])
                 offset = turned.T @ offset
             result[slides] = np.linalg.lstsq(axes, offset, rcond=None)[0]
         return result
 
     def _angles(self, matrix: Array, near: Array | None) -> Array:
         """Angles of the rotations, shape (number of rotations,)."""
-        axes = self.turn_axes
+        axes = self.rotation_axes
         if self.sequence is not None:
             return self.sequence.angles(matrix, near)
         angles: list[float] = []
         if len(axes) == 2:
-            inner, outer = unit(axes[0]), unit(axes[1])
+            inner, outer = unit_vector(axes[0]), unit_vector(axes[1])
             moved = matrix @ inner
             angles.append(float(np.arctan2(outer @ np.cross(inner, moved), inner @ moved)))
             matrix = matrix_from_axis_angle(outer, angles[0]).T @ matrix
         if axes:
-            angles.insert(0, _angle_nearest_axis(unit(axes[0]), matrix))
+            angles.insert(0, _nearest_rotation_angle(unit_vector(axes[0]), matrix))
         base = np.zeros(len(axes)) if near is None else near
-        return base + wrapped(np.array(angles) - base)
+        return base + wrap_angle(np.array(angles) - base)
 
-    def gap(self, pose: ArrayLike) -> Array:
+    def pose_residual(self, pose: ArrayLike) -> Array:
         """How far a pose is outside the chain's reach: (turn [rad], offset [m]), shape (6,)."""
         reached = self.pose(self.displacements(pose))
         between = inverse_pose(reached) @ np.asarray(pose, dtype=float)
@@ -168,21 +170,26 @@ class Chain:
         return np.concatenate([turn, between[:3, 3]])
 
 
-def _commute(turn: Factor, slide: Factor) -> bool:
+def _commute(rotation: JointAxis, translation: JointAxis) -> bool:
     """Whether a turn and a slide may change places: they share their axis."""
-    return bool(np.linalg.norm(np.cross(unit(turn.axis), unit(slide.axis))) < PERPENDICULAR)
+    return bool(
+        np.linalg.norm(np.cross(unit_vector(rotation.axis), unit_vector(translation.axis)))
+        < PERPENDICULAR_TOLERANCE
+    )
 
 
-def _factor_pose(factor: Factor, value: ArrayLike) -> Array:
+def _axis_pose(joint_axis: JointAxis, value: ArrayLike) -> Array:
     """Pose matrix of one factor, shape (..., 4, 4)."""
     v = np.asarray(value, dtype=float)
-    if factor.kind == "R":
-        return homogeneous(matrix_from_axis_angle(unit(factor.axis), v), np.zeros((*v.shape, 3)))
+    if joint_axis.kind == "R":
+        return pose_matrix(
+            matrix_from_axis_angle(unit_vector(joint_axis.axis), v), np.zeros((*v.shape, 3))
+        )
     turn = np.broadcast_to(np.eye(3), (*v.shape, 3, 3))
-    return homogeneous(turn, v[..., None] * unit(factor.axis))
+    return pose_matrix(turn, v[..., None] * unit_vector(joint_axis.axis))
 
 
-def _angle_nearest_axis(axis: Array, matrix: Array) -> float:
+def _nearest_rotation_angle(axis: Array, matrix: Array) -> float:
     """The angle about `axis` of the turn about it that is nearest to `matrix` [rad]."""
     k = cross_matrix(axis)
     sine = -float(np.sum(k.T * matrix))
@@ -190,6 +197,6 @@ def _angle_nearest_axis(axis: Array, matrix: Array) -> float:
     return float(np.arctan2(sine, cosine))
 
 
-def chain_of(factors: Sequence[Factor]) -> Chain:
+def build_chain(joint_axes: Sequence[JointAxis]) -> Chain:
     """The chain of a joint's factors. Raises ChainError when one joint cannot hold them."""
-    return Chain(tuple(factors))
+    return Chain(tuple(joint_axes))

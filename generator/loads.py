@@ -56,19 +56,19 @@ class TimedLoad:
             raise ValueError("the times of a load must increase")
 
     @property
-    def jumps(self) -> tuple[float, ...]:
+    def discontinuities(self) -> tuple[float, ...]:
         """Times at which the load sets in or stops all at once [s]."""
         ends = {self.times[0]: self.values[0], self.times[-1]: self.values[-1]}
         return tuple(time for time, value in ends.items() if any(value))
 
-    def at(self, time: float | Array) -> Array:
+    def components(self, time: float | Array) -> Array:
         """The components at a time [N or N m], shape (..., 3)."""
         times, values = np.asarray(self.times, float), np.asarray(self.values, float)
         parts = [np.interp(time, times, values[:, k], left=0.0, right=0.0) for k in range(3)]
         return np.stack(parts, axis=-1)
 
 
-def constant(
+def constant_load(
     site: SiteRef, kind: LoadKind, value: Sequence[float], start: float, stop: float
 ) -> TimedLoad:
     """A load that does not vary from `start` to `stop` [s]."""

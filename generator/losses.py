@@ -6,7 +6,7 @@ A report in the making: losses of one kind are one sentence with all its places.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-MOST_PLACES = 8
+MAX_NAMED_PLACES = 8
 """So many places are named in a sentence; the data names all."""
 
 
@@ -31,9 +31,9 @@ class Loss:
         """The sentence with its places."""
         if not self.where:
             return self.what
-        left = len(self.where) - MOST_PLACES
+        left = len(self.where) - MAX_NAMED_PLACES
         more = f" and {left} more" if left > 0 else ""
-        return f"{self.what}: {', '.join(self.where[:MOST_PLACES])}{more}"
+        return f"{self.what}: {', '.join(self.where[:MAX_NAMED_PLACES])}{more}"
 
 
 @dataclass(frozen=True)
@@ -42,24 +42,24 @@ class Losses:
 
     Attributes:
         format: what sentences call the format.
-        each: one after the other; empty where the file holds everything.
+        entries: one after the other; empty where the file holds everything.
     """
 
     format: str
-    each: tuple[Loss, ...] = ()
+    entries: tuple[Loss, ...] = ()
 
     @classmethod
-    def of(cls, name: str, each: Iterable[Loss | None]) -> "Losses":
+    def collect(cls, name: str, each: Iterable[Loss | None]) -> "Losses":
         """The losses of a format among `each`, in which None stands for no loss."""
         return cls(name, tuple(loss for loss in each if loss is not None))
 
-    def as_data(self) -> list[dict[str, object]]:
+    def to_json(self) -> list[dict[str, object]]:
         """The losses for `--json`."""
-        return [{"what": loss.what, "where": list(loss.where)} for loss in self.each]
+        return [{"what": loss.what, "where": list(loss.where)} for loss in self.entries]
 
 
 @dataclass
-class Report:
+class LossReport:
     """What a writer could not write, in the order in which it found it.
 
     Attributes:
@@ -69,15 +69,15 @@ class Report:
     format: str
     _places: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
 
-    def lose(self, what: str, *where: str) -> None:
+    def add(self, what: str, *where: str) -> None:
         """Note a loss, at places or of the whole."""
         places = self._places.setdefault(what, [])
         places += [place for place in where if place not in places]
 
-    def add(self, loss: Loss | None) -> None:
+    def add_loss(self, loss: Loss | None) -> None:
         """Note a loss that is put in words already; None is none."""
         if loss is not None:
-            self.lose(loss.what, *loss.where)
+            self.add(loss.what, *loss.where)
 
     @property
     def losses(self) -> Losses:

@@ -4,20 +4,20 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
 
-from generator.figure import Factor
+from generator.figure import JointAxis
 from generator.losses import Loss
 
-_ODD = re.compile(r"[^A-Za-z0-9_]")
+_INVALID_CHARACTER = re.compile(r"[^A-Za-z0-9_]")
 
 
 def plain_names(names: Iterable[str]) -> dict[str, str]:
     """A plain name for each of `names`, by it; those of figure files stay as they are."""
     listed = list(dict.fromkeys(names))
-    plain = {name: name for name in listed if _plain(name) == name}
+    plain = {name: name for name in listed if _sanitise(name) == name}
     taken = set(plain)
     for name in listed:
         if name not in plain:
-            word = _plain(name)
+            word = _sanitise(name)
             if word in taken:
                 word = next(new for k in count(2) if (new := f"{word}_{k}") not in taken)
             taken.add(word)
@@ -25,20 +25,20 @@ def plain_names(names: Iterable[str]) -> dict[str, str]:
     return {name: plain[name] for name in listed}
 
 
-def _plain(name: str) -> str:
-    word = _ODD.sub("_", name)
+def _sanitise(name: str) -> str:
+    word = _INVALID_CHARACTER.sub("_", name)
     return word if word and not word[0].isdigit() else f"_{word}"
 
 
-def loss_of_names(plain: Mapping[str, str]) -> Loss | None:
+def renaming_loss(new_names: Mapping[str, str]) -> Loss | None:
     """The loss of names that could not stay; None where all did."""
-    changed = tuple(f"{name!r} is {word}" for name, word in plain.items() if name != word)
+    changed = tuple(f"{name!r} is {word}" for name, word in new_names.items() if name != word)
     if not changed:
         return None
     return Loss("names with other characters than letters, digits and _", changed)
 
 
-def coordinate_names(chains: Mapping[str, Sequence[Factor]]) -> dict[str, tuple[str, ...]]:
+def coordinate_names(chains: Mapping[str, Sequence[JointAxis]]) -> dict[str, tuple[str, ...]]:
     """The names of a figure's displacements as coordinates, `JOINT_1`, `JOINT_2` ..., by joint.
 
     They are numbered from 1 in the order of the chain, the innermost factor first, as the

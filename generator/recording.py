@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from generator.figure import Factor
+from generator.figure import JointAxis
 from generator.rotations import Array
 
 
@@ -101,7 +101,7 @@ class Recording:
 
     times: Array
     poses: Mapping[str, Array]
-    chains: Mapping[str, tuple[Factor, ...]]
+    chains: Mapping[str, tuple[JointAxis, ...]]
     displacements: Mapping[str, Array]
     velocities: Mapping[str, Array]
     rotation_vectors: Mapping[str, Array]

@@ -15,14 +15,14 @@ from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
-PERPENDICULAR = 1e-9
+PERPENDICULAR_TOLERANCE = 1e-9
 """Largest cosine between two axes that count as perpendicular."""
 
-POLE = 1e-8
+SINGULAR_SINE = 1e-8
 """Below this sine of the middle angle only the sum or difference of the outer two is known."""
 
 
-def unit(vector: ArrayLike) -> Array:
+def unit_vector(vector: ArrayLike) -> Array:
     """`vector` scaled to length one, shape (3,). Raises ValueError for the zero vector."""
     array = np.asarray(vector, dtype=float)
     length = float(np.linalg.norm(array))
@@ -73,7 +73,7 @@ def matrix_from_xyz(a: float, b: float, c: float) -> Array:
     )
 
 
-def homogeneous(rotation: ArrayLike, translation: ArrayLike) -> Array:
+def pose_matrix(rotation: ArrayLike, translation: ArrayLike) -> Array:
     """The pose matrix of a rotation (..., 3, 3) and a translation (..., 3) [m]: (..., 4, 4)."""
     r, t = np.asarray(rotation, dtype=float), np.asarray(translation, dtype=float)
     pose = np.zeros((*r.shape[:-2], 4, 4))
@@ -87,24 +87,24 @@ def inverse_pose(pose: ArrayLike) -> Array:
     """The inverse of a rigid pose (..., 4, 4): `X_BA` from `X_AB`."""
     x = np.asarray(pose, dtype=float)
     turned = np.swapaxes(x[..., :3, :3], -1, -2)
-    return homogeneous(turned, -(turned @ x[..., :3, 3:])[..., 0])
+    return pose_matrix(turned, -(turned @ x[..., :3, 3:])[..., 0])
 
 
-def frame_with_z(axis: ArrayLike) -> Array:
+def rotation_with_z_axis(axis: ArrayLike) -> Array:
     """A rotation whose third column is the unit `axis` (the thesis's `zifyjoint`, figure 3.5).
 
     z is turned onto the axis by the shortest way; onto an axis that points down from -z, where a
     half turn about x has brought it.
     """
-    target = unit(axis)
+    target = unit_vector(axis)
     half_turn = np.diag([1.0, -1.0, -1.0])
     if target[2] < 0.0:
-        return half_turn @ frame_with_z(half_turn @ target)
+        return half_turn @ rotation_with_z_axis(half_turn @ target)
     k = cross_matrix(np.cross([0.0, 0.0, 1.0], target))
     return np.eye(3) + k + k @ k / (1.0 + float(target[2]))
 
 
-def wrapped(angle: Array) -> Array:
+def wrap_angle(angle: Array) -> Array:
     """The angle nearest to zero that differs from `angle` by whole turns, in [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
@@ -123,7 +123,7 @@ def matrix_from_chain_angles(axes: Sequence[ArrayLike], angles: ArrayLike) -> Ar
 
 
 @dataclass(frozen=True)
-class Sequence3:
+class RotationSequence:
     """Three rotation axes, each perpendicular to the next: angles for any orientation.
 
     Contains the thesis's twelve sequences, with signs, and their turned copies. The axes are those
@@ -137,14 +137,14 @@ class Sequence3:
 
     def __post_init__(self) -> None:
         """Refuse axes that cannot reach every orientation."""
-        first, middle, last = (unit(axis) for axis in self.axes)
-        if max(abs(float(first @ middle)), abs(float(middle @ last))) > PERPENDICULAR:
+        first, middle, last = (unit_vector(axis) for axis in self.axes)
+        if max(abs(float(first @ middle)), abs(float(middle @ last))) > PERPENDICULAR_TOLERANCE:
             raise ValueError("each axis must be perpendicular to the next")
 
     @cached_property
     def _frame(self) -> tuple[Array, float]:
         """Rows e1 (middle axis), e2, e3 (last axis), and the offset that turns e3 into a1."""
-        first, middle, last = (unit(axis) for axis in self.axes)
+        first, middle, last = (unit_vector(axis) for axis in self.axes)
         side = np.cross(last, middle)
         offset = float(np.arctan2(-(first @ side), first @ last))
         return np.stack([middle, side, last]), offset
@@ -163,40 +163,40 @@ class Sequence3:
         """
         m = np.asarray(matrix, dtype=float)
         frame, offset = self._frame
-        turned = frame @ m @ unit(self.axes[0])
+        turned = frame @ m @ unit_vector(self.axes[0])
         sine = float(np.hypot(turned[0], turned[1]))
         polar = float(np.arctan2(sine, turned[2]))
-        if sine < POLE:
-            return self._at_pole(m, frame, offset, 0.0 if turned[2] > 0 else np.pi, near)
+        if sine < SINGULAR_SINE:
+            return self._singular_angles(m, frame, offset, 0.0 if turned[2] > 0 else np.pi, near)
         last = float(np.arctan2(turned[0], -turned[1]))
-        first = self._first(m, polar - offset, last)
+        first = self._inner_angle(m, polar - offset, last)
         triple = np.array([first, polar - offset, last])
         # Half a turn of the outer two and the opposite polar angle give the same orientation.
         other = np.array([first + np.pi, -polar - offset, last + np.pi])
-        return _choose([triple, other], near)
+        return _choose_triple([triple, other], near)
 
-    def at_pole(self, matrix: ArrayLike) -> bool:
+    def is_singular(self, matrix: ArrayLike) -> bool:
         """Whether only the sum or the difference of the outer angles is known."""
         frame, _ = self._frame
-        turned = frame @ np.asarray(matrix, dtype=float) @ unit(self.axes[0])
-        return bool(np.hypot(turned[0], turned[1]) < POLE)
+        turned = frame @ np.asarray(matrix, dtype=float) @ unit_vector(self.axes[0])
+        return bool(np.hypot(turned[0], turned[1]) < SINGULAR_SINE)
 
-    def _first(self, matrix: Array, middle: float, last: float) -> float:
+    def _inner_angle(self, matrix: Array, middle: float, last: float) -> float:
         """The innermost angle once the other two are known."""
         outer = matrix_from_chain_angles(self.axes[1:], [middle, last])
-        return _angle_about(unit(self.axes[0]), outer.T @ matrix)
+        return _angle_about(unit_vector(self.axes[0]), outer.T @ matrix)
 
-    def _at_pole(
+    def _singular_angles(
         self, matrix: Array, frame: Array, offset: float, polar: float, near: ArrayLike | None
     ) -> Array:
         """Only `last + sign * first` is known: share it, or stay nearest to `near`."""
         sign = 1.0 if polar == 0.0 else -1.0
-        middle = float(wrapped(np.asarray(polar - offset)))
+        middle = float(wrap_angle(np.asarray(polar - offset)))
         total = _angle_about(frame[2], matrix @ matrix_from_axis_angle(frame[0], middle).T)
         if near is None:
             return np.array([sign * total / 2.0, middle, total / 2.0])
         previous = np.asarray(near, dtype=float)
-        rest = float(wrapped(np.asarray(total - previous[2] - sign * previous[0])))
+        rest = float(wrap_angle(np.asarray(total - previous[2] - sign * previous[0])))
         middle = middle + 2.0 * np.pi * round((previous[1] - middle) / (2.0 * np.pi))
         return np.array([previous[0] + sign * rest / 2.0, middle, previous[2] + rest / 2.0])
 
@@ -217,11 +217,11 @@ def _angle_about(axis: Array, matrix: Array) -> float:
     return float(np.arctan2(sine, cosine))
 
 
-def _choose(triples: list[Array], near: ArrayLike | None) -> Array:
+def _choose_triple(triples: list[Array], near: ArrayLike | None) -> Array:
     """The conventional triple, or the one nearest to `near` after whole turns."""
     if near is None:
-        whole = [wrapped(triple) for triple in triples]
+        whole = [wrap_angle(triple) for triple in triples]
         return min(whole, key=lambda triple: (round(abs(float(triple[1])), 9), triple[1] < 0.0))
     previous = np.asarray(near, dtype=float)
-    moved = [previous + wrapped(triple - previous) for triple in triples]
+    moved = [previous + wrap_angle(triple - previous) for triple in triples]
     return min(moved, key=lambda triple: float(np.linalg.norm(triple - previous)))

@@ -11,35 +11,35 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-from generator.diagnostics import Fault, Source, Span, error
+from generator.diagnostics import Diagnostic, Source, Span, error
 
-LARGEST = 32_000_000
+MAX_FILE_BYTES = 32_000_000
 """Bytes of the largest file that is read: a device without end must not be read for ever."""
 
-_WIDE_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
-def read_text(path: Path, name: str) -> tuple[Source, Fault | None]:
+def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
     """The text of the file at `path` under the `name` that the user knows, and what is wrong.
 
     UTF-8 with or without a byte-order mark; all three ends of line are read as one.
     """
     try:
         with path.open("rb") as file:
-            data = file.read(LARGEST + 1)
+            data = file.read(MAX_FILE_BYTES + 1)
     except IsADirectoryError:
         return Source(name, ""), error(f"`{name}` is a directory, not a file")
     except OSError as failure:
         reason = (failure.strerror or "unknown reason").lower()
         return Source(name, ""), error(f"`{name}` cannot be read: {reason}")
-    if len(data) > LARGEST:
-        return Source(name, ""), error(f"`{name}` is larger than {LARGEST // 1_000_000} MB")
+    if len(data) > MAX_FILE_BYTES:
+        return Source(name, ""), error(f"`{name}` is larger than {MAX_FILE_BYTES // 1_000_000} MB")
     data = data.removeprefix(codecs.BOM_UTF8)
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as failure:
-        return _not_utf8(data, name, failure.start)
-    source = Source(name, unified(text))
+        return _decoding_error(data, name, failure.start)
+    source = Source(name, normalise_newlines(text))
     zero = source.text.find("\0")
     if zero != -1:
         return source, error(
@@ -48,19 +48,19 @@ def read_text(path: Path, name: str) -> tuple[Source, Fault | None]:
     return source, None
 
 
-def unified(text: str) -> str:
+def normalise_newlines(text: str) -> str:
     r"""`text` with every end of line (`\r\n`, `\r`, `\n`) written as `\n`."""
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _not_utf8(data: bytes, name: str, place: int) -> tuple[Source, Fault]:
+def _decoding_error(data: bytes, name: str, offset: int) -> tuple[Source, Diagnostic]:
     """The fault of a file that is not UTF-8, at its first such byte."""
-    if data.startswith(_WIDE_MARKS):
-        source = Source(name, unified(data.decode("utf-16", errors="replace")))
+    if data.startswith(_UTF16_MARKS):
+        source = Source(name, normalise_newlines(data.decode("utf-16", errors="replace")))
         return source, error("this file is UTF-16", Span(source, 0, 1), "save it as UTF-8")
-    before = unified(data[:place].decode("utf-8"))
-    source = Source(name, before + unified(data[place:].decode("latin-1")))
-    byte = data[place]
+    before = normalise_newlines(data[:offset].decode("utf-8"))
+    source = Source(name, before + normalise_newlines(data[offset:].decode("latin-1")))
+    byte = data[offset]
     return source, error(
         f"byte 0x{byte:02X} is not UTF-8",
         Span(source, len(before), len(before) + 1),
@@ -70,16 +70,16 @@ def _not_utf8(data: bytes, name: str, place: int) -> tuple[Source, Fault]:
     )
 
 
-_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+_CREATE_FLAGS = os.O_WRONLY | os.O_CREAT | os.O_EXCL
 
-_MODE = 0o666
+_DEFAULT_MODE = 0o666
 """Mode of a file that was not there before, less what the user's mask takes away."""
 
-_MOST_LINKS = 40
+_MAX_SYMLINKS = 40
 """So many links one behind the other are followed, as the system itself does."""
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
+def write_atomic(path: Path, content: str | bytes) -> None:
     """Put `content`, a text in UTF-8, into the file at `path`.
 
     It goes to a temporary file in the same folder, which takes the place of `path` once the
@@ -91,10 +91,10 @@ def write_whole(path: Path, content: str | bytes) -> None:
     Raises OSError when the file cannot be written.
     """
     data = content.encode() if isinstance(content, str) else content
-    target = _target(path)
-    mode = _mode_of(path)
-    part = _part_of(target)
-    descriptor = os.open(part, _NEW, _MODE if mode is None else mode)
+    target = _real_path(path)
+    mode = _existing_mode(path)
+    part = _temporary_path(target)
+    descriptor = os.open(part, _CREATE_FLAGS, _DEFAULT_MODE if mode is None else mode)
     try:
         with open(descriptor, "wb") as stream:
             stream.write(data)
@@ -109,27 +109,27 @@ def write_whole(path: Path, content: str | bytes) -> None:
         raise
 
 
-def why_not_writable(path: Path) -> str | None:
+def unwritable_reason(path: Path) -> str | None:
     """The reason why `path` cannot be written, found by trying its folder; None when it can."""
-    target = _target(path)
-    part = _part_of(target)
+    target = _real_path(path)
+    part = _temporary_path(target)
     try:
         if not target.parent.is_dir():
-            return f"there is no directory `{_named_by(path).parent}`"
-        _mode_of(path)
-        os.close(os.open(part, _NEW, _MODE))
+            return f"there is no directory `{_link_target(path).parent}`"
+        _existing_mode(path)
+        os.close(os.open(part, _CREATE_FLAGS, _DEFAULT_MODE))
         part.unlink()
     except OSError as failure:
-        return reason_of(failure)
+        return os_error_reason(failure)
     return None
 
 
-def reason_of(failure: OSError) -> str:
+def os_error_reason(failure: OSError) -> str:
     """What the system says of a failure, as part of a sentence."""
     return (failure.strerror or "unknown reason").lower()
 
 
-def _mode_of(path: Path) -> int | None:
+def _existing_mode(path: Path) -> int | None:
     """The mode of the file that is to be replaced, None where there is none yet.
 
     Raises OSError for what must not be replaced.
@@ -148,18 +148,18 @@ def _mode_of(path: Path) -> int | None:
     return stat.S_IMODE(mode)
 
 
-def _target(path: Path) -> Path:
+def _real_path(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def _named_by(path: Path) -> Path:
+def _link_target(path: Path) -> Path:
     """The path that links lead to, in the words of the user and of the links."""
-    for _ in range(_MOST_LINKS):
+    for _ in range(_MAX_SYMLINKS):
         if not path.is_symlink():
             break
         path = path.parent / path.readlink()
     return path
 
 
-def _part_of(target: Path) -> Path:
+def _temporary_path(target: Path) -> Path:
     return target.with_name(f".{target.name[:50]}.{secrets.token_hex(4)}.part")

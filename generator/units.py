@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import lru_cache
 from math import isfinite
 
-from generator.diagnostics import nearest, shorten
+from generator.diagnostics import shorten, spelling_hint
 
 PI = Fraction(Decimal("3.14159265358979323846264338327950288419716939937510582097494459"))
 """Enough digits that no float of an angle is rounded the wrong way."""
@@ -39,7 +39,7 @@ class Dimension(Enum):
     DENSITY = "a density"
 
 
-POWERS: Mapping[Dimension, Powers] = {
+DIMENSION_POWERS: Mapping[Dimension, Powers] = {
     Dimension.NUMBER: (0, 0, 0, 0),
     Dimension.LENGTH: (1, 0, 0, 0),
     Dimension.ANGLE: (0, 0, 0, 1),
@@ -54,7 +54,7 @@ POWERS: Mapping[Dimension, Powers] = {
     Dimension.DENSITY: (-3, 1, 0, 0),
 }
 
-EXAMPLES: Mapping[Dimension, str] = {
+UNIT_EXAMPLES: Mapping[Dimension, str] = {
     Dimension.NUMBER: "none",
     Dimension.LENGTH: "cm, m, mm, in, ft",
     Dimension.ANGLE: "deg, rad",
@@ -71,36 +71,36 @@ EXAMPLES: Mapping[Dimension, str] = {
 
 
 @dataclass(frozen=True)
-class Bound:
+class InputBound:
     """How large a number of a dimension may be where a person gives it: beyond lies a slip.
 
     Within it the squares and products that commands make stay far from the largest float.
 
     Attributes:
         dimension: what is measured.
-        largest: [SI], of either sign.
-        said: the same in words.
+        max_abs: [SI], of either sign.
+        text: the same in words.
     """
 
     dimension: Dimension
-    largest: float
-    said: str
+    max_abs: float
+    text: str
 
-    def holds(self, value: float) -> bool:
+    def contains(self, value: float) -> bool:
         """Whether a value [SI] is within the bound; what is not finite is not."""
-        return abs(value) <= self.largest
+        return abs(value) <= self.max_abs
 
     def __str__(self) -> str:
         """The bound as a sentence."""
-        return f"{self.dimension.value} is at most {self.said}"
+        return f"{self.dimension.value} is at most {self.text}"
 
 
-BOUNDS: Mapping[Dimension, Bound] = {
+INPUT_BOUNDS: Mapping[Dimension, InputBound] = {
     bound.dimension: bound
     for bound in (
-        Bound(Dimension.LENGTH, 1e9, "1e9 m"),
-        Bound(Dimension.ANGLE, float(10**6 * PI / 180), "1e6 deg"),
-        Bound(Dimension.DENSITY, 1e6, "1e6 kg/m3"),
+        InputBound(Dimension.LENGTH, 1e9, "1e9 m"),
+        InputBound(Dimension.ANGLE, float(10**6 * PI / 180), "1e6 deg"),
+        InputBound(Dimension.DENSITY, 1e6, "1e6 kg/m3"),
     )
 }
 
@@ -117,7 +117,7 @@ _LENGTH: Powers = (1, 0, 0, 0)
 _MASS: Powers = (0, 1, 0, 0)
 _FORCE: Powers = (1, 1, -2, 0)
 
-_BASE: Mapping[str, Unit] = {
+_BASE_UNITS: Mapping[str, Unit] = {
     "cm": Unit(Fraction(1, 100), _LENGTH),
     "m": Unit(Fraction(1), _LENGTH),
     "mm": Unit(Fraction(1, 1000), _LENGTH),
@@ -133,7 +133,7 @@ _BASE: Mapping[str, Unit] = {
     "dyn": Unit(Fraction(1, 100_000), _FORCE),
 }
 
-_CGS = (Fraction(1, 100), Fraction(1, 1000), Fraction(1), Fraction(1))
+_CGS_FACTORS = (Fraction(1, 100), Fraction(1, 1000), Fraction(1), Fraction(1))
 
 _UNIT_WORD = re.compile(r"([A-Za-z]+)([2-4]?)")
 
@@ -150,24 +150,24 @@ class UnitError(ValueError):
 def is_unit_word(word: str) -> bool:
     """Whether `word` is a base unit with or without a power (`cm`, `m2`)."""
     match = _UNIT_WORD.fullmatch(word)
-    return match is not None and match[1] in _BASE
+    return match is not None and match[1] in _BASE_UNITS
 
 
-def _word_unit(word: str) -> Unit:
+def _parse_unit_word(word: str) -> Unit:
     match = _UNIT_WORD.fullmatch(word)
-    if match is None or match[1] not in _BASE:
-        known = {name.lower(): name for name in _BASE}
+    if match is None or match[1] not in _BASE_UNITS:
+        known = {name.lower(): name for name in _BASE_UNITS}
         same = known.get(word.lower())
-        hint = f"did you mean `{same}`?" if same else nearest(word, _BASE)
+        hint = f"did you mean `{same}`?" if same else spelling_hint(word, _BASE_UNITS)
         raise UnitError(f"unknown unit `{shorten(word)}`", hint)
     power = int(match[2] or 1)
-    base = _BASE[match[1]]
+    base = _BASE_UNITS[match[1]]
     a, b, c, d = base.powers
     return Unit(base.factor**power, (a * power, b * power, c * power, d * power))
 
 
 @lru_cache(maxsize=1024)
-def unit_named(text: str) -> Unit:
+def parse_unit(text: str) -> Unit:
     """The unit that `text` names, such as `cm`, `N m s/rad` or `g/cm3`.
 
     Words are multiplied; those after a `/` divide. Raises UnitError for an unknown word.
@@ -176,7 +176,7 @@ def unit_named(text: str) -> Unit:
     for place, side in enumerate(text.split("/")):
         sign = -1 if place else 1
         for word in side.split():
-            unit = _word_unit(word)
+            unit = _parse_unit_word(word)
             factor *= unit.factor**sign
             a, b, c, d = (p + sign * q for p, q in zip(powers, unit.powers, strict=True))
             powers = (a, b, c, d)
@@ -184,15 +184,15 @@ def unit_named(text: str) -> Unit:
 
 
 @lru_cache(maxsize=64)
-def bare_factor(dimension: Dimension) -> Fraction:
+def default_unit_factor(dimension: Dimension) -> Fraction:
     """The SI value of the bare number 1: cgs and radians."""
     factor = Fraction(1)
-    for base, power in zip(_CGS, POWERS[dimension], strict=True):
+    for base, power in zip(_CGS_FACTORS, DIMENSION_POWERS[dimension], strict=True):
         factor *= base**power
     return factor
 
 
-def converted(number: str, factor: Fraction) -> float:
+def convert_to_si(number: str, factor: Fraction) -> float:
     """The float nearest to the decimal `number` times `factor`.
 
     Raises OverflowError when it is beyond the largest float.
@@ -212,7 +212,7 @@ def converted(number: str, factor: Fraction) -> float:
     return top * 10**power / bottom if power >= 0 else top / (bottom * 10**-power)
 
 
-_WRITTEN: Mapping[Dimension, tuple[str, str]] = {
+_OUTPUT_UNITS: Mapping[Dimension, tuple[str, str]] = {
     Dimension.NUMBER: ("", ""),
     Dimension.LENGTH: ("cm", "m"),
     Dimension.ANGLE: ("deg", "rad"),
@@ -228,26 +228,33 @@ _WRITTEN: Mapping[Dimension, tuple[str, str]] = {
 }
 """The two units in which a value may be written, the usual one first, then that of SI."""
 
-_WIDE = Context(prec=60)
+_WIDE_CONTEXT = Context(prec=60)
 
 
-def written(value: float, dimension: Dimension) -> str:
+def format_quantity(value: float, dimension: Dimension) -> str:
     """The shortest text that `converted` reads back to exactly `value` [SI].
 
     Raises ValueError for a value that is not finite.
     """
     if not isfinite(value):
         raise ValueError(f"the figure language cannot write {value}")
-    usual, si = _WRITTEN[dimension]
+    usual, si = _OUTPUT_UNITS[dimension]
     texts = [
-        (decimal_of(value, unit_named(unit).factor if unit else bare_factor(dimension)), unit)
+        (
+            shortest_decimal(
+                value, parse_unit(unit).factor if unit else default_unit_factor(dimension)
+            ),
+            unit,
+        )
         for unit in (usual, si)
     ]
-    number, unit = min(texts, key=lambda text: _length(text[0], bare=usual == ""))
+    number, unit = min(
+        texts, key=lambda text: _significant_length(text[0], has_no_unit=usual == "")
+    )
     return number + (" " if " " in unit or "/" in unit else "") + unit
 
 
-def decimal_of(value: float, factor: Fraction) -> str:
+def shortest_decimal(value: float, factor: Fraction) -> str:
     """The shortest decimal whose product with `factor` rounds to `value`.
 
     Decimals of 17 digits lie closer together than floats, so one of them always does.
@@ -255,25 +262,25 @@ def decimal_of(value: float, factor: Fraction) -> str:
     if value == 0.0:
         return "0"
     exact = Fraction(value) / factor
-    quotient = _WIDE.divide(Decimal(exact.numerator), Decimal(exact.denominator))
-    texts = (_plain(Context(prec=digits).plus(quotient)) for digits in range(1, 18))
-    return next(text for text in texts if _reads_back(text, factor, value))
+    quotient = _WIDE_CONTEXT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+    texts = (_format_decimal(Context(prec=digits).plus(quotient)) for digits in range(1, 18))
+    return next(text for text in texts if _round_trips(text, factor, value))
 
 
-def _plain(number: Decimal) -> str:
+def _format_decimal(number: Decimal) -> str:
     """A decimal without needless zeros, with an exponent only where it saves many."""
-    short = number.normalize(_WIDE)
+    short = number.normalize(_WIDE_CONTEXT)
     return f"{short:f}" if -6 <= short.adjusted() < 12 else str(short).replace("E+", "e").lower()
 
 
-def _reads_back(text: str, factor: Fraction, value: float) -> bool:
+def _round_trips(text: str, factor: Fraction, value: float) -> bool:
     try:
-        return converted(text, factor) == value
+        return convert_to_si(text, factor) == value
     except OverflowError:  # rounded up beyond the largest float
         return False
 
 
-def _length(number: str, bare: bool) -> int:
+def _significant_length(number: str, has_no_unit: bool) -> int:
     """What makes a number long: its characters, or with a glued unit its digits that count."""
     mantissa = number.partition("e")[0]
-    return len(number) if bare else len(mantissa.lstrip("-0.").replace(".", "").rstrip("0"))
+    return len(number) if has_no_unit else len(mantissa.lstrip("-0.").replace(".", "").rstrip("0"))

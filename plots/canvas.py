@@ -57,7 +57,7 @@ _RESOLUTION = 200
 
 
 @contextmanager
-def styled() -> Generator[None]:
+def plot_style() -> Generator[None]:
     """Within it, figures are drawn in this style, whatever the user's own settings are."""
     with mpl.rc_context():
         mpl.rcdefaults()
@@ -65,12 +65,12 @@ def styled() -> Generator[None]:
         yield
 
 
-def picture(figure: Figure, kind: str) -> bytes:
+def render_figure(figure: Figure, kind: str) -> bytes:
     """The figure as a file of a kind in `FORMATS`; the same figure gives the same bytes."""
     FigureCanvasAgg(figure)
     stream = BytesIO()
     metadata = {"Date": None} if kind == "svg" else {"Software": None}
-    with styled():
+    with plot_style():
         _fix_layout(figure)
         figure.savefig(stream, format=kind, dpi=_RESOLUTION, metadata=metadata)
     return stream.getvalue()
@@ -97,53 +97,53 @@ def _fix_layout(figure: Figure) -> None:
 # pyright: reportUnknownMemberType=false
 
 
-WIDTH = 7.2
+CANVAS_WIDTH = 7.2
 """Of every sheet [inch]."""
 
 _TITLE_SIZE = 10.0
-_FOOT_SIZE = 6.5
-_FOOT_LETTERS = 142
+_FOOTER_FONT_SIZE = 6.5
+_FOOTER_LINE_LENGTH = 142
 """Letters of the foot's size that stand on a line of the sheet."""
 
-_BEYOND = 0.8
+_EXTRAPOLATED_LINE_WIDTH = 0.8
 """Line width where a curve is extrapolated [points]."""
 
 
 @dataclass(frozen=True)
-class Pen:
+class LineStyle:
     """How a line looks; no two pens differ by colour alone.
 
     Attributes:
         colour: of line and mark.
         dash: matplotlib's name of a line style.
-        mark: matplotlib's name of a mark, or "".
+        marker: matplotlib's name of a mark, or "".
     """
 
     colour: str
     dash: str = "-"
-    mark: str = ""
+    marker: str = ""
 
 
-THESIS = Pen(BLACK)
+THESIS_STYLE = LineStyle(BLACK)
 """The thesis's own curve, on every sheet."""
 
-PENS = (
-    Pen(BLUE, "-", "o"),
-    Pen(VERMILION, "--", "s"),
-    Pen(GREEN, "-.", "^"),
-    Pen(GREY, "-", "D"),
-    Pen("#CC79A7", "--", "v"),
-    Pen("#56B4E9", "-.", "P"),
+LINE_STYLES = (
+    LineStyle(BLUE, "-", "o"),
+    LineStyle(VERMILION, "--", "s"),
+    LineStyle(GREEN, "-.", "^"),
+    LineStyle(GREY, "-", "D"),
+    LineStyle("#CC79A7", "--", "v"),
+    LineStyle("#56B4E9", "-.", "P"),
 )
 """For several curves of one kind."""
 
 
-def blank(height: float) -> Figure:
+def create_canvas(height: float) -> Figure:
     """An empty sheet of a height [inch]; to be drawn on within `style.styled`."""
-    return Figure(figsize=(WIDTH, height), layout="constrained")
+    return Figure(figsize=(CANVAS_WIDTH, height), layout="constrained")
 
 
-def sheet(
+def create_panels(
     height: float, rows: int, columns: int = 1, heights: Sequence[float] = ()
 ) -> tuple[Figure, list[list[Axes]]]:
     """A blank sheet and its panels, row by row.
@@ -154,7 +154,7 @@ def sheet(
         columns: of panels; those of a row share the axis upwards.
         heights: of the rows among each other; equal when left out.
     """
-    figure = blank(height)
+    figure = create_canvas(height)
     panels = figure.subplots(
         rows,
         columns,
@@ -166,8 +166,14 @@ def sheet(
     return figure, [list(row) for row in panels]
 
 
-def draw_known(
-    axes: Axes, x: Array, y: Array, known: Range | None, pen: Pen, label: str, width: float = 1.6
+def draw_curve(
+    axes: Axes,
+    x: Array,
+    y: Array,
+    valid_range: Range | None,
+    style: LineStyle,
+    label: str,
+    width: float = 1.6,
 ) -> None:
     """A curve, solid or dashed where it is known and thin and dotted beyond.
 
@@ -175,46 +181,50 @@ def draw_known(
         axes: to draw on.
         x: angles [deg].
         y: values, shape of `x`.
-        known: the range in which the curve holds [rad]; None where none is known, so that all of it
+        valid_range: the range in which the curve holds [rad]; None where none is known, so that all of it
             is dotted.
-        pen: its look.
+        style: its look.
         label: in the legend.
         width: of the line where it is known [points].
     """
-    low, high = (inf, -inf) if known is None else np.degrees(known)
+    low, high = (inf, -inf) if valid_range is None else np.degrees(valid_range)
     slack = 1e-9 * (1.0 + np.abs(x).max())
     inside = (x >= low - slack) & (x <= high + slack)
     if inside.any():
-        axes.plot(x, np.where(inside, y, np.nan), pen.dash, color=pen.colour, lw=width, label=label)
+        axes.plot(
+            x, np.where(inside, y, np.nan), style.dash, color=style.colour, lw=width, label=label
+        )
         label = "_"
     # The dotted part begins at the last known point, so that the curve has no gap.
     edge = np.convolve(~inside, [True, True, True], mode="same")
     if not inside.all():
         beyond = np.where(edge, y, np.nan)
-        axes.plot(x, beyond, ":", color=pen.colour, lw=_BEYOND, label=label)
+        axes.plot(x, beyond, ":", color=style.colour, lw=_EXTRAPOLATED_LINE_WIDTH, label=label)
 
 
-def draw_points(axes: Axes, x: Array, y: Array, pen: Pen, label: str, line: bool = True) -> None:
+def draw_points(
+    axes: Axes, x: Array, y: Array, style: LineStyle, label: str, line: bool = True
+) -> None:
     """Points that somebody measured, joined by a thin line."""
     axes.plot(
         x,
         y,
-        linestyle=pen.dash if line else "none",
-        marker=pen.mark,
+        linestyle=style.dash if line else "none",
+        marker=style.marker,
         ms=4.0,
         mfc="white",
-        color=pen.colour,
+        color=style.colour,
         lw=1.0,
         label=label,
     )
 
 
-def zero_line(axes: Axes) -> None:
+def draw_zero_line(axes: Axes) -> None:
     """The line on which there is nothing."""
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
 
 
-def write_title(figure: Figure, title: str) -> None:
+def add_title(figure: Figure, title: str) -> None:
     """The title, above the panels, and above a legend of the whole figure where there is one.
 
     Title and legend of a figure would get the same room, so the legend takes the title in.
@@ -228,8 +238,8 @@ def write_title(figure: Figure, title: str) -> None:
         figure.suptitle(title, x=0.01, ha="left", fontsize=_TITLE_SIZE)
 
 
-def write_foot(figure: Figure, sign: str, references: Sequence[str]) -> None:
+def add_footer(figure: Figure, sign: str, references: Sequence[str]) -> None:
     """The sign convention and the references in full, below the panels."""
     parts = [sign, *(f"[{number}] {text}" for number, text in enumerate(references, start=1))]
-    lines = [fill(part, _FOOT_LETTERS, subsequent_indent="     ") for part in parts]
-    figure.supxlabel("\n".join(lines), fontsize=_FOOT_SIZE, x=0.01, ha="left")
+    lines = [fill(part, _FOOTER_LINE_LENGTH, subsequent_indent="     ") for part in parts]
+    figure.supxlabel("\n".join(lines), fontsize=_FOOTER_FONT_SIZE, x=0.01, ha="left")

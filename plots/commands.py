@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from generator.cli.answer import Answer
-    from generator.cli.progress import Progress
+    from generator.cli.answer import CommandResult
+    from generator.cli.progress import ItemMonitor
 
 
 class Axis(StrEnum):
@@ -54,7 +54,7 @@ def fit(
         Path | None, typer.Option(metavar="FILE", help="Draw the fit: .svg or .png.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON value.")] = False,
-) -> "Answer":
+) -> "CommandResult":
     """Fit a cubic to measured moments and make it a spring.
 
     The option --joint may be repeated.
@@ -101,8 +101,8 @@ def plots(
     quiet: Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON value.")] = False,
     *,
-    progress: "Progress",
-) -> "Answer":
+    progress: "ItemMonitor",
+) -> "CommandResult":
     """Draw curves and motion, and measure what is claimed of them.
 
     Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all.

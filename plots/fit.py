@@ -12,21 +12,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from generator.cli.answer import Answer, UsageError, aligned
-from generator.cli.outputs import insist_writable
+from generator.cli.answer import CommandResult, UsageError, format_table
+from generator.cli.outputs import check_writable
 from generator.diagnostics import MoverError
 from generator.input_files.moments import MeasuredMoments, read_moments
-from generator.springs_file.bind import rule_said
+from generator.springs_file.bind import describe_sense_rule
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
-from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, styled
-from plots.run import write
+from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, plot_style
+from plots.run import write_file
 from springs import Cubic, NotRestoringError
 from springs.backends import Array
 from springs.fit import CubicFit, fit_cubic
 
 FORMATS = ("svg", "png")
-UNITS = ("N m", "N m/rad", "N m/rad^2", "N m/rad^3")
+COEFFICIENT_UNITS = ("N m", "N m/rad", "N m/rad^2", "N m/rad^3")
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Request:
     plot: Path | None = None
 
 
-def fit(request: Request) -> Answer:
+def fit(request: Request) -> CommandResult:
     """Fit what is asked for and write the files.
 
     Raises:
@@ -54,19 +54,19 @@ def fit(request: Request) -> Answer:
     _check_options(request)
     moments = read_moments(request.data)
     fitted = fit_cubic(moments.angles, moments.moments, passive=request.passive)
-    law = _law_of(fitted)
+    law = _law_or_none(fitted)
     files = [path for path in (request.output, request.plot) if path is not None]
-    insist_writable(files, (request.data,))
+    check_writable(files, (request.data,))
     if request.output is not None:
         if law is None:
             raise MoverError(f"there is no spring to write: {fitted.doubts[0]}; try --passive")
-        write(request.output, _springs_text(request, moments, fitted, law))
+        write_file(request.output, _format_springs_file(request, moments, fitted, law))
     if request.plot is not None:
         kind = request.plot.suffix.lower()[1:]
-        write(request.plot, _picture(request, moments, fitted, kind))
-    return Answer(
-        text="\n\n".join(_paragraphs(moments, fitted, law, files)),
-        data=_data(moments, fitted, law, request.passive, files),
+        write_file(request.plot, _render_fit(request, moments, fitted, kind))
+    return CommandResult(
+        text="\n\n".join(_format_paragraphs(moments, fitted, law, files)),
+        data=_json_data(moments, fitted, law, request.passive, files),
     )
 
 
@@ -82,17 +82,19 @@ def _check_options(request: Request) -> None:
         raise UsageError(f"--plot {request.plot}: pictures end in .svg or .png")
 
 
-def _law_of(fitted: CubicFit) -> Cubic | None:
+def _law_or_none(fitted: CubicFit) -> Cubic | None:
     try:
         return fitted.law
     except NotRestoringError:
         return None
 
 
-def _springs_text(request: Request, moments: MeasuredMoments, fitted: CubicFit, law: Cubic) -> str:
+def _format_springs_file(
+    request: Request, moments: MeasuredMoments, fitted: CubicFit, law: Cubic
+) -> str:
     """The springs file of a fit; sense and dead zone are stated, so that no rule is needed."""
     explained = f", R^2 {fitted.r_squared:.4f}" if fitted.r_squared is not None else ""
-    ruled = rule_said(law.coefficients, law, zone_given=False)
+    ruled = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
     entry = SpringEntry(
         joints=request.joints,
         axis=request.axis,
@@ -102,7 +104,7 @@ def _springs_text(request: Request, moments: MeasuredMoments, fitted: CubicFit, 
         dead_zone_stated=True,
         motion=request.motion,
         reference=request.reference or f"the moments in {moments.name}, of unknown origin",
-        why=f"Least squares{' bound to restore' if fitted.bound else ''} over {_range(fitted)}, "
+        why=f"Least squares{' bound to restore' if fitted.bounds_active else ''} over {_format_range(fitted)}, "
         f"rms {fitted.rms:.3g} N m{explained}. {ruled}",
     )
     try:
@@ -111,12 +113,12 @@ def _springs_text(request: Request, moments: MeasuredMoments, fitted: CubicFit, 
         raise UsageError(str(failure)) from None
 
 
-def _picture(request: Request, moments: MeasuredMoments, fitted: CubicFit, kind: str) -> bytes:
+def _render_fit(request: Request, moments: MeasuredMoments, fitted: CubicFit, kind: str) -> bytes:
     pass  # matplotlib takes its time
-    from plots.canvas import picture
+    from plots.canvas import render_figure
 
     drawing = draw_fit(fitted, _title(request, moments), request.motion, request.reference)
-    return picture(drawing, kind)
+    return render_figure(drawing, kind)
 
 
 def _title(request: Request, moments: MeasuredMoments) -> str:
@@ -124,40 +126,42 @@ def _title(request: Request, moments: MeasuredMoments) -> str:
     return f"{about}: {moments.name}" if about else moments.name
 
 
-def _range(fitted: CubicFit) -> str:
+def _format_range(fitted: CubicFit) -> str:
     first, last = degrees(fitted.angles.min()), degrees(fitted.angles.max())
     return f"{len(fitted.angles)} moments from {first:.4g} to {last:.4g} deg"
 
 
-def _paragraphs(
+def _format_paragraphs(
     moments: MeasuredMoments, fitted: CubicFit, law: Cubic | None, files: list[Path]
 ) -> Iterator[str]:
-    yield f"{moments.name}: {_range(fitted)}"
+    yield f"{moments.name}: {_format_range(fitted)}"
     errors = fitted.standard_errors
     rows = [["M = c0 + c1 a + c2 a^2 + c3 a^3, a in rad", "", "standard error", "unit"]]
-    for k, (value, unit) in enumerate(zip(fitted.coefficients, UNITS, strict=True)):
+    for k, (value, unit) in enumerate(zip(fitted.coefficients, COEFFICIENT_UNITS, strict=True)):
         rows.append([f"c{k}", f"{value:.6g}", f"{errors[k]:.2g}" if errors else "-", unit])
-    yield aligned(rows)
+    yield format_table(rows)
     explained = (
         "none, all moments are equal" if fitted.r_squared is None else f"{fitted.r_squared:.6f}"
     )
     lines = [f"R^2 {explained}; rms residual {fitted.rms:.4g} N m"]
     if law is not None:
         lines[0] += f", of the law with its dead zone {_rms(fitted.law_residuals):.4g} N m"
-        lines.append(f"sense {law.sense:+d}: {rule_said(law.coefficients, law, zone_given=False)}")
+        lines.append(
+            f"sense {law.sense:+d}: {describe_sense_rule(law.coefficients, law, zone_is_stated=False)}"
+        )
     lines += [f"doubt: {one}" for one in fitted.doubts]
     yield "\n".join(lines)
     table = [["angle [deg]", "moment", "cubic", "residual", *(["law"] if law else []), "[N m]"]]
-    for row in _rows(fitted, law):
+    for row in _table_rows(fitted, law):
         table.append([f"{row['angle_deg']:.4g}", *(f"{v:.4g}" for v in list(row.values())[1:])])
-    yield aligned(table, left=0)
+    yield format_table(table, left_columns=0)
     if files:
         yield "\n".join(f"wrote {path}" for path in files)
 
 
-def _rows(fitted: CubicFit, law: Cubic | None) -> Iterator[dict[str, float]]:
+def _table_rows(fitted: CubicFit, law: Cubic | None) -> Iterator[dict[str, float]]:
     """One row for each point: angle in deg, moments in N m."""
-    columns = [np.degrees(fitted.angles), fitted.moments, fitted.fitted, fitted.residuals]
+    columns = [np.degrees(fitted.angles), fitted.moments, fitted.fitted_moments, fitted.residuals]
     names = ["angle_deg", "moment", "cubic", "residual"]
     if law is not None:
         columns.append(fitted.moments - fitted.law_residuals)
@@ -170,7 +174,7 @@ def _rms(residuals: Array) -> float:
     return float(np.sqrt(np.mean(residuals**2)))
 
 
-def _data(
+def _json_data(
     moments: MeasuredMoments,
     fitted: CubicFit,
     law: Cubic | None,
@@ -181,7 +185,7 @@ def _data(
     return {
         "data": moments.name,
         "passive": passive,
-        "bounds_hold": fitted.bound,
+        "bounds_hold": fitted.bounds_active,
         "coefficients": list(fitted.coefficients),
         "standard_errors": fitted.standard_errors and list(fitted.standard_errors),
         "r_squared": fitted.r_squared,
@@ -192,7 +196,7 @@ def _data(
             "dead_zone_deg": zone and [degrees(edge) for edge in zone],
             "rms": _rms(fitted.law_residuals),
         },
-        "points": list(_rows(fitted, law)),
+        "points": list(_table_rows(fitted, law)),
         "doubts": list(fitted.doubts),
         "files": [str(path) for path in files],
     }
@@ -219,19 +223,19 @@ def draw_fit(fit: CubicFit, title: str, motion: str = "", reference: str = "") -
         law = fit.law
     except NotRestoringError:
         law = None
-    with styled():
+    with plot_style():
         figure = Figure(figsize=(6.4, 5.4), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
         _draw_moments(upper, fit, law)
         upper.set_title(title, loc="left")
         _draw_residuals(lower, fit)
         lower.set_xlabel(f"angle [deg]{f', positive in {motion}' if motion else ''}")
-        said = [convention(law), *([f"Data: {reference}"] if reference else [])]
+        said = [moment_convention(law), *([f"Data: {reference}"] if reference else [])]
         figure.supxlabel("\n".join(said), fontsize=8.0, x=0.01, ha="left", wrap=True)
     return figure
 
 
-def convention(law: Cubic | None) -> str:
+def moment_convention(law: Cubic | None) -> str:
     """The sign convention in words."""
     if law is None:
         return "M as measured. No sense makes this cubic restoring, so it is no law."

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator import Plan, read_figure, static_torques
-from generator.simulation.plan import springs_of
+from generator.simulation.plan import resolve_springs
 from plots.literature import Literature
 from plots.plate import Claim
 from springs import AxisSpring, Cubic, total_torque
 from springs.backends import Array
 from springs.cubic import outer_roots, polynomial
-from springs.lint.curve import BEYOND, FIRM
+from springs.lint.curve import FIRM_TORQUE, RANGE_MARGIN
 from springs.published.range_of_motion import RangeEnd, normal_range
 
 Mask = NDArray[np.bool_]
@@ -38,20 +38,20 @@ class JointCurve:
         spring: what the figure has about the axis.
         angles: in the sense of the motion, increasing, shape (n,) [rad].
         simulated: read out of Exudyn, shape (n,) [N m].
-        other_side: the same of the right joint about its own axis, or None where there is none.
+        other_side_torques: the same of the right joint about its own axis, or None where there is none.
         low: lower end of the normal range of motion, where one is known.
         high: upper end likewise.
-        held: how the other joints stood, in words.
+        held_text: how the other joints stood, in words.
     """
 
     joint: str
     spring: AxisSpring
     angles: Array
     simulated: Array
-    other_side: Array | None
+    other_side_torques: Array | None
     low: RangeEnd | None
     high: RangeEnd | None
-    held: str = ""
+    held_text: str = ""
 
     def __post_init__(self) -> None:
         """Refuse readings that do not belong together."""
@@ -73,50 +73,50 @@ class JointCurve:
         return law
 
     @property
-    def law(self) -> Array:
+    def law_torques(self) -> Array:
         """The torque that the law has at the angles, shape (n,) [N m]."""
         return np.asarray(total_torque(self.spring.elastic, self.angles))
 
-    def printed(self, angles: Array) -> Array:
+    def printed_torques(self, angles: Array) -> Array:
         """The cubic without dead zone, in the sense of the torque on the child [N m]."""
         return self.cubic.sense * np.asarray(polynomial(self.cubic.coefficients, angles))
 
     @property
-    def normal(self) -> tuple[float, float]:
+    def normal_range(self) -> tuple[float, float]:
         """The normal range [rad]; where one end is not known, zero."""
         low = 0.0 if self.low is None else self.low.angle
         return low, 0.0 if self.high is None else self.high.angle
 
-    def within(self, low: float, high: float) -> Mask:
+    def range_mask(self, low: float, high: float) -> Mask:
         """Which readings are from `low` to `high` [rad], shape (n,) of bool."""
         return (self.angles >= low - 1e-12) & (self.angles <= high + 1e-12)
 
-    def at(self, angle: float) -> float:
+    def torque_at(self, angle: float) -> float:
         """The torque read at an angle [rad] or interpolated between its neighbours [N m]."""
         return float(np.interp(angle, self.angles, self.simulated))
 
-    def firm_angle(self, side: int) -> float:
+    def firm_resistance_angle(self, side: int) -> float:
         """The first angle from zero towards a side (+1 or -1) of firm resistance [rad].
 
         nan where there is none among the readings.
         """
         outward = np.argsort(side * self.angles)
         angles, resisting = side * self.angles[outward], -side * self.simulated[outward]
-        firm = np.flatnonzero((angles >= 0.0) & (resisting >= FIRM))
+        firm = np.flatnonzero((angles >= 0.0) & (resisting >= FIRM_TORQUE))
         if not firm.size:
             return nan
         k = int(firm[0])
         if angles[k] == 0.0:
             return 0.0
         pair = slice(k - 1, k + 1)
-        return side * float(np.interp(FIRM, resisting[pair], angles[pair]))
+        return side * float(np.interp(FIRM_TORQUE, resisting[pair], angles[pair]))
 
-    def zero_between(self, low: float, high: float) -> float:
+    def zero_crossing(self, low: float, high: float) -> float:
         """Where the torque changes its sign within a range, by interpolation [rad]."""
-        inside = self.within(low, high)
-        return zero_of(self.angles[inside], self.simulated[inside])
+        inside = self.range_mask(low, high)
+        return first_zero_crossing(self.angles[inside], self.simulated[inside])
 
-    def beside(self, literature: Literature, low: float, high: float) -> tuple[Array, Array]:
+    def compare_with(self, literature: Literature, low: float, high: float) -> tuple[Array, Array]:
         """Published torque, and simulated less published, within a range.
 
         They are at the readings, or at the points of a digitised curve; readings at which the
@@ -125,7 +125,7 @@ class JointCurve:
         Returns:
             Both in N m, shape (m,) each.
         """
-        inside = self.within(low, high)
+        inside = self.range_mask(low, high)
         angles, simulated = self.angles[inside], self.simulated[inside]
         if literature.points is not None:
             at, published = literature.points
@@ -137,7 +137,7 @@ class JointCurve:
         return published[given], (simulated - published)[given]
 
 
-def zero_of(angles: Array, torques: Array) -> float:
+def first_zero_crossing(angles: Array, torques: Array) -> float:
     """The first angle at which torques change their sign, by interpolation [rad], or nan.
 
     A stretch of zeros counts from its start.
@@ -161,13 +161,13 @@ def read_curve(joint: str, motion: str, held_deg: Mapping[str, float] | None = N
     """
     figure = read_figure("prototype")
     plan = Plan()
-    springs = springs_of(figure, plan)
+    springs = resolve_springs(figure, plan)
     pair = [name for name in (joint, joint.replace("left", "right")) if name in figure.joints]
     pair = list(dict.fromkeys(pair))
-    found = {name: _about(springs.joints[name].axes, motion) for name in pair}
+    found = {name: _spring_about(springs.joints[name].axes, motion) for name in pair}
     low, high = normal_range(joint, motion)
     marks = [end.angle for end in (low, high) if end is not None and abs(end.angle) < np.pi]
-    corners = [corner for law in found[joint].elastic for corner in law.corners]
+    corners = [corner for law in found[joint].elastic for corner in law.breakpoints]
     angles = np.unique([*np.radians(SWEEP), *marks, *corners])
     poses: list[dict[str, Array]] = []
     for angle in angles:
@@ -190,96 +190,96 @@ def read_curve(joint: str, motion: str, held_deg: Mapping[str, float] | None = N
     )
 
 
-def _about(axes: tuple[AxisSpring, ...], motion: str) -> AxisSpring:
+def _spring_about(axes: tuple[AxisSpring, ...], motion: str) -> AxisSpring:
     return next(spring for spring in axes if spring.motion == motion)
 
 
-def range_words(low: float, high: float) -> str:
+def format_range(low: float, high: float) -> str:
     """A range [rad] as `-0.8 to 144.6 deg`."""
     return f"{round(degrees(low), 1):g} to {round(degrees(high), 1):g} deg"
 
 
-AGREED = 1e-6
+TORQUE_TOLERANCE = 1e-6
 """Torques that differ by less are the same [N m]."""
 
-ORDER = 2.0
+MAX_SIZE_RATIO = 2.0
 """Torques of one size differ by less than this factor, either way."""
 
-PUSHES = 1.0
+MIN_DRIVING_TORQUE = 1.0
 """A torque that sets a limb moving [N m]."""
 
-HALF = 0.5
+MAX_RELATIVE_RMS = 0.5
 """A joint is near a published one within this share of its torque; a limp joint is off by all."""
 
 
-def read_out(curve: JointCurve) -> list[Claim]:
+def law_claims(curve: JointCurve) -> list[Claim]:
     """That the model has the law, on both sides of the body."""
-    swept = range_words(float(curve.angles[0]), float(curve.angles[-1]))
+    swept = format_range(float(curve.angles[0]), float(curve.angles[-1]))
     claims = [
         Claim(
             f"The torque read out of Exudyn is that of the law, from {swept}",
-            float(np.abs(curve.simulated - curve.law).max()),
+            float(np.abs(curve.simulated - curve.law_torques).max()),
             "N m",
-            at_most=AGREED,
+            at_most=TORQUE_TOLERANCE,
         )
     ]
-    if curve.other_side is not None:
+    if curve.other_side_torques is not None:
         claims.append(
             Claim(
                 "The joint of the other side reads the same about its own axis",
-                float(np.abs(curve.simulated - curve.other_side).max()),
+                float(np.abs(curve.simulated - curve.other_side_torques).max()),
                 "N m",
-                at_most=AGREED,
+                at_most=TORQUE_TOLERANCE,
             )
         )
     return claims
 
 
-def soft(curve: JointCurve, remark: str = "") -> Claim:
+def low_resistance_claim(curve: JointCurve, remark: str = "") -> Claim:
     """That a joint lets itself be moved through its normal range."""
-    low, high = curve.normal
+    low, high = curve.normal_range
     high = min(high, float(curve.angles[-1]))
-    inside = curve.within(low, high)
+    inside = curve.range_mask(low, high)
     return Claim(
-        f"Within the normal range, {range_words(low, high)}, the joint resists with less than "
-        f"{FIRM:g} N m, which is where an examiner's hand is stopped",
+        f"Within the normal range, {format_range(low, high)}, the joint resists with less than "
+        f"{FIRM_TORQUE:g} N m, which is where an examiner's hand is stopped",
         float(np.abs(curve.simulated[inside]).max()),
         "N m",
-        at_most=FIRM,
+        at_most=FIRM_TORQUE,
         remark=remark,
     )
 
 
-def late_stop(curve: JointCurve, remark: str = "") -> Claim:
+def stop_not_early_claim(curve: JointCurve, remark: str = "") -> Claim:
     """That a joint's stop is not before the upper end of its normal range."""
     assert curve.high is not None
     end = degrees(curve.high.angle)
     return Claim(
-        f"The stop of {curve.motion} ({FIRM:g} N m) is not before the normal end, {end:.4g} deg",
-        degrees(curve.firm_angle(1)),
+        f"The stop of {curve.motion} ({FIRM_TORQUE:g} N m) is not before the normal end, {end:.4g} deg",
+        degrees(curve.firm_resistance_angle(1)),
         "deg",
         at_least=end,
         remark=remark,
     )
 
 
-def printed_holds(curve: JointCurve) -> Claim:
+def printed_cubic_claim(curve: JointCurve) -> Claim:
     """That the cubic as printed does not push outwards between its outer roots."""
     zone = outer_roots(curve.cubic.coefficients)
     assert zone is not None
     between = np.linspace(*zone, 1001)
     return Claim(
         f"As printed, the cubic does not push the joint outwards between its outer two roots, "
-        f"{range_words(*zone)}",
-        float(np.abs(curve.printed(between)).max()),
+        f"{format_range(*zone)}",
+        float(np.abs(curve.printed_torques(between)).max()),
         "N m",
         at_most=0.0,
         remark="so the law has a dead zone there, as eq. 4.5 gives elbow and knee",
     )
 
 
-def same_way(
-    curve: JointCurve, one: Literature, low: float, high: float, remark: str = ""
+def same_direction_claim(
+    curve: JointCurve, literature: Literature, low: float, high: float, remark: str = ""
 ) -> Claim:
     """That simulated and published torque drive the same way wherever both drive.
 
@@ -287,22 +287,22 @@ def same_way(
 
     Args:
         curve: as read.
-        one: the published curve.
+        literature: the published curve.
         low: lower end of the range compared [rad].
         high: upper end.
         remark: of the claim.
     """
-    inside = curve.within(low, high)
-    published = one.torque(curve.angles[inside])
+    inside = curve.range_mask(low, high)
+    published = literature.torque(curve.angles[inside])
     simulated = curve.simulated[inside]
-    both = np.minimum(np.abs(simulated), np.abs(published)) > PUSHES
+    both = np.minimum(np.abs(simulated), np.abs(published)) > MIN_DRIVING_TORQUE
     angles = curve.angles[inside]
     widths = np.diff([angles[0], *(0.5 * (angles[1:] + angles[:-1])), angles[-1]])
     over = float(np.sum(widths[both]))
     opposed = float(np.sum(widths[both & (simulated * published < 0.0)]))
     return Claim(
-        f"From {range_words(low, high)} simulated curve and {one.label} push the same way wherever "
-        f"both push with more than {PUSHES:g} N m, which is over {degrees(over):.3g} deg",
+        f"From {format_range(low, high)} simulated curve and {literature.label} push the same way wherever "
+        f"both push with more than {MIN_DRIVING_TORQUE:g} N m, which is over {degrees(over):.3g} deg",
         100.0 * (1.0 - opposed / over) if over else nan,
         "%",
         at_least=100.0,
@@ -310,80 +310,84 @@ def same_way(
     )
 
 
-def both_small(
-    curve: JointCurve, one: Literature, low: float, high: float, remark: str = ""
+def low_torque_claim(
+    curve: JointCurve, literature: Literature, low: float, high: float, remark: str = ""
 ) -> Claim:
     """That neither simulated nor published torque is firm: the joint is free where others are.
 
     Args:
         curve: as read.
-        one: the published curve.
+        literature: the published curve.
         low: lower end of the range compared [rad].
         high: upper end.
         remark: of the claim.
     """
-    published, _ = curve.beside(one, low, high)
-    inside = curve.within(low, high)
+    published, _ = curve.compare_with(literature, low, high)
+    inside = curve.range_mask(low, high)
     return Claim(
-        f"From {range_words(low, high)} both are small: neither the simulated torque nor that of "
-        f"{one.label} exceeds {FIRM:g} N m, which stops an examiner's hand",
+        f"From {format_range(low, high)} both are small: neither the simulated torque nor that of "
+        f"{literature.label} exceeds {FIRM_TORQUE:g} N m, which stops an examiner's hand",
         max(float(np.abs(curve.simulated[inside]).max()), float(np.abs(published).max())),
         "N m",
-        at_most=FIRM,
+        at_most=FIRM_TORQUE,
         remark=remark,
     )
 
 
-def near(curve: JointCurve, one: Literature, low: float, high: float, remark: str = "") -> Claim:
+def rms_difference_claim(
+    curve: JointCurve, literature: Literature, low: float, high: float, remark: str = ""
+) -> Claim:
     """That simulated and published torque differ by little against the published one.
 
     Without springs the share is 1.
 
     Args:
         curve: as read.
-        one: the published curve.
+        literature: the published curve.
         low: lower end of the range compared [rad].
         high: upper end.
         remark: of the claim.
     """
-    published, less = curve.beside(one, low, high)
+    published, less = curve.compare_with(literature, low, high)
     own = float(np.sqrt(np.mean(published**2)))
     return Claim(
-        f"From {range_words(low, high)} the simulated torque is that of {one.label} within half of "
+        f"From {format_range(low, high)} the simulated torque is that of {literature.label} within half of "
         f"it: root mean square of {less.size} differences, as a share of its own, {own:.3g} N m",
         float(np.sqrt(np.mean(less**2))) / own,
-        at_most=HALF,
+        at_most=MAX_RELATIVE_RMS,
         remark=remark,
     )
 
 
-def of_size(curve: JointCurve, one: Literature, angle_deg: float, remark: str = "") -> Claim:
+def same_magnitude_claim(
+    curve: JointCurve, literature: Literature, angle_deg: float, remark: str = ""
+) -> Claim:
     """That simulated and published torque at an angle [deg] are of one size and sign."""
     angle = radians(angle_deg)
-    published = one.at(angle)
+    published = literature.torque_at(angle)
     return Claim(
-        f"At {angle_deg:g} deg the simulated torque is of the size of {one.label}, "
-        f"{published:.3g} N m, by a factor of {ORDER:g} either way",
-        curve.at(angle) / published,
-        at_least=1.0 / ORDER,
-        at_most=ORDER,
+        f"At {angle_deg:g} deg the simulated torque is of the size of {literature.label}, "
+        f"{published:.3g} N m, by a factor of {MAX_SIZE_RATIO:g} either way",
+        curve.torque_at(angle) / published,
+        at_least=1.0 / MAX_SIZE_RATIO,
+        at_most=MAX_SIZE_RATIO,
         remark=remark,
     )
 
 
-def stops(curve: JointCurve, remark: str = "") -> Claim:
+def stop_not_late_claim(curve: JointCurve, remark: str = "") -> Claim:
     """That a joint is held not far beyond the ends of its normal range."""
     assert curve.low is not None
     assert curve.high is not None
     over = max(
-        curve.firm_angle(1) - curve.high.angle,
-        curve.low.angle - curve.firm_angle(-1),
+        curve.firm_resistance_angle(1) - curve.high.angle,
+        curve.low.angle - curve.firm_resistance_angle(-1),
     )
     return Claim(
-        f"At both ends the joint resists with {FIRM:g} N m at most {degrees(BEYOND):g} deg beyond "
-        f"its normal range, {range_words(*curve.normal)}",
+        f"At both ends the joint resists with {FIRM_TORQUE:g} N m at most {degrees(RANGE_MARGIN):g} deg beyond "
+        f"its normal range, {format_range(*curve.normal_range)}",
         degrees(over),
         "deg",
-        at_most=degrees(BEYOND),
+        at_most=degrees(RANGE_MARGIN),
         remark=remark,
     )

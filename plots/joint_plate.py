@@ -17,17 +17,17 @@ from matplotlib.ticker import MultipleLocator
 from plots.canvas import (
     BLACK,
     GREY,
+    LINE_STYLES,
     PALE,
-    PENS,
-    THESIS,
-    Pen,
-    draw_known,
+    THESIS_STYLE,
+    LineStyle,
+    add_footer,
+    add_title,
+    create_panels,
+    draw_curve,
     draw_points,
-    sheet,
-    styled,
-    write_foot,
-    write_title,
-    zero_line,
+    draw_zero_line,
+    plot_style,
 )
 from plots.joint_curve import JointCurve
 from plots.literature import Literature
@@ -39,24 +39,24 @@ from springs.published import tables as published
 # pyright: reportUnknownMemberType=false
 
 
-EXUDYN = Pen("#E69F00", "-", "o")
+EXUDYN_STYLE = LineStyle("#E69F00", "-", "o")
 """What was read out of Exudyn, on every joint's sheet."""
 
-RULED_OUT = (0, (4, 2))
+EXCLUDED_DASH = (0, (4, 2))
 """The dash of the printed cubic within a dead zone."""
 
-_END = (0, (1, 3))
+_RANGE_END_DASH = (0, (1, 3))
 
-_READINGS = 5.0
+_READING_SPACING = 5.0
 """A reading is drawn every so many degrees."""
 
-_MARKS = 15.0
+_MARKER_SPACING = 15.0
 """A mark stands on a published formula every so many degrees."""
 
 _HEIGHT = 6.7
 """Of a sheet with four references [inch]."""
 
-_FOOT_LINE = 0.28
+_REFERENCE_HEIGHT = 0.28
 """What each reference more takes [inch]."""
 
 
@@ -81,12 +81,12 @@ class Window:
                 raise ValueError(f"nothing is between {low:g} and {high:g}")
 
 
-def draw_joint(
+def draw_joint_curve(
     title: str,
     curve: JointCurve,
     literature: Sequence[Literature],
     window: Window,
-    foot: str,
+    footer: str,
     references: Sequence[str],
 ) -> Figure:
     """The sheet of one joint's curve.
@@ -96,30 +96,32 @@ def draw_joint(
         curve: as it was read out of Exudyn.
         literature: at most as many curves as there are pens.
         window: what is shown.
-        foot: the sign convention in words, and what is cut off.
+        footer: the sign convention in words, and what is cut off.
         references: written below, the thesis's in front and those of the curves among them.
 
     Raises:
         ValueError: more curves than pens.
     """
-    if len(literature) > len(PENS):
-        raise ValueError(f"{len(literature)} curves are too many for {len(PENS)} pens")
-    height = _HEIGHT + _FOOT_LINE * max(0, len(references) - 4)
-    with styled():
-        figure, ((strip,), (upper,), (lower,)) = sheet(height, 3, heights=(0.32, 3.0, 1.2))
+    if len(literature) > len(LINE_STYLES):
+        raise ValueError(f"{len(literature)} curves are too many for {len(LINE_STYLES)} pens")
+    height = _HEIGHT + _REFERENCE_HEIGHT * max(0, len(references) - 4)
+    with plot_style():
+        figure, ((strip,), (upper,), (lower,)) = create_panels(height, 3, heights=(0.32, 3.0, 1.2))
         _draw_ranges(strip, curve, window)
         angles = np.radians(np.linspace(*window.angles, 600))
         _draw_printed(upper, curve, angles)
-        for one, pen in zip(literature, PENS, strict=False):
+        for one, pen in zip(literature, LINE_STYLES, strict=False):
             _draw_literature(upper, one, angles, pen)
             _draw_residual(lower, curve, one, window, pen)
         _draw_readings(upper, curve, window)
         for axes, limits in ((upper, window.torques), (lower, window.residuals)):
-            zero_line(axes)
+            draw_zero_line(axes)
             axes.set_ylim(*limits)
             for end in (curve.low, curve.high):
                 if end is not None:
-                    axes.axvline(degrees(end.angle), color=GREY, lw=0.9, ls=_END, zorder=1)
+                    axes.axvline(
+                        degrees(end.angle), color=GREY, lw=0.9, ls=_RANGE_END_DASH, zorder=1
+                    )
         lower.set_xlim(*window.angles)
         wide = window.angles[1] - window.angles[0] > 140.0
         lower.xaxis.set_major_locator(MultipleLocator(30.0 if wide else 15.0))
@@ -128,22 +130,25 @@ def draw_joint(
         lower.set_xlabel(f"angle [deg], positive in {curve.motion}")
         numbers = [references.index(str(one.reference)) + 1 for one in literature]
         strip.legend(
-            handles=[*_own_handles(curve, references), *map(_handle, literature, PENS, numbers)],
+            handles=[
+                *_common_handles(curve, references),
+                *map(_literature_handle, literature, LINE_STYLES, numbers),
+            ],
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             ncols=2,
             borderaxespad=0.0,
             fontsize=7.5,
         )
-        write_title(figure, title)
-        write_foot(figure, foot, references)
+        add_title(figure, title)
+        add_footer(figure, footer, references)
     return figure
 
 
 def _draw_ranges(axes: Axes, curve: JointCurve, window: Window) -> None:
     """Two bars: the normal range of motion, and where the law is free of torque."""
     ends = [None if end is None else degrees(end.angle) for end in (curve.low, curve.high)]
-    _bar(axes, 1.0, ends, window, {"color": PALE})
+    _draw_bar(axes, 1.0, ends, window, {"color": PALE})
     zone = curve.cubic.dead_zone
     if zone is None:
         place = (0.5, 0.0)
@@ -151,7 +156,7 @@ def _draw_ranges(axes: Axes, curve: JointCurve, window: Window) -> None:
         axes.annotate("none", place, xycoords=coordinates, ha="center", va="center", fontsize=7.0)
     else:
         hatched = {"fc": "white", "ec": GREY, "lw": 0.7, "hatch": "////"}
-        _bar(axes, 0.0, [degrees(edge) for edge in zone], window, hatched)
+        _draw_bar(axes, 0.0, [degrees(edge) for edge in zone], window, hatched)
     axes.set_ylim(-0.5, 1.5)
     axes.set_yticks([0.0, 1.0], ["dead zone", "normal range"], fontsize=7.5)
     axes.tick_params(bottom=False, left=False)
@@ -159,19 +164,19 @@ def _draw_ranges(axes: Axes, curve: JointCurve, window: Window) -> None:
     axes.spines[["left", "bottom"]].set_visible(False)
 
 
-def _bar(
+def _draw_bar(
     axes: Axes,
     height: float,
     ends: Sequence[float | None],
     window: Window,
-    look: Mapping[str, Any],
+    bar_style: Mapping[str, Any],
 ) -> None:
     """A bar with its ends written on it; an end that is not known is that of the window."""
     first, last = (
         edge if end is None else float(np.clip(end, *window.angles))
         for end, edge in zip(ends, window.angles, strict=True)
     )
-    axes.barh(height, last - first, left=first, height=0.7, **look)
+    axes.barh(height, last - first, left=first, height=0.7, **bar_style)
     said = " to ".join("?" if end is None else f"{end:.1f}" for end in ends)
     axes.annotate(
         f"{said} deg",
@@ -185,62 +190,73 @@ def _bar(
 
 def _draw_printed(axes: Axes, curve: JointCurve, angles: Array) -> None:
     """The cubic as it is printed; dashed where a dead zone rules it out."""
-    printed, zone = curve.printed(angles), curve.cubic.dead_zone
+    printed, zone = curve.printed_torques(angles), curve.cubic.dead_zone
     out = np.zeros(angles.shape, dtype=bool)
     if zone is not None:
         out = (angles > zone[0]) & (angles < zone[1])
-    for which, dash in ((~out, THESIS.dash), (out, RULED_OUT)):
+    for which, dash in ((~out, THESIS_STYLE.dash), (out, EXCLUDED_DASH)):
         shown = np.where(which, printed, np.nan)
-        axes.plot(np.degrees(angles), shown, color=THESIS.colour, lw=1.1, ls=dash, zorder=3)
+        axes.plot(np.degrees(angles), shown, color=THESIS_STYLE.colour, lw=1.1, ls=dash, zorder=3)
 
 
-def _draw_literature(axes: Axes, one: Literature, angles: Array, pen: Pen) -> None:
-    if one.points is not None:
-        at, torques = one.points
-        draw_points(axes, np.degrees(at), torques, pen, "_", one.is_line)
+def _draw_literature(axes: Axes, literature: Literature, angles: Array, style: LineStyle) -> None:
+    if literature.points is not None:
+        at, torques = literature.points
+        draw_points(axes, np.degrees(at), torques, style, "_", literature.is_line)
         return
-    draw_known(axes, np.degrees(angles), one.torque(angles), one.known, pen, "_", 1.4)
-    marks = np.radians(_marks_within(angles))
-    axes.plot(np.degrees(marks), one.torque(marks), pen.mark, color=pen.colour, mfc="white", ms=4.0)
+    draw_curve(
+        axes, np.degrees(angles), literature.torque(angles), literature.valid_range, style, "_", 1.4
+    )
+    marks = np.radians(_marker_angles(angles))
+    axes.plot(
+        np.degrees(marks),
+        literature.torque(marks),
+        style.marker,
+        color=style.colour,
+        mfc="white",
+        ms=4.0,
+    )
 
 
-def _marks_within(angles: Array) -> Array:
+def _marker_angles(angles: Array) -> Array:
     """Round angles at which a formula gets its mark [deg]."""
     first, last = np.degrees(angles[[0, -1]])
-    return _MARKS * np.arange(np.ceil(first / _MARKS), np.floor(last / _MARKS) + 1.0, dtype=float)
+    return _MARKER_SPACING * np.arange(
+        np.ceil(first / _MARKER_SPACING), np.floor(last / _MARKER_SPACING) + 1.0, dtype=float
+    )
 
 
 def _draw_residual(
-    axes: Axes, curve: JointCurve, one: Literature, window: Window, pen: Pen
+    axes: Axes, curve: JointCurve, literature: Literature, window: Window, style: LineStyle
 ) -> None:
     """Simulated less published, where the published curve is given and the window shows it."""
     low, high = np.radians(window.angles)
-    if one.points is not None:
-        at, torques = one.points
+    if literature.points is not None:
+        at, torques = literature.points
         inside = (at >= low) & (at <= high)
         less = np.interp(at[inside], curve.angles, curve.simulated) - torques[inside]
-        draw_points(axes, np.degrees(at[inside]), less, pen, "_", one.is_line)
+        draw_points(axes, np.degrees(at[inside]), less, style, "_", literature.is_line)
         return
-    inside = curve.within(low, high)
+    inside = curve.range_mask(low, high)
     angles = curve.angles[inside]
-    less = curve.simulated[inside] - one.torque(angles)
-    draw_known(axes, np.degrees(angles), less, one.known, pen, "_", 1.2)
-    marks = np.radians(_marks_within(angles))
-    less = np.interp(marks, curve.angles, curve.simulated) - one.torque(marks)
-    axes.plot(np.degrees(marks), less, pen.mark, color=pen.colour, mfc="white", ms=3.5)
+    less = curve.simulated[inside] - literature.torque(angles)
+    draw_curve(axes, np.degrees(angles), less, literature.valid_range, style, "_", 1.2)
+    marks = np.radians(_marker_angles(angles))
+    less = np.interp(marks, curve.angles, curve.simulated) - literature.torque(marks)
+    axes.plot(np.degrees(marks), less, style.marker, color=style.colour, mfc="white", ms=3.5)
 
 
 def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
     """A thin line through all readings, and a mark on every fifth."""
     degrees_read = np.degrees(curve.angles)
-    axes.plot(degrees_read, curve.simulated, color=EXUDYN.colour, lw=1.0, zorder=2.5)
-    rounded = np.round(degrees_read / _READINGS) * _READINGS
-    shown = (np.abs(degrees_read - rounded) < 1e-6) & curve.within(*np.radians(window.angles))
+    axes.plot(degrees_read, curve.simulated, color=EXUDYN_STYLE.colour, lw=1.0, zorder=2.5)
+    rounded = np.round(degrees_read / _READING_SPACING) * _READING_SPACING
+    shown = (np.abs(degrees_read - rounded) < 1e-6) & curve.range_mask(*np.radians(window.angles))
     axes.plot(
         degrees_read[shown],
         curve.simulated[shown],
-        EXUDYN.mark,
-        color=EXUDYN.colour,
+        EXUDYN_STYLE.marker,
+        color=EXUDYN_STYLE.colour,
         mec=BLACK,
         mew=0.7,
         ms=4.5,
@@ -248,43 +264,51 @@ def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
     )
 
 
-def _own_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D]:
+def _common_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D]:
     """What the legend says of the simulated curve, of the thesis's and of the normal range."""
-    read = Line2D([], [], lw=1.0, marker=EXUDYN.mark, color=EXUDYN.colour, mec=BLACK, ms=4.5)
+    read = Line2D(
+        [], [], lw=1.0, marker=EXUDYN_STYLE.marker, color=EXUDYN_STYLE.colour, mec=BLACK, ms=4.5
+    )
     read.set_markeredgewidth(0.7)
     read.set_label("simulated: read out of Exudyn, joint at rest")
-    printed = Line2D([], [], color=THESIS.colour, lw=1.1, label="thesis: cubic as printed [1, 2]")
+    printed = Line2D(
+        [], [], color=THESIS_STYLE.colour, lw=1.1, label="thesis: cubic as printed [1, 2]"
+    )
     handles = [read, printed]
     if curve.cubic.dead_zone is not None:
         label = "cubic as printed, ruled out by the dead zone"
-        handles.append(Line2D([], [], color=THESIS.colour, lw=1.1, ls=RULED_OUT, label=label))
+        handles.append(
+            Line2D([], [], color=THESIS_STYLE.colour, lw=1.1, ls=EXCLUDED_DASH, label=label)
+        )
     known = [str(end.reference) for end in (curve.low, curve.high) if end is not None]
     numbers = sorted({references.index(text) + 1 for text in known})
     cited = f" [{', '.join(map(str, numbers))}]" if numbers else ""
-    ends = Line2D([], [], color=GREY, lw=0.9, ls=_END, label=f"end of the normal range{cited}")
+    ends = Line2D(
+        [], [], color=GREY, lw=0.9, ls=_RANGE_END_DASH, label=f"end of the normal range{cited}"
+    )
     return [*handles, ends]
 
 
-def _handle(one: Literature, pen: Pen, number: int) -> Line2D:
-    kind = "substitute: " if one.is_substitute else ""
-    dash = ":" if one.known is None and not one.is_digitised else pen.dash
-    if not one.is_line:
+def _literature_handle(literature: Literature, style: LineStyle, number: int) -> Line2D:
+    kind = "substitute: " if literature.is_substitute else ""
+    dash = ":" if literature.valid_range is None and not literature.is_digitised else style.dash
+    if not literature.is_line:
         dash = "none"
     width = 1.0 if dash == ":" else 1.4
     return Line2D(
         [],
         [],
-        color=pen.colour,
+        color=style.colour,
         ls=dash,
         lw=width,
-        marker=pen.mark,
+        marker=style.marker,
         mfc="white",
         ms=4.0,
-        label=f"{kind}{one.label} [{number}]",
+        label=f"{kind}{literature.label} [{number}]",
     )
 
 
-_DRAWN = (
+_CAPTION_TEMPLATE = (
     "Circles: the torque that Exudyn's equations of motion hold for the prototype at rest, read "
     "every 5 deg{held}. Black: the cubic as the thesis prints it, in the sense of the torque on "
     "the child{dashed}. Above: the normal range of motion ({ends}) and the law's dead zone. Below: "
@@ -293,15 +317,15 @@ _DRAWN = (
 )
 
 
-def curve_plate(
+def build_curve_plate(
     name: str,
     title: str,
     curve: JointCurve,
     literature: Sequence[Literature],
     window: Window,
     claims: Sequence[Claim],
-    words: str,
-    sources: Sequence[str] = (),
+    comment: str,
+    extra_references: Sequence[str] = (),
 ) -> Plate:
     """The plate of a curve.
 
@@ -312,29 +336,31 @@ def curve_plate(
         literature: drawn beside it.
         window: what the picture shows.
         claims: all of them.
-        words: what is to be said of this joint, in front of what is said of every sheet.
-        sources: references beyond those of the curves and of the ends of the normal range.
+        comment: what is to be said of this joint, in front of what is said of every sheet.
+        extra_references: references beyond those of the curves and of the ends of the normal range.
     """
     thesis = published.publication("otani_1989").reference
     own = [str(replace(thesis, place="appendix A")), curve.spring.reference]
     others = [str(one.reference) for one in literature]
     ends = [str(end.reference) for end in (curve.low, curve.high) if end is not None]
-    references = tuple(dict.fromkeys([*own, *others, *ends, *sources]))
-    sign = sign_of(curve)
+    references = tuple(dict.fromkeys([*own, *others, *ends, *extra_references]))
+    sign = sign_convention(curve)
     numbered = {text: number for number, text in enumerate(references, start=1)}
     return Plate(
         name=name,
         title=title,
-        caption=_caption(curve, literature, window, words, numbered),
+        caption=_caption(curve, literature, window, comment, numbered),
         sign=sign,
-        figure=draw_joint(title, curve, literature, window, f"{sign} {_cut(window)}", references),
+        figure=draw_joint_curve(
+            title, curve, literature, window, f"{sign} {_clipping_note(window)}", references
+        ),
         claims=tuple(claims),
         tables=_tables(curve, literature, window),
         references=references,
     )
 
 
-def _cut(window: Window) -> str:
+def _clipping_note(window: Window) -> str:
     low, high = window.torques
     first, last = window.residuals
     return (
@@ -343,7 +369,7 @@ def _cut(window: Window) -> str:
     )
 
 
-def sign_of(curve: JointCurve) -> str:
+def sign_convention(curve: JointCurve) -> str:
     """The sign convention in words."""
     said = f"Angles are positive in {curve.motion}, 0 with the figure standing upright, arms down. "
     said += "Torques act on the child and are positive in the same sense: one that drives back "
@@ -356,7 +382,7 @@ def _caption(
     curve: JointCurve,
     literature: Sequence[Literature],
     window: Window,
-    words: str,
+    comment: str,
     numbered: Mapping[str, int],
 ) -> str:
     ends = dict.fromkeys(
@@ -366,18 +392,22 @@ def _caption(
     )
     low, high = np.radians(window.angles)
     said = [
-        words,
-        _DRAWN.format(
-            held=f", {curve.held}" if curve.held else "",
+        comment,
+        _CAPTION_TEMPLATE.format(
+            held=f", {curve.held_text}" if curve.held_text else "",
             dashed="" if curve.cubic.dead_zone is None else ", dashed within the dead zone",
             ends=", ".join(ends),
-            differ=float(np.abs(curve.simulated - curve.law).max()),
+            differ=float(np.abs(curve.simulated - curve.law_torques).max()),
         ),
         "" if curve.low and curve.high else "Where a range has a ? no verified end is known.",
-        _cut(window),
+        _clipping_note(window),
     ]
     for one in literature:
-        notes = [one.held, one.note, "" if one.is_digitised else one.beyond(low, high)]
+        notes = [
+            one.held_text,
+            one.note,
+            "" if one.is_digitised else one.extrapolation_note(low, high),
+        ]
         if any(notes):
             said.append(f"{one.label}: {'; '.join(filter(None, notes))}.")
     return " ".join(filter(None, said))
@@ -390,13 +420,13 @@ def _tables(
     read = {
         "angle [deg]": np.degrees(curve.angles),
         "simulated [N m]": curve.simulated,
-        "law [N m]": curve.law,
-        "cubic as printed, as torque on the child [N m]": curve.printed(curve.angles),
+        "law [N m]": curve.law_torques,
+        "cubic as printed, as torque on the child [N m]": curve.printed_torques(curve.angles),
     }
-    if curve.other_side is not None:
-        read["simulated, other side [N m]"] = curve.other_side
+    if curve.other_side_torques is not None:
+        read["simulated, other side [N m]"] = curve.other_side_torques
     tables = {"readings": read}
-    inside = curve.within(*np.radians(window.angles))
+    inside = curve.range_mask(*np.radians(window.angles))
     for one in literature:
         if one.points is None:
             # Beyond the window an exponential says nothing, and may be larger than a number.
@@ -405,7 +435,7 @@ def _tables(
         else:
             at, torques = one.points
             simulated = np.interp(at, curve.angles, curve.simulated)
-            tables[_file_word(one.label)] = {
+            tables[_file_name_part(one.label)] = {
                 "angle [deg]": np.degrees(at),
                 "published [N m]": torques,
                 "simulated [N m]": simulated,
@@ -414,7 +444,7 @@ def _tables(
     return tables
 
 
-def _file_word(label: str) -> str:
+def _file_name_part(label: str) -> str:
     """A label as part of a file's name."""
     words = "".join(c if c.isalnum() else " " for c in label.lower()).split()
     return "_".join(words)

@@ -15,12 +15,12 @@ from math import inf, isinf, radians
 import numpy as np
 
 from springs.backends import Array
-from springs.elastic import Elastic, Range, extrapolation
-from springs.interpolated import Table
+from springs.elastic import Elastic, Range, describe_extrapolation
+from springs.interpolated import Interpolated
 from springs.published import tables as published
 from springs.published.reference import Reference
 
-_EVERYWHERE: Range = (-inf, inf)
+_ALL_ANGLES: Range = (-inf, inf)
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class Literature:
         label: in the legend, without its reference.
         pieces: laws, each with the range for which it is given [rad]; of those that overlap the
             first counts.
-        known: range in which the curve may be used [rad], or None where that is not known.
+        valid_range: range in which the curve may be used [rad], or None where that is not known.
         reference: where it is from.
-        held: angles of other joints while it was measured, in words, or "".
+        held_text: angles of other joints while it was measured, in words, or "".
         note: what a reader of the picture should know, or "".
         is_substitute: whether it stands in for a source of the thesis that is not public.
         is_line: whether anything is known between its points, where it has some.
@@ -41,9 +41,9 @@ class Literature:
 
     label: str
     pieces: tuple[tuple[Elastic, Range], ...]
-    known: Range | None
+    valid_range: Range | None
     reference: Reference
-    held: str = ""
+    held_text: str = ""
     note: str = ""
     is_substitute: bool = True
     is_line: bool = True
@@ -56,7 +56,7 @@ class Literature:
             result[inside] = law.torque(angles[inside])
         return result
 
-    def at(self, angle: float) -> float:
+    def torque_at(self, angle: float) -> float:
         """Torque on the child [N m] at one angle [rad]."""
         return float(self.torque(np.array([angle]))[0])
 
@@ -64,7 +64,7 @@ class Literature:
     def points(self) -> tuple[Array, Array] | None:
         """Angles [rad] and torques [N m] of a digitised curve; None for a formula."""
         law = self.pieces[0][0]
-        if not isinstance(law, Table):
+        if not isinstance(law, Interpolated):
             return None
         angles, torques = np.array(law.points).T
         return angles, torques
@@ -72,61 +72,61 @@ class Literature:
     @property
     def is_digitised(self) -> bool:
         """Whether it is a line through points."""
-        return isinstance(self.pieces[0][0], Table)
+        return isinstance(self.pieces[0][0], Interpolated)
 
-    def beyond(self, low: float, high: float) -> str:
+    def extrapolation_note(self, low: float, high: float) -> str:
         """What to say of the curve where it is drawn from `low` to `high` [rad], or ""."""
         first = min(piece[1][0] for piece in self.pieces)
         last = max(piece[1][1] for piece in self.pieces)
-        return extrapolation(self.known, max(low, first), min(high, last))
+        return describe_extrapolation(self.valid_range, max(low, first), min(high, last))
 
 
-def points_of(
+def literature_from_points(
     points: tuple[tuple[float, float], ...], label: str, reference: Reference, note: str = ""
 ) -> Literature:
     """Single points (angle [rad], torque on the child [N m]), increasing, and no line."""
-    table = Table(points)
+    table = Interpolated(points)
     return Literature(
-        label, ((table, _EVERYWHERE),), table.measured, reference, "", note, is_line=False
+        label, ((table, _ALL_ANGLES),), table.valid_range, reference, "", note, is_line=False
     )
 
 
 def published_curve(key: str, label: str, note: str = "") -> Literature:
     """The curve `publication/name`; one that is given for one side of zero ends there."""
     curve = published.curve(key)
-    given = _EVERYWHERE if curve.measured is None else curve.measured
+    given = _ALL_ANGLES if curve.valid_range is None else curve.valid_range
     half = isinf(given[0]) or isinf(given[1])
     held = ", ".join(f"{name} at {np.degrees(at):.4g} deg" for name, at in curve.held.items())
     return Literature(
         label,
-        ((curve.law, given if half else _EVERYWHERE),),
-        None if half else curve.measured,
+        ((curve.law, given if half else _ALL_ANGLES),),
+        None if half else curve.valid_range,
         curve.reference,
         held,
         note,
     )
 
 
-def joined(*parts: Literature) -> Literature:
+def join_curves(*curves: Literature) -> Literature:
     """Curves of one publication for different ranges of one angle, as one; the first names it."""
-    first = parts[0]
-    pieces = tuple(piece for part in parts for piece in part.pieces)
+    first = curves[0]
+    pieces = tuple(piece for part in curves for piece in part.pieces)
     return replace(first, pieces=pieces)
 
 
-def both_sides(half: Literature) -> Literature:
+def mirror_to_both_sides(half: Literature) -> Literature:
     """A curve given for positive angles, with its mirror image for negative ones."""
     mirrored = tuple((law.mirrored(), (-high, -low)) for law, (low, high) in half.pieces)
     pieces = (*half.pieces, *mirrored)
     return replace(half, pieces=pieces)
 
 
-def compared(literature: Literature) -> Literature:
+def mark_as_comparison(literature: Literature) -> Literature:
     """The same curve beside one for which the thesis names no source."""
     return replace(literature, is_substitute=False)
 
 
-def held_law(
+def single_angle_curve(
     key: str, motion: str, held_deg: Mapping[str, float], label: str, note: str = ""
 ) -> Literature:
     """One coordinate of the law of several joints `publication/name`, the others held.
@@ -138,13 +138,15 @@ def held_law(
         label: in the legend.
         note: as in `Literature`.
     """
-    row = published.coupled(key)
-    law = row.law.about(motion, {name: radians(angle) for name, angle in held_deg.items()})
+    row = published.coupled_law(key)
+    law = row.law.single_angle_law(
+        motion, {name: radians(angle) for name, angle in held_deg.items()}
+    )
     held = ", ".join(f"{name.split()[0]} at {angle:g} deg" for name, angle in held_deg.items())
-    return Literature(label, ((law, _EVERYWHERE),), law.measured, row.reference, held, note)
+    return Literature(label, ((law, _ALL_ANGLES),), law.valid_range, row.reference, held, note)
 
 
-Row = Mapping[str, str]
+TableRow = Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -152,17 +154,17 @@ class Measurements:
     """A table as it was written.
 
     Attributes:
-        made_with: what the comments tell, by key.
+        provenance: what the comments tell, by key.
         rows: by header; all cells as text.
     """
 
-    made_with: Mapping[str, str]
-    rows: Sequence[Row]
+    provenance: Mapping[str, str]
+    rows: Sequence[TableRow]
 
-    def where(self, **cells: str) -> "Measurements":
+    def select_rows(self, **cells: str) -> "Measurements":
         """The rows with these cells."""
         kept = [row for row in self.rows if all(row[key] == cells[key] for key in cells)]
-        return Measurements(self.made_with, kept)
+        return Measurements(self.provenance, kept)
 
     def column(self, header: str) -> Array:
         """The numbers of a column, shape (rows,)."""
@@ -175,13 +177,13 @@ class Measurements:
     @property
     def origin(self) -> str:
         """When, on what, and by which command, in one sentence."""
-        made = dict(self.made_with)
+        made = dict(self.provenance)
         day, machine, command = (made.pop(key) for key in ("measured", "machine", "command"))
         versions = ", ".join(f"{name} {version}" for name, version in made.items())
         return f"Measured on {day} by `{command}` on {machine}, with {versions}."
 
 
-def measurements(name: str) -> Measurements:
+def read_measurements(name: str) -> Measurements:
     """Read `plots/data/NAME.csv`."""
     text = (files("plots") / "data" / f"{name}.csv").read_text(encoding="utf-8")
     lines = text.splitlines()

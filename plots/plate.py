@@ -17,7 +17,7 @@ from math import inf, isinf, isnan
 import numpy as np
 from matplotlib.figure import Figure
 
-from plots.canvas import picture, styled, write_title
+from plots.canvas import add_title, plot_style, render_figure
 from springs.backends import Array
 
 
@@ -53,20 +53,20 @@ class Claim:
     @property
     def holds(self) -> bool:
         """Whether the measured value is within the bounds; nan is not."""
-        return self._within(self.measured)
+        return self._is_within_bounds(self.measured)
 
     @property
-    def measured_words(self) -> str:
+    def measured_text(self) -> str:
         """The measured value with its unit, in as many digits as tell on which side it is."""
         said = ""
         for digits in range(4, 18):
             said = f"{self.measured:.{digits}g}"
-            if self._within(float(said)) == self.holds:
+            if self._is_within_bounds(float(said)) == self.holds:
                 break
         return f"{said} {self.unit}".rstrip()
 
     @property
-    def bound_words(self) -> str:
+    def bound_text(self) -> str:
         """The bound in words: `at most 4 N m`, `-36 to -32 N m`."""
         low, high = f"{self.at_least:.4g}", f"{self.at_most:.4g}"
         if isinf(self.at_most):
@@ -84,7 +84,7 @@ class Claim:
         """`holds` or `DOES NOT HOLD`."""
         return "holds" if self.holds else "DOES NOT HOLD"
 
-    def _within(self, value: float) -> bool:
+    def _is_within_bounds(self, value: float) -> bool:
         return bool(self.at_least <= value <= self.at_most)
 
 
@@ -121,7 +121,7 @@ class DrawnPlate:
 
 
 @dataclass(frozen=True)
-class Failed:
+class FailedPlate:
     """A plate that could not be made, and the reason as the end of a sentence."""
 
     name: str
@@ -174,10 +174,10 @@ class Plate:
                 raise ValueError(f"the columns of the table `{table}` are not of one length")
 
 
-def draw(plate: Plate) -> DrawnPlate:
+def draw_plate(plate: Plate) -> DrawnPlate:
     """Draw a plate with its title above it; the same plate gives the same bytes."""
-    with styled():
-        write_title(plate.figure, plate.title)
+    with plot_style():
+        add_title(plate.figure, plate.title)
     return DrawnPlate(
         name=plate.name,
         title=plate.title,
@@ -186,11 +186,11 @@ def draw(plate: Plate) -> DrawnPlate:
         # A number of numpy's would take numpy along wherever the claim is sent.
         claims=tuple(replace(claim, measured=float(claim.measured)) for claim in plate.claims),
         references=plate.references,
-        svg=picture(plate.figure, "svg"),
-        png=picture(plate.figure, "png"),
+        svg=render_figure(plate.figure, "svg"),
+        png=render_figure(plate.figure, "png"),
         tables={
             file_name: table_text(plate, table)
-            for file_name, table in zip(_file_names(plate), plate.tables, strict=True)
+            for file_name, table in zip(_table_file_names(plate), plate.tables, strict=True)
         },
     )
 
@@ -221,7 +221,7 @@ def _rows(columns: Mapping[str, Array]) -> Iterator[list[str]]:
         yield [f"{float(value):.9g}" for value in values]
 
 
-def _file_names(plate: Plate) -> list[str]:
+def _table_file_names(plate: Plate) -> list[str]:
     if len(plate.tables) == 1:
         return [f"{plate.name}.csv"]
     return [f"{plate.name}.{table}.csv" for table in plate.tables]

@@ -8,7 +8,7 @@ from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
-from plots.plate import Claim, DrawnPlate, Failed
+from plots.plate import Claim, DrawnPlate, FailedPlate
 
 LARGEST_SVG = 1_000_000
 """A picture of more bytes than this is shown as PNG: browsers are slow to draw it [bytes]."""
@@ -61,20 +61,20 @@ dl.made dd { margin: 0; }
 
 
 def report(
-    plates: Sequence[DrawnPlate], failed: Sequence[Failed], made_with: Mapping[str, str]
+    plates: Sequence[DrawnPlate], failed: Sequence[FailedPlate], provenance: Mapping[str, str]
 ) -> str:
     """The text of the report.
 
     Args:
         plates: in the order in which they are shown. Their files are linked to as lying beside it.
         failed: plates that are missing, and why.
-        made_with: the command, the versions and the machine, each by its name.
+        provenance: the command, the versions and the machine, each by its name.
     """
-    return "".join(f"{line}\n" for line in _lines(plates, failed, made_with))
+    return "".join(f"{line}\n" for line in _report_lines(plates, failed, provenance))
 
 
-def _lines(
-    plates: Sequence[DrawnPlate], failed: Sequence[Failed], made_with: Mapping[str, str]
+def _report_lines(
+    plates: Sequence[DrawnPlate], failed: Sequence[FailedPlate], provenance: Mapping[str, str]
 ) -> Iterator[str]:
     yield from (
         "<!DOCTYPE html>",
@@ -93,12 +93,12 @@ def _lines(
     )
     if failed:
         yield "<h2>Missing plates</h2>"
-        yield from _list("ul", "", map(str, failed))
+        yield from _list_lines("ul", "", map(str, failed))
     yield from _contents(plates)
     yield from _all_claims(plates)
     for plate in plates:
-        yield from _plate(plate)
-    yield from _made(made_with)
+        yield from _plate_lines(plate)
+    yield from _provenance_lines(provenance)
     yield from ("</main>", "</body>", "</html>")
 
 
@@ -134,11 +134,11 @@ def _all_claims(plates: Sequence[DrawnPlate]) -> Iterator[str]:
         for plate in plates
         for claim in plate.claims
     ]
-    yield from _table(rows)
+    yield from _claims_table_lines(rows)
     yield "</section>"
 
 
-def _table(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
+def _claims_table_lines(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
     """Claims, each with markup for a last cell, or none of them with any."""
     linked = any(link for _, link in rows)
     yield '<div class="scroll">'
@@ -152,8 +152,8 @@ def _table(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
             (
                 "<tr>" if claim.holds else '<tr class="fails">',
                 f"<td>{escape(claim.sentence)}</td>",
-                f'<td class="number">{escape(claim.measured_words)}</td>',
-                f'<td class="number">{escape(claim.bound_words)}</td>',
+                f'<td class="number">{escape(claim.measured_text)}</td>',
+                f'<td class="number">{escape(claim.bound_text)}</td>',
                 f'<td class="verdict">{claim.verdict}</td>',
                 f"<td>{escape(claim.remark)}</td>",
                 f"<td>{link}</td>" if linked else "",
@@ -165,35 +165,35 @@ def _table(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
     yield "</div>"
 
 
-def _plate(plate: DrawnPlate) -> Iterator[str]:
+def _plate_lines(plate: DrawnPlate) -> Iterator[str]:
     yield f'<section class="plate" id="{plate.name}">'
     yield f"<h2>{escape(plate.title)}</h2>"
     yield "<figure>"
-    yield f'<img src="{_picture(plate)}" alt="{escape(plate.title)}">'
+    yield f'<img src="{_picture_url(plate)}" alt="{escape(plate.title)}">'
     yield f"<figcaption>{escape(plate.caption)}</figcaption>"
     yield "</figure>"
     yield f"<p><strong>Sign convention:</strong> {escape(plate.sign)}</p>"
-    yield from _table([(claim, "") for claim in plate.claims])
+    yield from _claims_table_lines([(claim, "") for claim in plate.claims])
     if plate.references:
         yield "<h3>References</h3>"
-        yield from _list("ol", "references", plate.references)
+        yield from _list_lines("ol", "references", plate.references)
     links = ", ".join(f'<a href="{name}">{name}</a>' for name in plate.files)
     yield f'<p class="files">Files beside this one: {links}</p>'
     yield "</section>"
 
 
-def _picture(plate: DrawnPlate) -> str:
+def _picture_url(plate: DrawnPlate) -> str:
     """The picture as a data URL. As an image of its own its ids clash with nothing."""
     if len(plate.svg) > LARGEST_SVG:
         return f"data:image/png;base64,{b64encode(plate.png).decode()}"
     return f"data:image/svg+xml;base64,{b64encode(plate.svg).decode()}"
 
 
-def _made(made_with: Mapping[str, str]) -> Iterator[str]:
+def _provenance_lines(provenance: Mapping[str, str]) -> Iterator[str]:
     yield '<section id="made">'
     yield "<h2>How this was made</h2>"
     yield '<dl class="made">'
-    for name, value in made_with.items():
+    for name, value in provenance.items():
         yield f"<dt>{escape(name)}</dt><dd><code>{escape(value)}</code></dd>"
     yield "</dl>"
     yield (
@@ -204,13 +204,13 @@ def _made(made_with: Mapping[str, str]) -> Iterator[str]:
     yield "</section>"
 
 
-def _list(tag: str, kind: str, items: Iterator[str] | Sequence[str]) -> Iterator[str]:
+def _list_lines(tag: str, kind: str, items: Iterator[str] | Sequence[str]) -> Iterator[str]:
     yield f'<{tag} class="{kind}">' if kind else f"<{tag}>"
     yield from (f"<li>{escape(item)}</li>" for item in items)
     yield f"</{tag}>"
 
 
-PICTURE = "svg"
+PICTURE_FORMAT = "svg"
 
 
 def gallery_page(plates: Sequence[DrawnPlate], folder: str) -> str:
@@ -236,16 +236,24 @@ def _gallery_lines(plates: Sequence[DrawnPlate], folder: str) -> Iterator[str]:
         "",
     )
     for plate in plates:
-        yield f"- [{_plain(plate.title)}](#{plate.name})"
+        yield f"- [{_escape_markdown(plate.title)}](#{plate.name})"
     for plate in plates:
         # Headings make anchors of their own, but out of the title.
-        yield from ("", f'<a id="{plate.name}"></a>', "", f"## {_plain(plate.title)}", "")
-        yield f"![{_plain(plate.title)}]({folder}/{plate.name}.{PICTURE})"
-        yield from ("", _plain(plate.caption), "", f"*Sign:* {_plain(plate.sign)}", "")
+        yield from ("", f'<a id="{plate.name}"></a>', "", f"## {_escape_markdown(plate.title)}", "")
+        yield f"![{_escape_markdown(plate.title)}]({folder}/{plate.name}.{PICTURE_FORMAT})"
+        yield from (
+            "",
+            _escape_markdown(plate.caption),
+            "",
+            f"*Sign:* {_escape_markdown(plate.sign)}",
+            "",
+        )
         yield from claims_table(plate.claims)
         if plate.references:
             yield from ("", "References:", "")
-            yield from (f"{k}. {_plain(one)}" for k, one in enumerate(plate.references, 1))
+            yield from (
+                f"{k}. {_escape_markdown(one)}" for k, one in enumerate(plate.references, 1)
+            )
 
 
 def claims_table(claims: Sequence[Claim]) -> Iterator[str]:
@@ -254,11 +262,11 @@ def claims_table(claims: Sequence[Claim]) -> Iterator[str]:
     yield "|---|---|---|---|"
     for claim in claims:
         sentence = f"{claim.sentence} ({claim.remark})" if claim.remark else claim.sentence
-        cells = (sentence, claim.measured_words, claim.bound_words)
+        cells = (sentence, claim.measured_text, claim.bound_text)
         verdict = claim.verdict if claim.holds else f"**{claim.verdict}**"
-        yield f"| {' | '.join(map(_plain, cells))} | {verdict} |"
+        yield f"| {' | '.join(map(_escape_markdown, cells))} | {verdict} |"
 
 
-def _plain(text: str) -> str:
+def _escape_markdown(text: str) -> str:
     """A text on one line, in which nothing is taken for markup."""
     return re.sub(r"([\\`*_\[\]<>|#~&$])", r"\\\1", " ".join(text.split()))

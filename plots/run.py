@@ -17,12 +17,19 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
-from generator.cli.answer import Answer, ExitCode, UsageError, aligned, counted, finite
-from generator.cli.progress import Progress, interrupted_at_a_frame, unshown
-from generator.diagnostics import InputError, error, nearest
-from generator.text_io import reason_of, why_not_writable, write_whole
-from plots.plate import Claim, DrawnPlate, Failed
-from plots.report import PICTURE, gallery_page, report, tally
+from generator.cli.answer import (
+    CommandResult,
+    ExitCode,
+    UsageError,
+    finite_or_none,
+    format_count,
+    format_table,
+)
+from generator.cli.progress import ItemMonitor, defer_interrupt, no_item_monitor
+from generator.diagnostics import InputError, error, spelling_hint
+from generator.text_io import os_error_reason, unwritable_reason, write_atomic
+from plots.plate import Claim, DrawnPlate, FailedPlate
+from plots.report import PICTURE_FORMAT, gallery_page, report, tally
 from plots.workers import cores, make_plates
 
 PLATES: Mapping[str, str] = {
@@ -45,38 +52,38 @@ PLATES: Mapping[str, str] = {
 """Where each plate is made, by its name."""
 
 
-def write(path: Path, content: str | bytes) -> None:
+def write_file(path: Path, content: str | bytes) -> None:
     """Write a file, whole or not at all. Raises InputError."""
     try:
-        write_whole(path, content)
+        write_atomic(path, content)
     except OSError as failure:
-        raise _refused(path, reason_of(failure)) from None
+        raise _write_error(path, os_error_reason(failure)) from None
 
 
-def insist_on_file(path: Path) -> None:
+def check_file_writable(path: Path) -> None:
     """See that a file can be written. Raises InputError."""
-    if (reason := why_not_writable(path)) is not None:
-        raise _refused(path, reason)
+    if (reason := unwritable_reason(path)) is not None:
+        raise _write_error(path, reason)
 
 
-def insist_on_folder(folder: Path) -> None:
+def create_folder(folder: Path) -> None:
     """See that a folder is there, and make it where it is not. Raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise _refused(folder, "it is there already, and no directory") from None
+        raise _write_error(folder, "it is there already, and no directory") from None
     except OSError as failure:
-        raise _refused(folder, reason_of(failure)) from None
+        raise _write_error(folder, os_error_reason(failure)) from None
 
 
-def _refused(path: Path, reason: str) -> InputError:
+def _write_error(path: Path, reason: str) -> InputError:
     return InputError((error(f"`{path}` cannot be written: {reason}"),))
 
 
 _DISTRIBUTIONS = ("exudyn-mover", "exudyn", "numpy", "scipy", "matplotlib")
 
 
-def made_with(names: Sequence[str]) -> dict[str, str]:
+def report_provenance(names: Sequence[str]) -> dict[str, str]:
     """What makes the plates of these names, or all of them when there are no names.
 
     The folder of the report is not told: where it lies does not change it. Nor is the time.
@@ -89,7 +96,7 @@ def made_with(names: Sequence[str]) -> dict[str, str]:
     }
 
 
-REPORT = "report.html"
+REPORT_NAME = "report.html"
 
 
 @dataclass(frozen=True)
@@ -105,7 +112,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class _Made:
+class _PlateResults:
     """What came of a request, in the order of the gallery.
 
     Attributes:
@@ -116,7 +123,7 @@ class _Made:
     """
 
     plates: tuple[DrawnPlate, ...]
-    failed: tuple[Failed, ...]
+    failed: tuple[FailedPlate, ...]
     interrupted: bool
     files: tuple[Path, ...] = ()
 
@@ -126,7 +133,7 @@ class _Made:
         return [claim for plate in self.plates for claim in plate.claims]
 
 
-def plots(request: Request, progress: Progress = unshown) -> Answer:
+def plots(request: Request, progress: ItemMonitor = no_item_monitor) -> CommandResult:
     """Make the plates that are asked for and write their files.
 
     Args:
@@ -139,21 +146,21 @@ def plots(request: Request, progress: Progress = unshown) -> Answer:
         KeyboardInterrupt: an interrupt came before a plate was done.
     """
     if request.listed:
-        return Answer(text="\n".join(PLATES), data=list(PLATES))
-    targets = _targets(request)
-    _insist_on_places(request)
-    made = _make(request, targets, progress)
+        return CommandResult(text="\n".join(PLATES), data=list(PLATES))
+    targets = _select_targets(request)
+    _prepare_output(request)
+    made = _run_plates(request, targets, progress)
     made = replace(made, files=(*made.files, *_write_pages(request, made)))
-    failure = _failure(request, made)
-    return Answer(
-        text="\n\n".join(_paragraphs(request, made)),
-        data=_data(made),
-        code=ExitCode.RUN_FAILED if failure else ExitCode.GOOD,
+    failure = _failure_message(request, made)
+    return CommandResult(
+        text="\n\n".join(_format_paragraphs(request, made)),
+        data=_json_data(made),
+        code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
     )
 
 
-def _targets(request: Request) -> Mapping[str, str]:
+def _select_targets(request: Request) -> Mapping[str, str]:
     """The plates asked for, in the order of the gallery. Raises UsageError."""
     if request.output is None and request.gallery is None:
         raise UsageError("say where the plates go: -o DIR")
@@ -164,29 +171,31 @@ def _targets(request: Request) -> Mapping[str, str]:
             raise UsageError("--gallery shows all plates: give no names with it")
     for name in request.names:
         if name not in PLATES:
-            hint = nearest(name, PLATES)
+            hint = spelling_hint(name, PLATES)
             raise UsageError(f"there is no plate `{name}`{f'; {hint}' if hint else ''}")
     wanted = set(request.names or PLATES)
     return {name: target for name, target in PLATES.items() if name in wanted}
 
 
-def _insist_on_places(request: Request) -> None:
+def _prepare_output(request: Request) -> None:
     """See that all can be written, and make the folders. Raises InputError."""
     if request.output is not None:
-        insist_on_folder(request.output)
-        insist_on_file(request.output / REPORT)
+        create_folder(request.output)
+        check_file_writable(request.output / REPORT_NAME)
     if request.gallery is not None:
-        insist_on_file(request.gallery)
-        insist_on_folder(request.gallery.with_suffix(""))
+        check_file_writable(request.gallery)
+        create_folder(request.gallery.with_suffix(""))
 
 
-def _make(request: Request, targets: Mapping[str, str], progress: Progress) -> _Made:
+def _run_plates(
+    request: Request, targets: Mapping[str, str], progress: ItemMonitor
+) -> _PlateResults:
     """Make the plates, and write the files of each when it is done."""
-    results: dict[str, DrawnPlate | Failed] = {}
+    results: dict[str, DrawnPlate | FailedPlate] = {}
     files: list[Path] = []
     interrupted = False
     jobs = min(request.jobs or cores(), len(targets))
-    with interrupted_at_a_frame() as check, progress(len(targets), "plates") as done:
+    with defer_interrupt() as check, progress(len(targets), "plates") as done:
         try:
             with closing(make_plates(targets, jobs, check)) as arriving:
                 for result in arriving:
@@ -198,102 +207,104 @@ def _make(request: Request, targets: Mapping[str, str], progress: Progress) -> _
             interrupted = True
             if not any(isinstance(result, DrawnPlate) for result in results.values()):
                 raise
-    every = [results.get(name, Failed(name, "the command was interrupted")) for name in targets]
-    return _Made(
+    every = [
+        results.get(name, FailedPlate(name, "the command was interrupted")) for name in targets
+    ]
+    return _PlateResults(
         plates=tuple(result for result in every if isinstance(result, DrawnPlate)),
-        failed=tuple(result for result in every if isinstance(result, Failed)),
+        failed=tuple(result for result in every if isinstance(result, FailedPlate)),
         interrupted=interrupted,
         files=tuple(files),
     )
 
 
-def _write_pages(request: Request, made: _Made) -> Iterator[Path]:
+def _write_pages(request: Request, results: _PlateResults) -> Iterator[Path]:
     """Write the report, and the gallery if no plate is missing."""
     if request.output is not None:
         names = [name for name in PLATES if name in request.names]
-        text = report(made.plates, made.failed, made_with(names))
-        yield from _write(request.output, {REPORT: text})
-    if request.gallery is not None and not made.failed:
+        text = report(results.plates, results.failed, report_provenance(names))
+        yield from _write(request.output, {REPORT_NAME: text})
+    if request.gallery is not None and not results.failed:
         folder = request.gallery.with_suffix("")
-        pictures = {f"{plate.name}.{PICTURE}": plate.files for plate in made.plates}
+        pictures = {f"{plate.name}.{PICTURE_FORMAT}": plate.files for plate in results.plates}
         yield from _write(folder, {name: files[name] for name, files in pictures.items()})
-        text = gallery_page(made.plates, folder.name)
+        text = gallery_page(results.plates, folder.name)
         yield from _write(request.gallery.parent, {request.gallery.name: text})
 
 
 def _write(folder: Path, files: Mapping[str, str | bytes]) -> Iterator[Path]:
     for name, content in files.items():
-        write(folder / name, content)
+        write_file(folder / name, content)
         yield folder / name
 
 
-def _failure(request: Request, made: _Made) -> str | None:
+def _failure_message(request: Request, results: _PlateResults) -> str | None:
     """Why the command failed, as a sentence; None when it did not."""
-    if made.interrupted:
-        count = len(made.plates) + len(made.failed)
-        return f"interrupted after {len(made.plates)} of {count} plates"
-    if made.failed:
-        return "; ".join(map(str, made.failed))
-    if request.strict and not all(claim.holds for claim in made.claims):
-        return f"--strict asks for all claims to hold: {tally(made.claims)}"
+    if results.interrupted:
+        count = len(results.plates) + len(results.failed)
+        return f"interrupted after {len(results.plates)} of {count} plates"
+    if results.failed:
+        return "; ".join(map(str, results.failed))
+    if request.strict and not all(claim.holds for claim in results.claims):
+        return f"--strict asks for all claims to hold: {tally(results.claims)}"
     return None
 
 
-def _paragraphs(request: Request, made: _Made) -> Iterator[str]:
+def _format_paragraphs(request: Request, results: _PlateResults) -> Iterator[str]:
     rows = [
-        [claim.verdict, claim.measured_words, f"({claim.bound_words})", _line(claim.sentence)]
-        for claim in made.claims
+        [claim.verdict, claim.measured_text, f"({claim.bound_text})", _single_line(claim.sentence)]
+        for claim in results.claims
     ]
-    lines = iter(aligned(rows, left=len(rows[0])).splitlines() if rows else [])
-    for plate in made.plates:
-        said = [f"{plate.name}: {_line(plate.title)}"]
+    lines = iter(format_table(rows, left_columns=len(rows[0])).splitlines() if rows else [])
+    for plate in results.plates:
+        said = [f"{plate.name}: {_single_line(plate.title)}"]
         for claim in plate.claims:
             said.append(f"  {next(lines)}")
             if claim.remark and not claim.holds:
-                said.append(f"    {_line(claim.remark)}")
+                said.append(f"    {_single_line(claim.remark)}")
         yield "\n".join(said)
-    yield tally(made.claims)
-    folders = dict.fromkeys(path.parent for path in made.files)
+    yield tally(results.claims)
+    folders = dict.fromkeys(path.parent for path in results.files)
     written = [
-        f"wrote {counted(sum(path.parent == folder for path in made.files), 'file')} in {folder}"
+        f"wrote {format_count(sum(path.parent == folder for path in results.files), 'file')} in {folder}"
         for folder in folders
     ]
     if request.output is not None:
-        written.append(f"the report is {request.output / REPORT}")
+        written.append(f"the report is {request.output / REPORT_NAME}")
     if written:
         yield "\n".join(written)
 
 
-def _line(text: str) -> str:
+def _single_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def _data(made: _Made) -> dict[str, object]:
+def _json_data(results: _PlateResults) -> dict[str, object]:
     return {
-        "claims": len(made.claims),
-        "hold": sum(claim.holds for claim in made.claims),
+        "claims": len(results.claims),
+        "hold": sum(claim.holds for claim in results.claims),
         "plates": [
             {
                 "name": plate.name,
                 "title": plate.title,
-                "claims": [_claim_data(claim) for claim in plate.claims],
+                "claims": [_claim_json(claim) for claim in plate.claims],
             }
-            for plate in made.plates
+            for plate in results.plates
         ],
-        "failed": [{"name": failed.name, "reason": failed.reason} for failed in made.failed],
-        "interrupted": made.interrupted,
-        "files": [str(path) for path in made.files],
+        "failed": [{"name": failed.name, "reason": failed.reason} for failed in results.failed],
+        "interrupted": results.interrupted,
+        "files": [str(path) for path in results.files],
     }
 
 
-def _claim_data(claim: Claim) -> dict[str, object]:
+def _claim_json(claim: Claim) -> dict[str, object]:
     """A claim for JSON, which has no nan and no infinity: those are null."""
     return {
         "sentence": claim.sentence,
-        "measured": finite(claim.measured),
+        "measured": finite_or_none(claim.measured),
         "unit": claim.unit,
-        "at_least": finite(claim.at_least),
-        "at_most": finite(claim.at_most),
+        "at_least": finite_or_none(claim.at_least),
+        "at_most": finite_or_none(claim.at_most),
         "holds": claim.holds,
         "remark": claim.remark,
     }

@@ -23,24 +23,24 @@ from threading import Lock, Thread
 from types import ModuleType
 from typing import IO
 
-from plots.plate import DrawnPlate, Failed
+from plots.plate import DrawnPlate, FailedPlate
 
 
-def make(name: str, target: str) -> DrawnPlate | Failed:
+def make(name: str, target: str) -> DrawnPlate | FailedPlate:
     """Make and draw the plate of a name by a function `module:function`."""
     module = None
     try:
         # What it imports may refuse the user's settings, which is a reason as any other.
-        from plots.plate import draw
+        from plots.plate import draw_plate
 
         path, _, function = target.partition(":")
         module = import_module(path)
         plate = getattr(module, function)()
         if plate.name != name:
-            return Failed(name, f"it calls itself `{plate.name}`")
-        return draw(plate)
+            return FailedPlate(name, f"it calls itself `{plate.name}`")
+        return draw_plate(plate)
     except (Exception, SystemExit) as failure:
-        return Failed(name, _reason(failure, module))
+        return FailedPlate(name, _reason(failure, module))
 
 
 def _reason(failure: BaseException, module: ModuleType | None) -> str:
@@ -96,7 +96,7 @@ def cores() -> int:
 
 def make_plates(
     targets: Mapping[str, str], jobs: int, check: Callable[[], None] = lambda: None
-) -> Generator[DrawnPlate | Failed]:
+) -> Generator[DrawnPlate | FailedPlate]:
     """Make plates, each in one of several processes, and yield them as they are done.
 
     A process that dies takes only its plate along. Closing the generator ends the processes.
@@ -109,7 +109,7 @@ def make_plates(
     workers = _Workers()
     pool = ThreadPoolExecutor(max_workers=jobs)
     try:
-        pending: set[Future[DrawnPlate | Failed]] = {
+        pending: set[Future[DrawnPlate | FailedPlate]] = {
             pool.submit(workers.make, name, target) for name, target in targets.items()
         }
         while pending:
@@ -134,11 +134,11 @@ class _Workers:
         self._said: dict[int, IO[bytes]] = {}
         self._ended = False
 
-    def make(self, name: str, target: str) -> DrawnPlate | Failed:
+    def make(self, name: str, target: str) -> DrawnPlate | FailedPlate:
         """The plate of a name, made by an idle process or by a new one."""
         with self._lock:
             if self._ended:
-                return Failed(name, "the processes were ended")
+                return FailedPlate(name, "the processes were ended")
             worker = self._idle.pop() if self._idle else self._start()
         assert worker.stdin is not None
         assert worker.stdout is not None
@@ -147,7 +147,7 @@ class _Workers:
             worker.stdin.flush()
             made = pickle.load(worker.stdout)
         except (OSError, EOFError, pickle.UnpicklingError):
-            return Failed(name, f"its process ended with {self._end_of(worker)}")
+            return FailedPlate(name, f"its process ended with {self._end_of(worker)}")
         with self._lock:
             self._idle.append(worker)
         return made

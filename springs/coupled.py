@@ -12,10 +12,10 @@ from operator import add
 from typing import Protocol
 
 from springs.backends import FLOATS, NUMPY, Operations, Real
-from springs.elastic import Range, mirrored_range
-from springs.exponential import Exponential, Term
+from springs.elastic import Range, mirror_range
+from springs.exponential import Exponential, ExponentialTerm
 
-_PARALLEL = 1e-9
+_PARALLEL_TOLERANCE = 1e-9
 
 
 class NotConservativeError(ValueError):
@@ -31,7 +31,7 @@ class CoupledLaw(Protocol):
         ...
 
     @property
-    def measured(self) -> tuple[Range | None, ...]:
+    def valid_ranges(self) -> tuple[Range | None, ...]:
         """For each angle the range in which the law is known to hold [rad], or None."""
         ...
 
@@ -74,7 +74,7 @@ class CoupledTerm:
         """Whether the amplitudes are along the rates, which makes the term a gradient."""
         energy = self.energy_amplitude
         rest = [a + energy * r for a, r in zip(self.amplitudes, self.rates, strict=True)]
-        return _size(rest) <= _PARALLEL * _size(self.amplitudes)
+        return _norm(rest) <= _PARALLEL_TOLERANCE * _norm(self.amplitudes)
 
 
 @dataclass(frozen=True)
@@ -85,18 +85,18 @@ class CoupledExponential:
         coordinates: names of the angles, in the order of all tuples.
         terms: exponentials.
         constants: one a coordinate [N m].
-        measured: for each coordinate the range in which the law is known to hold [rad], or None.
+        valid_ranges: for each coordinate the range in which the law is known to hold [rad], or None.
     """
 
     coordinates: tuple[str, ...]
     terms: tuple[CoupledTerm, ...]
     constants: tuple[float, ...]
-    measured: tuple[Range | None, ...]
+    valid_ranges: tuple[Range | None, ...]
 
     def __post_init__(self) -> None:
         """Refuse tuples that do not fit the coordinates."""
         count = len(self.coordinates)
-        tuples = [self.constants, self.measured]
+        tuples = [self.constants, self.valid_ranges]
         tuples += [part for term in self.terms for part in (term.amplitudes, term.rates)]
         if any(len(part) != count for part in tuples):
             raise ValueError(f"every tuple of this law has {count} entries, one a coordinate")
@@ -117,7 +117,7 @@ class CoupledExponential:
             for i in range(len(self.coordinates))
         )
 
-    def slopes(self, angles: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    def torque_jacobian(self, angles: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         """Slope of each torque (row) by each angle [N m/rad] at single angles [rad]."""
         scaled = [(term, _factor(term, angles, FLOATS)) for term in self.terms]
         places = range(len(self.coordinates))
@@ -140,7 +140,7 @@ class CoupledExponential:
                 "carried round a closed loop of angles they do work"
             )
         constant = [-c * angle for c, angle in zip(self.constants, angles, strict=True)]
-        parts = [t.energy_amplitude * _factor(t, angles, ops) for t in self._merged()]
+        parts = [t.energy_amplitude * _factor(t, angles, ops) for t in self._merged_terms()]
         return reduce(add, [*constant, *parts])
 
     @property
@@ -149,11 +149,11 @@ class CoupledExponential:
 
         Exponentials of different rates are independent functions, so none can mend another.
         """
-        return all(term.is_gradient for term in self._merged())
+        return all(term.is_gradient for term in self._merged_terms())
 
     def mirrored(self, *coordinates: str) -> "CoupledExponential":
         """The same law when the angles of these coordinates are counted the other way."""
-        places = {self._place(name) for name in coordinates}
+        places = {self._coordinate_index(name) for name in coordinates}
         signs = [-1.0 if i in places else 1.0 for i in range(len(self.coordinates))]
         return CoupledExponential(
             self.coordinates,
@@ -162,7 +162,7 @@ class CoupledExponential:
                 for t in self.terms
             ),
             _times(signs, self.constants),
-            tuple(mirrored_range(m) if i in places else m for i, m in enumerate(self.measured)),
+            tuple(mirror_range(m) if i in places else m for i, m in enumerate(self.valid_ranges)),
         )
 
     def scaled(
@@ -171,7 +171,7 @@ class CoupledExponential:
         """The torques times `scale`; the law moved towards greater angles by `offsets` [rad]."""
         moved = [0.0] * len(self.coordinates)
         for name, offset in (offsets or {}).items():
-            moved[self._place(name)] = offset
+            moved[self._coordinate_index(name)] = offset
         factors = [scale] * len(self.coordinates)
         return CoupledExponential(
             self.coordinates,
@@ -182,13 +182,13 @@ class CoupledExponential:
             _times(factors, self.constants),
             tuple(
                 known and (known[0] + by, known[1] + by)
-                for known, by in zip(self.measured, moved, strict=True)
+                for known, by in zip(self.valid_ranges, moved, strict=True)
             ),
         )
 
-    def holding(self, coordinate: str, angle: float) -> "CoupledExponential":
+    def hold_coordinate(self, coordinate: str, angle: float) -> "CoupledExponential":
         """The law of the other coordinates while this one is held at `angle` [rad]."""
-        place = self._place(coordinate)
+        place = self._coordinate_index(coordinate)
         kept = [i for i in range(len(self.coordinates)) if i != place]
 
         def without(values: Sequence[float]) -> tuple[float, ...]:
@@ -209,27 +209,29 @@ class CoupledExponential:
             tuple(self.coordinates[i] for i in kept),
             tuple(terms),
             tuple(constants),
-            tuple(self.measured[i] for i in kept),
+            tuple(self.valid_ranges[i] for i in kept),
         )
 
-    def about(self, coordinate: str, held: Mapping[str, float]) -> Exponential:
+    def single_angle_law(self, coordinate: str, held_angles: Mapping[str, float]) -> Exponential:
         """The law of one coordinate while all the others are held at their angles [rad]."""
         law = self
         for name in self.coordinates:
             if name != coordinate:
-                law = law.holding(name, held[name])
-        place = law._place(coordinate)
-        terms = tuple(Term(t.amplitudes[0] * exp(t.exponent), t.rates[0]) for t in law.terms)
-        return Exponential(terms, law.constants[place], law.measured[place])
+                law = law.hold_coordinate(name, held_angles[name])
+        place = law._coordinate_index(coordinate)
+        terms = tuple(
+            ExponentialTerm(t.amplitudes[0] * exp(t.exponent), t.rates[0]) for t in law.terms
+        )
+        return Exponential(terms, law.constants[place], law.valid_ranges[place])
 
-    def _place(self, coordinate: str) -> int:
+    def _coordinate_index(self, coordinate: str) -> int:
         if coordinate not in self.coordinates:
             raise ValueError(
                 f"this law has no coordinate `{coordinate}`; it has {', '.join(self.coordinates)}"
             )
         return self.coordinates.index(coordinate)
 
-    def _merged(self) -> tuple[CoupledTerm, ...]:
+    def _merged_terms(self) -> tuple[CoupledTerm, ...]:
         """The terms, those of equal rates added into one."""
         sums: dict[tuple[float, ...], list[float]] = {}
         for term in self.terms:
@@ -252,5 +254,5 @@ def _dot(term: CoupledTerm, angles: Sequence[float]) -> float:
     return sum(_times(term.rates, angles))
 
 
-def _size(values: Sequence[float]) -> float:
+def _norm(values: Sequence[float]) -> float:
     return sqrt(sum(v * v for v in values))

@@ -60,17 +60,17 @@ class Cubic:
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad]."""
-        a = self._from_rest(angle)
+        a = self._angle_from_rest(angle)
         if self.dead_zone is None:
-            return polynomial(self._acting(None), a)
+            return polynomial(self._torque_coefficients(None), a)
         low, high = self.dead_zone
-        below = polynomial(self._acting(low), a)
-        above = polynomial(self._acting(high), a)
+        below = polynomial(self._torque_coefficients(low), a)
+        above = polynomial(self._torque_coefficients(high), a)
         return ops.where(a < low, below, ops.where(a > high, above, 0.0))
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J] at `angle` [rad]; the torque is minus its slope."""
-        a = self._from_rest(angle)
+        a = self._angle_from_rest(angle)
         if self.dead_zone is None:
             return -self.sense * antiderivative(self.coefficients, a)
         low, high = self.dead_zone
@@ -78,7 +78,7 @@ class Cubic:
         return -self.sense * ops.where(a < low, below, ops.where(a > high, above, 0.0))
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Angles of the dead zone's edges [rad], where the slope of the torque jumps."""
         return tuple(edge + self.rest for edge in self.dead_zone or ())
 
@@ -88,10 +88,10 @@ class Cubic:
         zone = self.dead_zone
         return Cubic((-c0, c1, -c2, c3), self.sense, zone and (-zone[1], -zone[0]), -self.rest)
 
-    def _from_rest(self, angle: Real) -> Real:
+    def _angle_from_rest(self, angle: Real) -> Real:
         return angle - self.rest if self.rest else angle
 
-    def _acting(self, edge: float | None) -> Coefficients:
+    def _torque_coefficients(self, edge: float | None) -> Coefficients:
         """Coefficients of the torque on the child beyond an edge: sense * (M(a) - M(edge))."""
         c0, c1, c2, c3 = self.coefficients
         c0 -= 0.0 if edge is None else polynomial(self.coefficients, edge)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from springs.backends import NUMPY, Operations, Real
 
-SLIP = 0.01
+DEFAULT_SLIP_RATE = 0.01
 """Rate at which the regularised Coulomb friction has 76 % of its full value [rad/s or m/s]."""
 
 
@@ -23,7 +23,7 @@ class Damping:
 
     viscous: float = 0.0
     coulomb: float = 0.0
-    slip: float = SLIP
+    slip: float = DEFAULT_SLIP_RATE
 
     def __post_init__(self) -> None:
         """Refuse damping that would feed energy."""

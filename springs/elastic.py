@@ -24,7 +24,7 @@ class Elastic(Protocol):
         ...
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Angles at which the slope or the curvature of the torque jumps [rad or m]."""
         ...
 
@@ -65,41 +65,41 @@ def total_energy(laws: Iterable[Elastic], angle: Real, ops: Operations = NUMPY) 
 Range: TypeAlias = tuple[float, float]
 """Lower and upper end [rad]; an end may be infinite."""
 
-_ROUNDING = 1e-9
+_ANGLE_ROUNDING = 1e-9
 """What converting degrees may add to an end of a range [rad]."""
 
 
 @runtime_checkable
-class Measured(Protocol):
+class HasValidRange(Protocol):
     """A law that knows where it was measured."""
 
     @property
-    def measured(self) -> Range | None:
+    def valid_range(self) -> Range | None:
         """Range in which the law is known to hold [rad], or None where that is not known."""
         ...
 
 
-def measured_range(law: object) -> Range | None:
+def valid_range(law: object) -> Range | None:
     """The range in which a law is known to hold [rad], or None where that is not known."""
-    return law.measured if isinstance(law, Measured) else None
+    return law.valid_range if isinstance(law, HasValidRange) else None
 
 
-def mirrored_range(measured: Range | None) -> Range | None:
+def mirror_range(limits: Range | None) -> Range | None:
     """The range of the same joint when its angle is counted the other way [rad]."""
-    return None if measured is None else (-measured[1], -measured[0])
+    return None if limits is None else (-limits[1], -limits[0])
 
 
-def extrapolation(measured: Range | None, low: float, high: float) -> str:
+def describe_extrapolation(limits: Range | None, low: float, high: float) -> str:
     """What to say of a curve shown or used from `low` to `high` [rad]; empty within its range."""
-    if measured is None:
+    if limits is None:
         return "the range in which this curve was measured is not known"
-    first, last = measured
-    if low >= first - _ROUNDING and high <= last + _ROUNDING:
+    first, last = limits
+    if low >= first - _ANGLE_ROUNDING and high <= last + _ANGLE_ROUNDING:
         return ""
     known = f"{degrees(first) + 0.0:.4g} .. {degrees(last) + 0.0:.4g} deg"
     parts = [
         f"{degrees(start) + 0.0:.4g} .. {degrees(end) + 0.0:.4g} deg"
         for start, end in ((low, min(high, first)), (max(low, last), high))
-        if end - start > _ROUNDING
+        if end - start > _ANGLE_ROUNDING
     ]
     return f"extrapolated at {' and '.join(parts)}: the curve is known for {known} only"

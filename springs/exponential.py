@@ -5,11 +5,11 @@ from functools import reduce
 from operator import add
 
 from springs.backends import NUMPY, Operations, Real
-from springs.elastic import Range, mirrored_range
+from springs.elastic import Range, mirror_range
 
 
 @dataclass(frozen=True)
-class Term:
+class ExponentialTerm:
     """amplitude * exp(rate * (angle - centre)).
 
     amplitude [N m], the torque at the centre; rate [1/rad], not zero; centre [rad].
@@ -32,12 +32,12 @@ class Exponential:
     Attributes:
         terms: two for a double exponential, one for each end of the range.
         constant: [N m].
-        measured: range in which the curve is known to hold [rad], or None.
+        valid_range: range in which the curve is known to hold [rad], or None.
     """
 
-    terms: tuple[Term, ...]
+    terms: tuple[ExponentialTerm, ...]
     constant: float = 0.0
-    measured: Range | None = None
+    valid_range: Range | None = None
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad]."""
@@ -50,13 +50,13 @@ class Exponential:
         return reduce(add, parts, -self.constant * angle)
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """None: the torque is smooth."""
         return ()
 
     def mirrored(self) -> "Exponential":
         """The law of the same joint when its angle is counted the other way."""
-        terms = tuple(Term(-t.amplitude, -t.rate, -t.centre) for t in self.terms)
+        terms = tuple(ExponentialTerm(-t.amplitude, -t.rate, -t.centre) for t in self.terms)
         return replace(
-            self, terms=terms, constant=-self.constant, measured=mirrored_range(self.measured)
+            self, terms=terms, constant=-self.constant, valid_range=mirror_range(self.valid_range)
         )

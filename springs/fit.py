@@ -21,13 +21,13 @@ from springs.backends import FLOATS, Array
 from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, polynomial
 from springs.elastic import Elastic, total_torque
 
-_NEGLIGIBLE = 1e-12
+_NEGLIGIBLE_SHARE = 1e-12
 """Part of the largest moment below which a term of the cubic is rounding."""
 
-_ROOTS = 1e-4
+_ROOT_TOLERANCE = 1e-4
 """Part of the range of the data by which rounding may move a root that is threefold."""
 
-_RESTORING = np.array(
+_RESTORING_CONSTRAINTS = np.array(
     [
         [1.0, -1.0, 1.0, -1.0],  # T(-1) >= 0
         [-1.0, -1.0, -1.0, -1.0],  # T(1) <= 0
@@ -50,24 +50,24 @@ class CubicFit:
         coefficients: c0..c3 [N m, N m/rad, N m/rad^2, N m/rad^3].
         covariance: of the coefficients, shape (4, 4), estimated from the residuals; None where
             there are no more points than coefficients or a bound holds the cubic.
-        bound: whether the cubic was bound to restore at both ends, and a bound holds it.
+        bounds_active: whether the cubic was bound to restore at both ends, and a bound holds it.
     """
 
     angles: Array
     moments: Array
     coefficients: Coefficients
     covariance: Array | None
-    bound: bool = False
+    bounds_active: bool = False
 
     @property
-    def fitted(self) -> Array:
+    def fitted_moments(self) -> Array:
         """The cubic at the angles of the data [N m]."""
         return polynomial(self.coefficients, self.angles)
 
     @property
     def residuals(self) -> Array:
         """Measured moment less the cubic [N m]."""
-        return self.moments - self.fitted
+        return self.moments - self.fitted_moments
 
     @property
     def rms(self) -> float:
@@ -113,7 +113,7 @@ class CubicFit:
             law = self.law
         except NotRestoringError as failure:
             return (f"no sense makes this cubic restoring, so it is no law: {failure}",)
-        return tuple(_doubts(self, law))
+        return tuple(_find_doubts(self, law))
 
 
 def fit_cubic(
@@ -143,22 +143,22 @@ def fit_cubic(
     design = np.vander(x, 4, increasing=True)
     solved = cast("tuple[Array, Array]", np.polyfit(x, m, 3, cov="unscaled"))
     nearest, unscaled = (np.flip(part) for part in solved)
-    free = chosen = _cleared(nearest, largest)
+    free = chosen = _clear_negligible_powers(nearest, largest)
     if passive:
-        bound = [_cleared(s * _restoring(x, s * m), largest) for s in (-1, 1)]
+        bound = [_clear_negligible_powers(s * _fit_restoring(x, s * m), largest) for s in (-1, 1)]
         chosen = min(bound, key=lambda one: float(np.sum((m - design @ one) ** 2)))
     slack = 1e-9 * max(largest, np.finfo(float).tiny)
     held = passive and not np.allclose(chosen, free, rtol=0.0, atol=slack)
     covariance = None
     if len(a) > 4 and not held:
         variance = float(np.sum((m - design @ nearest) ** 2)) / (len(a) - 4)
-        turn = _to_angle(middle, half)
+        turn = _angle_transform(middle, half)
         covariance = variance * turn @ unscaled @ turn.T
-    c0, c1, c2, c3 = _in_angle(chosen, middle, half)
+    c0, c1, c2, c3 = _angle_coefficients(chosen, middle, half)
     return CubicFit(a, m, (c0, c1, c2, c3), covariance, held)
 
 
-def _restoring(x: Array, torques: Array) -> Array:
+def _fit_restoring(x: Array, torques: Array) -> Array:
     """The coefficients of least squares of a torque that restores at -1 and 1.
 
     With the design matrix A = QR and z = R k - Q^T T this is a least-distance problem, |z| least
@@ -167,7 +167,7 @@ def _restoring(x: Array, torques: Array) -> Array:
     """
     q, r = np.linalg.qr(np.vander(x, 4, increasing=True))
     target = q.T @ torques
-    constraints = np.linalg.solve(r.T, _RESTORING.T)
+    constraints = np.linalg.solve(r.T, _RESTORING_CONSTRAINTS.T)
     levels = -(constraints.T @ target)
     scale = max(float(np.abs(levels).max()), np.finfo(float).tiny)
     system = np.vstack([constraints, levels / scale])
@@ -176,38 +176,38 @@ def _restoring(x: Array, torques: Array) -> Array:
     return cast("Array", np.linalg.solve(r, target - scale * rest[:4] / rest[4]))
 
 
-def _cleared(coefficients: Array, largest: float) -> Array:
+def _clear_negligible_powers(coefficients: Array, largest: float) -> Array:
     """The highest powers set to zero where they are rounding, so that no sense hangs on them."""
     cleared = coefficients.copy()
     for power in (3, 2, 1):
-        if abs(cleared[power]) > _NEGLIGIBLE * largest:
+        if abs(cleared[power]) > _NEGLIGIBLE_SHARE * largest:
             break
         cleared[power] = 0.0
     return cleared
 
 
-def _in_angle(coefficients: Array, middle: float, half: float) -> list[float]:
+def _angle_coefficients(coefficients: Array, middle: float, half: float) -> list[float]:
     """c0..c3 of the angle, from the coefficients of x; powers that are zero stay so."""
     line = Polynomial([-middle / half, 1.0 / half])
     powers = np.asarray(Polynomial(coefficients)(line).coef)
     return [float(c) for c in np.pad(powers, (0, 4 - len(powers)))]
 
 
-def _to_angle(middle: float, half: float) -> Array:
+def _angle_transform(middle: float, half: float) -> Array:
     """The matrix that turns coefficients of x into those of the angle, shape (4, 4)."""
-    return np.array([_in_angle(unit, middle, half) for unit in np.eye(4)]).T
+    return np.array([_angle_coefficients(unit, middle, half) for unit in np.eye(4)]).T
 
 
-def _doubts(fit: CubicFit, law: Cubic) -> Iterator[str]:
+def _find_doubts(fit: CubicFit, law: Cubic) -> Iterator[str]:
     first, last = float(fit.angles.min()), float(fit.angles.max())
-    slack = _ROOTS * (last - first)
+    slack = _ROOT_TOLERANCE * (last - first)
     c3, errors = fit.coefficients[3], fit.standard_errors
     if errors is not None and c3 != 0.0 and abs(c3) < 2.0 * errors[3]:
         yield (
             "the cubic term is not twice its standard error, so the sense of the curve, which "
             "is its sign, hangs on noise; --passive asks for one that restores within the data"
         )
-    if fit.bound:
+    if fit.bounds_active:
         yield "the bounds hold this cubic, so it has no standard errors and is not the nearest one"
     zone = law.dead_zone
     if zone is None:
@@ -217,17 +217,17 @@ def _doubts(fit: CubicFit, law: Cubic) -> Iterator[str]:
     elif zone[0] < first - slack or zone[1] > last + slack:
         yield "an edge of the dead zone lies beyond the data"
     inside = (fit.angles > zone[0]) & (fit.angles < zone[1])
-    left_out = float(np.abs(fit.fitted[inside]).max(initial=0.0))
+    left_out = float(np.abs(fit.fitted_moments[inside]).max(initial=0.0))
     if left_out > 2.0 * fit.rms:
         yield f"within the dead zone the law leaves out a fitted moment of {left_out:.3g} N m"
 
 
-_INTERVAL = radians(0.1)
-_ROUNDING = 1e-9
+_SAMPLE_SPACING = radians(0.1)
+_RELATIVE_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Run:
+class SignInterval:
     """A stretch of angles [rad] in which the torque has one sign: -1, 0 or +1."""
 
     sign: int
@@ -244,16 +244,16 @@ class SampledCurve:
     high: float
 
     @cached_property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Corners of the laws within the range [rad], in order."""
-        found = {corner for law in self.laws for corner in law.corners}
+        found = {corner for law in self.laws for corner in law.breakpoints}
         return tuple(sorted(c for c in found if self.low < c < self.high))
 
     @cached_property
     def angles(self) -> Array:
         """Where it is sampled [rad]."""
-        count = int((self.high - self.low) / _INTERVAL) + 2
-        return np.unique([*np.linspace(self.low, self.high, count), *self.corners])
+        count = int((self.high - self.low) / _SAMPLE_SPACING) + 2
+        return np.unique([*np.linspace(self.low, self.high, count), *self.breakpoints])
 
     @cached_property
     def torques(self) -> Array:
@@ -261,29 +261,29 @@ class SampledCurve:
         return np.asarray(total_torque(self.laws, self.angles))
 
     @property
-    def size(self) -> float:
+    def max_torque(self) -> float:
         """Greatest torque in the range [N m]."""
         return float(np.abs(self.torques).max())
 
     @property
-    def rounding(self) -> float:
+    def rounding_torque(self) -> float:
         """Torque that is nothing but rounding [N m]."""
-        return _ROUNDING * self.size
+        return _RELATIVE_ROUNDING * self.max_torque
 
-    def at(self, angle: float) -> float:
+    def torque_at(self, angle: float) -> float:
         """Torque on the child at one angle [N m]."""
         return float(total_torque(self.laws, angle, FLOATS))
 
     @cached_property
-    def runs(self) -> tuple[Run, ...]:
+    def sign_intervals(self) -> tuple[SignInterval, ...]:
         """The stretches of one sign, in order; where the sign changes between samples, at zero."""
-        signs = np.sign(np.where(np.abs(self.torques) > self.rounding, self.torques, 0.0))
+        signs = np.sign(np.where(np.abs(self.torques) > self.rounding_torque, self.torques, 0.0))
         cuts = np.flatnonzero(np.diff(signs)).tolist()
         edges = [(self.low, self.low)]
         for cut in cuts:
             before, after = float(self.angles[cut]), float(self.angles[cut + 1])
             if signs[cut] and signs[cut + 1]:
-                before = after = float(brentq(self.at, before, after))
+                before = after = float(brentq(self.torque_at, before, after))
             elif signs[cut]:
                 before = after
             else:
@@ -292,11 +292,11 @@ class SampledCurve:
         edges.append((self.high, self.high))
         firsts = [0, *(cut + 1 for cut in cuts)]
         return tuple(
-            Run(int(signs[first]), start[1], end[0])
+            SignInterval(int(signs[first]), start[1], end[0])
             for first, (start, end) in zip(firsts, pairwise(edges), strict=True)
         )
 
-    def greatest(self, run: Run) -> float:
+    def max_torque_within(self, interval: SignInterval) -> float:
         """Greatest size of the torque in a stretch [N m]."""
-        inside = (self.angles >= run.start) & (self.angles <= run.end)
+        inside = (self.angles >= interval.start) & (self.angles <= interval.end)
         return float(np.abs(self.torques[inside]).max(initial=0.0))

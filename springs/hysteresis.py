@@ -8,13 +8,13 @@ the sum of the curves is an elastic law, half their difference a friction that d
 from dataclasses import dataclass
 
 from springs.backends import NUMPY, Operations, Real
-from springs.damping import SLIP
-from springs.elastic import Elastic, Range, measured_range
-from springs.transformed import Scaled
+from springs.damping import DEFAULT_SLIP_RATE
+from springs.elastic import Elastic, Range, valid_range
+from springs.transformed import Transformed
 
 
 @dataclass(frozen=True)
-class Directional:
+class Hysteresis:
     """Torque on the child = mean of the two curves + tanh(rate / slip) * half their difference.
 
     The mean is the elastic law, the rest friction.
@@ -28,7 +28,7 @@ class Directional:
 
     increasing: Elastic
     decreasing: Elastic
-    slip: float = SLIP
+    slip: float = DEFAULT_SLIP_RATE
 
     def __post_init__(self) -> None:
         """Refuse a rate at which no direction can be told."""
@@ -36,7 +36,9 @@ class Directional:
             raise ValueError("the slip rate of a directional law is positive")
 
     @classmethod
-    def around(cls, mean: Elastic, width: float, slip: float = SLIP) -> "Directional":
+    def from_mean_and_width(
+        cls, mean: Elastic, width: float, slip: float = DEFAULT_SLIP_RATE
+    ) -> "Hysteresis":
         """Two curves `width` [N m] apart, half above and half below `mean`.
 
         Raises:
@@ -45,7 +47,7 @@ class Directional:
         if width < 0.0:
             raise ValueError("the width of a hysteresis is not negative: it would feed energy")
         half = 0.5 * width
-        return cls(Scaled(mean, constant=-half), Scaled(mean, constant=half), slip)
+        return cls(Transformed(mean, constant=-half), Transformed(mean, constant=half), slip)
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Mean of the two curves [N m] at `angle` [rad]: what the stored energy gives."""
@@ -56,7 +58,7 @@ class Directional:
         up, down = self.increasing.torque(angle, ops), self.decreasing.torque(angle, ops)
         return 0.5 * (up - down) * ops.tanh(rate * (1.0 / self.slip))
 
-    def moment(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
+    def total_torque(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad] and `rate` [rad/s]."""
         return self.torque(angle, ops) + self.friction(angle, rate, ops)
 
@@ -64,7 +66,7 @@ class Directional:
         """Energy stored by the mean of the two curves [J]; the torque is minus its slope."""
         return 0.5 * (self.increasing.energy(angle, ops) + self.decreasing.energy(angle, ops))
 
-    def loss(self, low: float, high: float) -> float:
+    def cycle_loss(self, low: float, high: float) -> float:
         """Energy lost in a slow cycle from `low` to `high` [rad] and back [J].
 
         Negative where the curves are in the wrong order, so that a cycle would feed energy.
@@ -75,16 +77,16 @@ class Directional:
         return float(going - coming)
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """The corners of both curves [rad]."""
-        return tuple(sorted({*self.increasing.corners, *self.decreasing.corners}))
+        return tuple(sorted({*self.increasing.breakpoints, *self.decreasing.breakpoints}))
 
     @property
-    def measured(self) -> Range | None:
+    def valid_range(self) -> Range | None:
         """Range in which both curves are known to hold [rad], or None."""
-        up, down = measured_range(self.increasing), measured_range(self.decreasing)
+        up, down = valid_range(self.increasing), valid_range(self.decreasing)
         return up and down and (max(up[0], down[0]), min(up[1], down[1]))
 
-    def mirrored(self) -> "Directional":
+    def mirrored(self) -> "Hysteresis":
         """The law of the same joint when its angle is counted the other way."""
-        return Directional(self.decreasing.mirrored(), self.increasing.mirrored(), self.slip)
+        return Hysteresis(self.decreasing.mirrored(), self.increasing.mirrored(), self.slip)

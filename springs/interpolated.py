@@ -22,7 +22,7 @@ from springs.elastic import Range
 
 
 @dataclass(frozen=True)
-class _Piece:
+class _CubicPiece:
     """A cubic from `start` on, with the energy [J] stored where it starts."""
 
     start: float
@@ -31,7 +31,7 @@ class _Piece:
 
 
 @dataclass(frozen=True)
-class Table:
+class Interpolated:
     """Torque on the child by monotone interpolation of points.
 
     Attributes:
@@ -55,28 +55,28 @@ class Table:
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad]."""
-        return self._select(angle, _torque, ops, 0, len(self._pieces))
+        return self._evaluate_piece(angle, _piece_torque, ops, 0, len(self._pieces))
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J], zero at the first point; the torque is minus its slope."""
-        return self._select(angle, _energy, ops, 0, len(self._pieces))
+        return self._evaluate_piece(angle, _piece_energy, ops, 0, len(self._pieces))
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Angles of the points [rad], where the curvature of the torque jumps."""
         return tuple(angle for angle, _ in self.points)
 
     @property
-    def measured(self) -> Range:
+    def valid_range(self) -> Range:
         """From the first point to the last [rad]."""
         return self.points[0][0], self.points[-1][0]
 
-    def mirrored(self) -> "Table":
+    def mirrored(self) -> "Interpolated":
         """The law of the same joint when its angle is counted the other way."""
-        return Table(tuple((-angle, -torque) for angle, torque in reversed(self.points)))
+        return Interpolated(tuple((-angle, -torque) for angle, torque in reversed(self.points)))
 
     @cached_property
-    def _pieces(self) -> tuple[_Piece, ...]:
+    def _pieces(self) -> tuple[_CubicPiece, ...]:
         """The tangent before the first point, the cubics, the tangent after the last point."""
         angles, torques = np.array(self.points).T
         curve = PchipInterpolator(angles, torques)
@@ -85,36 +85,38 @@ class Table:
         stored = -np.asarray(curve.antiderivative()(angles))
         first, last = self.points[0], self.points[-1]
         return (
-            _Piece(first[0], (first[1], slopes[0], 0.0, 0.0), 0.0),
+            _CubicPiece(first[0], (first[1], slopes[0], 0.0, 0.0), 0.0),
             *(
-                _Piece(start, (c0, c1, c2, c3), energy)
+                _CubicPiece(start, (c0, c1, c2, c3), energy)
                 for start, (c0, c1, c2, c3), energy in zip(
                     angles.tolist(), cubics, stored.tolist(), strict=False
                 )
             ),
-            _Piece(last[0], (last[1], slopes[1], 0.0, 0.0), float(stored[-1])),
+            _CubicPiece(last[0], (last[1], slopes[1], 0.0, 0.0), float(stored[-1])),
         )
 
-    def _select(self, angle: Real, value: "_Value", ops: Operations, first: int, end: int) -> Real:
-        """`value` of the piece in which `angle` is, among those from `first` to before `end`.
+    def _evaluate_piece(
+        self, angle: Real, function: "_PieceFunction", ops: Operations, first: int, end: int
+    ) -> Real:
+        """`function` of the piece in which `angle` is, among those from `first` to before `end`.
 
         Halving keeps an expression tree as shallow as it can be.
         """
         if end - first == 1:
             piece = self._pieces[first]
-            return value(piece, angle - piece.start)
+            return function(piece, angle - piece.start)
         middle = (first + end) // 2
-        below = self._select(angle, value, ops, first, middle)
-        above = self._select(angle, value, ops, middle, end)
+        below = self._evaluate_piece(angle, function, ops, first, middle)
+        above = self._evaluate_piece(angle, function, ops, middle, end)
         return ops.where(angle < self.points[middle - 1][0], below, above)
 
 
-_Value: TypeAlias = Callable[[_Piece, Real], Real]
+_PieceFunction: TypeAlias = Callable[[_CubicPiece, Real], Real]
 
 
-def _torque(piece: _Piece, x: Real) -> Real:
+def _piece_torque(piece: _CubicPiece, x: Real) -> Real:
     return polynomial(piece.coefficients, x)
 
 
-def _energy(piece: _Piece, x: Real) -> Real:
+def _piece_energy(piece: _CubicPiece, x: Real) -> Real:
     return piece.energy - antiderivative(piece.coefficients, x)

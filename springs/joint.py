@@ -10,12 +10,12 @@ from springs.coupled import CoupledExponential
 from springs.damping import Damping
 from springs.elastic import Elastic, total_friction
 
-Vector = tuple[float, float, float]
+Direction = tuple[float, float, float]
 
-UNKNOWN_AXIS: Vector = (0.0, 0.0, 0.0)
+UNKNOWN_AXIS: Direction = (0.0, 0.0, 0.0)
 """Stands for the only axis of a joint whose figure is not known; nothing can be simulated so."""
 
-_UNIT = 1e-9
+_UNIT_LENGTH_TOLERANCE = 1e-9
 """By how much the length of a direction may differ from 1."""
 
 
@@ -39,7 +39,7 @@ class AxisSpring:
         why: why they are read as they are.
     """
 
-    direction: Vector
+    direction: Direction
     elastic: tuple[Elastic, ...] = ()
     damping: Damping = field(default_factory=Damping)
     motion: str = ""
@@ -58,7 +58,7 @@ class AxisSpring:
         damping = self.damping.torque(rate, ops)
         return damping if friction is None else damping + friction
 
-    def turned(self) -> "AxisSpring":
+    def with_opposite_axis(self) -> "AxisSpring":
         """The same spring told about the opposite axis: direction and laws mirrored."""
         x, y, z = self.direction
         laws = tuple(law.mirrored() for law in self.elastic)
@@ -76,7 +76,7 @@ class JointSprings:
 
     joint: str
     axes: tuple[AxisSpring, ...] = ()
-    slides: tuple[AxisSpring, ...] = ()
+    translations: tuple[AxisSpring, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,12 +91,12 @@ class CoupledAxis:
     """
 
     joint: str
-    direction: Vector
+    direction: Direction
 
     def __post_init__(self) -> None:
         """Refuse a direction that would stretch the coordinate."""
         length = hypot(*self.direction)
-        if self.direction != UNKNOWN_AXIS and abs(length - 1.0) > _UNIT:
+        if self.direction != UNKNOWN_AXIS and abs(length - 1.0) > _UNIT_LENGTH_TOLERANCE:
             raise ValueError(f"the direction of a coupled angle has length 1, not {self.direction}")
 
 
@@ -139,7 +139,11 @@ class SpringSet:
     def references(self) -> tuple[str, ...]:
         """The references of all springs, each once, in order of appearance."""
         springs = (
-            *(spring for joint in self.joints.values() for spring in (*joint.axes, *joint.slides)),
+            *(
+                spring
+                for joint in self.joints.values()
+                for spring in (*joint.axes, *joint.translations)
+            ),
             *self.coupled,
         )
         return tuple(dict.fromkeys(spring.reference for spring in springs if spring.reference))

@@ -27,7 +27,7 @@ class Linear:
         return 0.5 * self.stiffness * a * a
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """None: the torque is smooth."""
         return ()
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from springs.backends import NUMPY, Operations, Real
-from springs.elastic import Range, mirrored_range
+from springs.elastic import Range, mirror_range
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class SmoothLimit:
         lower_stiffness: k beyond the lower limit [N m/rad].
         upper_stiffness: k beyond the upper limit [N m/rad].
         transition: [rad].
-        measured: range in which the curve is known to hold [rad], or None.
+        valid_range: range in which the curve is known to hold [rad], or None.
     """
 
     lower: float
@@ -27,7 +27,7 @@ class SmoothLimit:
     lower_stiffness: float
     upper_stiffness: float
     transition: float
-    measured: Range | None = None
+    valid_range: Range | None = None
 
     def __post_init__(self) -> None:
         """Refuse limits that leave no range, and a limit that does not push back."""
@@ -38,16 +38,18 @@ class SmoothLimit:
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad]."""
-        below = self.lower_stiffness * self._push(self.lower - angle, ops)
-        return below - self.upper_stiffness * self._push(angle - self.upper, ops)
+        below = self.lower_stiffness * self._smoothed_excess(self.lower - angle, ops)
+        return below - self.upper_stiffness * self._smoothed_excess(angle - self.upper, ops)
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J], zero between the limits."""
-        below = self.lower_stiffness * self._work(self.lower - angle, ops)
-        return below + self.upper_stiffness * self._work(angle - self.upper, ops)
+        below = self.lower_stiffness * self._smoothed_excess_integral(self.lower - angle, ops)
+        return below + self.upper_stiffness * self._smoothed_excess_integral(
+            angle - self.upper, ops
+        )
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Where a transition begins and where it ends [rad]: a higher derivative jumps there."""
         width = self.transition
         return self.lower - width, self.lower, self.upper, self.upper + width
@@ -60,16 +62,16 @@ class SmoothLimit:
             self.upper_stiffness,
             self.lower_stiffness,
             self.transition,
-            mirrored_range(self.measured),
+            mirror_range(self.valid_range),
         )
 
-    def _push(self, x: Real, ops: Operations) -> Real:
+    def _smoothed_excess(self, x: Real, ops: Operations) -> Real:
         """The stretch x S(x / transition) [rad], zero where x is not positive."""
         u = x / self.transition
         step = u * u * u * (10.0 + u * (6.0 * u - 15.0))
         return ops.where(u > 1.0, x, ops.where(u > 0.0, x * step, 0.0))
 
-    def _work(self, x: Real, ops: Operations) -> Real:
+    def _smoothed_excess_integral(self, x: Real, ops: Operations) -> Real:
         """The integral of `_push` from 0 to x [rad^2]."""
         width = self.transition
         u = x / width

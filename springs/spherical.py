@@ -26,7 +26,7 @@ from springs.coupled import CoupledExponential, CoupledLaw, CoupledTerm
 from springs.elastic import Range, total_energy, total_torque
 from springs.joint import AxisSpring, Joining
 
-_NODES = 32
+_GAUSS_NODES = 32
 """Gauss-Legendre nodes for an angle: with them the integrals of the published laws are exact."""
 
 
@@ -43,7 +43,7 @@ def loop_work(law: CoupledLaw, rectangle: tuple[Range, Range]) -> float:
     first, second = rectangle
 
     def along(place: int, other: float) -> float:
-        angles, weights = _nodes(rectangle[place])
+        angles, weights = _gauss_nodes(rectangle[place])
         held = np.full_like(angles, other)
         pair = (angles, held) if place == 0 else (held, angles)
         return float(weights @ law.torques(pair)[place])
@@ -53,21 +53,21 @@ def loop_work(law: CoupledLaw, rectangle: tuple[Range, Range]) -> float:
 
 
 @dataclass(frozen=True)
-class Nearest:
+class ConservativeFit:
     """The conservative law of another's exponentials nearest to it, and the distance of the two.
 
     Attributes:
         law: the conservative law.
-        rms: root mean square over the box of the difference in each torque [N m].
-        largest: largest difference in each torque at the nodes of the box [N m].
+        rms_difference: root mean square over the box of the difference in each torque [N m].
+        max_difference: largest difference in each torque at the nodes of the box [N m].
     """
 
     law: CoupledExponential
-    rms: tuple[float, ...]
-    largest: tuple[float, ...]
+    rms_difference: tuple[float, ...]
+    max_difference: tuple[float, ...]
 
 
-def nearest_conservative(law: CoupledExponential, box: Sequence[Range]) -> Nearest:
+def nearest_conservative_law(law: CoupledExponential, box: Sequence[Range]) -> ConservativeFit:
     """The energy, among a law's own exponentials, whose gradient is nearest to its torques.
 
     Nearest is meant in least squares over a box.
@@ -91,16 +91,16 @@ def nearest_conservative(law: CoupledExponential, box: Sequence[Range]) -> Neare
         law: of any number of coordinates.
         box: for each coordinate the range to fit over [rad].
     """
-    nodes = [_nodes(side) for side in box]
+    nodes = [_gauss_nodes(side) for side in box]
     angles = [grid.ravel() for grid in np.meshgrid(*(n for n, _ in nodes), indexing="ij")]
     weights = np.ones(1)
     for _, one in nodes:
         weights = np.multiply.outer(weights, one / one.sum()).ravel()
     root: Array = np.sqrt(weights)
-    basis = _basis(law)
-    columns = np.array([_weighted(one, angles, root) for one in basis]).T
+    basis = _gradient_basis(law)
+    columns = np.array([_stacked_torques(one, angles, root) for one in basis]).T
     lengths = np.sqrt(np.sum(columns**2, axis=0))
-    target = _weighted(law, angles, root)
+    target = _stacked_torques(law, angles, root)
     solution = cast("Array", np.linalg.lstsq(columns / lengths, target)[0])
     factors: list[float] = (solution / lengths).tolist()
     parts = [one.scaled(factor) for one, factor in zip(basis, factors, strict=True)]
@@ -108,18 +108,18 @@ def nearest_conservative(law: CoupledExponential, box: Sequence[Range]) -> Neare
         law.coordinates,
         tuple(term for part in parts for term in part.terms),
         tuple(map(sum, zip(*(part.constants for part in parts), strict=True))),
-        law.measured,
+        law.valid_ranges,
     )
     pairs = zip(nearest.torques(angles), law.torques(angles), strict=True)
     differences: list[Array] = [one - other for one, other in pairs]
-    return Nearest(
+    return ConservativeFit(
         nearest,
         tuple(sqrt(float(weights @ d**2)) for d in differences),
         tuple(float(np.abs(d).max()) for d in differences),
     )
 
 
-def _basis(law: CoupledExponential) -> list[CoupledExponential]:
+def _gradient_basis(law: CoupledExponential) -> list[CoupledExponential]:
     """The gradients to choose from: exponentials of energy one, and constant torques of one."""
     count = len(law.coordinates)
     rates = [term.rates for term in law.terms]
@@ -130,23 +130,25 @@ def _basis(law: CoupledExponential) -> list[CoupledExponential]:
     none = (0.0,) * count
     terms = [CoupledTerm(tuple(-r for r in one), one) for one in dict.fromkeys(rates) if any(one)]
     units = [tuple(1.0 if j == i else 0.0 for j in range(count)) for i in range(count)]
-    made = [CoupledExponential(law.coordinates, (term,), none, law.measured) for term in terms]
-    return made + [CoupledExponential(law.coordinates, (), unit, law.measured) for unit in units]
+    made = [CoupledExponential(law.coordinates, (term,), none, law.valid_ranges) for term in terms]
+    return made + [
+        CoupledExponential(law.coordinates, (), unit, law.valid_ranges) for unit in units
+    ]
 
 
-def _weighted(law: CoupledExponential, angles: list[Array], root: Array) -> Array:
+def _stacked_torques(law: CoupledExponential, angles: list[Array], root: Array) -> Array:
     """All torques at all nodes in one column, whose sum of squares is an integral."""
     return np.concatenate([root * torque for torque in law.torques(angles)])
 
 
-def _nodes(side: Range) -> tuple[Array, Array]:
+def _gauss_nodes(side: Range) -> tuple[Array, Array]:
     """Nodes [rad] and weights [rad] of Gauss-Legendre integration over a range."""
-    x, weights = np.polynomial.legendre.leggauss(_NODES)
+    x, weights = np.polynomial.legendre.leggauss(_GAUSS_NODES)
     half = 0.5 * (side[1] - side[0])
     return side[0] + half * (x + 1.0), half * weights
 
 
-_SMALL = 1e-2
+_SMALL_ANGLE = 1e-2
 """Angle below which (a/2)/sin(a/2) is taken from its series [rad]."""
 
 
@@ -167,7 +169,7 @@ def conservative_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations =
     def size(axis: AxisSpring) -> Real:
         return total_torque(axis.elastic, _component(axis, r, ops), ops)
 
-    return group_torque(_joined(axes, size, ops), r, ops)
+    return group_torque(_sum_along_axes(axes, size, ops), r, ops)
 
 
 def group_torque(f: Vector, r: Vector, ops: Operations = NUMPY) -> Vector:
@@ -185,7 +187,7 @@ def group_torque(f: Vector, r: Vector, ops: Operations = NUMPY) -> Vector:
         e = ((a/2)/sin(a/2) - 1)/a^2 it reads f + e (a^2 f - (r.f) r).
     """
     a = ops.norm(r)
-    small = a < _SMALL
+    small = a < _SMALL_ANGLE
     safe = ops.where(small, 1.0, a)
     series = 1.0 / 24.0 + (7.0 / 5760.0) * a * a
     excess = ops.where(small, series, (0.5 / ops.sin(0.5 * safe) - 1.0 / safe) / safe)
@@ -218,7 +220,7 @@ def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUM
         at_angle = total_torque(axis.elastic, ops.where(backward, -a, a), ops)
         return at_rest + ops.where(backward, -x, x) / safe * (at_angle - at_rest)
 
-    return _joined(axes, size, ops)
+    return _sum_along_axes(axes, size, ops)
 
 
 def elastic_torque(
@@ -248,37 +250,37 @@ def damping_torque(
     def size(axis: AxisSpring) -> Real:
         return axis.resistance(_component(axis, r, ops), _component(axis, rate, ops), ops)
 
-    return _joined(axes, size, ops)
+    return _sum_along_axes(axes, size, ops)
 
 
-def _aligned(axis: AxisSpring) -> int | None:
+def _coordinate_axis(axis: AxisSpring) -> int | None:
     """Which of x, y, z the axis is, or None when it is none of them."""
     place = [k for k in range(3) if axis.direction[k] == 1.0]
     return place[0] if place and sum(map(abs, axis.direction)) == 1.0 else None
 
 
-def _positive(axis: AxisSpring) -> AxisSpring:
+def _with_positive_axis(axis: AxisSpring) -> AxisSpring:
     """The axis told about the positive coordinate axis where it is along a negative one."""
-    turned = axis.turned()
-    return turned if _aligned(turned) is not None else axis
+    turned = axis.with_opposite_axis()
+    return turned if _coordinate_axis(turned) is not None else axis
 
 
 def _component(axis: AxisSpring, vector: Vector, ops: Operations) -> Real:
     """Component of a vector along an axis."""
-    place = _aligned(axis)
+    place = _coordinate_axis(axis)
     if place is not None:
         return ops.part(vector, place)
     return ops.dot(ops.vector(axis.direction), vector)
 
 
-def _joined(
+def _sum_along_axes(
     axes: Sequence[AxisSpring], size: Callable[[AxisSpring], Real], ops: Operations
 ) -> Vector:
     """The sum of the axes' directions, each times its size; each size stands in it once."""
     sums: list[Real] = [None, None, None]
     skew: list[Vector] = []
-    for axis in map(_positive, axes):
-        value, place = size(axis), _aligned(axis)
+    for axis in map(_with_positive_axis, axes):
+        value, place = size(axis), _coordinate_axis(axis)
         if place is None:
             skew.append(ops.scaled(value, ops.vector(axis.direction)))
         else:

@@ -5,16 +5,16 @@ from math import radians
 
 from springs.backends import NUMPY, Operations, Real
 
-STIFFNESS = 1000.0
+DEFAULT_STOP_STIFFNESS = 1000.0
 """Default stiffness of a stop [N m/rad]."""
 
-ONSET = radians(1.0)
+DEFAULT_STOP_ONSET = radians(1.0)
 """Default angle over which a stop grows to its full stiffness [rad]."""
 
-SLIDE_STIFFNESS = 1e5
+DEFAULT_TRANSLATION_STOP_STIFFNESS = 1e5
 """Default stiffness of a stop along a translation [N/m]."""
 
-SLIDE_ONSET = 1e-3
+DEFAULT_TRANSLATION_STOP_ONSET = 1e-3
 """Default length over which a stop along a translation grows to its full stiffness [m]."""
 
 
@@ -34,8 +34,8 @@ class Stop:
 
     lower: float | None
     upper: float | None
-    stiffness: float = STIFFNESS
-    onset: float = ONSET
+    stiffness: float = DEFAULT_STOP_STIFFNESS
+    onset: float = DEFAULT_STOP_ONSET
 
     def __post_init__(self) -> None:
         """Refuse limits that leave no range, and a stop that does not push back."""
@@ -48,22 +48,22 @@ class Stop:
         """Torque on the child about the axis [N m] (force [N]) at `angle` [rad or m]."""
         torque: Real = 0.0
         if self.upper is not None:
-            torque = torque - self._push(angle - self.upper, ops)
+            torque = torque - self._restoring_torque(angle - self.upper, ops)
         if self.lower is not None:
-            torque = torque + self._push(self.lower - angle, ops)
+            torque = torque + self._restoring_torque(self.lower - angle, ops)
         return torque
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J], zero between the limits."""
         energy: Real = 0.0
         if self.upper is not None:
-            energy = energy + self._work(angle - self.upper, ops)
+            energy = energy + self._stored_energy(angle - self.upper, ops)
         if self.lower is not None:
-            energy = energy + self._work(self.lower - angle, ops)
+            energy = energy + self._stored_energy(self.lower - angle, ops)
         return energy
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Where a stop begins and where its onset ends [rad or m]: its curvature jumps there."""
         lower = () if self.lower is None else (self.lower - self.onset, self.lower)
         upper = () if self.upper is None else (self.upper, self.upper + self.onset)
@@ -75,12 +75,12 @@ class Stop:
         upper = None if self.lower is None else -self.lower
         return Stop(lower, upper, self.stiffness, self.onset)
 
-    def _push(self, x: Real, ops: Operations) -> Real:
+    def _restoring_torque(self, x: Real, ops: Operations) -> Real:
         k, onset = self.stiffness, self.onset
         full = k * (x - onset / 2.0)
         return ops.where(x > onset, full, ops.where(x > 0.0, k / (2.0 * onset) * x * x, 0.0))
 
-    def _work(self, x: Real, ops: Operations) -> Real:
+    def _stored_energy(self, x: Real, ops: Operations) -> Real:
         k, onset = self.stiffness, self.onset
         full = k * (0.5 * x * (x - onset) + onset * onset / 6.0)
         return ops.where(x > onset, full, ops.where(x > 0.0, k / (6.0 * onset) * x * x * x, 0.0))

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from springs.backends import NUMPY, Operations, Real
-from springs.elastic import Elastic, Frictional, Range, measured_range
+from springs.elastic import Elastic, Frictional, Range, valid_range
 
 
 @dataclass(frozen=True)
-class Scaled:
+class Transformed:
     """Torque on the child = scale * law(angle - offset) + constant.
 
     Attributes:
@@ -36,16 +36,16 @@ class Scaled:
         return self.scale * self.law.energy(angle - self.offset, ops) - self.constant * angle
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """The corners of the law, moved [rad]."""
-        return tuple(corner + self.offset for corner in self.law.corners)
+        return tuple(corner + self.offset for corner in self.law.breakpoints)
 
     @property
-    def measured(self) -> Range | None:
+    def valid_range(self) -> Range | None:
         """Range in which the law is known to hold, moved [rad]; None where that is not known."""
-        known = measured_range(self.law)
+        known = valid_range(self.law)
         return known and (known[0] + self.offset, known[1] + self.offset)
 
-    def mirrored(self) -> "Scaled":
+    def mirrored(self) -> "Transformed":
         """The law of the same joint when its angle is counted the other way."""
-        return Scaled(self.law.mirrored(), self.scale, -self.offset, -self.constant)
+        return Transformed(self.law.mirrored(), self.scale, -self.offset, -self.constant)

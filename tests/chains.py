@@ -4,7 +4,17 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from generator.figure import Factor, Figure, Joint, Location, Segment, Shift, Site, SiteRef, Turn
+from generator.figure import (
+    Figure,
+    Joint,
+    JointAxis,
+    Location,
+    Rotation,
+    Segment,
+    Site,
+    SiteRef,
+    Translation,
+)
 
 Vector = tuple[float, float, float]
 
@@ -24,11 +34,11 @@ def negative(axis: Vector) -> Vector:
     return -x, -y, -z
 
 
-def chain(text: str) -> tuple[Factor, ...]:
+def chain(text: str) -> tuple[JointAxis, ...]:
     """Factors from words like `Rx R-y Tz Rs`: s is SKEW, a is ACROSS."""
     axes = {"x": X, "y": Y, "z": Z, "s": SKEW, "a": ACROSS}
     return tuple(
-        Factor(
+        JointAxis(
             "R" if word[0] == "R" else "T",
             negative(axes[word[-1]]) if "-" in word else axes[word[-1]],
         )
@@ -41,7 +51,7 @@ FREE = chain("Rx Ry Rz Tx Ty Tz")
 
 
 def at(turn: Vector = (0.0, 0.0, 0.0), shift: Vector = (0.0, 0.0, 0.0)) -> Location:
-    return Location((Turn(turn), Shift(shift)))
+    return Location((Rotation(turn), Translation(shift)))
 
 
 def ground(**sites: Location) -> Segment:
@@ -67,7 +77,7 @@ def joint(
     name: str,
     parent: str,
     child: str,
-    factors: tuple[Factor, ...],
+    factors: tuple[JointAxis, ...],
     displacement: Sequence[float] | None = None,
     **fields: tuple[float, ...],
 ) -> Joint:
@@ -82,7 +92,7 @@ def figure(segments: Sequence[Segment], joints: Sequence[Joint]) -> Figure:
 
 
 def one_body(
-    factors: tuple[Factor, ...],
+    factors: tuple[JointAxis, ...],
     displacement: Sequence[float] | None = None,
     segment: Segment | None = None,
     **fields: tuple[float, ...],
@@ -103,7 +113,7 @@ def free_body(
 
 
 def two_bodies(
-    factors: tuple[Factor, ...], displacement: Sequence[float], *, reverse: bool = False
+    factors: tuple[JointAxis, ...], displacement: Sequence[float], *, reverse: bool = False
 ) -> Figure:
     """A body on a ball joint, and a second one on the joint `tested`, whose sites are turned.
 
@@ -128,7 +138,10 @@ def two_bodies(
 
 
 def row(
-    count: int, chains: Sequence[tuple[Factor, ...]] = (BALL,), bend: float = 0.3, **fields: float
+    count: int,
+    chains: Sequence[tuple[JointAxis, ...]] = (BALL,),
+    bend: float = 0.3,
+    **fields: float,
 ) -> Figure:
     """A row of `count` bars of 0.3 m; joint k has the chain k modulo the number of chains.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from generator import Plan, read_figure, simulate
 from generator.figure import Figure
-from generator.motion_files import Clip, clip_of_recording
+from generator.motion_files import FigureMotion, motion_from_recording
 from tests.chains import BALL, at, body, chain, figure, ground, joint
 from tests.paths import FIGURES
 
@@ -37,33 +37,33 @@ def slides() -> Figure:
 
 
 @cache
-def clip(name: str) -> Clip:
+def clip(name: str) -> FigureMotion:
     """A motion of one second."""
     match name:
         case "slides":
             made = slides()
-            return clip_of_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
+            return motion_from_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
         case "flying":
             made = read_figure(FIGURES / "prototype.fig")
             spun = {"lower_torso": (1.0, 2.0, -3.0, 0.5, 1.0, 0.2)}
             plan = Plan(stop=1.0, tolerance=1e-4, free_root=True, velocities=spun)
-            return clip_of_recording(simulate(made, plan), made)
+            return motion_from_recording(simulate(made, plan), made)
         case _:
             made = read_figure(FIGURES / f"{name}.fig")
-            return clip_of_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
+            return motion_from_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
 
 
-def ten_frames(motion: Clip) -> list[int]:
+def ten_frames(motion: FigureMotion) -> list[int]:
     """The numbers of ten frames, the first and the last among them."""
     return np.linspace(0, motion.times.size - 1, 10).round().astype(int).tolist()
 
 
-def site(motion: Clip, segment: str, name: str, frames: list[int]) -> np.ndarray:
+def site(motion: FigureMotion, segment: str, name: str, frames: list[int]) -> np.ndarray:
     """Places of a site in the world as they were simulated, shape (frames, 3) [m]."""
     pose = motion.figure.segments[segment].sites[name].pose_in_segment
     return (motion.poses[segment][frames] @ pose)[:, :3, 3]
 
 
-def all_sites(motion: Clip) -> list[tuple[str, str]]:
+def all_sites(motion: FigureMotion) -> list[tuple[str, str]]:
     """Every segment with each of its sites."""
     return [(s.name, name) for s in motion.figure.segments.values() for name in s.sites]

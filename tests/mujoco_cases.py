@@ -14,8 +14,8 @@ from generator.figure import Figure
 from generator.figure_file import read_figure
 from generator.recording import Recording
 from generator.rotations import Array
-from generator.simulation.plan import Plan
-from generator.simulation.run import simulate, springs_of
+from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from tests.chains import ACROSS, SKEW, chain, row, two_bodies
 from tests.mujoco_twin import Fall, Twin, angles_between, joint_errors
@@ -123,7 +123,7 @@ def _oblique_springs() -> SpringSet:
     return SpringSet({name: JointSprings(name, axes) for name in ("ball", "tested")})
 
 
-OWN = springs_of(PROTOTYPE, Plan())
+OWN = resolve_springs(PROTOTYPE, Plan())
 ROW = row(5)
 OBLIQUE = chain("Rs Ra Rs")
 START = (0.5, -0.3, 0.4)

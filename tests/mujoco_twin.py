@@ -21,7 +21,7 @@ import pytest
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from generator.figure import Factor, Figure, Joint, SiteRef
+from generator.figure import Figure, Joint, JointAxis, SiteRef
 from generator.recording import Recording
 from generator.rotations import Array, matrix_from_rotation_vector
 from springs import AxisSpring, Linear, SpringSet
@@ -194,7 +194,7 @@ class Twin:
         rates = self._velocities.get(hung.tip.segment)
         if rates is not None:
             # The angles of a free root are about x, y, z of the world, x innermost.
-            factors = [Factor("R", (x, y, z)) for x, y, z in np.eye(3)]
+            factors = [JointAxis("R", (x, y, z)) for x, y, z in np.eye(3)]
             shown = Rotation.from_matrix(pose[:3, :3]).as_euler("xyz")
             _, spin = _turned(factors, shown, np.asarray(rates[:3]))
             data.qvel[v : v + 3] = rates[3:]
@@ -289,7 +289,7 @@ def _isotropic(axes: Sequence[AxisSpring]) -> tuple[float, float]:
     return law.stiffness, damping.viscous
 
 
-def _turned(chain: Sequence[Factor], angles: ArrayLike, rates: ArrayLike) -> tuple[Array, Array]:
+def _turned(chain: Sequence[JointAxis], angles: ArrayLike, rates: ArrayLike) -> tuple[Array, Array]:
     """Rotation of the child in the parent, and its angular velocity in the parent's axes.
 
     The first factor of the chain is innermost, next to the child.

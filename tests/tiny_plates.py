@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from plots.canvas import styled
+from plots.canvas import plot_style
 from plots.plate import Claim, Plate
 
 ANGLES = np.linspace(-30.0, 30.0, 7)
@@ -19,7 +19,7 @@ TARGETS = {
 
 
 def _figure(moments: np.ndarray) -> Figure:
-    with styled():
+    with plot_style():
         figure = Figure(figsize=(3.0, 2.0), layout="constrained")
         axes = figure.subplots()
         axes.plot(ANGLES, moments, "o-", label="moment")

@@ -15,7 +15,7 @@ from matplotlib.collections import PolyCollection
 
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure
-from generator.geometry.read import surface_of
+from generator.geometry.read import read_segment_surface
 
 FRAME = 0.3
 FRAMES = 6
@@ -30,7 +30,7 @@ def polygons(figure: Figure, recording: Recording, frame: int) -> list[np.ndarra
     found: list[np.ndarray] = []
     for name, segment in figure.segments.items():
         if segment.psurf is not None:
-            surface = surface_of(figure, segment)
+            surface = read_segment_surface(figure, segment)
             pose = recording.poses[name][frame]
             placed = surface.vertices @ pose[:3, :3].T + pose[:3, 3]
             found += [placed[list(face)] for face in surface.faces]

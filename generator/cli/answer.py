@@ -7,13 +7,13 @@ from enum import IntEnum
 from math import isfinite
 from typing import Any, cast
 
-from generator.diagnostics import Fault, MoverError
+from generator.diagnostics import Diagnostic, MoverError
 
 
 class ExitCode(IntEnum):
     """What a command returns to the shell."""
 
-    GOOD = 0
+    SUCCESS = 0
     WRONG_INPUT = 1
     USAGE = 2
     RUN_FAILED = 3
@@ -24,26 +24,26 @@ class UsageError(MoverError):
 
 
 @dataclass(frozen=True)
-class Answer:
+class CommandResult:
     """What a command has to say.
 
     Attributes:
         text: for people.
         data: for `--json`; numbers that are not finite become null.
-        faults: warnings found on the way, to be told beside the answer.
+        diagnostics: warnings found on the way, to be told beside the answer.
         code: exit code.
         failure: the sentence that says why a run failed.
     """
 
     text: str
     data: object
-    faults: tuple[Fault, ...] = ()
-    code: ExitCode = ExitCode.GOOD
+    diagnostics: tuple[Diagnostic, ...] = ()
+    code: ExitCode = ExitCode.SUCCESS
     failure: str | None = None
 
 
-def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Rows of cells set in columns, the first `left` of them to the left, the others to the right.
+def format_table(rows: Sequence[Sequence[str]], left_columns: int = 1) -> str:
+    """Rows of cells set in columns, the first `left_columns` of them to the left, the others to the right.
 
     Rows may have different lengths; the last cell of a left-set row is not filled up.
     """
@@ -53,7 +53,7 @@ def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> str:
             widths[k] = max(widths.get(k, 0), len(cell))
     lines = (
         "  ".join(
-            cell.ljust(widths[k]) if k < left else cell.rjust(widths[k])
+            cell.ljust(widths[k]) if k < left_columns else cell.rjust(widths[k])
             for k, cell in enumerate(row)
         ).rstrip()
         for row in rows
@@ -61,12 +61,12 @@ def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> str:
     return "\n".join(lines)
 
 
-def counted(count: int, noun: str) -> str:
+def format_count(count: int, noun: str) -> str:
     """`1 joint`, `2 joints`, `no joints`."""
     return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
 
 
-def finite(number: float | None) -> float | None:
+def finite_or_none(number: float | None) -> float | None:
     """The number, or None for one that JSON does not have."""
     return number if number is not None and isfinite(number) else None
 
@@ -76,14 +76,16 @@ def json_text(data: object) -> str:
     try:
         return json.dumps(data, indent=2, allow_nan=False)
     except ValueError:
-        return json.dumps(_with_nulls(data), indent=2, allow_nan=False)
+        return json.dumps(_replace_nonfinite(data), indent=2, allow_nan=False)
 
 
-def _with_nulls(data: object) -> object:
+def _replace_nonfinite(data: object) -> object:
     if isinstance(data, float):
-        return finite(data)
+        return finite_or_none(data)
     if isinstance(data, Mapping):
-        return {key: _with_nulls(value) for key, value in cast("Mapping[Any, Any]", data).items()}
+        return {
+            key: _replace_nonfinite(value) for key, value in cast("Mapping[Any, Any]", data).items()
+        }
     if isinstance(data, list | tuple):
-        return [_with_nulls(value) for value in cast("Sequence[Any]", data)]
+        return [_replace_nonfinite(value) for value in cast("Sequence[Any]", data)]
     return data

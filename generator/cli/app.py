@@ -36,8 +36,8 @@ except KeyboardInterrupt:
 if TYPE_CHECKING:
     from io import TextIOWrapper
 
-    from generator.cli.answer import Answer
-    from generator.cli.progress import Progress
+    from generator.cli.answer import CommandResult
+    from generator.cli.progress import ItemMonitor
 
 OWN = (
     conversion.convert,
@@ -56,15 +56,17 @@ OWN = (
 """The commands beside `simulate`, in the order of the help."""
 
 
-def _give_made(make: "Callable[[Progress], Answer]", *, as_json: bool, quiet: bool) -> None:
-    def answer() -> "Answer":
+def _give_made(
+    make: "Callable[[ItemMonitor], CommandResult]", *, as_json: bool, quiet: bool
+) -> None:
+    def answer() -> "CommandResult":
         if as_json or quiet or not _on_terminal():
-            from generator.cli.progress import unshown
+            from generator.cli.progress import no_item_monitor
 
-            return make(unshown)
-        from generator.cli.progress import counting_bar
+            return make(no_item_monitor)
+        from generator.cli.progress import item_progress_bar
 
-        return make(counting_bar)
+        return make(item_progress_bar)
 
     _give(answer, as_json=as_json, quiet=quiet)
 
@@ -176,7 +178,7 @@ def simulate(
     The options --set, --velocity, --lock, --driven and -o may be repeated.
     """
 
-    def answer() -> "Answer":
+    def answer() -> "CommandResult":
         from generator.cli import simulate as command
 
         request = command.Request(
@@ -216,18 +218,18 @@ def _on_terminal() -> bool:
     return getattr(sys.stderr, "isatty", bool)()
 
 
-def _give(make: "Callable[[], Answer]", *, as_json: bool, quiet: bool = False) -> None:
+def _give(make: "Callable[[], CommandResult]", *, as_json: bool, quiet: bool = False) -> None:
     """Print an answer, or what kept it from being made, and exit with its code."""
     from generator.cli.answer import ExitCode, UsageError, json_text
-    from generator.diagnostics import InputError, MoverError, errors_among
+    from generator.diagnostics import InputError, MoverError, select_errors
 
     try:
         answer = make()
     except UsageError as failure:
         _fail(ExitCode.USAGE, f"error: {failure}", {"error": str(failure)}, as_json)
     except InputError as failure:
-        told = errors_among(failure.faults) if quiet else failure.faults
-        data = {"error": "the input is wrong", "faults": [f.as_dict() for f in failure.faults]}
+        told = select_errors(failure.diagnostics) if quiet else failure.diagnostics
+        data = {"error": "the input is wrong", "faults": [f.as_dict() for f in failure.diagnostics]}
         _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, told)), data, as_json)
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
@@ -236,7 +238,7 @@ def _give(make: "Callable[[], Answer]", *, as_json: bool, quiet: bool = False) -
     else:
         with _error_stream():
             if not quiet:
-                for fault in answer.faults:
+                for fault in answer.diagnostics:
                     typer.echo(f"{fault}\n", err=True)
             if answer.failure is not None:
                 typer.echo(f"error: {answer.failure}", err=True)

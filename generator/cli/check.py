@@ -10,69 +10,79 @@ from collections.abc import Iterator, Sequence
 from math import degrees
 from pathlib import Path
 
-from generator.cli.answer import Answer, ExitCode, UsageError, aligned, counted
-from generator.cli.inputs import faults_of_motion, faults_of_pose, look_for_springs
-from generator.cli.springs_text import axis_name, places_of
-from generator.diagnostics import Fault, error, errors_among
+from generator.cli.answer import CommandResult, ExitCode, UsageError, format_count, format_table
+from generator.cli.inputs import loop_closure_errors, parse_springs_option, simulation_obstacles
+from generator.cli.springs_text import axis_name, coupled_axis_names
+from generator.diagnostics import Diagnostic, error, select_errors
 from generator.figure import Figure
-from generator.figure_file import examine_figure
-from generator.figure_file.resolve import place_of
-from generator.kinematics.loops import assemble
-from generator.kinematics.placement import drawn_displacements
-from generator.kinematics.tree import hang
-from generator.simulation.preconditions import refused_springs
-from generator.springs_file.read import examine_springs
+from generator.figure_file import parse_figure_file
+from generator.figure_file.resolve import origin_span
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.simulation.preconditions import find_unsupported_springs
+from generator.springs_file.read import parse_springs_file
 from springs import SpringSet
 from springs.joint import UNKNOWN_AXIS
 from springs.lint.finding import Finding
-from springs.lint.report import CoupledReport, CurveReport, Replaced, report_coupled, report_curves
+from springs.lint.report import (
+    CoupledReport,
+    CurveReport,
+    LawReplacement,
+    report_coupled,
+    report_curves,
+)
 
 
-def curves_text(reports: Sequence[CurveReport], *, notes: bool) -> Iterator[str]:
+def format_curve_reports(reports: Sequence[CurveReport], *, include_notes: bool) -> Iterator[str]:
     """A paragraph for each curve: its joints, then its findings in a table.
 
     Args:
         reports: of the curves.
-        notes: whether to tell what is no doubt, and curves without any.
+        include_notes: whether to tell what is no doubt, and curves without any.
     """
-    told = [report for report in reports if notes or report.doubts]
+    told = [report for report in reports if include_notes or report.doubts]
     for report in told:
-        low, high = (degrees(angle) for angle in report.studied)
+        low, high = (degrees(angle) for angle in report.lint_range)
         motion = f", {report.spring.motion}" if report.spring.motion else ""
         title = f"{', '.join(report.joints)} about {axis_name(report.spring)}{motion}"
-        findings = report.findings if notes else report.doubts
-        rows = [(f"  {weight_of(f)}", f.kind.value, f.sentence) for f in findings]
-        yield f"{title}, from {low:.1f} to {high:.1f} deg\n{aligned(rows, left=3)}"
+        findings = report.findings if include_notes else report.doubts
+        rows = [(f"  {finding_severity(f)}", f.kind.value, f.sentence) for f in findings]
+        yield f"{title}, from {low:.1f} to {high:.1f} deg\n{format_table(rows, left_columns=3)}"
     ends = [end for report in told for end in (report.low, report.high) if end is not None]
     sources = dict.fromkeys(f"  {end.source}: {end.reference}" for end in ends)
     if sources:
         yield "\n".join(["normal ranges of motion:", *sources])
 
 
-def coupled_text(reports: Sequence[CoupledReport], *, notes: bool) -> Iterator[str]:
-    """A paragraph for each law over several joints; `notes` as for `curves_text`."""
+def format_coupled_reports(
+    reports: Sequence[CoupledReport], *, include_notes: bool
+) -> Iterator[str]:
+    """A paragraph for each law over several joints; `include_notes` as for `curves_text`."""
     for report in reports:
-        findings = report.findings if notes else report.doubts
+        findings = report.findings if include_notes else report.doubts
         if findings:
-            rows = [(f"  {weight_of(f)}", f.kind.value, f.sentence) for f in findings]
-            sides = "; ".join(", ".join(places_of(spring)) for spring in report.springs)
+            rows = [(f"  {finding_severity(f)}", f.kind.value, f.sentence) for f in findings]
+            sides = "; ".join(", ".join(coupled_axis_names(spring)) for spring in report.springs)
             names = ", ".join(report.springs[0].law.coordinates)
-            yield f"{sides}: {names}\n{aligned(rows, left=3)}"
+            yield f"{sides}: {names}\n{format_table(rows, left_columns=3)}"
 
 
-def tally(reports: Sequence[CurveReport], coupled: Sequence[CoupledReport] = ()) -> str:
+def curve_report_counts(
+    reports: Sequence[CurveReport], coupled: Sequence[CoupledReport] = ()
+) -> str:
     """`8 curves, 1 law over several joints, 12 doubts`."""
     doubts = sum(len(report.doubts) for report in (*reports, *coupled))
     count = len(coupled)
     laws = [f"{count} law{'' if count == 1 else 's'} over several joints"] if coupled else []
-    return ", ".join([counted(len(reports), "curve"), *laws, counted(doubts, "doubt")])
+    return ", ".join([format_count(len(reports), "curve"), *laws, format_count(doubts, "doubt")])
 
 
-def curves_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
+def curve_findings_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
     """All findings for `--json`, in the order of the text; angles in deg, values in SI."""
     return [
         {
-            "severity": weight_of(finding),
+            "severity": finding_severity(finding),
             "message": finding.sentence,
             "kind": finding.kind.value,
             "joints": list(report.joints),
@@ -92,7 +102,7 @@ def coupled_findings_data(reports: Sequence[CoupledReport]) -> list[dict[str, ob
     """All findings about laws over several joints for `--json`, as `curves_data`."""
     return [
         {
-            "severity": weight_of(finding),
+            "severity": finding_severity(finding),
             "message": finding.sentence,
             "kind": finding.kind.value,
             "coordinates": list(report.springs[0].law.coordinates),
@@ -105,7 +115,7 @@ def coupled_findings_data(reports: Sequence[CoupledReport]) -> list[dict[str, ob
     ]
 
 
-def weight_of(finding: Finding) -> str:
+def finding_severity(finding: Finding) -> str:
     """`doubt` or `note`."""
     return "doubt" if finding.is_doubt else "note"
 
@@ -113,7 +123,7 @@ def weight_of(finding: Finding) -> str:
 SPRINGS_SUFFIX = ".toml"
 
 
-def check(name: str, springs: str | None = None) -> Answer:
+def check(name: str, springs: str | None = None) -> CommandResult:
     """The faults of the figure that `name` means and of its springs, and doubts about the curves.
 
     With the name of a springs file: its faults, and all that there is to say of its curves.
@@ -121,71 +131,78 @@ def check(name: str, springs: str | None = None) -> Answer:
     if Path(name).suffix == SPRINGS_SUFFIX:
         if springs is not None:
             raise UsageError("--springs goes with a figure, not with a springs file")
-        return _check_springs(name)
-    reading = examine_figure(name)
+        return _check_springs_file(name)
+    reading = parse_figure_file(name)
     faults, hindrances, spring_set, replaced = reading.faults, (), SpringSet(), ()
     if reading.figure is not None:
-        found = look_for_springs(reading.figure, springs)
+        found = parse_springs_option(reading.figure, springs)
         faults, spring_set = (*faults, *found.faults), found.springs or spring_set
         replaced = found.replaced
-        hindrances = faults_of_motion(reading.figure) or faults_of_pose(reading.figure)
+        hindrances = simulation_obstacles(reading.figure) or loop_closure_errors(reading.figure)
         if not hindrances:
-            hindrances = tuple(_faults_of_springs(reading.figure, spring_set))
+            hindrances = tuple(_spring_diagnostics(reading.figure, spring_set))
         told = {fault.message for fault in faults}
         faults = (*faults, *(one for one in hindrances if one.message not in told))
-    verdict = f"{name}: {_tally(faults)}; {_use(faults, hindrances)}"
-    return _answer(faults, spring_set, replaced, verdict, notes=False)
+    verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, hindrances)}"
+    return _check_result(faults, spring_set, replaced, verdict, include_notes=False)
 
 
-def _faults_of_springs(figure: Figure, springs: SpringSet) -> Iterator[Fault]:
+def _spring_diagnostics(figure: Figure, springs: SpringSet) -> Iterator[Diagnostic]:
     """Springs that a simulation of a figure, sound by itself, would refuse."""
-    tree = hang(figure)
-    for refusal in refused_springs(assemble(tree, drawn_displacements(tree)), springs):
-        yield error(refusal.sentence, place_of(refusal.joint.origins, *refusal.fields))
+    tree = build_tree(figure)
+    for refusal in find_unsupported_springs(
+        close_loops(tree, initial_displacements(tree)), springs
+    ):
+        yield error(refusal.reason, origin_span(refusal.joint.origins, *refusal.fields))
 
 
-def _check_springs(name: str) -> Answer:
-    reading = examine_springs(Path(name))
+def _check_springs_file(name: str) -> CommandResult:
+    reading = parse_springs_file(Path(name))
     faults, spring_set = reading.faults, reading.springs or SpringSet()
     use = "the springs cannot be used" if reading.springs is None else "the springs can be used"
     figure = f" for `{reading.figure}`" if reading.figure is not None else ""
-    verdict = f"{name}: {_tally(faults)}; {use}{figure}"
-    return _answer(faults, spring_set, reading.replaced, verdict, notes=True)
+    verdict = f"{name}: {_severity_counts(faults)}; {use}{figure}"
+    return _check_result(faults, spring_set, reading.replaced, verdict, include_notes=True)
 
 
-def _answer(
-    faults: tuple[Fault, ...],
+def _check_result(
+    diagnostics: tuple[Diagnostic, ...],
     springs: SpringSet,
-    replaced: Sequence[Replaced],
+    replaced: Sequence[LawReplacement],
     verdict: str,
     *,
-    notes: bool,
-) -> Answer:
+    include_notes: bool,
+) -> CommandResult:
     reports, coupled = report_curves(springs), report_coupled(springs, replaced)
-    told = [*curves_text(reports, notes=notes), *coupled_text(coupled, notes=notes)]
+    told = [
+        *format_curve_reports(reports, include_notes=include_notes),
+        *format_coupled_reports(coupled, include_notes=include_notes),
+    ]
     if reports or coupled:
-        told.append(tally(reports, coupled))
-    return Answer(
-        text="\n\n".join([*map(str, faults), *told, verdict]),
+        told.append(curve_report_counts(reports, coupled))
+    return CommandResult(
+        text="\n\n".join([*map(str, diagnostics), *told, verdict]),
         data={
-            **({"error": "the input is wrong"} if errors_among(faults) else {}),
+            **({"error": "the input is wrong"} if select_errors(diagnostics) else {}),
             "verdict": verdict,
-            "faults": [fault.as_dict() for fault in faults],
-            "findings": [*curves_data(reports), *coupled_findings_data(coupled)],
+            "faults": [fault.as_dict() for fault in diagnostics],
+            "findings": [*curve_findings_data(reports), *coupled_findings_data(coupled)],
         },
-        code=ExitCode.WRONG_INPUT if errors_among(faults) else ExitCode.GOOD,
+        code=ExitCode.WRONG_INPUT if select_errors(diagnostics) else ExitCode.SUCCESS,
     )
 
 
-def _tally(faults: tuple[Fault, ...]) -> str:
-    errors = len(errors_among(faults))
-    warnings = len(faults) - errors
-    return f"{counted(errors, 'error')}, {counted(warnings, 'warning')}"
+def _severity_counts(diagnostics: tuple[Diagnostic, ...]) -> str:
+    errors = len(select_errors(diagnostics))
+    warnings = len(diagnostics) - errors
+    return f"{format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
 
 
-def _use(faults: tuple[Fault, ...], hindrances: tuple[Fault, ...]) -> str:
-    if errors_among(faults):
+def _usability_sentence(
+    diagnostics: tuple[Diagnostic, ...], obstacles: tuple[Diagnostic, ...]
+) -> str:
+    if select_errors(diagnostics):
         return "the figure cannot be used"
-    if hindrances:
+    if obstacles:
         return "the figure can be read, but not simulated"
     return "the figure can be simulated"

@@ -6,55 +6,61 @@ Published tables in words and in data: what `mover cite` says of them.
 from collections.abc import Iterable, Iterator, Mapping
 from math import degrees, isinf
 
-from generator.cli.answer import Answer, UsageError, aligned, counted, finite
-from generator.cli.inputs import figure_of, springs_of
-from generator.cli.springs_text import axis_name, places_of
-from generator.diagnostics import Fault, InputError, error, nearest, shorten
+from generator.cli.answer import (
+    CommandResult,
+    UsageError,
+    finite_or_none,
+    format_count,
+    format_table,
+)
+from generator.cli.inputs import load_figure, springs_from_option
+from generator.cli.springs_text import axis_name, coupled_axis_names
+from generator.diagnostics import Diagnostic, InputError, error, shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.read import find_figure, shipped_figures
 from springs import SpringSet
 from springs.elastic import Range
 from springs.published.reference import Reference
-from springs.published.rows import Coupled, Curve, Publication
+from springs.published.rows import Publication, PublishedCoupledLaw, PublishedCurve
 from springs.published.tables import publication, publications
 
-ALL = "tables"
+ALL_TABLES = "tables"
 """`mover cite tables` lists the published tables."""
 
 
 def is_table(name: str) -> bool:
     """Whether a name is a published table, a row of one, or asks for all."""
     source, _, row = name.partition("/")
-    return name == ALL or (source in publications() and (not row or row in _rows(source)))
+    return name == ALL_TABLES or (source in publications() and (not row or row in _rows(source)))
 
 
-def table_names(near: str) -> tuple[str, ...]:
+def table_names(typed_name: str) -> tuple[str, ...]:
     """Names that `mover cite` knows beside figures: rows only of the table that is asked for."""
-    source = near.partition("/")[0]
+    source = typed_name.partition("/")[0]
     rows = [f"{source}/{row}" for row in _rows(source)] if source in publications() else []
-    return (*rows, ALL, *publications())
+    return (*rows, ALL_TABLES, *publications())
 
 
-def cite_table(name: str) -> Answer:
+def cite_table(name: str) -> CommandResult:
     """The references of all tables, of one with its rows, or of one row."""
     source, _, row = name.partition("/")
-    if name == ALL:
-        return _all()
+    if name == ALL_TABLES:
+        return _all_tables_result()
     if row:
-        return _one_row(name, _rows(source)[row])
-    return _one(publication(source))
+        return _row_result(name, _rows(source)[row])
+    return _table_result(publication(source))
 
 
-def _rows(source: str) -> Mapping[str, Curve | Coupled]:
+def _rows(source: str) -> Mapping[str, PublishedCurve | PublishedCoupledLaw]:
     table = publication(source)
-    return {**table.curves, **table.coupled}
+    return {**table.curves, **table.coupled_laws}
 
 
-def _all() -> Answer:
+def _all_tables_result() -> CommandResult:
     tables = [publication(name) for name in publications()]
-    return Answer(
+    return CommandResult(
         text="\n\n".join(f"{t.name}: {_contents(t)}\n  {t.reference}" for t in tables),
-        data={"tables": [_head(table) for table in tables]},
+        data={"tables": [_table_header_data(table) for table in tables]},
     )
 
 
@@ -62,86 +68,95 @@ def _contents(table: Publication) -> str:
     """`2 curves, 1 coupled law`."""
     kinds = (
         (table.curves, "curve"),
-        (table.coupled, "coupled law"),
+        (table.coupled_laws, "coupled law"),
         (table.rhythms, "shoulder rhythm"),
         (table.ranges, "range limit"),
     )
-    return ", ".join(counted(len(rows), noun) for rows, noun in kinds if rows)
+    return ", ".join(format_count(len(rows), noun) for rows, noun in kinds if rows)
 
 
-def _one(table: Publication) -> Answer:
-    rows = [*table.curves.values(), *table.coupled.values()]
-    listed = aligned(
-        [(f"  {table.name}/{row.name}", _motion(row), _range_words(row)) for row in rows], left=3
+def _table_result(table: Publication) -> CommandResult:
+    rows = [*table.curves.values(), *table.coupled_laws.values()]
+    listed = format_table(
+        [(f"  {table.name}/{row.name}", _motion(row), _format_ranges(row)) for row in rows],
+        left_columns=3,
     )
     parts = [f"{table.name}: {_contents(table)}\n  {table.reference}", table.note.strip(), listed]
-    return Answer(
+    return CommandResult(
         text="\n\n".join(part for part in parts if part),
-        data={**_head(table), "note": table.note, "rows": [_row_data(table, row) for row in rows]},
+        data={
+            **_table_header_data(table),
+            "note": table.note,
+            "rows": [_row_data(table, row) for row in rows],
+        },
     )
 
 
-def _one_row(name: str, row: Curve | Coupled) -> Answer:
-    held = (f"{one} {angle:.4g} deg" for one, angle in _held_data(row).items())
+def _row_result(name: str, row: PublishedCurve | PublishedCoupledLaw) -> CommandResult:
+    held = (f"{one} {angle:.4g} deg" for one, angle in _held_angles_data(row).items())
     rows = [
         ("  motion", _motion(row)),
         ("  formula", row.formula),
         ("  as printed", row.convention),
-        ("  turned here", _turned(row)),
-        ("  range", _range_words(row)),
+        ("  turned here", _reversed_quantities(row)),
+        ("  range", _format_ranges(row)),
         ("  held", ", ".join(held)),
     ]
-    if isinstance(row, Curve) and row.damping is not None:
+    if isinstance(row, PublishedCurve) and row.damping is not None:
         rows.append(("  damping", f"{row.damping:g} N m s/rad"))
-    listed = aligned([pair for pair in rows if pair[1]], left=2)
+    listed = format_table([pair for pair in rows if pair[1]], left_columns=2)
     parts = [f"{name}\n  {row.reference}", listed, row.note.strip()]
     table = publication(name.partition("/")[0])
-    return Answer("\n\n".join(part for part in parts if part), _row_data(table, row))
+    return CommandResult("\n\n".join(part for part in parts if part), _row_data(table, row))
 
 
-def _turned(row: Curve | Coupled) -> str:
+def _reversed_quantities(row: PublishedCurve | PublishedCoupledLaw) -> str:
     """What is printed in another sense than that of our motion and of the torque on the child."""
-    if isinstance(row, Coupled):
-        names = " and ".join(row.turned)
+    if isinstance(row, PublishedCoupledLaw):
+        names = " and ".join(row.reversed_coordinates)
         return f"angle and moment, so that both are positive in {names}" if names else ""
     pairs = ((row.angle_sign, "angle"), (row.moment_sign, "moment"))
     parts = " and ".join(noun for sign, noun in pairs if sign < 0)
     return f"{parts}, so that positive is {row.motion}" if parts else ""
 
 
-def _motion(row: Curve | Coupled) -> str:
-    return row.motion if isinstance(row, Curve) else ", ".join(row.law.coordinates)
+def _motion(row: PublishedCurve | PublishedCoupledLaw) -> str:
+    return row.motion if isinstance(row, PublishedCurve) else ", ".join(row.law.coordinates)
 
 
-def _ranges(row: Curve | Coupled) -> Iterable[Range | None]:
-    return (row.measured,) if isinstance(row, Curve) else row.law.measured
+def _ranges(row: PublishedCurve | PublishedCoupledLaw) -> Iterable[Range | None]:
+    return (row.valid_range,) if isinstance(row, PublishedCurve) else row.law.valid_ranges
 
 
-def _range_words(row: Curve | Coupled) -> str:
+def _format_ranges(row: PublishedCurve | PublishedCoupledLaw) -> str:
     """`measured 0 .. 90 deg`, or `usable`; for each angle of a coupled law."""
-    ends = ["not known" if known is None else _interval(*known) for known in _ranges(row)]
+    ends = ["not known" if known is None else _format_interval(*known) for known in _ranges(row)]
     if all(known is None for known in _ranges(row)):
         return "range not known"
     return f"{'measured' if row.range_is_measured else 'usable'} {', '.join(ends)}"
 
 
-def _interval(low: float, high: float) -> str:
+def _format_interval(low: float, high: float) -> str:
     """`0 .. 90 deg`, or one end of it."""
     if isinf(high):
-        return "all angles" if isinf(low) else f"from {_deg(low)} deg"
-    return f"up to {_deg(high)} deg" if isinf(low) else f"{_deg(low)} .. {_deg(high)} deg"
+        return "all angles" if isinf(low) else f"from {_format_degrees(low)} deg"
+    return (
+        f"up to {_format_degrees(high)} deg"
+        if isinf(low)
+        else f"{_format_degrees(low)} .. {_format_degrees(high)} deg"
+    )
 
 
-def _deg(angle: float) -> str:
+def _format_degrees(angle: float) -> str:
     return f"{degrees(angle) + 0.0:.4g}"
 
 
-def _head(table: Publication) -> dict[str, object]:
+def _table_header_data(table: Publication) -> dict[str, object]:
     return {
         "table": table.name,
         **_reference_data(table.reference),
         "curves": list(table.curves),
-        "coupled": list(table.coupled),
+        "coupled": list(table.coupled_laws),
         "rhythms": list(table.rhythms),
         "ranges": len(table.ranges),
     }
@@ -153,45 +168,45 @@ def _reference_data(reference: Reference) -> dict[str, object]:
         "place": reference.place,
         "doi": reference.doi,
         "sureness": reference.sureness.value,
-        "sureness_means": reference.sureness.words,
+        "sureness_means": reference.sureness.description,
     }
 
 
-def _row_data(table: Publication, row: Curve | Coupled) -> dict[str, object]:
+def _row_data(table: Publication, row: PublishedCurve | PublishedCoupledLaw) -> dict[str, object]:
     return {
         "row": f"{table.name}/{row.name}",
         "motion": _motion(row),
         **_reference_data(row.reference),
         "formula": row.formula,
         "convention": row.convention,
-        "turned": _turned(row),
-        "range_deg": list(_degrees(_ranges(row))),
+        "turned": _reversed_quantities(row),
+        "range_deg": list(_ranges_in_degrees(_ranges(row))),
         "range_is_measured": row.range_is_measured,
-        "held_deg": _held_data(row),
-        "damping_Nms_rad": row.damping if isinstance(row, Curve) else None,
+        "held_deg": _held_angles_data(row),
+        "damping_Nms_rad": row.damping if isinstance(row, PublishedCurve) else None,
         "note": row.note,
     }
 
 
-def _held_data(row: Curve | Coupled) -> dict[str, float]:
-    if not isinstance(row, Curve):
+def _held_angles_data(row: PublishedCurve | PublishedCoupledLaw) -> dict[str, float]:
+    if not isinstance(row, PublishedCurve):
         return {}
     return {name: degrees(angle) for name, angle in row.held.items()}
 
 
-def _degrees(ranges: Iterable[Range | None]) -> Iterator[list[float | None] | None]:
+def _ranges_in_degrees(ranges: Iterable[Range | None]) -> Iterator[list[float | None] | None]:
     """The ends in degrees, None for one that is open."""
     for known in ranges:
-        yield None if known is None else [finite(degrees(end)) for end in known]
+        yield None if known is None else [finite_or_none(degrees(end)) for end in known]
 
 
 THESIS = (
     "E. M. Otani, Software Tools for Dynamic and Kinematic Modeling of Human Motion, "
     "MS-CIS-89-43, University of Pennsylvania, 1989"
 )
-LANGUAGE, LAWS = "the figure language", "the laws of joints"
+THESIS_LANGUAGE_USE, THESIS_LAWS_USE = "the figure language", "the laws of joints"
 
-OF_THE_THESIS = {
+THESIS_FIGURE_USES = {
     "prototype": "the prototype figure",
     "clavicles": "the prototype figure",
     "pendulum": "the pendulum of its figure 3.4",
@@ -199,7 +214,7 @@ OF_THE_THESIS = {
 """What the thesis has of shipped figures."""
 
 
-def cite(name: str, springs: str | None = None) -> Answer:
+def cite(name: str, springs: str | None = None) -> CommandResult:
     """The thesis, and the references of the springs of the figure that `name` means.
 
     With the name of a published table, or of a row of one, what is known of it; with "tables" a
@@ -210,37 +225,37 @@ def cite(name: str, springs: str | None = None) -> Answer:
             if springs is not None:
                 raise UsageError("--springs goes with a figure, not with a published table")
             return cite_table(name)
-        raise InputError([_nothing(name)])
-    figure, warnings = figure_of(name)
-    spring_set, more = springs_of(figure, springs)
+        raise InputError([_unknown_name_error(name)])
+    figure, warnings = load_figure(name)
+    spring_set, more = springs_from_option(figure, springs)
     uses = {reference: list[str]() for reference in spring_set.references}
     for joint in spring_set.joints.values():
-        for spring in (*joint.axes, *joint.slides):
+        for spring in (*joint.axes, *joint.translations):
             if spring.reference:
                 uses[spring.reference].append(f"{joint.joint} {axis_name(spring)}")
     for spring in spring_set.coupled:
         if spring.reference:
-            uses[spring.reference].append(" with ".join(places_of(spring)))
+            uses[spring.reference].append(" with ".join(coupled_axis_names(spring)))
     entries = [(THESIS, list(_thesis_uses(figure, spring_set))), *uses.items()]
-    return Answer(
+    return CommandResult(
         text="\n\n".join(f"{reference}\n  for {', '.join(used)}" for reference, used in entries),
         data={
             "figure": name,
             "springs": spring_set.origin,
             "references": [{"reference": text, "used_for": used} for text, used in entries],
         },
-        faults=(*warnings, *more),
+        diagnostics=(*warnings, *more),
     )
 
 
 def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
     """What of a figure is the thesis's."""
-    yield LANGUAGE
+    yield THESIS_LANGUAGE_USE
     if springs.joints or springs.coupled:
-        yield LAWS
+        yield THESIS_LAWS_USE
     for name, path in shipped_figures().items():
-        if name in OF_THE_THESIS and path == figure.path:
-            yield OF_THE_THESIS[name]
+        if name in THESIS_FIGURE_USES and path == figure.path:
+            yield THESIS_FIGURE_USES[name]
 
 
 def _is_figure(name: str) -> bool:
@@ -251,10 +266,10 @@ def _is_figure(name: str) -> bool:
         return False
 
 
-def _nothing(name: str) -> Fault:
+def _unknown_name_error(name: str) -> Diagnostic:
     """The fault of a name that is neither a figure nor a table."""
     return error(
         f"there is no file `{shorten(name)}`, "
         "no shipped figure and no published table of that name",
-        hint=nearest(name, (*shipped_figures(), *table_names(name))),
+        hint=spelling_hint(name, (*shipped_figures(), *table_names(name))),
     )

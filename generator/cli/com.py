@@ -6,17 +6,23 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.cli.answer import Answer, UsageError, aligned, counted
-from generator.cli.inputs import Motion, figure_of, insist_near, motion_asked, placement_asked
-from generator.cli.options import in_cm, rounded, xyz_cm
-from generator.cli.outputs import insist_writable, write_text
-from generator.diagnostics import Fault
+from generator.cli.answer import CommandResult, UsageError, format_count, format_table
+from generator.cli.inputs import (
+    LoadedMotion,
+    check_distances,
+    load_figure,
+    motion_from_options,
+    placement_from_options,
+)
+from generator.cli.options import format_rounded, in_cm, xyz_cm
+from generator.cli.outputs import check_writable, write_text
+from generator.diagnostics import Diagnostic
 from generator.figure import Figure
-from generator.kinematics.centre_of_mass import Masses, UnknownSegmentError, masses_of
+from generator.kinematics.centre_of_mass import Masses, UnknownSegmentError, segment_masses
 from generator.kinematics.placement import Placement
-from generator.motion_files.action import shown_number, unit_of
+from generator.motion_files.action import display_unit, format_displacement
 from generator.rotations import Array
-from generator.units import unit_named
+from generator.units import parse_unit
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,7 @@ class Request:
     output: Path | None = None
 
 
-def com(request: Request) -> Answer:
+def com(request: Request) -> CommandResult:
     """The centre of mass that is asked for.
 
     Raises:
@@ -39,20 +45,20 @@ def com(request: Request) -> Answer:
         InputError: the figure, the pose or the motion is wrong, or the output cannot be written.
         MoverError: there is no such pose or motion of the figure, or no mass.
     """
-    insist_on_table(request.output, request.along)
-    figure, warnings = figure_of(request.figure)
-    masses = masses_asked(figure, request.segments)
+    check_table_output(request.output, request.along)
+    figure, warnings = load_figure(request.figure)
+    masses = masses_from_option(figure, request.segments)
     if request.along is None:
-        placement, more = placement_asked(figure, request.pose, request.displacements)
-        return _in_a_pose(request.figure, placement, masses, (*warnings, *more))
-    motion, more = motion_asked(figure, request.along, request.pose, request.displacements)
+        placement, more = placement_from_options(figure, request.pose, request.displacements)
+        return _pose_result(request.figure, placement, masses, (*warnings, *more))
+    motion, more = motion_from_options(figure, request.along, request.pose, request.displacements)
     files = [] if request.output is None else [request.output]
-    insist_writable(files, (figure.path, request.along))
+    check_writable(files, (figure.path, request.along))
     centres = np.concatenate([masses.centre(some.poses) for some in motion.placements()])
-    insist_near("the centre of mass", centres)
+    check_distances("the centre of mass", centres)
     for path in files:
-        write_text(path, _table(motion, masses, centres))
-    return Answer(
+        write_text(path, _format_csv(motion, masses, centres))
+    return CommandResult(
         text="\n".join([_summary(motion, masses, centres), *(f"wrote {path}" for path in files)]),
         data={
             "figure": request.figure,
@@ -63,11 +69,11 @@ def com(request: Request) -> Answer:
             "centre_of_mass_cm": [in_cm(row) for row in centres],
             "files": [str(path) for path in files],
         },
-        faults=(*warnings, *more),
+        diagnostics=(*warnings, *more),
     )
 
 
-def insist_on_table(output: Path | None, along: Path | None) -> None:
+def check_table_output(output: Path | None, along: Path | None) -> None:
     """Raise UsageError for an output that is no table, or for one of a single pose."""
     if output is None:
         return
@@ -77,28 +83,28 @@ def insist_on_table(output: Path | None, along: Path | None) -> None:
         raise UsageError(f"{output}: the table is a file of comma-separated values, .csv")
 
 
-def masses_asked(figure: Figure, segments: str | None) -> Masses:
+def masses_from_option(figure: Figure, segments: str | None) -> Masses:
     """The masses of the segments that `a,b,c` names, else of all. Raises UsageError."""
     names = None if segments is None else [name.strip() for name in segments.split(",")]
     try:
-        return masses_of(figure, names)
+        return segment_masses(figure, names)
     except UnknownSegmentError as failure:
         raise UsageError(f"--segments {segments}: {failure}") from None
 
 
-def _in_a_pose(
-    name: str, placement: Placement, masses: Masses, faults: tuple[Fault, ...]
-) -> Answer:
+def _pose_result(
+    name: str, placement: Placement, masses: Masses, diagnostics: tuple[Diagnostic, ...]
+) -> CommandResult:
     centre, centres = masses.centre(placement.poses), masses.centres(placement.poses)
-    insist_near("the centre of mass of a segment", centres)
+    check_distances("the centre of mass of a segment", centres)
     rows = [["segment", "mass [kg]", "x [cm]", "y [cm]", "z [cm]"]]
     rows += [
-        [segment, f"{mass:.4f}", *map(rounded, in_cm(where))]
+        [segment, f"{mass:.4f}", *map(format_rounded, in_cm(where))]
         for segment, mass, where in zip(masses.segments, masses.masses, centres, strict=True)
     ]
     title = f"{name}: the centre of mass of {masses.total:.4g} kg is at {xyz_cm(centre)}"
-    return Answer(
-        text=f"{title}\n\n{aligned(rows)}",
+    return CommandResult(
+        text=f"{title}\n\n{format_table(rows)}",
         data={
             "figure": name,
             "centre_of_mass_cm": in_cm(centre),
@@ -109,41 +115,41 @@ def _in_a_pose(
                     masses.segments, masses.masses, centres, strict=True
                 )
             ],
-            "slopes": _slopes(placement, masses),
+            "slopes": _jacobian_data(placement, masses),
         },
-        faults=faults,
+        diagnostics=diagnostics,
     )
 
 
-def _slopes(placement: Placement, masses: Masses) -> list[dict[str, object]]:
+def _jacobian_data(placement: Placement, masses: Masses) -> list[dict[str, object]]:
     """How far the centre of mass goes for a degree or a centimetre of each displacement."""
     columns = iter(masses.jacobian(placement).T)
     return [
         {
             "joint": joint.name,
             "displacement": k,
-            "unit": f"cm/{unit_of(factor)}",
-            "slope": in_cm(next(columns) * float(unit_named(unit_of(factor)).factor)),
+            "unit": f"cm/{display_unit(factor)}",
+            "slope": in_cm(next(columns) * float(parse_unit(display_unit(factor)).factor)),
         }
         for joint in placement.tree.figure.joints.values()
         for k, factor in enumerate(joint.chain, 1)
     ]
 
 
-def _summary(motion: Motion, masses: Masses, centres: Array) -> str:
+def _summary(motion: LoadedMotion, masses: Masses, centres: Array) -> str:
     times = motion.action.times
     chosen = [("first", centres[0]), ("last", centres[-1])]
     chosen += [("least", np.min(centres, axis=0)), ("greatest", np.max(centres, axis=0))]
     rows = [["centre of mass", "x [cm]", "y [cm]", "z [cm]"]]
-    rows += [[name, *map(rounded, in_cm(where))] for name, where in chosen]
-    frames = f"{counted(len(times), 'frame')}, {times[0]:g} to {times[-1]:g} s"
-    return f"{frames}, {masses.total:.4g} kg\n\n{aligned(rows)}\n"
+    rows += [[name, *map(format_rounded, in_cm(where))] for name, where in chosen]
+    frames = f"{format_count(len(times), 'frame')}, {times[0]:g} to {times[-1]:g} s"
+    return f"{frames}, {masses.total:.4g} kg\n\n{format_table(rows)}\n"
 
 
-def _table(motion: Motion, masses: Masses, centres: Array) -> str:
+def _format_csv(motion: LoadedMotion, masses: Masses, centres: Array) -> str:
     """The centre of mass of every frame, under the header of the motion."""
     lines = [f"# {line}" for line in motion.action.header.lines()]
     lines += [f"# segments {' '.join(masses.segments)}", "time [s],x [cm],y [cm],z [cm]"]
     for time, centre in zip(motion.action.times.tolist(), centres.tolist(), strict=True):
-        lines.append(",".join([repr(time), *(shown_number(part, "cm") for part in centre)]))
+        lines.append(",".join([repr(time), *(format_displacement(part, "cm") for part in centre)]))
     return "".join(f"{line}\n" for line in lines)

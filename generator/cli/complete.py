@@ -2,16 +2,16 @@
 
 from pathlib import Path
 
-from generator.cli.answer import Answer, UsageError, aligned
-from generator.cli.options import density_given
-from generator.cli.outputs import insist_writable, write_text
-from generator.diagnostics import Fault, InputError, warning
-from generator.figure_file import examine_figure, parse_figure
+from generator.cli.answer import CommandResult, UsageError, format_table
+from generator.cli.options import density_from_option
+from generator.cli.outputs import check_writable, write_text
+from generator.diagnostics import Diagnostic, InputError, warning
+from generator.figure_file import parse_figure, parse_figure_file
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.geometry.completion import Addition, complete_figure
 
 
-def complete(name: str, density: str, output: Path) -> Answer:
+def complete(name: str, density: str, output: Path) -> CommandResult:
     """Write the figure that `name` means to `output`, with masses, inertias and centres filled in.
 
     The text is that of the figure; what is missing is put behind the `psurf` of its segment.
@@ -24,31 +24,33 @@ def complete(name: str, density: str, output: Path) -> Answer:
     if output.suffix.lower() != FIGURE_SUFFIX:
         said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
         raise UsageError(f"-o {output}: {said}; a figure file ends in {FIGURE_SUFFIX}")
-    meant = density_given("--density", density)
-    reading = examine_figure(name)
+    meant = density_from_option("--density", density)
+    reading = parse_figure_file(name)
     if reading.figure is None or reading.figure.path is None:
         raise InputError(reading.faults)
     figure, path = reading.figure, reading.figure.path
     psurfs = {segment.psurf for segment in figure.segments.values() if segment.psurf}
-    insist_writable([output], (path, *(path.parent / psurf for psurf in psurfs)))
+    check_writable([output], (path, *(path.parent / psurf for psurf in psurfs)))
     try:
         done = complete_figure(figure, reading.source, meant)
     except ValueError as failure:
         raise UsageError(f"--density {density}: {failure}") from None
     # The warnings of what is written: those about masses that are filled in are gone.
     remaining = parse_figure(done.text, str(output)).faults
-    write_text(output, done.text.replace("\n", _end_of_line(path)))
-    faults = (*done.faults, *remaining, *_faults_of_neighbours(path, output))
-    return Answer(_text(name, output, done.additions), _data(name, output, done.additions), faults)
+    write_text(output, done.text.replace("\n", _line_ending(path)))
+    faults = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
+    return CommandResult(
+        _text(name, output, done.additions), _data(name, output, done.additions), faults
+    )
 
 
-def _end_of_line(path: Path) -> str:
+def _line_ending(path: Path) -> str:
     return "\r\n" if b"\r\n" in path.read_bytes() else "\n"
 
 
-def _faults_of_neighbours(path: Path, output: Path) -> list[Fault]:
+def _companion_file_warnings(path: Path, output: Path) -> list[Diagnostic]:
     """What the new file will not find: psurfs lie beside a figure, springs bear its name."""
-    faults: list[Fault] = []
+    faults: list[Diagnostic] = []
     if output.resolve().parent != path.resolve().parent:
         faults.append(
             warning(
@@ -76,7 +78,7 @@ def _text(name: str, output: Path, additions: tuple[Addition, ...]) -> str:
         [a.segment, ", ".join(a.fields), f"{a.density:.6g}", f"{a.body.mass:.6g}"]
         for a in additions
     ]
-    return f"{output}: {name} with estimates from its psurfs\n{aligned(rows, left=2)}"
+    return f"{output}: {name} with estimates from its psurfs\n{format_table(rows, left_columns=2)}"
 
 
 def _data(name: str, output: Path, additions: tuple[Addition, ...]) -> dict[str, object]:

@@ -9,20 +9,26 @@ from functools import partial
 from os.path import realpath
 from pathlib import Path
 
-from generator.cli.answer import Answer, UsageError, counted
-from generator.cli.inputs import doubts_of, figure_of, insist_on_chains, insist_on_reach, springs_of
+from generator.cli.answer import CommandResult, UsageError, format_count
+from generator.cli.inputs import (
+    changed_figure_warnings,
+    check_chains,
+    check_segment_distances,
+    load_figure,
+    springs_from_option,
+)
 from generator.cli.outputs import (
-    Written,
-    insist_distinct,
-    insist_on_formats,
-    insist_writable,
+    LossesByPath,
+    already_written_errors,
+    check_distinct_paths,
+    check_motion_formats,
+    check_writable,
     losses_data,
     losses_text,
-    unwritable,
-    write_together,
-    written_before,
+    unwritable_file_error,
+    write_all_or_none,
 )
-from generator.diagnostics import Fault, InputError, MoverError, error
+from generator.diagnostics import Diagnostic, InputError, MoverError, error
 from generator.figure import Figure
 from generator.figure_file import shipped_figures
 from generator.kinematics.placement import Placement
@@ -33,21 +39,26 @@ from generator.model_files.formats import (
     model_format,
     suffixes,
 )
-from generator.model_files.imported import Imported, springs_path, springs_text, write_imported
+from generator.model_files.imported import (
+    Imported,
+    format_imported_springs,
+    springs_path,
+    write_imported,
+)
 from generator.model_files.read import SUFFIXES, read_model
 from generator.motion_files import (
-    FORMATS,
-    Clip,
-    clip_of_action,
-    clip_of_recording,
-    format_of,
+    MOTION_FORMATS,
+    FigureMotion,
+    motion_from_action,
+    motion_from_recording,
+    motion_writer,
     read_action,
     read_npz,
 )
-from generator.motion_files.motion import Header, digest_of
-from generator.text_io import reason_of
+from generator.motion_files.motion import Header, file_sha256
+from generator.text_io import os_error_reason
 
-FIGURE = ".fig"
+FIGURE_SUFFIX = ".fig"
 
 
 def is_model(source: str) -> bool:
@@ -56,51 +67,60 @@ def is_model(source: str) -> bool:
     return path.suffix.lower() in SUFFIXES or (path.is_dir() and source not in shipped_figures())
 
 
-def import_model(source: str, outputs: Sequence[Path], *, apart: bool = False) -> Answer:
+def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False) -> CommandResult:
     """Write the figure of a model, with a springs file beside it where it needs one.
 
     Args:
         source: the model.
         outputs: figure files. A springs file beside one of them is written where the model needs
             it; named here as well, it may replace another one.
-        apart: whether hinges with springs, damping or limits each become a joint of their own.
+        separate: whether hinges with springs, damping or limits each become a joint of their own.
 
     Raises:
         UsageError: an output is no figure file.
         InputError: the model is wrong, a file cannot be written, or a springs file would be
             replaced that was not named.
     """
-    figures = [output for output in outputs if output.suffix.lower() == FIGURE]
+    figures = [output for output in outputs if output.suffix.lower() == FIGURE_SUFFIX]
     beside = {realpath(springs_path(figure)) for figure in figures}
     springs = [output for output in outputs if realpath(output) in beside]
     for output in outputs:
         if output not in figures and output not in springs:
             raise UsageError(
-                f"{output}: {source} is a model of another program and becomes a figure, {FIGURE}; "
+                f"{output}: {source} is a model of another program and becomes a figure, {FIGURE_SUFFIX}; "
                 "that can be converted further"
             )
-    imported = read_model(source, apart=apart)
-    insist_writable([file for figure in figures for file in _files(imported, figure)], [source])
-    _insist_on_springs(imported, figures, springs)
+    imported = read_model(source, separate=separate)
+    check_writable(
+        [file for figure in figures for file in _output_files(imported, figure)], [source]
+    )
+    _check_springs_files(imported, figures, springs)
     written: dict[Path, Losses] = {}
     for output in figures:
         try:
             written[output] = write_imported(imported, output)
         except OSError as failure:
-            before = [file for done in written for file in _files(imported, done)]
-            faults = unwritable(output, reason_of(failure)), *written_before(before)
+            before = [file for done in written for file in _output_files(imported, done)]
+            faults = (
+                unwritable_file_error(output, os_error_reason(failure)),
+                *already_written_errors(before),
+            )
             raise InputError(faults) from None
         except ValueError as failure:
             raise MoverError(f"`{output}` cannot be written: {failure}") from None
-    return _import_answer(source, imported, written)
+    return _import_result(source, imported, written)
 
 
-def _insist_on_springs(imported: Imported, figures: Sequence[Path], named: Sequence[Path]) -> None:
+def _check_springs_files(
+    imported: Imported, figures: Sequence[Path], requested: Sequence[Path]
+) -> None:
     """Raise InputError for springs files that are not needed, or are others' and were not named."""
     if imported.springs is None:
-        faults = [unwritable(path, "the model needs no springs file") for path in named]
+        faults = [
+            unwritable_file_error(path, "the model needs no springs file") for path in requested
+        ]
     else:
-        asked = {realpath(path) for path in named}
+        asked = {realpath(path) for path in requested}
         faults = [
             error(
                 f"`{path}` stands already with other springs, and would be replaced",
@@ -109,13 +129,13 @@ def _insist_on_springs(imported: Imported, figures: Sequence[Path], named: Seque
             for figure in figures
             if (path := springs_path(figure)).exists()
             and realpath(path) not in asked
-            and not _holds(path, springs_text(imported.springs, figure))
+            and not _has_text(path, format_imported_springs(imported.springs, figure))
         ]
     if faults:
         raise InputError(faults)
 
 
-def _holds(path: Path, text: str) -> bool:
+def _has_text(path: Path, text: str) -> bool:
     """Whether a file has this text already."""
     try:
         return path.read_bytes() == text.encode()
@@ -123,28 +143,28 @@ def _holds(path: Path, text: str) -> bool:
         return False
 
 
-def _files(imported: Imported, output: Path) -> list[Path]:
+def _output_files(imported: Imported, output: Path) -> list[Path]:
     """The files that hold the figure."""
     return [output] if imported.springs is None else [output, springs_path(output)]
 
 
-def _import_answer(source: str, imported: Imported, written: Written) -> Answer:
+def _import_result(source: str, imported: Imported, written: LossesByPath) -> CommandResult:
     figure = imported.figure
-    files = [file for output in written for file in _files(imported, output)]
+    files = [file for output in written for file in _output_files(imported, output)]
     title = (
-        f"{source}: {counted(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
-        f"{counted(figure.degrees_of_freedom, 'degree')} of freedom"
+        f"{source}: {format_count(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
+        f"{format_count(figure.degrees_of_freedom, 'degree')} of freedom"
     )
     lost = [
         line
         for output, losses in written.items()
-        if losses.each
+        if losses.entries
         for line in (
             f"not in {output}, or not as in the model:",
-            *(f"  {loss}" for loss in losses.each),
+            *(f"  {loss}" for loss in losses.entries),
         )
     ]
-    return Answer(
+    return CommandResult(
         text="\n".join([title, *(f"wrote {file}" for file in files), *lost]),
         data={
             "source": source,
@@ -152,9 +172,9 @@ def _import_answer(source: str, imported: Imported, written: Written) -> Answer:
             "coordinates": {
                 name: {
                     "joint": where.joint,
-                    "place": where.place + 1,
+                    "place": where.index + 1,
                     "scale": where.scale,
-                    "shift": where.shift,
+                    "shift": where.offset,
                 }
                 for name, where in imported.coordinates.items()
             },
@@ -163,8 +183,8 @@ def _import_answer(source: str, imported: Imported, written: Written) -> Answer:
     )
 
 
-ACTION, NPZ = ".action", ".npz"
-READ = (ACTION, NPZ)
+ACTION_SUFFIX, NPZ_SUFFIX = ".action", ".npz"
+READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX)
 """The formats of motions that can be read."""
 
 
@@ -189,7 +209,7 @@ class Request:
     apart: bool = False
 
 
-def convert(request: Request) -> Answer:
+def convert(request: Request) -> CommandResult:
     """Write what is asked for, all of it or nothing.
 
     Raises:
@@ -197,25 +217,27 @@ def convert(request: Request) -> Answer:
         InputError: the motion or the figure is wrong, or a file cannot be written.
         MoverError: the motion is of another figure, or a format cannot hold it.
     """
-    insist_distinct(request.outputs)
+    check_distinct_paths(request.outputs)
     if request.apart and not is_model(request.source):
         raise UsageError(f"{request.source}: --apart is for models of other programs")
-    if Path(request.source).suffix.lower() in FORMATS:
-        return _motion(request)
+    if Path(request.source).suffix.lower() in MOTION_FORMATS:
+        return _convert_motion(request)
     if is_model(request.source):
         if (request.figure, request.springs, request.to) != (None, None, None):
             raise UsageError(
                 f"{request.source} is a model of another program, which takes --apart only"
             )
-        return import_model(request.source, request.outputs, apart=request.apart)
-    return _model(request)
+        return import_model(request.source, request.outputs, separate=request.apart)
+    return _convert_figure(request)
 
 
-def _motion(request: Request) -> Answer:
+def _convert_motion(request: Request) -> CommandResult:
     """A motion in other formats of motions."""
     path = Path(request.source)
-    if path.suffix.lower() not in READ:
-        raise UsageError(f"{path}: motions are read from {', '.join(READ)}, and only written else")
+    if path.suffix.lower() not in READABLE_SUFFIXES:
+        raise UsageError(
+            f"{path}: motions are read from {', '.join(READABLE_SUFFIXES)}, and only written else"
+        )
     if request.to is not None or request.springs is not None:
         raise UsageError(f"{path} is a motion; --to and --springs are for figures")
     for output in request.outputs:
@@ -223,68 +245,72 @@ def _motion(request: Request) -> Answer:
             raise UsageError(
                 f"{output} is a figure and {path} a motion; give the figure to convert"
             )
-    insist_on_formats(request.outputs)
-    header, clip_of = _read(path)
-    figure, warnings = _figure_of(header, path, request.figure)
-    insist_writable(request.outputs, (path, figure.path))
-    insist_on_chains(figure)
+    check_motion_formats(request.outputs)
+    header, clip_of = _read_motion(path)
+    figure, warnings = _figure_of_motion(header, path, request.figure)
+    check_writable(request.outputs, (path, figure.path))
+    check_chains(figure)
     clip = clip_of(figure)
-    insist_on_reach(Placement(clip.tree, clip.displacements, clip.poses))
-    written = write_together([(out, partial(format_of(out), clip)) for out in request.outputs])
-    frames = counted(clip.times.size, "frame")
+    check_segment_distances(Placement(clip.tree, clip.displacements, clip.poses))
+    written = write_all_or_none(
+        [(out, partial(motion_writer(out), clip)) for out in request.outputs]
+    )
+    frames = format_count(clip.times.size, "frame")
     title = f"{frames} of {figure.path}, {clip.times[0]:g} to {clip.times[-1]:g} s"
     data = {"frames": clip.times.size}
-    faults = (*warnings, *doubts_of(figure, header, path))
-    return _answer(request, title, str(figure.path), data, written, faults)
+    faults = (*warnings, *changed_figure_warnings(figure, header, path))
+    return _conversion_result(request, title, str(figure.path), data, written, faults)
 
 
-def _read(path: Path) -> tuple[Header, Callable[[Figure], Clip]]:
+def _read_motion(path: Path) -> tuple[Header, Callable[[Figure], FigureMotion]]:
     """Where the motion in a file is from, and what makes it one of a figure. Raises InputError."""
-    if path.suffix.lower() == ACTION:
+    if path.suffix.lower() == ACTION_SUFFIX:
         action = read_action(path)
-        return action.header, lambda figure: clip_of_action(action, figure)
+        return action.header, lambda figure: motion_from_action(action, figure)
     header, recording = read_npz(path)
-    return header, lambda figure: replace(clip_of_recording(recording, figure), header=header)
+    return header, lambda figure: replace(motion_from_recording(recording, figure), header=header)
 
 
-def _figure_of(header: Header, path: Path, asked: str | None) -> tuple[Figure, tuple[Fault, ...]]:
+def _figure_of_motion(
+    header: Header, path: Path, requested: str | None
+) -> tuple[Figure, tuple[Diagnostic, ...]]:
     """The figure that is asked for, else the one that a motion names, with warnings.
 
     The file of that name beside the motion and the shipped one are looked at; the first that is the
     one the motion was made of is taken, else the first. Raises InputError.
     """
-    if asked is not None:
-        return figure_of(asked)
+    if requested is not None:
+        return load_figure(requested)
     beside = path.parent / header.figure
     shipped = {each.name: each for each in shipped_figures().values()}.get(header.figure)
-    digests = {each: digest_of(each) for each in (beside, shipped) if each is not None}
+    digests = {each: file_sha256(each) for each in (beside, shipped) if each is not None}
     found = [each for each, digest in digests.items() if digest is not None]
     if not found:
         said = f"`{path}` is a motion of `{header.figure}`, which does not lie beside it"
         raise InputError([error(said, hint="name the figure with --figure")])
     same = [each for each in found if digests[each] == header.sha256]
-    return figure_of(str((same or found)[0]))
+    return load_figure(str((same or found)[0]))
 
 
-def _model(request: Request) -> Answer:
+def _convert_figure(request: Request) -> CommandResult:
     """A figure with its springs in the formats of models."""
     if request.figure is not None:
         raise UsageError(f"{request.source} is a figure; --figure is for motions")
-    writers = [(output, _writer(request, output)) for output in request.outputs]
-    figure, warnings = figure_of(request.source)
-    springs, more = springs_of(figure, request.springs)
+    writers = [(output, _choose_model_format(request, output)) for output in request.outputs]
+    figure, warnings = load_figure(request.source)
+    springs, more = springs_from_option(figure, request.springs)
     new = [out for out, each in writers if each.suffixes or not out.is_dir()]
-    insist_writable(new, (figure.path, request.springs))
-    written = write_together(
+    check_writable(new, (figure.path, request.springs))
+    written = write_all_or_none(
         [(output, partial(each.write, figure, springs)) for output, each in writers]
     )
     title = f"{request.source} with springs: {springs.origin}"
-    return _answer(request, title, str(figure.path), {}, written, (*warnings, *more))
+    return _conversion_result(request, title, str(figure.path), {}, written, (*warnings, *more))
 
 
-def _writer(request: Request, output: Path) -> ModelFormat:
+def _choose_model_format(request: Request, output: Path) -> ModelFormat:
     """The format of an output. Raises UsageError."""
-    if request.to is None and output.suffix.lower() in FORMATS:
+    if request.to is None and output.suffix.lower() in MOTION_FORMATS:
         raise UsageError(
             f"{output} is a motion and {request.source} a figure; "
             f"`mover simulate {request.source} -o {output}` makes it move"
@@ -295,16 +321,16 @@ def _writer(request: Request, output: Path) -> ModelFormat:
         raise UsageError(str(failure)) from None
 
 
-def _answer(
+def _conversion_result(
     request: Request,
     title: str,
     figure: str,
     data: Mapping[str, object],
-    written: Written,
-    faults: tuple[Fault, ...],
-) -> Answer:
+    written: LossesByPath,
+    diagnostics: tuple[Diagnostic, ...],
+) -> CommandResult:
     lost = losses_text(written)
-    return Answer(
+    return CommandResult(
         text="\n".join([title, *(f"wrote {path}" for path in written), *([lost] if lost else [])]),
         data={
             "source": request.source,
@@ -313,5 +339,5 @@ def _answer(
             "files": [str(path) for path in written],
             "losses": losses_data(written),
         },
-        faults=faults,
+        diagnostics=diagnostics,
     )

@@ -2,29 +2,29 @@
 
 from collections.abc import Sequence
 
-from generator.cli.answer import Answer, aligned, counted
-from generator.cli.inputs import figure_of, springs_of
+from generator.cli.answer import CommandResult, format_count, format_table
+from generator.cli.inputs import load_figure, springs_from_option
 from generator.cli.springs_text import coupled_spring_lines, spring_lines, springs_data
-from generator.figure import Factor, Figure, Joint, Segment
-from generator.motion_files.action import shown_chain, unit_of
-from generator.units import unit_named
+from generator.figure import Figure, Joint, JointAxis, Segment
+from generator.motion_files.action import display_unit, format_chain
+from generator.units import parse_unit
 from springs import SpringSet
 
 
-def describe(name: str, springs: str | None = None) -> Answer:
+def describe(name: str, springs: str | None = None) -> CommandResult:
     """Segments, joints and springs of the figure that `name` means."""
-    figure, warnings = figure_of(name)
-    spring_set, more = springs_of(figure, springs)
-    return Answer(
+    figure, warnings = load_figure(name)
+    spring_set, more = springs_from_option(figure, springs)
+    return CommandResult(
         text="\n\n".join(
             [_title(name, figure), _segments(figure), _joints(figure), _springs(spring_set)]
         ),
         data=_data(name, figure, spring_set),
-        faults=(*warnings, *more),
+        diagnostics=(*warnings, *more),
     )
 
 
-def kind_of(chain: Sequence[Factor]) -> str:
+def joint_kind(chain: Sequence[JointAxis]) -> str:
     """The name of a joint of this chain among mechanisms."""
     turns = sum(factor.kind == "R" for factor in chain)
     slides = len(chain) - turns
@@ -41,8 +41,8 @@ def kind_of(chain: Sequence[Factor]) -> str:
 
 def _title(name: str, figure: Figure) -> str:
     return (
-        f"{name}: {counted(len(figure.bodies), 'moving segment')}, "
-        f"{counted(len(figure.joints), 'joint')}, "
+        f"{name}: {format_count(len(figure.bodies), 'moving segment')}, "
+        f"{format_count(len(figure.joints), 'joint')}, "
         f"{figure.degrees_of_freedom} degrees of freedom, {figure.total_mass:.4g} kg\n"
         f"root {figure.root}"
     )
@@ -55,8 +55,10 @@ def _segments(figure: Figure) -> str:
             rows.append([segment.name, "ground"])
             continue
         mass = "none" if segment.mass is None else f"{segment.mass:.4f}"
-        rows.append([segment.name, mass, _triple(segment.inertia), _triple(_centre(segment))])
-    return aligned(rows)
+        rows.append(
+            [segment.name, mass, _format_vector(segment.inertia), _format_vector(_centre(segment))]
+        )
+    return format_table(rows)
 
 
 def _joints(figure: Figure) -> str:
@@ -64,14 +66,14 @@ def _joints(figure: Figure) -> str:
     rows += [
         [
             joint.name,
-            kind_of(joint.chain),
-            shown_chain(joint.chain),
+            joint_kind(joint.chain),
+            format_chain(joint.chain),
             f"{joint.parent} to {joint.child}",
-            _displacement(joint),
+            _format_displacement(joint),
         ]
         for joint in figure.joints.values()
     ]
-    return aligned(rows, left=5)
+    return format_table(rows, left_columns=5)
 
 
 def _springs(springs: SpringSet) -> str:
@@ -92,21 +94,21 @@ def _centre(segment: Segment) -> list[float] | None:
     return None if centre is None else [float(part) for part in centre]
 
 
-def _triple(values: Sequence[float] | None) -> str:
+def _format_vector(values: Sequence[float] | None) -> str:
     return "none" if values is None else " ".join(f"{value:.4f}" for value in values)
 
 
-def _in_units(joint: Joint) -> list[float]:
+def _displacement_in_display_units(joint: Joint) -> list[float]:
     """The displacement of a joint [deg or cm]."""
     return [
-        value / float(unit_named(unit_of(factor)).factor)
+        value / float(parse_unit(display_unit(factor)).factor)
         for value, factor in zip(joint.displacement, joint.chain, strict=True)
     ]
 
 
-def _displacement(joint: Joint) -> str:
-    shown = zip(_in_units(joint), joint.chain, strict=True)
-    return " ".join(f"{value:.4g} {unit_of(factor)}" for value, factor in shown)
+def _format_displacement(joint: Joint) -> str:
+    shown = zip(_displacement_in_display_units(joint), joint.chain, strict=True)
+    return " ".join(f"{value:.4g} {display_unit(factor)}" for value, factor in shown)
 
 
 def _data(name: str, figure: Figure, springs: SpringSet) -> dict[str, object]:
@@ -134,11 +136,11 @@ def _data(name: str, figure: Figure, springs: SpringSet) -> dict[str, object]:
                 "name": joint.name,
                 "parent": str(joint.parent),
                 "child": str(joint.child),
-                "kind": kind_of(joint.chain),
-                "type": shown_chain(joint.chain),
+                "kind": joint_kind(joint.chain),
+                "type": format_chain(joint.chain),
                 "degrees_of_freedom": joint.degrees_of_freedom,
-                "displacement": _in_units(joint),
-                "units": [unit_of(factor) for factor in joint.chain],
+                "displacement": _displacement_in_display_units(joint),
+                "units": [display_unit(factor) for factor in joint.chain],
             }
             for joint in figure.joints.values()
         ],

@@ -11,75 +11,79 @@ from pathlib import Path
 import numpy as np
 
 from generator.cli.answer import UsageError
-from generator.cli.options import chains_of, displacements_given
-from generator.diagnostics import Fault, InputError, MoverError, error, errors_among, warning
+from generator.cli.options import displacements_from_options, settable_chains
+from generator.diagnostics import Diagnostic, InputError, MoverError, error, select_errors, warning
 from generator.figure import Figure
-from generator.figure_file import examine_figure, faults_for_simulation
-from generator.figure_file.resolve import place_of
-from generator.input_files.pose import examine_pose
-from generator.joint_chain import ChainError, chain_of
-from generator.kinematics.loops import OpenLoopError, assemble
-from generator.kinematics.placement import Placement, drawn_displacements
-from generator.kinematics.trajectory import placements_along, tree_of_motion
-from generator.kinematics.tree import Tree, hang
+from generator.figure_file import parse_figure_file, simulation_diagnostics
+from generator.figure_file.resolve import origin_span
+from generator.input_files.pose import parse_pose_file
+from generator.joint_chain import ChainError, build_chain
+from generator.kinematics.loops import OpenLoopError, close_loops
+from generator.kinematics.placement import Placement, initial_displacements
+from generator.kinematics.trajectory import batched_placements, tree_for_motion
+from generator.kinematics.tree import Tree, build_tree
 from generator.motion_files import ActionFile, read_action
 from generator.motion_files.motion import Header
 from generator.rotations import Array
-from generator.springs_file.read import PassiveReading, springs_for
+from generator.springs_file.read import PassiveReading, load_springs
 from springs import Joining, SpringSet
 
 
-def figure_of(name: str) -> tuple[Figure, tuple[Fault, ...]]:
+def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
     """The figure that a path or name means, with warnings. Raises InputError."""
-    reading = examine_figure(name)
+    reading = parse_figure_file(name)
     if reading.figure is None:
         raise InputError(reading.faults)
     return reading.figure, reading.faults
 
 
-def look_for_springs(
+def parse_springs_option(
     figure: Figure, choice: str | None, joining: Joining | None = None
 ) -> PassiveReading:
     """The springs that `--springs` chooses for a figure, with all faults."""
     path = figure.path
     folder, stem = (None, None) if path is None else (path.parent, path.stem)
-    return springs_for(figure, folder, stem, choice, joining)
+    return load_springs(figure, folder, stem, choice, joining)
 
 
-def springs_of(
+def springs_from_option(
     figure: Figure, choice: str | None, joining: Joining | None = None
-) -> tuple[SpringSet, tuple[Fault, ...]]:
+) -> tuple[SpringSet, tuple[Diagnostic, ...]]:
     """The springs that `--springs` chooses for a figure, with warnings. Raises InputError."""
-    reading = look_for_springs(figure, choice, joining)
+    reading = parse_springs_option(figure, choice, joining)
     if reading.springs is None:
         raise InputError(reading.faults)
     return reading.springs, reading.faults
 
 
-def faults_of_motion(figure: Figure) -> tuple[Fault, ...]:
+def simulation_obstacles(figure: Figure) -> tuple[Diagnostic, ...]:
     """What keeps a figure that could be read from being simulated."""
-    return (*faults_for_simulation(figure), *faults_of_chains(figure), *_fault_of_rest(figure))
+    return (
+        *simulation_diagnostics(figure),
+        *chain_errors(figure),
+        *_no_moving_segment_errors(figure),
+    )
 
 
-def faults_of_pose(figure: Figure) -> tuple[Fault, ...]:
+def loop_closure_errors(figure: Figure) -> tuple[Diagnostic, ...]:
     """Loops that the figure's pose opens and that cannot be closed, in a figure of sound joints."""
-    tree = hang(figure)
+    tree = build_tree(figure)
     try:
-        assemble(tree, drawn_displacements(tree))
+        close_loops(tree, initial_displacements(tree))
     except OpenLoopError as failure:
         return (error(str(failure), hint="other start values by --set may close it"),)
     return ()
 
 
-def insist_on_motion(figure: Figure, warnings: tuple[Fault, ...]) -> None:
+def require_simulatable(figure: Figure, warnings: tuple[Diagnostic, ...]) -> None:
     """Raise InputError, with the warnings so far, when the figure cannot be simulated."""
-    faults = faults_of_motion(figure)
-    if errors_among(faults):
+    faults = simulation_obstacles(figure)
+    if select_errors(faults):
         said = {fault.message for fault in faults}
         raise InputError((*(one for one in warnings if one.message not in said), *faults))
 
 
-def _fault_of_rest(figure: Figure) -> Iterator[Fault]:
+def _no_moving_segment_errors(figure: Figure) -> Iterator[Diagnostic]:
     if not figure.bodies:
         yield error(
             "the figure cannot be simulated: none of its segments moves",
@@ -87,26 +91,26 @@ def _fault_of_rest(figure: Figure) -> Iterator[Fault]:
         )
 
 
-def faults_of_chains(figure: Figure) -> Iterator[Fault]:
+def chain_errors(figure: Figure) -> Iterator[Diagnostic]:
     """Joints whose chains are none that one joint can hold."""
     for joint in figure.joints.values():
         try:
-            chain_of(joint.chain)
+            build_chain(joint.chain)
         except ChainError as failure:
             yield error(
                 f"joint `{joint.name}` cannot be simulated: {failure}",
-                place_of(joint.origins, "type"),
+                origin_span(joint.origins, "type"),
             )
 
 
-FARTHEST = 1e9
+MAX_DISTANCE = 1e9
 """Nothing may be farther from the world's origin than this [m], along any axis."""
 
-Given = dict[str, tuple[float, ...]]
+DisplacementValues = dict[str, tuple[float, ...]]
 
 
 @dataclass(frozen=True)
-class Motion:
+class LoadedMotion:
     """A motion from a file, and the tree that it moves."""
 
     action: ActionFile
@@ -114,14 +118,14 @@ class Motion:
 
     def placements(self) -> Iterator[Placement]:
         """The placements of all frames, many in each. Raises MoverError for one out of reach."""
-        for placement in placements_along(self.tree, self.action.displacements):
-            insist_on_reach(placement)
+        for placement in batched_placements(self.tree, self.action.displacements):
+            check_segment_distances(placement)
             yield placement
 
 
-def placement_asked(
+def placement_from_options(
     figure: Figure, pose: Path | None, sets: Sequence[str]
-) -> tuple[Placement, tuple[Fault, ...]]:
+) -> tuple[Placement, tuple[Diagnostic, ...]]:
     """The figure in its own pose, changed by a pose file and then by `JOINT=a,b,c`, with warnings.
 
     Loops are closed. The joints that are set stay as asked, and without any those of the file.
@@ -131,38 +135,38 @@ def placement_asked(
         InputError: the pose file is wrong, or a joint's chain is none.
         OpenLoopError: the loops cannot be closed.
     """
-    insist_on_chains(figure)
-    tree = hang(figure)
-    from_file, faults = _from_file(figure, pose)
-    given = displacements_given("--set", sets, chains_of(figure))
+    check_chains(figure)
+    tree = build_tree(figure)
+    from_file, faults = _read_pose(figure, pose)
+    given = displacements_from_options("--set", sets, settable_chains(figure))
     asked = {
-        **drawn_displacements(tree),
+        **initial_displacements(tree),
         **from_file,
         **{name: np.array(values, dtype=float) for name, values in given.items()},
     }
-    placement = assemble(tree, asked, held=set(given or from_file))
-    insist_on_reach(placement)
+    placement = close_loops(tree, asked, held=set(given or from_file))
+    check_segment_distances(placement)
     return placement, faults
 
 
-def start_of(
+def start_displacements_from_options(
     figure: Figure, pose: Path | None, sets: Sequence[str]
-) -> tuple[Given, tuple[Fault, ...]]:
+) -> tuple[DisplacementValues, tuple[Diagnostic, ...]]:
     """The displacements that a run of a figure is told to start from [rad or m], with warnings.
 
     With a pose file these are all, its loops closed; without one those that are set, and the run
     closes the loops. Raises as `placement_asked` does.
     """
     if pose is None:
-        return displacements_given("--set", sets, chains_of(figure)), ()
-    placement, faults = placement_asked(figure, pose, sets)
+        return displacements_from_options("--set", sets, settable_chains(figure)), ()
+    placement, faults = placement_from_options(figure, pose, sets)
     values = placement.displacements.items()
     return {name: tuple(float(value) for value in row) for name, row in values}, faults
 
 
-def motion_asked(
+def motion_from_options(
     figure: Figure, path: Path, pose: Path | None, sets: Sequence[str]
-) -> tuple[Motion, tuple[Fault, ...]]:
+) -> tuple[LoadedMotion, tuple[Diagnostic, ...]]:
     """The motion in an action file and the tree that it moves, with warnings.
 
     Raises:
@@ -172,42 +176,44 @@ def motion_asked(
     """
     if pose is not None or sets:
         raise UsageError("--along takes the poses from the motion, so --pose and --set do not fit")
-    insist_on_chains(figure)
+    check_chains(figure)
     action = read_action(path)
-    return Motion(action, tree_of_motion(figure, action.chains)), doubts_of(
+    return LoadedMotion(action, tree_for_motion(figure, action.chains)), changed_figure_warnings(
         figure, action.header, path
     )
 
 
-def insist_on_chains(figure: Figure) -> None:
+def check_chains(figure: Figure) -> None:
     """Raise InputError when a joint's chain is none that one joint can hold."""
-    faults = tuple(faults_of_chains(figure))
-    if errors_among(faults):
+    faults = tuple(chain_errors(figure))
+    if select_errors(faults):
         raise InputError(faults)
 
 
-def insist_on_reach(placement: Placement) -> None:
+def check_segment_distances(placement: Placement) -> None:
     """Raise MoverError when a segment is so far away that nothing can be said of it."""
     for name, pose in placement.poses.items():
-        insist_near(f"segment `{name}`", pose[..., :3, 3])
+        check_distances(f"segment `{name}`", pose[..., :3, 3])
 
 
-def insist_near(what: str, positions: Array) -> None:
+def check_distances(what: str, positions: Array) -> None:
     """Raise MoverError when positions, shape (..., 3) [m], are not all near enough."""
-    if not np.all(np.abs(positions) < FARTHEST):
-        raise MoverError(f"{what} would be more than {FARTHEST:.0e} m away from the origin")
+    if not np.all(np.abs(positions) < MAX_DISTANCE):
+        raise MoverError(f"{what} would be more than {MAX_DISTANCE:.0e} m away from the origin")
 
 
-def _from_file(figure: Figure, path: Path | None) -> tuple[dict[str, Array], tuple[Fault, ...]]:
+def _read_pose(
+    figure: Figure, path: Path | None
+) -> tuple[dict[str, Array], tuple[Diagnostic, ...]]:
     if path is None:
         return {}, ()
-    reading = examine_pose(path, figure)
+    reading = parse_pose_file(path, figure)
     if reading.displacements is None:
         raise InputError(reading.faults)
     return dict(reading.displacements), reading.faults
 
 
-def doubts_of(figure: Figure, header: Header, path: Path) -> tuple[Fault, ...]:
+def changed_figure_warnings(figure: Figure, header: Header, path: Path) -> tuple[Diagnostic, ...]:
     """A warning where the figure's file is not the one that the motion was made of."""
     if figure.path is None or header.sha256 is None:
         return ()

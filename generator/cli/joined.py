@@ -21,8 +21,8 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 if TYPE_CHECKING:
-    from generator.cli.answer import Answer
-    from generator.cli.progress import Progress
+    from generator.cli.answer import CommandResult
+    from generator.cli.progress import ItemMonitor
 
 GROUP = "mover.commands"
 
@@ -32,7 +32,9 @@ _PROGRESS = "progress"
 class Give(Protocol):
     """Prints an answer and exits with its code."""
 
-    def __call__(self, make: "Callable[[Progress], Answer]", *, as_json: bool, quiet: bool) -> None:
+    def __call__(
+        self, make: "Callable[[ItemMonitor], CommandResult]", *, as_json: bool, quiet: bool
+    ) -> None:
         """Make the answer, or say what kept it from being made."""
         ...
 
@@ -43,7 +45,7 @@ def joined_commands() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
-def joining(give: Give, own: "Mapping[str, Callable[..., Answer]]") -> type[TyperGroup]:
+def joining(give: Give, own: "Mapping[str, Callable[..., CommandResult]]") -> type[TyperGroup]:
     """The kind of a group of commands to which installed packages join theirs.
 
     Args:
@@ -70,7 +72,7 @@ def joining(give: Give, own: "Mapping[str, Callable[..., Answer]]") -> type[Type
     return Joining
 
 
-def _command(name: str, function: "Callable[..., Answer]", give: Give) -> Any:
+def _command(name: str, function: "Callable[..., CommandResult]", give: Give) -> Any:
     """The command that gives the answer of a function of the command line.
 
     `typer` reads parameters and annotations. Those of the answer and of the progress are left out:
@@ -79,7 +81,7 @@ def _command(name: str, function: "Callable[..., Answer]", give: Give) -> Any:
     accepted = signature(function).parameters
 
     def run(**given: Any) -> None:
-        def make(progress: "Progress") -> "Answer":
+        def make(progress: "ItemMonitor") -> "CommandResult":
             shown = {_PROGRESS: progress} if _PROGRESS in accepted else {}
             return function(**given, **shown)
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.cli.answer import Answer, UsageError, aligned, counted
-from generator.cli.inputs import figure_of
-from generator.cli.options import density_given, length_unit_given, vector_given
-from generator.diagnostics import nearest
-from generator.geometry.completion import Products, products_of, statements_of
-from generator.geometry.read import PSURF, read_surface, surface_of, unit_of
+from generator.cli.answer import CommandResult, UsageError, format_count, format_table
+from generator.cli.inputs import load_figure
+from generator.cli.options import density_from_option, length_unit_from_option, vector_from_option
+from generator.diagnostics import spelling_hint
+from generator.geometry.completion import ProductsOfInertia, mass_statements, products_of_inertia
+from generator.geometry.read import PSURF_SUFFIX, read_segment_surface, read_surface, surface_unit
 from generator.geometry.surface import Surface
-from generator.geometry.validate import Solid, solid_of
+from generator.geometry.validate import Solid, build_solid
 from generator.inertia import MassProperties
 from generator.rotations import Array
 
@@ -24,10 +24,10 @@ FORMULA = (
     "(thesis 5.3, eq. 5.2 to 5.38, with the sign of det A kept)"
 )
 
-ROUNDING = 1e-14
+ROUNDING_TOLERANCE = 1e-14
 """What is smaller than this, relative to its neighbours, is shown as zero."""
 
-NAMED = 20
+MAX_FACES_LISTED = 20
 """How many turned faces are named."""
 
 
@@ -53,7 +53,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _MassResult:
     """A body and all that the answer says about it."""
 
     request: Request
@@ -64,74 +64,76 @@ class _Found:
     about: Array | None
 
 
-def mass(request: Request) -> Answer:
+def mass(request: Request) -> CommandResult:
     """Volume, mass, centre of mass and inertia of the body that a request names."""
-    density = density_given("--density", request.density)
-    given = None if request.unit is None else length_unit_given("--unit", request.unit)
-    surface, unit = _surface(request, given)
+    density = density_from_option("--density", request.density)
+    given = None if request.unit is None else length_unit_from_option("--unit", request.unit)
+    surface, unit = _load_surface(request, given)
     about = None
     if request.about is not None:
-        about = np.array(vector_given("--about", request.about)) * float(unit)
-    solid = solid_of(surface, fix_winding=request.fix_winding)
+        about = np.array(vector_from_option("--about", request.about)) * float(unit)
+    solid = build_solid(surface, fix_winding=request.fix_winding)
     try:
         body = solid.mass_properties(density)
     except ValueError as failure:
         raise UsageError(f"--density {request.density}: {failure}") from None
-    found = _Found(request, solid, density, unit, body, about)
-    return Answer(_text(found), _data(found), faults=solid.warnings)
+    found = _MassResult(request, solid, density, unit, body, about)
+    return CommandResult(_text(found), _data(found), diagnostics=solid.warnings)
 
 
-def _surface(request: Request, unit: Fraction | None) -> tuple[Surface, Fraction]:
+def _load_surface(request: Request, unit: Fraction | None) -> tuple[Surface, Fraction]:
     """The surface and its unit [m]."""
     if request.segment is None:
-        return read_surface(request.file, unit), unit_of(request.file, unit)
-    figure, _ = figure_of(request.file)
+        return read_surface(request.file, unit), surface_unit(request.file, unit)
+    figure, _ = load_figure(request.file)
     if request.segment not in figure.segments:
-        hint = nearest(request.segment, figure.segments)
+        hint = spelling_hint(request.segment, figure.segments)
         raise UsageError(f"the figure has no segment `{request.segment}`; {hint}")
     segment = figure.segments[request.segment]
-    if unit is not None and Path(segment.psurf or "").suffix.lower() == PSURF:
+    if unit is not None and Path(segment.psurf or "").suffix.lower() == PSURF_SUFFIX:
         raise UsageError(
             f"--unit {request.unit}: `{segment.psurf}` is in cm, as the psurfs of all figures are; "
             "--unit is for files that do not say it"
         )
-    return surface_of(figure, segment, unit), unit_of(segment.psurf or "", unit)
+    return read_segment_surface(figure, segment, unit), surface_unit(segment.psurf or "", unit)
 
 
-def _text(found: _Found) -> str:
-    body, principal = found.body, found.body.principal
+def _text(found: _MassResult) -> str:
+    body, principal = found.body, found.body.principal_inertia
     size = float(np.sqrt(np.trace(body.inertia) / body.mass))
     parts = [
-        _head(found),
-        aligned(
+        _summary_text(found),
+        format_table(
             [
                 ["volume", f"{found.solid.volume:.9g} m^3"],
                 ["mass", f"{body.mass:.9g} kg"],
-                ["centre of mass", f"{_row(body.centre, size)} m"],
+                ["centre of mass", f"{_format_position(body.centre, size)} m"],
             ],
-            left=2,
+            left_columns=2,
         ),
-        f"inertia about the centre of mass [kg m^2]\n{_table(body.inertia)}",
+        f"inertia about the centre of mass [kg m^2]\n{_format_tensor(body.inertia)}",
         "principal moments [kg m^2], and the axis of each in a row, right-handed\n"
-        + aligned(
+        + format_table(
             [
                 [f"{moment:.9g}", *(f"{round(part, 6) + 0.0:.6f}" for part in axis)]
                 for moment, axis in zip(
                     principal.moments.tolist(), principal.axes.T.tolist(), strict=True
                 )
             ],
-            left=0,
+            left_columns=0,
         ),
     ]
     if found.about is not None:
-        about = _row(found.about, size)
-        parts.append(f"inertia about ({about}) m [kg m^2]\n{_table(body.about(found.about))}")
+        about = _format_position(found.about, size)
+        parts.append(
+            f"inertia about ({about}) m [kg m^2]\n{_format_tensor(body.inertia_about(found.about))}"
+        )
     if found.request.segment is not None:
-        parts.append(_pasted(found))
+        parts.append(_segment_statements(found))
     return "\n\n".join(parts)
 
 
-def _head(found: _Found) -> str:
+def _summary_text(found: _MassResult) -> str:
     solid = found.solid
     bodies = sum(not shell.is_void for shell in solid.shells)
     voids = len(solid.shells) - bodies
@@ -141,28 +143,28 @@ def _head(found: _Found) -> str:
         ["density", f"{found.density:.9g} kg/m^3 ({found.request.density}), the same everywhere"],
         ["lengths", f"1 in the file is {float(found.unit):g} m"],
         ["formula", FORMULA],
-        ["surface", f"closed; {counted(solid.surface.face_count, 'face')}, all look outwards"],
+        ["surface", f"closed; {format_count(solid.surface.face_count, 'face')}, all look outwards"],
     ]
-    if len(solid.turned):
-        turned = solid.turned[:NAMED].tolist()
+    if len(solid.flipped):
+        turned = solid.flipped[:MAX_FACES_LISTED].tolist()
         names = ", ".join(solid.surface.face_name(face) for face in turned)
-        more = len(solid.turned) - len(turned)
+        more = len(solid.flipped) - len(turned)
         names += f" and {more} more" if more else ""
-        rows.append(["turned", f"{counted(len(solid.turned), 'face')}: {names}"])
-    if solid.joined:
-        rows.append(["joined", f"vertices at the place of others: {solid.joined}"])
-    return f"{name}: {count}, {counted(voids, 'void')}\n" + aligned(rows, left=2)
+        rows.append(["turned", f"{format_count(len(solid.flipped), 'face')}: {names}"])
+    if solid.merged_vertex_count:
+        rows.append(["joined", f"vertices at the place of others: {solid.merged_vertex_count}"])
+    return f"{name}: {count}, {format_count(voids, 'void')}\n" + format_table(rows, left_columns=2)
 
 
-def _pasted(found: _Found) -> str:
-    lines = list(statements_of(found.body).values())
-    products = products_of(found.body)
-    if not products.are_small:
-        lines += _left_out(products)
+def _segment_statements(found: _MassResult) -> str:
+    lines = list(mass_statements(found.body).values())
+    products = products_of_inertia(found.body)
+    if not products.are_negligible:
+        lines += _omitted_products_comments(products)
     return f"for segment `{found.request.segment}`\n" + "\n".join(f"  {line}" for line in lines)
 
 
-def _left_out(products: Products) -> Iterable[str]:
+def _omitted_products_comments(products: ProductsOfInertia) -> Iterable[str]:
     """Comments that go with moments which are not the whole of the inertia."""
     yield (
         f"# products of inertia of up to {100.0 * products.ratio:.2g} % of the moments are left "
@@ -171,23 +173,23 @@ def _left_out(products: Products) -> Iterable[str]:
     yield f"# the principal axes are turned by {degrees(products.angle):.2g} deg from the segment's"
 
 
-def _row(position: Array, size: float) -> str:
+def _format_position(position: Array, size: float) -> str:
     """A position [m] of a body of this size, without what is rounding."""
-    return " ".join(_number(value, size) for value in position.tolist())
+    return " ".join(_format_number(value, size) for value in position.tolist())
 
 
-def _table(tensor: Array) -> str:
+def _format_tensor(tensor: Array) -> str:
     largest = float(np.abs(tensor).max())
     rows: Sequence[Sequence[float]] = tensor.tolist()
-    return aligned([["", *(_number(value, largest) for value in row)] for row in rows])
+    return format_table([["", *(_format_number(value, largest) for value in row)] for row in rows])
 
 
-def _number(value: float, scale: float) -> str:
-    return f"{value:.9g}" if abs(value) > ROUNDING * scale else "0"
+def _format_number(value: float, scale: float) -> str:
+    return f"{value:.9g}" if abs(value) > ROUNDING_TOLERANCE * scale else "0"
 
 
-def _data(found: _Found) -> dict[str, object]:
-    body, solid, products = found.body, found.solid, products_of(found.body)
+def _data(found: _MassResult) -> dict[str, object]:
+    body, solid, products = found.body, found.solid, products_of_inertia(found.body)
     data: dict[str, object] = {
         "file": solid.surface.name,
         "density_kg_m3": found.density,
@@ -195,8 +197,8 @@ def _data(found: _Found) -> dict[str, object]:
         "formula": FORMULA,
         "closed": True,
         "winding": "outwards",
-        "turned_faces": [face + 1 for face in solid.turned.tolist()],
-        "joined_vertices": solid.joined,
+        "turned_faces": [face + 1 for face in solid.flipped.tolist()],
+        "joined_vertices": solid.merged_vertex_count,
         "shells": [
             {
                 "first_face": shell.first_face + 1,
@@ -210,16 +212,16 @@ def _data(found: _Found) -> dict[str, object]:
         "mass_kg": body.mass,
         "centre_of_mass_m": body.centre.tolist(),
         "inertia_kg_m2": body.inertia.tolist(),
-        "principal_moments_kg_m2": body.principal.moments.tolist(),
-        "principal_axes": body.principal.axes.T.tolist(),
+        "principal_moments_kg_m2": body.principal_inertia.moments.tolist(),
+        "principal_axes": body.principal_inertia.axes.T.tolist(),
         "products_ratio": products.ratio,
     }
     if found.about is not None:
         data["about"] = {
             "point_m": found.about.tolist(),
-            "inertia_kg_m2": body.about(found.about).tolist(),
+            "inertia_kg_m2": body.inertia_about(found.about).tolist(),
         }
     if found.request.segment is not None:
         data["segment"] = found.request.segment
-        data["statements"] = statements_of(body)
+        data["statements"] = mass_statements(body)
     return data

@@ -11,23 +11,31 @@ from fractions import Fraction
 from math import isfinite
 
 from generator.cli.answer import UsageError
-from generator.diagnostics import nearest
-from generator.figure import Factor, Figure, Vector
-from generator.figure_file.values import bound_of
-from generator.kinematics.free_root import let_go
-from generator.kinematics.placement import drawn_displacements
-from generator.kinematics.tree import hang
-from generator.motion_files.action import meant_number, unit_of
+from generator.diagnostics import spelling_hint
+from generator.figure import Figure, JointAxis, Vector
+from generator.figure_file.values import displacement_bound
+from generator.kinematics.free_root import detach_root
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.motion_files.action import display_unit, parse_displacement
 from generator.rotations import Array
-from generator.units import BOUNDS, EXAMPLES, POWERS, Dimension, UnitError, converted, unit_named
+from generator.units import (
+    DIMENSION_POWERS,
+    INPUT_BOUNDS,
+    UNIT_EXAMPLES,
+    Dimension,
+    UnitError,
+    convert_to_si,
+    parse_unit,
+)
 
 CM = 0.01
 """A centimetre [m]."""
 
 
-def in_units(values: Iterable[float], chain: Sequence[Factor]) -> list[float]:
+def in_display_units(values: Iterable[float], chain: Sequence[JointAxis]) -> list[float]:
     """Displacements [rad or m] in degrees and cm."""
-    factors = (float(unit_named(unit_of(factor)).factor) for factor in chain)
+    factors = (float(parse_unit(display_unit(factor)).factor) for factor in chain)
     return [float(value) / factor for value, factor in zip(values, factors, strict=True)]
 
 
@@ -36,34 +44,34 @@ def in_cm(position: Array) -> list[float]:
     return [float(part) / CM + 0.0 for part in position]
 
 
-def rounded(number: float, digits: int = 2) -> str:
+def format_rounded(number: float, digits: int = 2) -> str:
     """A number with a fixed count of decimals, without a minus before zero."""
     return f"{round(number, digits) + 0.0:.{digits}f}"
 
 
 def xyz_cm(position: Array) -> str:
     """A position [m] as a sentence tells it in cm: `(1.00, 2.00, 3.00) cm`."""
-    return f"({', '.join(map(rounded, in_cm(position)))}) cm"
+    return f"({', '.join(map(format_rounded, in_cm(position)))}) cm"
 
 
-LARGEST = 1e9
+MAX_COMPONENT = 1e9
 """Beyond it a component that a person gives is a slip; see `generator.units.Bound`."""
 
-Chains = Mapping[str, Sequence[Factor]]
+Chains = Mapping[str, Sequence[JointAxis]]
 
 
-def chains_of(figure: Figure, *, free_root: bool = False) -> Chains:
+def settable_chains(figure: Figure, *, free_root: bool = False) -> Chains:
     """The chains that values can be given for, by joint.
 
     With a free root those of the figure let go, in which joints named after the segments that fly
     stand for those to the ground.
     """
     if free_root:
-        figure, _ = let_go(figure, drawn_displacements(hang(figure)))
+        figure, _ = detach_root(figure, initial_displacements(build_tree(figure)))
     return {name: joint.chain for name, joint in figure.joints.items()}
 
 
-def displacements_given(
+def displacements_from_options(
     option: str, texts: Iterable[str], chains: Chains
 ) -> dict[str, tuple[float, ...]]:
     """What `JOINT=a,b,c` says, by joint [rad or m, or their rates]; degrees and cm are written.
@@ -77,24 +85,24 @@ def displacements_given(
         if not equals:
             raise UsageError(f"{option} {text}: expected JOINT=a,b,c")
         if name not in chains:
-            hint = nearest(name, chains)
+            hint = spelling_hint(name, chains)
             raise UsageError(f"{option} {text}: the figure has no joint `{name}`; {hint}")
         if name in given:
             raise UsageError(f"{option} {text}: `{name}` was given before")
         parts, chain = values.split(","), chains[name]
         if len(parts) != len(chain):
-            units = ",".join(map(unit_of, chain))
+            units = ",".join(map(display_unit, chain))
             raise UsageError(
                 f"{option} {text}: `{name}` takes {len(chain)} values ({units}), not {len(parts)}"
             )
         given[name] = tuple(
-            _meant(option, text, part.strip(), factor)
+            _displacement_value(option, text, part.strip(), factor)
             for part, factor in zip(parts, chain, strict=True)
         )
     return given
 
 
-def vector_given(option: str, text: str, largest: float = LARGEST) -> Vector:
+def vector_from_option(option: str, text: str, largest: float = MAX_COMPONENT) -> Vector:
     """What `X,Y,Z` says. Raises UsageError unless it is three numbers, none beyond `largest`."""
     try:
         x, y, z = (float(part) for part in text.split(","))
@@ -107,42 +115,42 @@ def vector_given(option: str, text: str, largest: float = LARGEST) -> Vector:
     return x, y, z
 
 
-def _meant(option: str, text: str, part: str, factor: Factor) -> float:
+def _displacement_value(option: str, text: str, part: str, factor: JointAxis) -> float:
     try:
-        value = meant_number(part, unit_of(factor))
+        value = parse_displacement(part, display_unit(factor))
     except (ValueError, OverflowError):
         raise UsageError(f"{option} {text}: `{part}` is no finite number") from None
-    bound = bound_of(factor)
-    if not bound.holds(value):
-        raise UsageError(f"{option} {text}: `{part}` is beyond {bound.said}")
+    bound = displacement_bound(factor)
+    if not bound.contains(value):
+        raise UsageError(f"{option} {text}: `{part}` is beyond {bound.text}")
     return value
 
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?)\s*(.*?)\s*")
 
-LEAST_DENSITY = 1e-6
+MIN_DENSITY = 1e-6
 """Below it a density that a person gives is a slip [kg/m3]."""
 
 
-def density_given(option: str, text: str) -> float:
+def density_from_option(option: str, text: str) -> float:
     """The density [kg/m3] that `1.05g/cm3` says; its unit must stand there. Raises UsageError."""
-    density = _given(option, text, Dimension.DENSITY, "1.05g/cm3")
-    if not density >= LEAST_DENSITY:
-        raise UsageError(f"{option} {text}: a density is at least {LEAST_DENSITY:g} kg/m3")
+    density = _quantity_from_option(option, text, Dimension.DENSITY, "1.05g/cm3")
+    if not density >= MIN_DENSITY:
+        raise UsageError(f"{option} {text}: a density is at least {MIN_DENSITY:g} kg/m3")
     return density
 
 
-def length_given(option: str, text: str) -> float:
+def length_from_option(option: str, text: str) -> float:
     """The length [m] that `1cm` says; zero alone needs no unit. Raises UsageError."""
-    return _given(option, text, Dimension.LENGTH, "1cm")
+    return _quantity_from_option(option, text, Dimension.LENGTH, "1cm")
 
 
-def length_unit_given(option: str, text: str) -> Fraction:
+def length_unit_from_option(option: str, text: str) -> Fraction:
     """The length [m] that a unit such as `mm` names. Raises UsageError."""
-    return _factor(option, text, text, Dimension.LENGTH)
+    return _unit_factor(option, text, text, Dimension.LENGTH)
 
 
-def _given(option: str, text: str, dimension: Dimension, example: str) -> float:
+def _quantity_from_option(option: str, text: str, dimension: Dimension, example: str) -> float:
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise UsageError(f"{option} {text}: expected {dimension.value} such as {example}")
@@ -150,25 +158,27 @@ def _given(option: str, text: str, dimension: Dimension, example: str) -> float:
     if not unit:
         if float(number) == 0.0:
             return 0.0
-        raise UsageError(f"{option} {text}: the unit is missing; give one of {EXAMPLES[dimension]}")
-    bound = BOUNDS[dimension]
+        raise UsageError(
+            f"{option} {text}: the unit is missing; give one of {UNIT_EXAMPLES[dimension]}"
+        )
+    bound = INPUT_BOUNDS[dimension]
     try:
-        value = converted(number, _factor(option, text, unit, dimension))
+        value = convert_to_si(number, _unit_factor(option, text, unit, dimension))
     except OverflowError:
         value = float("inf")
-    if not bound.holds(value):
+    if not bound.contains(value):
         raise UsageError(f"{option} {text}: {bound}")
     return value
 
 
-def _factor(option: str, text: str, unit: str, dimension: Dimension) -> Fraction:
+def _unit_factor(option: str, text: str, unit: str, dimension: Dimension) -> Fraction:
     try:
-        named = unit_named(unit)
+        named = parse_unit(unit)
     except UnitError as failure:
         raise UsageError(f"{option} {text}: {failure}; {failure.hint}") from None
-    if named.powers != POWERS[dimension]:
+    if named.powers != DIMENSION_POWERS[dimension]:
         raise UsageError(
             f"{option} {text}: `{unit}` is no unit of {dimension.value}; "
-            f"give one of {EXAMPLES[dimension]}"
+            f"give one of {UNIT_EXAMPLES[dimension]}"
         )
     return named.factor

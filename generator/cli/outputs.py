@@ -13,22 +13,22 @@ from os.path import realpath
 from pathlib import Path
 
 from generator.cli.answer import UsageError
-from generator.diagnostics import Fault, InputError, MoverError, error
+from generator.diagnostics import Diagnostic, InputError, MoverError, error
 from generator.losses import Losses
-from generator.motion_files import Clip, UnknownFormatError, format_of
-from generator.text_io import reason_of, why_not_writable, write_whole
+from generator.motion_files import FigureMotion, UnknownMotionFormatError, motion_writer
+from generator.text_io import os_error_reason, unwritable_reason, write_atomic
 
 
-def insist_writable(
+def check_writable(
     paths: Iterable[Path], inputs: Iterable[str | Path | None], reader: str = "command"
 ) -> None:
     """Raise InputError for files that cannot be written, or that the command reads as well."""
     read = {realpath(path) for path in inputs if path is not None}
     reasons = [
-        (path, f"the {reader} reads it" if realpath(path) in read else why_not_writable(path))
+        (path, f"the {reader} reads it" if realpath(path) in read else unwritable_reason(path))
         for path in paths
     ]
-    faults = [unwritable(path, reason) for path, reason in reasons if reason is not None]
+    faults = [unwritable_file_error(path, reason) for path, reason in reasons if reason is not None]
     if faults:
         raise InputError(faults)
 
@@ -36,31 +36,31 @@ def insist_writable(
 def write_text(path: Path, text: str) -> None:
     """Write a file whole or not at all. Raises InputError when it cannot be written."""
     try:
-        write_whole(path, text)
+        write_atomic(path, text)
     except OSError as failure:
-        raise InputError((unwritable(path, reason_of(failure)),)) from None
+        raise InputError((unwritable_file_error(path, os_error_reason(failure)),)) from None
 
 
-def unwritable(path: Path, reason: str) -> Fault:
+def unwritable_file_error(path: Path, reason: str) -> Diagnostic:
     """The fault of a file that cannot be written."""
     return error(f"`{path}` cannot be written: {reason}")
 
 
-Written = Mapping[Path, Losses]
+LossesByPath = Mapping[Path, Losses]
 """What the files that were written do not hold."""
 
 
-def insist_on_formats(paths: Sequence[Path]) -> None:
+def check_motion_formats(paths: Sequence[Path]) -> None:
     """Raise UsageError for a suffix that names no format of motions, and for a file given twice."""
     for path in paths:
         try:
-            format_of(path)
-        except UnknownFormatError as failure:
+            motion_writer(path)
+        except UnknownMotionFormatError as failure:
             raise UsageError(str(failure)) from None
-    insist_distinct(paths)
+    check_distinct_paths(paths)
 
 
-def insist_distinct(paths: Sequence[Path]) -> None:
+def check_distinct_paths(paths: Sequence[Path]) -> None:
     """Raise UsageError for one file given twice."""
     targets: set[str] = set()
     for path in paths:
@@ -69,7 +69,7 @@ def insist_distinct(paths: Sequence[Path]) -> None:
         targets.add(realpath(path))
 
 
-def write_motion(clip: Clip, paths: Sequence[Path]) -> Written:
+def write_motion(clip: FigureMotion, paths: Sequence[Path]) -> LossesByPath:
     """Write a motion to files, each in the format of its suffix.
 
     Raises:
@@ -79,34 +79,34 @@ def write_motion(clip: Clip, paths: Sequence[Path]) -> Written:
     written: dict[Path, Losses] = {}
     for path in paths:
         try:
-            written[path] = format_of(path)(clip, path)
+            written[path] = motion_writer(path)(clip, path)
         except OSError as failure:
-            raise InputError((unwritable(path, reason_of(failure)),)) from None
+            raise InputError((unwritable_file_error(path, os_error_reason(failure)),)) from None
         except ValueError as failure:
             raise MoverError(f"`{path}` cannot be written: {failure}") from None
     return written
 
 
-def losses_text(written: Written) -> str:
+def losses_text(written: LossesByPath) -> str:
     """What the files do not hold, for people; empty where nothing is to be said."""
     parts = [
-        "\n".join([f"not in {path}:", *(f"  {loss}" for loss in losses.each)])
+        "\n".join([f"not in {path}:", *(f"  {loss}" for loss in losses.entries)])
         for path, losses in written.items()
-        if losses.each
+        if losses.entries
     ]
     return "\n".join(parts)
 
 
-def losses_data(written: Written) -> dict[str, object]:
+def losses_data(written: LossesByPath) -> dict[str, object]:
     """What the files do not hold, for `--json`, by file."""
-    return {str(path): losses.as_data() for path, losses in written.items()}
+    return {str(path): losses.to_json() for path, losses in written.items()}
 
 
-Writer = Callable[[Path], Losses]
+OutputWriter = Callable[[Path], Losses]
 """Writes a file, or a folder of files, to a path, and tells what was lost."""
 
 
-def write_together(writers: Sequence[tuple[Path, Writer]]) -> Written:
+def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByPath:
     """Write files, and folders of files, when all of them can be.
 
     Each is made beside its place under a hidden name (`.NAME.xxxxxxxx.part`), and none takes its
@@ -121,26 +121,28 @@ def write_together(writers: Sequence[tuple[Path, Writer]]) -> Written:
     try:
         written: dict[Path, Losses] = {}
         for path, write in writers:
-            parts[path] = _part_of(path)
+            parts[path] = _temporary_path(path)
             try:
                 written[path] = write(parts[path])
             except OSError as failure:
-                raise InputError((unwritable(path, reason_of(failure)),)) from None
+                raise InputError((unwritable_file_error(path, os_error_reason(failure)),)) from None
             except ValueError as failure:
                 raise MoverError(f"`{path}` cannot be written: {failure}") from None
         blocked = [path for path, part in parts.items() if part.is_dir() and _is_file(path)]
         if blocked:
-            raise InputError([unwritable(path, "it is no directory") for path in blocked])
-        files = [file for path, part in parts.items() for file in _files(path, part)]
-        insist_writable([target for target, _ in files if target.parent.exists()], ())
-        _put(files)
+            raise InputError(
+                [unwritable_file_error(path, "it is no directory") for path in blocked]
+            )
+        files = [file for path, part in parts.items() for file in _output_files(path, part)]
+        check_writable([target for target, _ in files if target.parent.exists()], ())
+        _move_into_place(files)
     finally:
         for part in parts.values():
             _remove(part)
     return written
 
 
-def _part_of(path: Path) -> Path:
+def _temporary_path(path: Path) -> Path:
     """Where the output is made: in the folder where it will stand, links followed."""
     target = Path(realpath(path))
     return target.with_name(f".{target.name[:50]}.{secrets.token_hex(4)}.part")
@@ -150,7 +152,7 @@ def _is_file(path: Path) -> bool:
     return path.exists() and not path.is_dir()
 
 
-def _files(path: Path, part: Path) -> Iterator[tuple[Path, Path]]:
+def _output_files(path: Path, part: Path) -> Iterator[tuple[Path, Path]]:
     """The files of an output: where each will stand, and where it was made."""
     if part.is_dir():
         yield from ((path / made.name, made) for made in sorted(part.iterdir()))
@@ -158,20 +160,23 @@ def _files(path: Path, part: Path) -> Iterator[tuple[Path, Path]]:
         yield path, part
 
 
-def written_before(files: Iterable[Path]) -> Iterator[Fault]:
+def already_written_errors(files: Iterable[Path]) -> Iterator[Diagnostic]:
     """What is said of files that were written before one that could not be."""
     yield from (error(f"`{file}` was written before and is complete") for file in files)
 
 
-def _put(files: Sequence[tuple[Path, Path]]) -> None:
+def _move_into_place(files: Sequence[tuple[Path, Path]]) -> None:
     done: list[Path] = []
     for target, made in files:
         try:
             target.parent.mkdir(exist_ok=True)
-            write_whole(target, made.read_bytes())
+            write_atomic(target, made.read_bytes())
         except OSError as failure:
             raise InputError(
-                [unwritable(target, reason_of(failure)), *written_before(done)]
+                [
+                    unwritable_file_error(target, os_error_reason(failure)),
+                    *already_written_errors(done),
+                ]
             ) from None
         done.append(target)
 

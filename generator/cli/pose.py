@@ -4,21 +4,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from generator.cli.answer import Answer, UsageError, aligned, counted
-from generator.cli.inputs import figure_of, placement_asked
-from generator.cli.options import in_cm, in_units, rounded
-from generator.cli.outputs import insist_writable, write_text
+from generator.cli.answer import CommandResult, UsageError, format_count, format_table
+from generator.cli.inputs import load_figure, placement_from_options
+from generator.cli.options import format_rounded, in_cm, in_display_units
+from generator.cli.outputs import check_writable, write_text
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.figure_file.write import write_figure, write_pose
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.placement import Placement
-from generator.motion_files.action import unit_of
+from generator.motion_files.action import display_unit
 
 
 def pose(
     name: str, file: Path | None = None, sets: Sequence[str] = (), output: Path | None = None
-) -> Answer:
+) -> CommandResult:
     """Displacements of all joints and positions of all sites of the figure that `name` means.
 
     Args:
@@ -35,21 +35,21 @@ def pose(
     if output is not None and output.suffix.lower() not in (POSE_SUFFIX, FIGURE_SUFFIX):
         said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
         raise UsageError(f"{output}: {said}; known are {POSE_SUFFIX}, {FIGURE_SUFFIX}")
-    figure, warnings = figure_of(name)
-    placement, more = placement_asked(figure, file, sets)
+    figure, warnings = load_figure(name)
+    placement, more = placement_from_options(figure, file, sets)
     files = [] if output is None else [output]
-    insist_writable(files, (figure.path, file))
+    check_writable(files, (figure.path, file))
     for path in files:
-        write_text(path, _written(placement, path))
+        write_text(path, _format_output(placement, path))
     texts = [_title(name, figure), _joints(placement), _sites(placement)]
-    return Answer(
+    return CommandResult(
         text="\n\n".join([*texts, *(f"wrote {path}" for path in files)]),
         data={"figure": name, **_data(placement), "files": [str(path) for path in files]},
-        faults=(*warnings, *more),
+        diagnostics=(*warnings, *more),
     )
 
 
-def _written(placement: Placement, path: Path) -> str:
+def _format_output(placement: Placement, path: Path) -> str:
     """The text of a file of this suffix."""
     figure = placement.tree.figure
     rows = {
@@ -65,24 +65,26 @@ def _written(placement: Placement, path: Path) -> str:
 
 def _title(name: str, figure: Figure) -> str:
     freedoms, joints = figure.degrees_of_freedom, len(figure.joints)
-    return f"{name}: {counted(freedoms, 'displacement')} of {counted(joints, 'joint')}"
+    return f"{name}: {format_count(freedoms, 'displacement')} of {format_count(joints, 'joint')}"
 
 
 def _joints(placement: Placement) -> str:
     rows = [["joint", "displacement"]]
     for name, joint in placement.tree.figure.joints.items():
-        values = in_units(placement.displacements[name], joint.chain)
+        values = in_display_units(placement.displacements[name], joint.chain)
         shown = zip(values, joint.chain, strict=True)
-        cells = [f"{rounded(value, 4)} {unit_of(factor)}" for value, factor in shown]
+        cells = [f"{format_rounded(value, 4)} {display_unit(factor)}" for value, factor in shown]
         rows.append([name, *(cells or ["fixed"])])
-    return aligned(rows)
+    return format_table(rows)
 
 
 def _sites(placement: Placement) -> str:
     rows = [["site in the world", "x [cm]", "y [cm]", "z [cm]"]]
     for segment, sites in _positions(placement).items():
-        rows += [[f"{segment}.{site}", *map(rounded, where)] for site, where in sites.items()]
-    return aligned(rows)
+        rows += [
+            [f"{segment}.{site}", *map(format_rounded, where)] for site, where in sites.items()
+        ]
+    return format_table(rows)
 
 
 def _positions(placement: Placement) -> dict[str, dict[str, list[float]]]:
@@ -102,8 +104,8 @@ def _data(placement: Placement) -> dict[str, object]:
         "joints": [
             {
                 "name": name,
-                "displacement": in_units(placement.displacements[name], joint.chain),
-                "units": [unit_of(factor) for factor in joint.chain],
+                "displacement": in_display_units(placement.displacements[name], joint.chain),
+                "units": [display_unit(factor) for factor in joint.chain],
             }
             for name, joint in placement.tree.figure.joints.items()
         ],

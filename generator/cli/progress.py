@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def interrupted_at_a_frame() -> Generator[Callable[[], None]]:
+def defer_interrupt() -> Generator[Callable[[], None]]:
     """Hold Ctrl-C back; a second one acts at once.
 
     Yields what raises KeyboardInterrupt if there was a first: a run calls it where it can stop.
@@ -46,14 +46,14 @@ def interrupted_at_a_frame() -> Generator[Callable[[], None]]:
         signal.signal(signal.SIGINT, before)
 
 
-Done: TypeAlias = Callable[[str], None]
+ItemCallback: TypeAlias = Callable[[str], None]
 """Told the name of each piece of work when it is done."""
 
-Progress: TypeAlias = Callable[[int, str], AbstractContextManager[Done]]
+ItemMonitor: TypeAlias = Callable[[int, str], AbstractContextManager[ItemCallback]]
 """Opens what is told of a number of pieces of work, called by a noun: `progress(17, "plates")`."""
 
 
-def unshown(total: int, noun: str) -> AbstractContextManager[Done]:
+def no_item_monitor(total: int, noun: str) -> AbstractContextManager[ItemCallback]:
     """Shows nothing."""
     del total, noun
     return nullcontext(_ignore)
@@ -103,7 +103,7 @@ def progress_bar(start: float, stop: float) -> Generator[Callable[["Reached"], N
 
 
 @contextmanager
-def counting_bar(total: int, noun: str) -> Generator[Callable[[str], None]]:
+def item_progress_bar(total: int, noun: str) -> Generator[Callable[[str], None]]:
     """A bar on the standard error stream for `total` pieces of work, wiped away at the end.
 
     It shows how many are done and which was the last. Yields what must be told the name of each.

@@ -7,20 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.cli.answer import Answer, UsageError, aligned
-from generator.cli.inputs import figure_of
-from generator.cli.options import in_units, rounded
-from generator.cli.outputs import insist_writable, write_text
+from generator.cli.answer import CommandResult, UsageError, format_table
+from generator.cli.inputs import load_figure
+from generator.cli.options import format_rounded, in_display_units
+from generator.cli.outputs import check_writable, write_text
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.shoulder import Jump, ShoulderAngles, ShoulderError, Side, jumps_near
 from generator.kinematics.shoulder_pose import ArmPose, pose_arm
 from generator.kinematics.shoulder_rhythm import RHYTHMS, ShoulderRhythm
-from generator.rotations import wrapped
-from generator.units import BOUNDS, Dimension
+from generator.rotations import wrap_angle
+from generator.units import INPUT_BOUNDS, Dimension
 
-_EQUATIONS = {
+_ANGLE_DESCRIPTIONS = {
     "clavicle_elevation": "upwards",
     "clavicle_abduction": "forwards",
     "humerus_elevation": "on the clavicle, as printed (eq. 5.47)",
@@ -37,7 +37,7 @@ def shoulder(
     longitude: float,
     rhythm: str,
     output: Path | None = None,
-) -> Answer:
+) -> CommandResult:
     """Position one arm of the figure that `name` means.
 
     Args:
@@ -56,14 +56,14 @@ def shoulder(
     for option, value in (("--latitude", latitude), ("--longitude", longitude)):
         if not isfinite(value):
             raise UsageError(f"{option} {value}: the number must be finite")
-        if not (bound := BOUNDS[Dimension.ANGLE]).holds(radians(value)):
+        if not (bound := INPUT_BOUNDS[Dimension.ANGLE]).contains(radians(value)):
             raise UsageError(f"{option} {value:g}: {bound}")
     if not 0.0 <= latitude <= 180.0:
         raise UsageError(f"--latitude {latitude:g}: it is between 0, overhead, and 180, hanging")
-    insist_on_pose_file(output)
-    figure, warnings = figure_of(name)
+    check_pose_output(output)
+    figure, warnings = load_figure(name)
     files = [] if output is None else [output]
-    insist_writable(files, (figure.path,))
+    check_writable(files, (figure.path,))
     follows = RHYTHMS[rhythm]
     where = radians(latitude), radians(longitude)
     try:
@@ -74,10 +74,10 @@ def shoulder(
     for path in files:
         write_text(path, write_pose(figure, {k: list(v) for k, v in pose.displacements.items()}))
     head = f"{name}, {side} arm, elbow at latitude {latitude:g} deg, longitude {longitude:g} deg"
-    return Answer(
+    return CommandResult(
         text="\n\n".join(
             [head, _angles_text(pose.angles), _pose_text(figure, pose)]
-            + ([_near_text(near)] if near else [])
+            + ([_jumps_text(near)] if near else [])
             + [_rhythm_text(figure, side, follows), *(f"wrote {path}" for path in files)]
         ),
         data={
@@ -89,7 +89,7 @@ def shoulder(
             "angles_deg": _angles(pose.angles),
             "displacements": _displacements(figure, pose),
             "elbow_error_deg": degrees(pose.elbow_error),
-            "printed_miss_deg": degrees(pose.printed_miss),
+            "printed_miss_deg": degrees(pose.printed_angle_error),
             "near": [
                 {
                     "angle": jump.angle,
@@ -102,11 +102,11 @@ def shoulder(
             "references": [str(reference) for reference in follows.references],
             "files": [str(path) for path in files],
         },
-        faults=warnings,
+        diagnostics=warnings,
     )
 
 
-def insist_on_pose_file(output: Path | None) -> None:
+def check_pose_output(output: Path | None) -> None:
     """Raise UsageError for a file that is to hold a pose and has another suffix."""
     if output is not None and output.suffix.lower() != POSE_SUFFIX:
         said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
@@ -116,13 +116,13 @@ def insist_on_pose_file(output: Path | None) -> None:
 def _angles(angles: ShoulderAngles) -> dict[str, float]:
     """The angles by name [deg], the twist within half a turn of zero."""
     values = {one.name: np.asarray(getattr(angles, one.name)) for one in fields(angles)}
-    values["twist"] = wrapped(values["twist"])
+    values["twist"] = wrap_angle(values["twist"])
     return {name: degrees(float(value)) for name, value in values.items()}
 
 
 def _displacements(figure: Figure, pose: ArmPose) -> dict[str, list[float]]:
     return {
-        name: in_units(values, figure.joints[name].chain)
+        name: in_display_units(values, figure.joints[name].chain)
         for name, values in pose.displacements.items()
     }
 
@@ -130,32 +130,32 @@ def _displacements(figure: Figure, pose: ArmPose) -> dict[str, list[float]]:
 def _angles_text(angles: ShoulderAngles) -> str:
     rows = [["angle", "", "[deg]"]]
     rows += [
-        [name.replace("_", " "), _EQUATIONS[name], rounded(value, 3)]
+        [name.replace("_", " "), _ANGLE_DESCRIPTIONS[name], format_rounded(value, 3)]
         for name, value in _angles(angles).items()
     ]
-    return aligned(rows, left=2)
+    return format_table(rows, left_columns=2)
 
 
 def _pose_text(figure: Figure, pose: ArmPose) -> str:
     rows = [["joint", "displacement [deg]"]]
     rows += [
-        [name, ",".join(rounded(value, 3) for value in values)]
+        [name, ",".join(format_rounded(value, 3) for value in values)]
         for name, values in _displacements(figure, pose).items()
     ]
     lines = [
-        aligned(rows),
+        format_table(rows),
         f"The elbow of the figure is {degrees(pose.elbow_error):.1g} deg from where it was asked "
         f"for; with the humerus angles as printed it would miss by "
-        f"{degrees(pose.printed_miss):.1f} deg.",
+        f"{degrees(pose.printed_angle_error):.1f} deg.",
     ]
     return "\n".join(lines)
 
 
-def _near_text(near: Sequence[Jump]) -> str:
+def _jumps_text(jumps: Sequence[Jump]) -> str:
     lines = [
         f"  {jump.angle.replace('_', ' ')} jumps by {degrees(jump.size):.3g} deg, "
         f"{degrees(jump.distance):.2g} deg away, at {jump.place}"
-        for jump in near
+        for jump in jumps
     ]
     return "\n".join(["Near a jump, where a small motion of the arm is a large one:", *lines])
 

@@ -14,48 +14,53 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from generator.cli.answer import Answer, ExitCode, UsageError, aligned, finite
-from generator.cli.inputs import figure_of, insist_on_motion, springs_of, start_of
-from generator.cli.options import chains_of, displacements_given, vector_given
+from generator.cli.answer import CommandResult, ExitCode, UsageError, finite_or_none, format_table
+from generator.cli.inputs import (
+    load_figure,
+    require_simulatable,
+    springs_from_option,
+    start_displacements_from_options,
+)
+from generator.cli.options import displacements_from_options, settable_chains, vector_from_option
 from generator.cli.outputs import (
-    insist_on_formats,
-    insist_writable,
+    check_motion_formats,
+    check_writable,
     losses_data,
     losses_text,
     write_motion,
 )
-from generator.cli.progress import interrupted_at_a_frame
-from generator.diagnostics import Fault, InputError, errors_among, nearest
+from generator.cli.progress import defer_interrupt
+from generator.diagnostics import Diagnostic, InputError, select_errors, spelling_hint
 from generator.drive import Drive
 from generator.figure import Figure
-from generator.input_files.loads import examine_loads
-from generator.kinematics.links import Links, examine_links
-from generator.kinematics.placement import Displacements, drawn_displacements
-from generator.kinematics.prescribed import Prescribed, PrescriptionError
-from generator.kinematics.tree import hang
-from generator.motion_files import clip_of_recording
-from generator.motion_files.drives import drives_with_warnings
+from generator.input_files.loads import parse_loads_file
+from generator.kinematics.links import Links, parse_links_file
+from generator.kinematics.placement import Displacements, initial_displacements
+from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
+from generator.kinematics.tree import build_tree
+from generator.motion_files import motion_from_recording
+from generator.motion_files.drives import read_drives_with_warnings
 from generator.recording import ENERGY_KINDS, Recording
-from generator.simulation.import_exudyn import open_exudyn
+from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 from springs import Joining
 
 if TYPE_CHECKING:
     from generator.simulation.run import Progress
 
-_SAME = 1e-9
+_AGREEMENT_TOLERANCE = 1e-9
 """Largest difference of displacements that count as one [rad or m]."""
 
 
 @dataclass(frozen=True)
-class Holding:
+class KinematicConstraints:
     """Links, locked joints and drives of a run."""
 
     links: Links = field(default_factory=Links)
     locked: tuple[str, ...] = ()
     drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
 
-    def insist_on(
+    def check_consistency(
         self,
         figure: Figure,
         sets: Sequence[str],
@@ -77,61 +82,65 @@ class Holding:
             UsageError: they do; or a joint is locked that cannot be.
             PrescriptionError: the links or the drives by themselves cannot be held.
         """
-        tree = hang(figure)
-        given = displacements_given("--set", sets, chains_of(figure))
-        Prescribed(tree, self.links, {}, {})
-        Prescribed(tree, Links(), {}, self.drives)
+        tree = build_tree(figure)
+        given = displacements_from_options("--set", sets, settable_chains(figure))
+        PrescribedMotion(tree, self.links, {}, {})
+        PrescribedMotion(tree, Links(), {}, self.drives)
         asked: Displacements = {
-            **drawn_displacements(tree),
+            **initial_displacements(tree),
             **{name: np.array(values) for name, values in given.items()},
         }
         locked = {name: asked[name] for name in self.locked}
         try:
-            prescribed = Prescribed(tree, self.links, locked, self.drives)
+            prescribed = PrescribedMotion(tree, self.links, locked, self.drives)
         except PrescriptionError as failure:
             raise UsageError(str(failure)) from None
-        put = prescribed.displacements(asked, start)
+        put = prescribed.impose_displacements(asked, start)
         for name in given:
             if not all(
-                isclose(one, other, rel_tol=_SAME, abs_tol=_SAME)
+                isclose(one, other, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE)
                 for one, other in zip(asked[name], put[name], strict=True)
             ):
                 raise UsageError(
                     f"--set {name}: the joint is linked or driven, and starts elsewhere"
                 )
-        chains = chains_of(figure, free_root=free_root)
+        chains = settable_chains(figure, free_root=free_root)
         for name in sorted(prescribed.held - chains.keys()):
             raise UsageError(
                 f"--free-root lets the figure go from the ground, to which joint {name} holds it: "
                 "it cannot be locked, linked or driven"
             )
-        _insist_on_rates(prescribed, displacements_given("--velocity", velocities, chains), start)
+        _check_rates(
+            prescribed, displacements_from_options("--velocity", velocities, chains), start
+        )
 
 
-def _insist_on_rates(
-    prescribed: Prescribed, given: Mapping[str, Sequence[float]], start: float
+def _check_rates(
+    prescribed: PrescribedMotion, velocities: Mapping[str, Sequence[float]], start: float
 ) -> None:
     """Raise UsageError for velocities other than what is prescribed at the start [s]."""
     asked = {
-        name: np.array(given.get(name, np.zeros(joint.degrees_of_freedom)), dtype=float)
+        name: np.array(velocities.get(name, np.zeros(joint.degrees_of_freedom)), dtype=float)
         for name, joint in prescribed.tree.figure.joints.items()
     }
-    put = prescribed.rates(asked, start)
-    for name in given.keys() & asked.keys():
-        if not np.allclose(asked[name], put[name], rtol=_SAME, atol=_SAME):
+    put = prescribed.impose_rates(asked, start)
+    for name in velocities.keys() & asked.keys():
+        if not np.allclose(
+            asked[name], put[name], rtol=_AGREEMENT_TOLERANCE, atol=_AGREEMENT_TOLERANCE
+        ):
             raise UsageError(
                 f"--velocity {name}: the joint is locked, linked or driven, and starts with "
                 "another velocity"
             )
 
 
-def holding_of(
+def constraints_from_options(
     figure: Figure,
     links: Path | None,
     locks: Sequence[str],
     drive: Path | None = None,
     driven: Sequence[str] = (),
-) -> tuple[Holding, tuple[Fault, ...]]:
+) -> tuple[KinematicConstraints, tuple[Diagnostic, ...]]:
     """What the options say, with warnings.
 
     Args:
@@ -148,21 +157,21 @@ def holding_of(
     for option, names in (("--lock", locks), ("--driven", driven)):
         for name in names:
             if name not in figure.joints:
-                hint = nearest(name, figure.joints)
+                hint = spelling_hint(name, figure.joints)
                 raise UsageError(f"{option} {name}: the figure has no joint `{name}`; {hint}")
     if driven and drive is None:
         raise UsageError("--driven chooses joints of the --drive file, which is missing")
     read, faults = Links(), ()
     if links is not None:
-        reading = examine_links(links, figure)
+        reading = parse_links_file(links, figure)
         if reading.links is None:
             raise InputError(reading.faults)
         read, faults = reading.links, reading.faults
     drives: Mapping[str, Drive] = {}
     if drive is not None:
-        table = drives_with_warnings(drive, figure, driven)
+        table = read_drives_with_warnings(drive, figure, driven)
         drives, faults = table.drives, (*faults, *table.faults)
-    return Holding(read, tuple(dict.fromkeys(locks)), drives), faults
+    return KinematicConstraints(read, tuple(dict.fromkeys(locks)), drives), faults
 
 
 def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> dict[str, object]:
@@ -173,13 +182,13 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
         "outcome": outcome.ending.value,
         "message": outcome.message,
         "joint": outcome.joint,
-        "simulated_s": _simulated(recording),
+        "simulated_s": _simulated_time(recording),
         "wall_s": recording.wall_time,
         "build_s": recording.build_time,
         "steps": accuracy.steps,
         "step_s": accuracy.step,
         "tolerance_rad": accuracy.asked,
-        "error_estimate_rad": finite(accuracy.estimate),
+        "error_estimate_rad": finite_or_none(accuracy.estimate),
         "held_until_s": accuracy.held_until,
         "energy": {
             kind: {"first": first, "last": last} for kind, first, last in _energies(recording)
@@ -202,8 +211,8 @@ def summary_text(recording: Recording, files: Sequence[Path]) -> str:
     balance = recording.energy_balance
     kept = [float(balance[0]), float(balance[-1]), float(balance[-1] - balance[0])]
     energies.append(("sum less work", *(f"{value:.6g}" for value in kept)))
-    lines = [recording.outcome.message, _accuracy(recording), "", aligned(energies), ""]
-    lines.append(aligned(_figures(recording, files), left=2))
+    lines = [recording.outcome.message, _accuracy(recording), "", format_table(energies), ""]
+    lines.append(format_table(_run_statistics(recording, files), left_columns=2))
     return "\n".join(lines)
 
 
@@ -215,8 +224,8 @@ def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
     return f"{recording.outcome.message}; {kept} {'written' if files else 'simulated'}"
 
 
-def _figures(recording: Recording, files: Sequence[Path]) -> list[tuple[str, str]]:
-    simulated, wall = _simulated(recording), recording.wall_time
+def _run_statistics(recording: Recording, files: Sequence[Path]) -> list[tuple[str, str]]:
+    simulated, wall = _simulated_time(recording), recording.wall_time
     rate = f", {simulated / wall:.3g} x real time" if wall > 0.0 else ""
     accuracy = recording.accuracy
     rows = [
@@ -235,14 +244,14 @@ def _accuracy(recording: Recording) -> str:
     accuracy = recording.accuracy
     if accuracy.asked is None:
         return "error not estimated, since the step was fixed"
-    estimate, asked = finite(accuracy.estimate), f"{accuracy.asked:.1e} rad"
+    estimate, asked = finite_or_none(accuracy.estimate), f"{accuracy.asked:.1e} rad"
     if estimate is None:
         return f"error not estimated, since too few passes ended; {asked} was asked for"
     held = f"held until {accuracy.held_until:g} s"
     return f"estimated error {estimate:.1e} rad; {asked} was asked for and {held}"
 
 
-def _simulated(recording: Recording) -> float:
+def _simulated_time(recording: Recording) -> float:
     return float(recording.times[-1] - recording.times[0])
 
 
@@ -251,17 +260,17 @@ def _energies(recording: Recording) -> list[tuple[str, float, float]]:
     return [(kind, float(values[0]), float(values[-1])) for kind, values in rows]
 
 
-MOST_FRAMES = 1_000_000
+MAX_FRAMES = 1_000_000
 """A recording of more frames would fill the memory."""
 
 
-Watch = Callable[["Progress"], None]
+RunCallback = Callable[["Progress"], None]
 
-Watcher = Callable[[float, float], AbstractContextManager[Watch | None]]
+RunMonitor = Callable[[float, float], AbstractContextManager[RunCallback | None]]
 """Opens what is told the progress of a run from a start to a stop [s]."""
 
 
-def unwatched(start: float, stop: float) -> AbstractContextManager[None]:
+def no_run_monitor(start: float, stop: float) -> AbstractContextManager[None]:
     """Tells nobody."""
     del start, stop
     return nullcontext()
@@ -298,7 +307,7 @@ class Request:
     outputs: Sequence[Path] = ()
 
 
-def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
+def simulate(request: Request, watcher: RunMonitor = no_run_monitor) -> CommandResult:
     """Run what is asked for and write the files.
 
     Args:
@@ -310,18 +319,18 @@ def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
         InputError: the figure, its springs or loads are wrong, or a file cannot be written.
         MoverError: the figure cannot be built as asked.
     """
-    plan = _bare_plan(request)
-    insist_on_formats(request.outputs)
-    figure, warnings = figure_of(request.figure)
-    insist_on_motion(figure, warnings)
-    plan, more = _whole_plan(plan, request, figure)
+    plan = _plan_without_figure(request)
+    check_motion_formats(request.outputs)
+    figure, warnings = load_figure(request.figure)
+    require_simulatable(figure, warnings)
+    plan, more = _plan_for_figure(plan, request, figure)
     files = (request.loads, request.pose, request.links, request.drive)
     inputs = (figure.path, request.springs, *files)
-    insist_writable(request.outputs, inputs, reader="run")
-    open_exudyn()
+    check_writable(request.outputs, inputs, reader="run")
+    import_exudyn()
     from generator.simulation.run import simulate as run  # Exudyn takes its time
 
-    with interrupted_at_a_frame() as check, watcher(plan.start, plan.stop) as watch:
+    with defer_interrupt() as check, watcher(plan.start, plan.stop) as watch:
 
         def reached(progress: "Progress") -> None:
             if watch is not None:
@@ -329,22 +338,22 @@ def simulate(request: Request, watcher: Watcher = unwatched) -> Answer:
             check()
 
         recording = run(figure, plan, reached)
-        written = write_motion(clip_of_recording(recording, figure), request.outputs)
+        written = write_motion(motion_from_recording(recording, figure), request.outputs)
     lost = losses_text(written)
     failure = failure_text(recording, request.outputs)
-    return Answer(
+    return CommandResult(
         text="\n".join([summary_text(recording, request.outputs), *([lost] if lost else [])]),
         data={
             **summary_data(request.figure, recording, request.outputs),
             "losses": losses_data(written),
         },
-        faults=(*warnings, *more),
-        code=ExitCode.RUN_FAILED if failure else ExitCode.GOOD,
+        diagnostics=(*warnings, *more),
+        code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
     )
 
 
-def _bare_plan(request: Request) -> Plan:
+def _plan_without_figure(request: Request) -> Plan:
     """The part of the plan that needs no figure. Raises UsageError."""
     if request.step is not None and request.tolerance is not None:
         raise UsageError("--step fixes the step, so --tolerance has no meaning beside it")
@@ -361,43 +370,47 @@ def _bare_plan(request: Request) -> Plan:
         if not isfinite(value):
             raise UsageError(f"--{name.replace('_', '-')} {value}: the number must be finite")
     if request.gravity is not None:
-        given["gravity"] = vector_given("--gravity", request.gravity)
+        given["gravity"] = vector_from_option("--gravity", request.gravity)
     if request.law is not None:
         given["joining"] = Joining(request.law)
     try:
         plan = Plan(free_root=request.free_root, python_torques=request.python_torques, **given)
     except ValueError as failure:
         raise UsageError(str(failure)) from None
-    if (plan.stop - plan.start) / plan.frame > MOST_FRAMES:
+    if (plan.stop - plan.start) / plan.frame > MAX_FRAMES:
         raise UsageError(
-            f"the run would have more than {MOST_FRAMES:,} frames; "
+            f"the run would have more than {MAX_FRAMES:,} frames; "
             "use a longer --frame or an earlier --stop"
         )
     return plan
 
 
-def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tuple[Fault, ...]]:
+def _plan_for_figure(
+    plan: Plan, request: Request, figure: Figure
+) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """The plan with all that needs the figure, and warnings."""
-    springs, faults = springs_of(figure, request.springs, plan.joining)
+    springs, faults = springs_from_option(figure, request.springs, plan.joining)
     loads = ()
     if request.loads is not None:
-        reading = examine_loads(request.loads, figure)
-        if errors_among(reading.faults):
+        reading = parse_loads_file(request.loads, figure)
+        if select_errors(reading.faults):
             raise InputError((*faults, *reading.faults))
         loads, faults = reading.loads, (*faults, *reading.faults)
-    displacements, more = start_of(figure, request.pose, request.displacements)
-    holding, others = holding_of(
+    displacements, more = start_displacements_from_options(
+        figure, request.pose, request.displacements
+    )
+    holding, others = constraints_from_options(
         figure, request.links, request.locks, request.drive, request.driven
     )
-    plan = _over_the_drives(plan, request, holding)
-    holding.insist_on(
+    plan = _limit_to_drive_times(plan, request, holding)
+    holding.check_consistency(
         figure,
         request.displacements,
         plan.start,
         request.velocities,
         free_root=plan.free_root,
     )
-    whole = _replaced(
+    whole = _replace_plan(
         plan,
         links=holding.links,
         locked=holding.locked,
@@ -405,18 +418,18 @@ def _whole_plan(plan: Plan, request: Request, figure: Figure) -> tuple[Plan, tup
         springs=springs,
         loads=loads,
         displacements=displacements,
-        velocities=displacements_given(
-            "--velocity", request.velocities, chains_of(figure, free_root=plan.free_root)
+        velocities=displacements_from_options(
+            "--velocity", request.velocities, settable_chains(figure, free_root=plan.free_root)
         ),
     )
     return whole, (*faults, *more, *others)
 
 
-def _over_the_drives(plan: Plan, request: Request, holding: Holding) -> Plan:
+def _limit_to_drive_times(plan: Plan, request: Request, constraints: KinematicConstraints) -> Plan:
     """The plan from the first to the last time that all drives tell of, unless others are given."""
-    if not holding.drives:
+    if not constraints.drives:
         return plan
-    drives = holding.drives.values()
+    drives = constraints.drives.values()
     first, last = max(one.start for one in drives), min(one.stop for one in drives)
     start = first if request.start is None else plan.start
     stop = last if request.stop is None else plan.stop
@@ -424,10 +437,10 @@ def _over_the_drives(plan: Plan, request: Request, holding: Holding) -> Plan:
         raise UsageError(
             f"the run starts at {start:g} s, but the drives are from {first:g} s to {last:g} s"
         )
-    return _replaced(plan, start=start, stop=stop)
+    return _replace_plan(plan, start=start, stop=stop)
 
 
-def _replaced(plan: Plan, **changes: Any) -> Plan:
+def _replace_plan(plan: Plan, **changes: Any) -> Plan:
     """The plan with changes. Raises UsageError for a plan that there is not."""
     try:
         return replace(plan, **changes)

@@ -6,52 +6,54 @@ Springs in words and in data: each axis with its laws, and the laws over several
 from collections.abc import Iterator
 from math import degrees, exp
 
-from generator.cli.answer import finite
+from generator.cli.answer import finite_or_none
 from springs import AxisSpring, CoupledSpring, Cubic, Elastic, JointSprings, Linear, SpringSet, Stop
 from springs.coupled import CoupledExponential, CoupledTerm
-from springs.elastic import Range, measured_range
-from springs.exponential import Exponential, Term
-from springs.hysteresis import Directional
-from springs.interpolated import Table
+from springs.elastic import Range, valid_range
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
 from springs.joint import UNKNOWN_AXIS
 from springs.smooth_limit import SmoothLimit
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 
 
-def law_words(law: Elastic, *, slides: bool = False) -> str:
+def format_law(law: Elastic, *, translational: bool = False) -> str:
     """One line on a law; `a` is the angle in rad.
 
     Args:
         law: of an axis, or of a slide.
-        slides: whether its angle is a length [m].
+        translational: whether its angle is a length [m].
     """
-    unit = "N/m" if slides else "N m/rad"
+    unit = "N/m" if translational else "N m/rad"
     if isinstance(law, Cubic):
         c0, c1, c2, c3 = law.coefficients
         words = f"cubic {c0:g} {c1:+g} a {c2:+g} a^2 {c3:+g} a^3 N m, sense {law.sense:+d}"
-        zone = "none" if law.dead_zone is None else _range(*law.dead_zone, slides)
-        rest = f", rest {_shown(law.rest, slides)}" if law.rest else ""
+        zone = "none" if law.dead_zone is None else _format_range(*law.dead_zone, translational)
+        rest = f", rest {_format_displacement(law.rest, translational)}" if law.rest else ""
         return f"{words}, dead zone {zone}{rest}"
     if isinstance(law, Linear):
-        return f"linear {law.stiffness:g} {unit}, rest {_shown(law.rest, slides)}"
+        return (
+            f"linear {law.stiffness:g} {unit}, rest {_format_displacement(law.rest, translational)}"
+        )
     if isinstance(law, Stop):
-        return f"stops at {_range(law.lower, law.upper, slides)}, {law.stiffness:g} {unit}"
+        return f"stops at {_format_range(law.lower, law.upper, translational)}, {law.stiffness:g} {unit}"
     if isinstance(law, Exponential):
-        terms = " ".join(map(_term_words, law.terms))
-        return f"exponentials {law.constant:g} {terms} N m{_known(law.measured)}"
-    if isinstance(law, Table):
+        terms = " ".join(map(_format_term, law.terms))
+        return f"exponentials {law.constant:g} {terms} N m{_format_measured_range(law.valid_range)}"
+    if isinstance(law, Interpolated):
         (low, first), (high, last) = law.points[0], law.points[-1]
-        ends = f"{first + 0.0:.4g} N m at {_shown(low, slides)} to {last + 0.0:.4g} N m at"
-        return f"curve through {len(law.points)} points, {ends} {_shown(high, slides)}"
+        ends = f"{first + 0.0:.4g} N m at {_format_displacement(low, translational)} to {last + 0.0:.4g} N m at"
+        return f"curve through {len(law.points)} points, {ends} {_format_displacement(high, translational)}"
     if isinstance(law, SmoothLimit):
         below, above = law.lower_stiffness, law.upper_stiffness
-        grown = f"fully grown {_shown(law.transition, slides)} beyond"
-        zone = _range(law.lower, law.upper, slides)
-        return f"limits {zone}, {below:.4g} and {above:.4g} {unit}, {grown}{_known(law.measured)}"
-    if isinstance(law, Scaled):
-        return f"{law_words(law.law, slides=slides)}{_changes(law, slides)}"
-    if isinstance(law, Directional):
-        return _directional_words(law, slides)
+        grown = f"fully grown {_format_displacement(law.transition, translational)} beyond"
+        zone = _format_range(law.lower, law.upper, translational)
+        return f"limits {zone}, {below:.4g} and {above:.4g} {unit}, {grown}{_format_measured_range(law.valid_range)}"
+    if isinstance(law, Transformed):
+        return f"{format_law(law.law, translational=translational)}{_format_transform(law, translational)}"
+    if isinstance(law, Hysteresis):
+        return _format_directional(law, translational)
     return repr(law)
 
 
@@ -62,7 +64,7 @@ def law_data(law: Elastic) -> dict[str, object]:
             "law": "cubic",
             "coefficients": list(law.coefficients),
             "sense": law.sense,
-            "dead_zone_deg": _degrees(law.dead_zone),
+            "dead_zone_deg": _range_in_degrees(law.dead_zone),
             "rest_deg": degrees(law.rest),
         }
     if isinstance(law, Linear):
@@ -75,7 +77,7 @@ def law_data(law: Elastic) -> dict[str, object]:
             "stiffness": law.stiffness,
             "onset": law.onset,
         }
-    if isinstance(law, Scaled):
+    if isinstance(law, Transformed):
         return {
             "law": "scaled",
             "of": law_data(law.law),
@@ -83,7 +85,7 @@ def law_data(law: Elastic) -> dict[str, object]:
             "offset_deg": degrees(law.offset),
             "constant_Nm": law.constant,
         }
-    return {**_measured_law_data(law), "measured_deg": _degrees(measured_range(law))}
+    return {**_measured_law_data(law), "measured_deg": _range_in_degrees(valid_range(law))}
 
 
 def _measured_law_data(law: Elastic) -> dict[str, object]:
@@ -94,7 +96,7 @@ def _measured_law_data(law: Elastic) -> dict[str, object]:
             for t in law.terms
         ]
         return {"law": "exponentials", "terms": terms, "constant_Nm": law.constant}
-    if isinstance(law, Table):
+    if isinstance(law, Interpolated):
         points = [[degrees(angle), torque] for angle, torque in law.points]
         return {"law": "points", "points_deg_Nm": points}
     if isinstance(law, SmoothLimit):
@@ -104,7 +106,7 @@ def _measured_law_data(law: Elastic) -> dict[str, object]:
             "limit_stiffness_Nm_rad": [law.lower_stiffness, law.upper_stiffness],
             "transition_deg": degrees(law.transition),
         }
-    if isinstance(law, Directional):
+    if isinstance(law, Hysteresis):
         return {
             "law": "directional",
             "increasing": law_data(law.increasing),
@@ -114,24 +116,24 @@ def _measured_law_data(law: Elastic) -> dict[str, object]:
     return {"law": repr(law)}
 
 
-def coupled_lines(law: CoupledExponential) -> Iterator[str]:
+def coupled_law_lines(law: CoupledExponential) -> Iterator[str]:
     """A law over several joints: a line a torque, and one on its range and its energy."""
-    letters = _letters(law.coordinates)
+    letters = _coordinate_symbols(law.coordinates)
     for i, name in enumerate(law.coordinates):
-        terms = [_coupled_term_words(t, i, letters) for t in law.terms if t.amplitudes[i] != 0.0]
+        terms = [_format_coupled_term(t, i, letters) for t in law.terms if t.amplitudes[i] != 0.0]
         yield f"{name}: {' '.join([f'{law.constants[i]:g}', *terms])} N m"
     angles = ", ".join(f"{a} {name}" for a, name in zip(letters, law.coordinates, strict=True))
     energy = "conservative" if law.is_conservative else "not conservative"
     known = [
-        f"{name} {_range(*one, False)}"
-        for name, one in zip(law.coordinates, law.measured, strict=True)
+        f"{name} {_format_range(*one, False)}"
+        for name, one in zip(law.coordinates, law.valid_ranges, strict=True)
         if one is not None
     ]
     held = f"; known for {', '.join(known)}" if known else ""
     yield f"{angles} in rad; {energy}{held}"
 
 
-def coupled_data(law: CoupledExponential) -> dict[str, object]:
+def coupled_law_data(law: CoupledExponential) -> dict[str, object]:
     """A law over several joints for `--json`; lists have an entry for each coordinate."""
     return {
         "coordinates": list(law.coordinates),
@@ -144,69 +146,69 @@ def coupled_data(law: CoupledExponential) -> dict[str, object]:
             }
             for term in law.terms
         ],
-        "measured_deg": [_degrees(known) for known in law.measured],
+        "measured_deg": [_range_in_degrees(known) for known in law.valid_ranges],
         "conservative": law.is_conservative,
     }
 
 
-def _term_words(term: Term) -> str:
+def _format_term(term: ExponentialTerm) -> str:
     angle = f"(a {-degrees(term.centre):+.4g} deg)" if term.centre else "a"
     return f"{term.amplitude:+.4g} exp({term.rate:.4g} {angle})"
 
 
-def _coupled_term_words(term: CoupledTerm, i: int, letters: tuple[str, ...]) -> str:
+def _format_coupled_term(term: CoupledTerm, i: int, letters: tuple[str, ...]) -> str:
     pairs = [(r, a) for r, a in zip(term.rates, letters, strict=True) if r != 0.0]
     words = " ".join(f"{r:{'+' if k else ''}.4g} {a}" for k, (r, a) in enumerate(pairs))
     return f"{term.amplitudes[i] * exp(term.exponent):+.4g} exp({words})"
 
 
-def _letters(coordinates: tuple[str, ...]) -> tuple[str, ...]:
+def _coordinate_symbols(coordinates: tuple[str, ...]) -> tuple[str, ...]:
     """A short name for each angle: its first letter where these differ, else a1, a2, ..."""
     first = tuple(name[:1].lower() for name in coordinates)
     numbered = tuple(f"a{k}" for k in range(1, len(coordinates) + 1))
     return first if len(set(first)) == len(first) and all(map(str.isalpha, first)) else numbered
 
 
-def _directional_words(law: Directional, slides: bool) -> str:
+def _format_directional(law: Hysteresis, translational: bool) -> str:
     """Two curves, or one with a hysteresis where they are the same at a distance."""
     up, down, slip = law.increasing, law.decreasing, f"slip {law.slip:g} rad/s"
-    if isinstance(up, Scaled) and isinstance(down, Scaled) and up.law == down.law:
+    if isinstance(up, Transformed) and isinstance(down, Transformed) and up.law == down.law:
         plain = (up.scale, up.offset) == (down.scale, down.offset) == (1.0, 0.0)
         if plain and up.constant == -down.constant:
             width = f"hysteresis {2.0 * down.constant:.4g} N m"
-            return f"{law_words(up.law, slides=slides)}, {width}, {slip}"
-    growing, falling = (law_words(one, slides=slides) for one in (up, down))
+            return f"{format_law(up.law, translational=translational)}, {width}, {slip}"
+    growing, falling = (format_law(one, translational=translational) for one in (up, down))
     return f"growing angle: {growing}; falling angle: {falling}; {slip}"
 
 
-def _changes(law: Scaled, slides: bool) -> str:
+def _format_transform(law: Transformed, translational: bool) -> str:
     """What is done to a law."""
     times = f", times {law.scale:g}" if law.scale != 1.0 else ""
-    moved = f", moved by {_shown(law.offset, slides)}" if law.offset else ""
+    moved = f", moved by {_format_displacement(law.offset, translational)}" if law.offset else ""
     return f"{times}{moved}" + (f", {law.constant:+g} N m" if law.constant else "")
 
 
-def _known(measured: Range | None) -> str:
-    return f", known for {_range(*measured, False)}" if measured is not None else ""
+def _format_measured_range(measured: Range | None) -> str:
+    return f", known for {_format_range(*measured, False)}" if measured is not None else ""
 
 
-def _shown(value: float, slides: bool) -> str:
-    return f"{100.0 * value + 0.0:.4g} cm" if slides else f"{degrees(value) + 0.0:.4g} deg"
+def _format_displacement(value: float, translational: bool) -> str:
+    return f"{100.0 * value + 0.0:.4g} cm" if translational else f"{degrees(value) + 0.0:.4g} deg"
 
 
-def _range(low: float | None, high: float | None, slides: bool) -> str:
-    ends = ["-" if end is None else _shown(end, slides) for end in (low, high)]
+def _format_range(low: float | None, high: float | None, translational: bool) -> str:
+    ends = ["-" if end is None else _format_displacement(end, translational) for end in (low, high)]
     return " .. ".join(ends)
 
 
-def _degrees(interval: Range | None) -> list[float | None] | None:
+def _range_in_degrees(interval: Range | None) -> list[float | None] | None:
     """The ends in degrees, None for one that is open."""
-    return None if interval is None else [finite(degrees(end)) for end in interval]
+    return None if interval is None else [finite_or_none(degrees(end)) for end in interval]
 
 
 Vector = tuple[float, float, float]
 
-_AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
+_AXIS_NAMES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 
 
 def axis_name(spring: AxisSpring) -> str:
@@ -219,14 +221,14 @@ def direction_name(direction: Vector) -> str:
     if direction == UNKNOWN_AXIS:
         return "its axis"
     x, y, z = (part + 0.0 for part in direction)
-    if (x, y, z) in _AXES:
-        return _AXES[x, y, z]
-    if (-x, -y, -z) in _AXES:
-        return f"-{_AXES[-x, -y, -z]}"
+    if (x, y, z) in _AXIS_NAMES:
+        return _AXIS_NAMES[x, y, z]
+    if (-x, -y, -z) in _AXIS_NAMES:
+        return f"-{_AXIS_NAMES[-x, -y, -z]}"
     return f"({x:g}, {y:g}, {z:g})"
 
 
-def places_of(spring: CoupledSpring) -> tuple[str, ...]:
+def coupled_axis_names(spring: CoupledSpring) -> tuple[str, ...]:
     """`left_knee -y` for each coordinate of a coupled law; the joint alone where that is all."""
     return tuple(
         axis.joint
@@ -244,21 +246,23 @@ def springs_data(springs: SpringSet) -> dict[str, object]:
         "joints": {
             name: {
                 "axes": [_axis_data(spring) for spring in joint.axes],
-                "slides": [_axis_data(spring) for spring in joint.slides],
+                "slides": [_axis_data(spring) for spring in joint.translations],
             }
             for name, joint in springs.joints.items()
         },
-        "coupled": [_coupled_data(spring) for spring in springs.coupled],
+        "coupled": [_coupled_spring_data(spring) for spring in springs.coupled],
     }
 
 
 def spring_lines(joint: JointSprings) -> Iterator[str]:
     """A line for each law of each axis or slide of a joint, and one for where it is from."""
-    for spring, slides in [(s, False) for s in joint.axes] + [(s, True) for s in joint.slides]:
+    for spring, slides in [(s, False) for s in joint.axes] + [
+        (s, True) for s in joint.translations
+    ]:
         motion = f" ({spring.motion})" if spring.motion else ""
         yield f"{'along' if slides else 'about'} {axis_name(spring)}{motion}"
         for law in spring.elastic:
-            yield f"  {law_words(law, slides=slides)}"
+            yield f"  {format_law(law, translational=slides)}"
         damping = spring.damping
         if damping.viscous or damping.coulomb:
             force, rate = ("N", "N s/m") if slides else ("N m", "N m s/rad")
@@ -269,9 +273,9 @@ def spring_lines(joint: JointSprings) -> Iterator[str]:
 
 def coupled_spring_lines(spring: CoupledSpring) -> Iterator[str]:
     """Where a coupled law is hung, the law, and where it is from."""
-    pairs = zip(spring.law.coordinates, places_of(spring), strict=True)
+    pairs = zip(spring.law.coordinates, coupled_axis_names(spring), strict=True)
     yield ", ".join(f"{name} at {place}" for name, place in pairs)
-    for line in coupled_lines(spring.law):
+    for line in coupled_law_lines(spring.law):
         yield f"  {line}"
     if spring.reference:
         yield f"  reference: {spring.reference}"
@@ -290,7 +294,7 @@ def _axis_data(spring: AxisSpring) -> dict[str, object]:
     }
 
 
-def _coupled_data(spring: CoupledSpring) -> dict[str, object]:
+def _coupled_spring_data(spring: CoupledSpring) -> dict[str, object]:
     return {
         "axes": [
             {
@@ -300,7 +304,7 @@ def _coupled_data(spring: CoupledSpring) -> dict[str, object]:
             }
             for axis in spring.axes
         ],
-        **coupled_data(spring.law),
+        **coupled_law_data(spring.law),
         "reference": spring.reference,
         "why": spring.why,
     }

@@ -12,11 +12,30 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.cli.answer import Answer, UsageError, aligned, counted, finite
-from generator.cli.com import insist_on_table, masses_asked
-from generator.cli.inputs import Motion, figure_of, insist_near, motion_asked, placement_asked
-from generator.cli.options import CM, in_cm, length_given, rounded, vector_given, xyz_cm
-from generator.cli.outputs import insist_writable, write_text
+from generator.cli.answer import (
+    CommandResult,
+    UsageError,
+    finite_or_none,
+    format_count,
+    format_table,
+)
+from generator.cli.com import check_table_output, masses_from_option
+from generator.cli.inputs import (
+    LoadedMotion,
+    check_distances,
+    load_figure,
+    motion_from_options,
+    placement_from_options,
+)
+from generator.cli.options import (
+    CM,
+    format_rounded,
+    in_cm,
+    length_from_option,
+    vector_from_option,
+    xyz_cm,
+)
+from generator.cli.outputs import check_writable, write_text
 from generator.figure import Figure, SiteRef, Vector
 from generator.kinematics.centre_of_mass import Masses
 from generator.kinematics.stability import (
@@ -29,20 +48,22 @@ from generator.kinematics.stability import (
     Stability,
     Support,
     UnknownSupportError,
-    patch_of_faces,
-    patch_of_site,
+    patch_from_faces,
+    patch_from_site,
     stability,
 )
-from generator.motion_files.action import shown_number
-from generator.rotations import Array, unit
+from generator.motion_files.action import format_displacement
+from generator.rotations import Array, unit_vector
 
-EXPECTED = "SEGMENT, SEGMENT:FACE,FACE or SEGMENT.SITE"
+SUPPORT_SYNTAX = "SEGMENT, SEGMENT:FACE,FACE or SEGMENT.SITE"
 
-_SITE = re.compile(r"(\w+)\.(\w+)")
-_FACES = re.compile(r"(\w+)(?::\s*([0-9]{1,9}(?:\s*,\s*[0-9]{1,9})*))?")
+_SITE_PATTERN = re.compile(r"(\w+)\.(\w+)")
+_FACES_PATTERN = re.compile(r"(\w+)(?::\s*([0-9]{1,9}(?:\s*,\s*[0-9]{1,9})*))?")
 
 
-def support_asked(figure: Figure, texts: Sequence[str], below: float | None, up: Vector) -> Support:
+def support_from_options(
+    figure: Figure, texts: Sequence[str], below: float | None, up: Vector
+) -> Support:
     """The support that the options ask for.
 
     Args:
@@ -59,24 +80,24 @@ def support_asked(figure: Figure, texts: Sequence[str], below: float | None, up:
         raise UsageError("what supports the figure is said by --support or by --below, one of them")
     if below is not None:
         return LowFaces(figure, below, up)
-    return FixedSupport([_patch(figure, text) for text in texts])
+    return FixedSupport([_patch_from_text(figure, text) for text in texts])
 
 
-def _patch(figure: Figure, text: str) -> Patch:
+def _patch_from_text(figure: Figure, text: str) -> Patch:
     try:
-        site = _SITE.fullmatch(text)
+        site = _SITE_PATTERN.fullmatch(text)
         if site is not None:
-            return patch_of_site(figure, SiteRef(site[1], site[2]))
-        faces = _FACES.fullmatch(text)
+            return patch_from_site(figure, SiteRef(site[1], site[2]))
+        faces = _FACES_PATTERN.fullmatch(text)
         if faces is None:
-            raise UsageError(f"--support {text}: expected {EXPECTED}")
+            raise UsageError(f"--support {text}: expected {SUPPORT_SYNTAX}")
         numbers = None if faces[2] is None else [int(word) for word in faces[2].split(",")]
-        return patch_of_faces(figure, faces[1], numbers)
+        return patch_from_faces(figure, faces[1], numbers)
     except UnknownSupportError as failure:
         raise UsageError(f"--support {text}: {failure}") from None
 
 
-FEW = 3
+MAX_SUPPORTS_LISTED = 3
 """So many supports are named, more are counted."""
 
 
@@ -95,7 +116,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Standing:
+class PoseStability:
     """How a figure stands in one pose, on what, and where its centre of mass is [m]."""
 
     centre: Array
@@ -103,7 +124,7 @@ class Standing:
     stability: Stability
 
 
-def stability_of(request: Request) -> Answer:
+def stability_of(request: Request) -> CommandResult:
     """How the figure stands that is asked for.
 
     Raises:
@@ -112,25 +133,25 @@ def stability_of(request: Request) -> Answer:
             written.
         MoverError: there is no such pose or motion of the figure, or no mass.
     """
-    insist_on_table(request.output, request.along)
-    up = _up(request.up)
-    below = None if request.below is None else length_given("--below", request.below)
-    figure, warnings = figure_of(request.figure)
-    support = support_asked(figure, request.support, below, up)
-    masses = masses_asked(figure, None)
+    check_table_output(request.output, request.along)
+    up = _up_direction(request.up)
+    below = None if request.below is None else length_from_option("--below", request.below)
+    figure, warnings = load_figure(request.figure)
+    support = support_from_options(figure, request.support, below, up)
+    masses = masses_from_option(figure, None)
     if request.along is None:
-        placement, more = placement_asked(figure, request.pose, request.displacements)
-        standing = _standing(masses, support, placement.poses, up)
-        text = f"{request.figure}: {sentence(standing.stability)}\n\n{_details(standing, masses)}"
+        placement, more = placement_from_options(figure, request.pose, request.displacements)
+        standing = _pose_stability(masses, support, placement.poses, up)
+        text = f"{request.figure}: {stability_sentence(standing.stability)}\n\n{_details_table(standing, masses)}"
         data = {"figure": request.figure, "mass_kg": masses.total, "up": list(up)}
-        return Answer(text, {**data, **_data(standing)}, (*warnings, *more))
-    motion, more = motion_asked(figure, request.along, request.pose, request.displacements)
+        return CommandResult(text, {**data, **_data(standing)}, (*warnings, *more))
+    motion, more = motion_from_options(figure, request.along, request.pose, request.displacements)
     files = [] if request.output is None else [request.output]
-    insist_writable(files, (figure.path, request.along))
-    standings = list(_along(motion, masses, support, up))
+    check_writable(files, (figure.path, request.along))
+    standings = list(_stability_along_motion(motion, masses, support, up))
     for path in files:
-        write_text(path, _table(motion, standings))
-    return Answer(
+        write_text(path, _format_csv(motion, standings))
+    return CommandResult(
         text="\n".join([_summary(motion, standings), *(f"wrote {path}" for path in files)]),
         data={
             "figure": request.figure,
@@ -143,13 +164,13 @@ def stability_of(request: Request) -> Answer:
             "centre_of_mass_cm": [in_cm(one.centre) for one in standings],
             "files": [str(path) for path in files],
         },
-        faults=(*warnings, *more),
+        diagnostics=(*warnings, *more),
     )
 
 
-def sentence(found: Stability) -> str:
+def stability_sentence(found: Stability) -> str:
     """How a figure stands, in words."""
-    distance = f"{rounded(abs(found.margin) / CM)} cm"
+    distance = f"{format_rounded(abs(found.margin) / CM)} cm"
     shape = {1: "a single point", 2: "a single line"}.get(len(found.corners))
     if found.balance is Balance.UNSUPPORTED:
         return "not balanced, because nothing supports the figure"
@@ -164,54 +185,62 @@ def sentence(found: Stability) -> str:
     return f"not balanced, the support is {shape} and the centre of mass stands {distance} off it"
 
 
-def _up(text: str | None) -> Vector:
-    up = np.array(Y_UP if text is None else vector_given("--up", text, largest=inf))
+def _up_direction(text: str | None) -> Vector:
+    up = np.array(Y_UP if text is None else vector_from_option("--up", text, largest=inf))
     largest = np.abs(up).max()
     if largest == 0.0:
         raise UsageError(f"--up {text}: a direction has a length other than zero")
-    x, y, z = unit(up / largest).tolist()  # the squares of very long vectors are no floats
+    x, y, z = unit_vector(up / largest).tolist()  # the squares of very long vectors are no floats
     return x, y, z
 
 
-def _standing(masses: Masses, support: Support, poses: Mapping[str, Array], up: Vector) -> Standing:
-    centre, points = masses.centre(poses), support.at(poses)
-    insist_near("the centre of mass", centre)
-    insist_near("a point of support", points.positions)
-    return Standing(centre, points, stability(centre, points.positions, up))
+def _pose_stability(
+    masses: Masses, support: Support, poses: Mapping[str, Array], up: Vector
+) -> PoseStability:
+    centre, points = masses.centre(poses), support.points_in_pose(poses)
+    check_distances("the centre of mass", centre)
+    check_distances("a point of support", points.positions)
+    return PoseStability(centre, points, stability(centre, points.positions, up))
 
 
-def _along(motion: Motion, masses: Masses, support: Support, up: Vector) -> Iterator[Standing]:
+def _stability_along_motion(
+    motion: LoadedMotion, masses: Masses, support: Support, up: Vector
+) -> Iterator[PoseStability]:
     for placement in motion.placements():
         for k in range(len(placement.poses[placement.tree.figure.root.segment])):
             poses = {name: rows[k] for name, rows in placement.poses.items()}
-            yield _standing(masses, support, poses, up)
+            yield _pose_stability(masses, support, poses, up)
 
 
-def _details(standing: Standing, masses: Masses) -> str:
-    found, points = standing.stability, standing.points
-    rows = [("centre of mass", f"{xyz_cm(standing.centre)}, {masses.total:.4g} kg")]
+def _details_table(state: PoseStability, masses: Masses) -> str:
+    found, points = state.stability, state.points
+    rows = [("centre of mass", f"{xyz_cm(state.centre)}, {masses.total:.4g} kg")]
     if not len(found.corners):
-        return aligned(rows, left=2)
+        return format_table(rows, left_columns=2)
     sources = points.sources
-    what = ", ".join(sources) if len(sources) <= FEW else f"{len(sources)} faces and sites"
+    what = (
+        ", ".join(sources)
+        if len(sources) <= MAX_SUPPORTS_LISTED
+        else f"{len(sources)} faces and sites"
+    )
     if found.area:
-        what += f"; {counted(len(found.corners), 'corner')}, {rounded(found.area / CM**2)} cm^2"
+        what += f"; {format_count(len(found.corners), 'corner')}, {format_rounded(found.area / CM**2)} cm^2"
     rows.append(("support", what))
     names = [f"{points.names[found.sources[k]]} at {xyz_cm(found.corners[k])}" for k in found.pivot]
     inside = found.balance is Balance.INSIDE
     rows.append(("nearest edge" if inside else "tips over", " to ".join(names)))
     if found.direction is not None:
-        x, y, z = (rounded(part, 4) for part in found.direction)
+        x, y, z = (format_rounded(part, 4) for part in found.direction)
         rows.append(("out there" if inside else "towards", f"({x}, {y}, {z})"))
-    return aligned(rows, left=2)
+    return format_table(rows, left_columns=2)
 
 
-def _data(standing: Standing) -> dict[str, object]:
+def _data(standing: PoseStability) -> dict[str, object]:
     found, points = standing.stability, standing.points
     return {
         "balance": found.balance.value,
         "margin_cm": _margin_cm(found),
-        "sentence": sentence(found),
+        "sentence": stability_sentence(found),
         "centre_of_mass_cm": in_cm(standing.centre),
         "supports": list(points.sources),
         "corners": [
@@ -225,36 +254,36 @@ def _data(standing: Standing) -> dict[str, object]:
 
 
 def _margin_cm(found: Stability) -> float | None:
-    margin = finite(found.margin)
+    margin = finite_or_none(found.margin)
     return None if margin is None else margin / CM
 
 
-def _summary(motion: Motion, standings: Sequence[Standing]) -> str:
+def _summary(motion: LoadedMotion, states: Sequence[PoseStability]) -> str:
     times = motion.action.times
-    tally = Counter(one.stability.balance for one in standings)
-    frames = f"{counted(len(times), 'frame')}, {times[0]:g} to {times[-1]:g} s"
+    tally = Counter(one.stability.balance for one in states)
+    frames = f"{format_count(len(times), 'frame')}, {times[0]:g} to {times[-1]:g} s"
     counts = [f"{tally[balance]} {balance.value}" for balance in Balance if tally[balance]]
     rows = [("frames", ", ".join(counts))]
-    margins = np.array([one.stability.margin for one in standings])
+    margins = np.array([one.stability.margin for one in states])
     supported = np.flatnonzero(np.isfinite(margins))
     if supported.size:
         for name, pick in (("least margin", np.argmin), ("greatest margin", np.argmax)):
             k = int(supported[pick(margins[supported])])
-            rows.append((name, f"{rounded(margins[k] / CM)} cm at {times[k]:.6g} s"))
+            rows.append((name, f"{format_rounded(margins[k] / CM)} cm at {times[k]:.6g} s"))
     fallen = np.flatnonzero(margins < 0.0)
     if fallen.size:
         rows.append(("first not balanced", f"{times[fallen[0]]:.6g} s"))
-    return f"{frames}\n\n{aligned(rows, left=2)}\n"
+    return f"{frames}\n\n{format_table(rows, left_columns=2)}\n"
 
 
-def _table(motion: Motion, standings: Sequence[Standing]) -> str:
+def _format_csv(motion: LoadedMotion, states: Sequence[PoseStability]) -> str:
     """Balance, margin and centre of mass of every frame, under the header of the motion."""
     lines = [f"# {line}" for line in motion.action.header.lines()]
     lines.append("time [s],balance,margin [cm],x [cm],y [cm],z [cm]")
-    for time, one in zip(motion.action.times.tolist(), standings, strict=True):
-        margin = finite(one.stability.margin)
+    for time, one in zip(motion.action.times.tolist(), states, strict=True):
+        margin = finite_or_none(one.stability.margin)
         cells = [repr(time), one.stability.balance.value]
-        cells.append("" if margin is None else shown_number(margin, "cm"))
-        cells += [shown_number(part, "cm") for part in one.centre.tolist()]
+        cells.append("" if margin is None else format_displacement(margin, "cm"))
+        cells += [format_displacement(part, "cm") for part in one.centre.tolist()]
         lines.append(",".join(cells))
     return "".join(f"{line}\n" for line in lines)

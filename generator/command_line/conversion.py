@@ -8,7 +8,7 @@ import typer
 from generator.command_line.options import Json, Springs
 
 if TYPE_CHECKING:
-    from generator.cli.answer import Answer
+    from generator.cli.answer import CommandResult
 
 
 def convert(
@@ -43,7 +43,7 @@ def convert(
         ),
     ] = False,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Write a motion or a figure for other programs, and tell what their formats cannot hold."""
     del as_json
     from generator.cli import convert as command

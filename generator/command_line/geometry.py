@@ -8,7 +8,7 @@ import typer
 from generator.command_line.options import Json, Name
 
 if TYPE_CHECKING:
-    from generator.cli.answer import Answer
+    from generator.cli.answer import CommandResult
 
 
 def mass(
@@ -35,7 +35,7 @@ def mass(
         bool, typer.Option("--fix-winding", help="Turn faces that look to the wrong side.")
     ] = False,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Weigh the body within a surface: volume, mass, centre of mass, inertia."""
     del as_json
     from generator.cli import mass as command
@@ -52,7 +52,7 @@ def complete(
         Path, typer.Option("--output", "-o", metavar="OUT.fig", help="Where the figure goes.")
     ],
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Fill in the masses, inertias and centres of mass that a figure lacks, from its psurfs."""
     del as_json
     from generator.cli import complete as command

@@ -15,7 +15,8 @@ class Law(StrEnum):
 
 
 Name = Annotated[
-    str, typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure.")
+    str,
+    typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure."),
 ]
 Checked = Annotated[
     str,

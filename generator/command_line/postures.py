@@ -21,7 +21,7 @@ from generator.command_line.options import (
 )
 
 if TYPE_CHECKING:
-    from generator.cli.answer import Answer
+    from generator.cli.answer import CommandResult
 
 
 class Side(StrEnum):
@@ -52,7 +52,7 @@ def pose(
         ),
     ] = None,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Show and keep a pose: displacements of all joints, positions of all sites.
 
     The option --set may be repeated and changes what --pose says.
@@ -73,7 +73,7 @@ def com(
     along: Along = None,
     output: Table = None,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Find the centre of mass of a figure, in a pose or along a motion."""
     del as_json
     from generator.cli import com as command
@@ -103,7 +103,7 @@ def stability(
     along: Along = None,
     output: Table = None,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Test whether the centre of mass stands over the support, in a pose or along a motion."""
     del as_json
     from generator.cli import stability as command
@@ -125,7 +125,7 @@ def shoulder(
     ] = Rhythm.OTANI,
     output: PoseOutput = None,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Position an arm by where its elbow points, with the clavicle and the natural twist."""
     del as_json
     from generator.cli import shoulder as command
@@ -149,7 +149,7 @@ def link(
     displacements: Set = None,
     output: PoseOutput = None,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Set joints and let those follow that are linked to them.
 
     The option --set may be repeated and changes what --pose says.
@@ -173,7 +173,7 @@ def settle(
     locks: Lock = None,
     output: PoseOutput = None,
     as_json: Json = False,
-) -> "Answer":
+) -> "CommandResult":
     """Find the pose in which a figure comes to rest under gravity and its springs.
 
     The options --set and --lock may be repeated.

@@ -1,21 +1,21 @@
 """From text to a `Figure`: tokens, syntax, resolve, check."""
 
-from generator.figure_file.check import faults_for_simulation
+from generator.figure_file.check import simulation_diagnostics
 from generator.figure_file.read import (
     Reading,
-    examine_figure,
     find_figure,
     parse_figure,
+    parse_figure_file,
     read_figure,
     shipped_figures,
 )
 
 __all__ = [
     "Reading",
-    "examine_figure",
-    "faults_for_simulation",
     "find_figure",
     "parse_figure",
+    "parse_figure_file",
     "read_figure",
     "shipped_figures",
+    "simulation_diagnostics",
 ]

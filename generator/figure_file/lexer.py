@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from generator.diagnostics import EnoughFaults, Findings, Source, Span, shorten
+from generator.diagnostics import Diagnostics, Source, Span, TooManyErrors, shorten
 
-BLOCKS: Final[dict[str, tuple[str, ...]]] = {
+CHILD_BLOCKS: Final[dict[str, tuple[str, ...]]] = {
     "figure": ("attribute", "segment", "joint"),
     "attribute": (),
     "segment": ("site",),
@@ -24,7 +24,7 @@ BLOCKS: Final[dict[str, tuple[str, ...]]] = {
 }
 """For each kind of block, the blocks that may stand in it."""
 
-FIELDS: Final[dict[str, tuple[str, ...]]] = {
+BLOCK_FIELDS: Final[dict[str, tuple[str, ...]]] = {
     "figure": ("root",),
     "attribute": (),
     "segment": ("psurf", "attribute", "mass", "inertia"),
@@ -33,33 +33,35 @@ FIELDS: Final[dict[str, tuple[str, ...]]] = {
 }
 """For each kind of block, its fields. An attribute's fields are free."""
 
-WORDS: Final = frozenset(BLOCKS) | frozenset(word for words in FIELDS.values() for word in words)
+KEYWORDS: Final = frozenset(CHILD_BLOCKS) | frozenset(
+    word for words in BLOCK_FIELDS.values() for word in words
+)
 """Every word with a meaning of its own; one of them at the start of a line begins a statement."""
 
 
-def known_in(kind: str) -> tuple[str, ...]:
+def keywords_in(kind: str) -> tuple[str, ...]:
     """All words that may begin a statement in a block of this kind."""
-    return (*FIELDS[kind], *BLOCKS[kind])
+    return (*BLOCK_FIELDS[kind], *CHILD_BLOCKS[kind])
 
 
-def home_of(word: str) -> str | None:
+def field_parent(word: str) -> str | None:
     """The kind of block in which the field `word` stands, if it is one."""
-    return next((kind for kind, words in FIELDS.items() if word in words), None)
+    return next((kind for kind, words in BLOCK_FIELDS.items() if word in words), None)
 
 
-def block_home(word: str) -> str | None:
+def block_parent(word: str) -> str | None:
     """The kind of block in which blocks of the kind `word` stand, if it is one."""
-    return next((kind for kind, words in BLOCKS.items() if word in words), None)
+    return next((kind for kind, words in CHILD_BLOCKS.items() if word in words), None)
 
 
-LONGEST_WORD = 200
+MAX_WORD_LENGTH = 200
 """Longest name, number or string that is read."""
 
-MOST_TOKENS = 200_000
+MAX_TOKENS = 200_000
 """A figure of a thousand segments stays below this; so many are read in about a second."""
 
 
-class Kind(Enum):
+class TokenKind(Enum):
     """What a token is; the value is what a sentence calls it."""
 
     NAME = "a name"
@@ -73,30 +75,30 @@ class Kind(Enum):
 class Token:
     """One word. `text` is what it says: a string without its quotes, a number without its unit.
 
-    `unit` is the unit glued to a number. `new_line` tells whether it is the first of its line.
+    `unit` is the unit glued to a number. `starts_line` tells whether it is the first of its line.
     """
 
-    kind: Kind
+    kind: TokenKind
     text: str
     start: int
     end: int
     unit: str = ""
-    new_line: bool = False
+    starts_line: bool = False
 
     def is_mark(self, mark: str) -> bool:
         """Whether it is this mark."""
-        return self.kind is Kind.MARK and self.text == mark
+        return self.kind is TokenKind.MARK and self.text == mark
 
     def is_name(self, name: str) -> bool:
         """Whether it is this name."""
-        return self.kind is Kind.NAME and self.text == name
+        return self.kind is TokenKind.NAME and self.text == name
 
     def __str__(self) -> str:
         """As a sentence names it."""
         match self.kind:
-            case Kind.END:
+            case TokenKind.END:
                 return self.kind.value
-            case Kind.STRING:
+            case TokenKind.STRING:
                 return f'`"{shorten(self.text)}"`'
             case _:
                 return f"`{shorten(self.text + self.unit)}`"
@@ -125,20 +127,20 @@ _NUMBER = re.compile(
     r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z][A-Za-z0-9]*)?"
 )
 
-_KINDS = {"name": Kind.NAME, "mark": Kind.MARK}
+_KINDS = {"name": TokenKind.NAME, "mark": TokenKind.MARK}
 
-_STAND_INS = {
-    "name": (Kind.NAME, "_"),
-    "number": (Kind.NUMBER, "0"),
-    "signed": (Kind.NUMBER, "0"),
-    "string": (Kind.STRING, ""),
-    "quote": (Kind.STRING, ""),
+_PLACEHOLDERS = {
+    "name": (TokenKind.NAME, "_"),
+    "number": (TokenKind.NUMBER, "0"),
+    "signed": (TokenKind.NUMBER, "0"),
+    "string": (TokenKind.STRING, ""),
+    "quote": (TokenKind.STRING, ""),
 }
 """What takes the place of a word that is too long."""
 
 
-def tokenize(source: Source, findings: Findings) -> Iterator[Token]:
-    """The tokens of `source` one by one, the last being the end; faults go to `findings`.
+def tokenize(source: Source, diagnostics: Diagnostics) -> Iterator[Token]:
+    """The tokens of `source` one by one, the last being the end; faults go to `diagnostics`.
 
     Comments run from `#` to the end of the line or stand between `/*` and `*/`. What cannot be
     read is reported and left out. Raises EnoughFaults where it gives up.
@@ -147,7 +149,7 @@ def tokenize(source: Source, findings: Findings) -> Iterator[Token]:
     while True:
         position = _blank_end(text, position, blank)
         if text.startswith("/*", position):
-            findings.malformation(
+            diagnostics.syntax_error(
                 "this comment is never closed",
                 Span(source, position, position + 2),
                 "a comment that starts with `/*` ends with `*/`",
@@ -158,22 +160,22 @@ def tokenize(source: Source, findings: Findings) -> Iterator[Token]:
         if match is None:
             break
         count += 1
-        if count > MOST_TOKENS:
-            findings.malformation(
-                f"the file is too long: it has more than {MOST_TOKENS:,} words and marks",
+        if count > MAX_TOKENS:
+            diagnostics.syntax_error(
+                f"the file is too long: it has more than {MAX_TOKENS:,} words and marks",
                 Span(source, position, position + 1),
                 "a figure of a thousand segments is shorter; reading stopped here",
             )
-            raise EnoughFaults
+            raise TooManyErrors
         new_line = position > line_end
         if new_line:
             found = text.find("\n", position)
             line_end = len(text) if found == -1 else found
-        token = _token(source, match, new_line, findings)
+        token = _make_token(source, match, new_line, diagnostics)
         position = token.end if token else match.end()
         if token is not None:
             yield token
-    yield Token(Kind.END, "", position, position, new_line=True)
+    yield Token(TokenKind.END, "", position, position, starts_line=True)
 
 
 def _blank_end(text: str, position: int, blank: re.Pattern[str]) -> int:
@@ -182,78 +184,85 @@ def _blank_end(text: str, position: int, blank: re.Pattern[str]) -> int:
     return match.end() if match else position
 
 
-def _token(
-    source: Source, match: re.Match[str], new_line: bool, findings: Findings
+def _make_token(
+    source: Source, match: re.Match[str], starts_line: bool, diagnostics: Diagnostics
 ) -> Token | None:
     """The token of one match, or None after reporting what is wrong with it."""
     group, word = match.lastgroup or "", match.group()
     start, end = match.span()
     span = Span(source, start, end)
-    if len(word) > LONGEST_WORD and group != "odd":
-        findings.malformation(
+    if len(word) > MAX_WORD_LENGTH and group != "odd":
+        diagnostics.syntax_error(
             f"a word of {len(word):,} characters",
             Span(source, start, start + 1),
-            f"the longest that is read has {LONGEST_WORD}",
+            f"the longest that is read has {MAX_WORD_LENGTH}",
         )
-        kind, value = _STAND_INS[group]
-        return Token(kind, value, start, end, new_line=new_line)
+        kind, value = _PLACEHOLDERS[group]
+        return Token(kind, value, start, end, starts_line=starts_line)
     match group:
         case "name" | "mark":
             if not word.isascii():
-                findings.malformation(
+                diagnostics.syntax_error(
                     f"`{shorten(word)}` has characters that a name cannot have",
                     span,
                     "a name is made of the letters a-z and A-Z, digits and `_`",
                 )
-            return Token(_KINDS[group], word, start, end, new_line=new_line)
+            return Token(_KINDS[group], word, start, end, starts_line=starts_line)
         case "number":
-            return _number(span, word, new_line, findings)
+            return _make_number(span, word, starts_line, diagnostics)
         case "string":
-            return Token(Kind.STRING, word[1:-1], start, end, new_line=new_line)
+            return Token(TokenKind.STRING, word[1:-1], start, end, starts_line=starts_line)
         case "quote":
-            findings.malformation(
+            diagnostics.syntax_error(
                 "this string is never closed", Span(source, start, start + 1), 'add the closing `"`'
             )
             value = word[1:].rstrip().removesuffix(";")
-            return Token(Kind.STRING, value, start, start + 1 + len(value), new_line=new_line)
+            return Token(
+                TokenKind.STRING, value, start, start + 1 + len(value), starts_line=starts_line
+            )
         case "bracket":
-            findings.malformation(
+            diagnostics.syntax_error(
                 f"`{word}` is not part of the language",
                 span,
                 "lists stand in round brackets: `(1, 2, 3)`",
             )
             mark = "(" if word == "[" else ")"
-            return Token(Kind.MARK, mark, start, end, new_line=new_line)
+            return Token(TokenKind.MARK, mark, start, end, starts_line=starts_line)
         case "signed":
-            findings.malformation(
+            diagnostics.syntax_error(
                 f"`{shorten(word)}` is not a number",
                 span,
                 "a number is finite and written in digits",
             )
-            return Token(Kind.NUMBER, "0", start, end, new_line=new_line)
+            return Token(TokenKind.NUMBER, "0", start, end, starts_line=starts_line)
         case _:
-            findings.malformation(
-                f"{_described(word)} is not part of the language", span, _odd_hint(word)
+            diagnostics.syntax_error(
+                f"{_describe_characters(word)} is not part of the language", span, _odd_hint(word)
             )
             return None
 
 
-def _number(span: Span, word: str, new_line: bool, findings: Findings) -> Token:
+def _make_number(span: Span, word: str, starts_line: bool, diagnostics: Diagnostics) -> Token:
     """A number with the unit glued to it."""
     parts = _NUMBER.fullmatch(word)
     if parts is None:
-        findings.malformation(
+        diagnostics.syntax_error(
             f"`{shorten(word)}` is not a number",
             span,
             "a number looks like `12`, `-0.5` or `1.5e-3`, a unit may follow: `12cm`",
         )
-        return Token(Kind.NUMBER, "0", span.start, span.end, new_line=new_line)
+        return Token(TokenKind.NUMBER, "0", span.start, span.end, starts_line=starts_line)
     return Token(
-        Kind.NUMBER, parts[1], span.start, span.end, unit=parts[2] or "", new_line=new_line
+        TokenKind.NUMBER,
+        parts[1],
+        span.start,
+        span.end,
+        unit=parts[2] or "",
+        starts_line=starts_line,
     )
 
 
-def _described(word: str) -> str:
+def _describe_characters(word: str) -> str:
     """What an odd stretch of characters is called."""
     char = word[0]
     if char.isprintable():
@@ -272,47 +281,47 @@ def _odd_hint(word: str) -> str:
     return ""
 
 
-DEEPEST = 32
+MAX_BRACE_DEPTH = 32
 """Braces nested deeper than this are no slip of the pen; the grammar knows three levels."""
 
 
-class Stream:
+class TokenStream:
     """Looks ahead over tokens, takes them one by one, and skips what cannot be read."""
 
-    def __init__(self, source: Source, findings: Findings) -> None:
+    def __init__(self, source: Source, diagnostics: Diagnostics) -> None:
         """Start at the first token; the text is cut into tokens only as far as it is read."""
         self.source = source
-        self.findings = findings
-        self._rest: Iterator[Token] = tokenize(source, findings)
-        self._ahead: deque[Token] = deque([next(self._rest)])
+        self.diagnostics = diagnostics
+        self._tokens: Iterator[Token] = tokenize(source, diagnostics)
+        self._lookahead: deque[Token] = deque([next(self._tokens)])
         self._last: Token | None = None
 
     @property
-    def here(self) -> Token:
+    def current(self) -> Token:
         """The next token, not yet taken."""
-        return self._ahead[0]
+        return self._lookahead[0]
 
     def peek(self, count: int) -> Token:
         """The token `count` places after `here`; the end token stands for all after it."""
-        while len(self._ahead) <= count and self._ahead[-1].kind is not Kind.END:
-            self._ahead.append(next(self._rest))
-        return self._ahead[min(count, len(self._ahead) - 1)]
+        while len(self._lookahead) <= count and self._lookahead[-1].kind is not TokenKind.END:
+            self._lookahead.append(next(self._tokens))
+        return self._lookahead[min(count, len(self._lookahead) - 1)]
 
     def take(self) -> Token:
         """The next token, taken; the end is never taken."""
         self.peek(1)
-        self._last = self._ahead.popleft()
+        self._last = self._lookahead.popleft()
         return self._last
 
     def take_mark(self, mark: str) -> Token | None:
         """The next token if it is this mark, taken; otherwise None and nothing is taken."""
-        return self.take() if self.here.is_mark(mark) else None
+        return self.take() if self.current.is_mark(mark) else None
 
     def span(self, token: Token) -> Span:
         """Where a token stands."""
         return Span(self.source, token.start, token.end)
 
-    def after_last(self) -> Span:
+    def last_character_span(self) -> Span:
         """The last character that was taken: where something that is missing belongs."""
         end = self._last.end if self._last else 0
         return Span(self.source, max(0, end - 1), end)
@@ -321,43 +330,49 @@ class Stream:
         """Take `mark`; when it is not there, report so behind the last token and say False."""
         if self.take_mark(mark):
             return True
-        self.findings.malformation(
-            f"`{mark}` is missing after {after}", self.after_last(), f"found {self.here} instead"
+        self.diagnostics.syntax_error(
+            f"`{mark}` is missing after {after}",
+            self.last_character_span(),
+            f"found {self.current} instead",
         )
         return False
 
     @property
-    def at_statement(self) -> bool:
+    def is_at_statement(self) -> bool:
         """Whether the next token looks like the start of a statement."""
-        return self.here.new_line and self.here.kind is Kind.NAME and self.here.text in WORDS
+        return (
+            self.current.starts_line
+            and self.current.kind is TokenKind.NAME
+            and self.current.text in KEYWORDS
+        )
 
     def skip_statement(self) -> None:
         """Pass over the rest of a statement that could not be read, its `;` included."""
-        while self.here.kind is not Kind.END and not self.here.is_mark("}"):
-            if self.here.is_mark("{"):
+        while self.current.kind is not TokenKind.END and not self.current.is_mark("}"):
+            if self.current.is_mark("{"):
                 self.skip_block()
                 return
-            if self.at_statement:
+            if self.is_at_statement:
                 return
             if self.take().is_mark(";"):
                 return
 
     def skip_block(self) -> None:
         """Pass over `{ ... }` with all that is in it. Raises EnoughFaults when it is too deep."""
-        depth, opening = 0, self.here
-        while self.here.kind is not Kind.END:
+        depth, opening = 0, self.current
+        while self.current.kind is not TokenKind.END:
             token = self.take()
             if token.is_mark("{"):
                 depth += 1
             elif token.is_mark("}"):
                 depth -= 1
-            if depth > DEEPEST:
-                self.findings.malformation(
-                    f"braces nested more than {DEEPEST} deep",
+            if depth > MAX_BRACE_DEPTH:
+                self.diagnostics.syntax_error(
+                    f"braces nested more than {MAX_BRACE_DEPTH} deep",
                     self.span(token),
                     f"a figure has at most three levels; the outermost of these stands in "
                     f"line {self.span(opening).line}; reading stopped here",
                 )
-                raise EnoughFaults
+                raise TooManyErrors
             if depth == 0:
                 return

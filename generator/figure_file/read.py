@@ -5,12 +5,20 @@ from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 
-from generator.diagnostics import EnoughFaults, Fault, Findings, InputError, Source, error, nearest
+from generator.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    InputError,
+    Source,
+    TooManyErrors,
+    error,
+    spelling_hint,
+)
 from generator.figure import Figure
-from generator.figure_file.check import check
-from generator.figure_file.parser import parse
-from generator.figure_file.resolve import resolve
-from generator.text_io import read_text, unified
+from generator.figure_file.check import check_figure
+from generator.figure_file.parser import parse_figure_block
+from generator.figure_file.resolve import resolve_figure
+from generator.text_io import load_text, normalise_newlines
 
 FIGURE_SUFFIX = ".fig"
 
@@ -24,7 +32,7 @@ class Reading:
     """
 
     figure: Figure | None
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
     source: Source
     path: Path | None
 
@@ -46,23 +54,23 @@ def read_figure(path_or_name: str | Path) -> Figure:
 
     Raises InputError, which holds all faults, when anything is wrong. Warnings pass.
     """
-    reading = examine_figure(path_or_name)
+    reading = parse_figure_file(path_or_name)
     if reading.figure is None:
         raise InputError(reading.faults)
     return reading.figure
 
 
-def examine_figure(path_or_name: str | Path) -> Reading:
+def parse_figure_file(path_or_name: str | Path) -> Reading:
     """The figure in a file or of a shipped name, with all faults; bad input raises nothing."""
     name, path = str(path_or_name), find_figure(path_or_name)
     if not _exists(path):
-        hint = nearest(name, shipped_figures())
+        hint = spelling_hint(name, shipped_figures())
         missing = error(f"there is no file `{name}` and no shipped figure of that name", hint=hint)
         return Reading(None, (missing,), Source(name, ""), None)
-    source, fault = read_text(path, name)
+    source, fault = load_text(path, name)
     if fault is not None:
         return Reading(None, (fault,), source, path.parent)
-    reading = _read(source, path.parent)
+    reading = _parse_source(source, path.parent)
     if reading.figure is None:
         return reading
     return replace(reading, figure=replace(reading.figure, path=path))
@@ -70,16 +78,16 @@ def examine_figure(path_or_name: str | Path) -> Reading:
 
 def parse_figure(text: str, name: str = "<text>") -> Reading:
     """The figure that `text` describes, with all faults; `name` is what they call the text."""
-    return _read(Source(name, unified(text)), None)
+    return _parse_source(Source(name, normalise_newlines(text)), None)
 
 
-def _read(source: Source, directory: Path | None) -> Reading:
-    findings, figure = Findings(), None
-    with suppress(EnoughFaults):
-        tree = parse(source, findings)
+def _parse_source(source: Source, directory: Path | None) -> Reading:
+    findings, figure = Diagnostics(), None
+    with suppress(TooManyErrors):
+        tree = parse_figure_block(source, findings)
         if tree is not None:
-            figure = check(resolve(tree, findings), directory, findings)
-    return Reading(figure, findings.in_order(), source, directory)
+            figure = check_figure(resolve_figure(tree, findings), directory, findings)
+    return Reading(figure, findings.sorted_by_position(), source, directory)
 
 
 def _exists(path: Path) -> bool:

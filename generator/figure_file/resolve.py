@@ -6,12 +6,12 @@ A figure in the making: what could be read, before it is known to be whole.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from generator.diagnostics import Findings, Span, closest, nearest, shorten
+from generator.diagnostics import Diagnostics, Span, closest_match, shorten, spelling_hint
 from generator.figure import (
     Attribute,
-    Factor,
     Figure,
     Joint,
+    JointAxis,
     Location,
     Segment,
     Site,
@@ -19,19 +19,27 @@ from generator.figure import (
     Vector,
 )
 from generator.figure_file import values
-from generator.figure_file.lexer import FIELDS, block_home, known_in
-from generator.figure_file.parser import Block, Connect, Field, Reference, Statement, Text, Word
+from generator.figure_file.lexer import BLOCK_FIELDS, block_parent, keywords_in
+from generator.figure_file.parser import (
+    Block,
+    Connect,
+    Field,
+    SiteReference,
+    Statement,
+    String,
+    Word,
+)
 from generator.units import Dimension
 
 
 @dataclass
-class Draft:
-    """The parts of a figure. `place` is its keyword or name; `root` is None while unknown.
+class FigureDraft:
+    """The parts of a figure. `span` is its keyword or name; `root` is None while unknown.
 
     `joints` holds those with a readable `connect`; `segments` holds all that are named.
     """
 
-    place: Span
+    span: Span
     name: str | None = None
     segments: dict[str, Segment] = field(default_factory=dict[str, Segment])
     joints: dict[str, Joint] = field(default_factory=dict[str, Joint])
@@ -39,7 +47,7 @@ class Draft:
     root: SiteRef | None = None
     origins: dict[str, Span] = field(default_factory=dict[str, Span])
 
-    def figure(self, root: SiteRef) -> Figure:
+    def build_figure(self, root: SiteRef) -> Figure:
         """The figure that stands on `root`."""
         return Figure(
             segments=self.segments,
@@ -51,21 +59,21 @@ class Draft:
         )
 
 
-def place_of(origins: Mapping[str, Span], *names: str) -> Span | None:
+def origin_span(origins: Mapping[str, Span], *names: str) -> Span | None:
     """Where the first of `names` is written that is written anywhere; else the thing itself."""
     return next((origins[name] for name in (*names, "name") if name in origins), None)
 
 
 _VELOCITY_WORDS = ("velocity", "velocities", "rate", "speed")
 
-_LOADS: Mapping[str, Dimension] = {
+_LOAD_DIMENSIONS: Mapping[str, Dimension] = {
     "globalforce": Dimension.FORCE,
     "localforce": Dimension.FORCE,
     "globalmoment": Dimension.MOMENT,
     "localmoment": Dimension.MOMENT,
 }
 
-_PER_AXIS: Mapping[str, tuple[Dimension, Dimension]] = {
+_JOINT_FIELD_DIMENSIONS: Mapping[str, tuple[Dimension, Dimension]] = {
     "displacement": (Dimension.ANGLE, Dimension.LENGTH),
     "stiff": (Dimension.ANGULAR_STIFFNESS, Dimension.LINEAR_STIFFNESS),
     "rest": (Dimension.ANGLE, Dimension.LENGTH),
@@ -76,27 +84,29 @@ _PER_AXIS: Mapping[str, tuple[Dimension, Dimension]] = {
 """What a joint's field measures about and along an axis."""
 
 
-def resolve(tree: Block, findings: Findings) -> Draft:
-    """The parts of the figure that `tree` describes; faults go to `findings`."""
-    draft = Draft(tree.name.span if tree.name else tree.kind.span)
+def resolve_figure(tree: Block, diagnostics: Diagnostics) -> FigureDraft:
+    """The parts of the figure that `tree` describes; faults go to `diagnostics`."""
+    draft = FigureDraft(tree.name.span if tree.name else tree.kind.span)
     draft.name = tree.name.text if tree.name else None
-    draft.origins["name"] = draft.place
+    draft.origins["name"] = draft.span
     taken: dict[tuple[str, str], Word] = {}
     for block in _blocks(tree.body):
-        if block.name is None or not _is_new(taken, block.kind.text, block.name, findings):
+        if block.name is None or not _is_new(taken, block.kind.text, block.name, diagnostics):
             continue
         match block.kind.text:
             case "attribute":
-                draft.attributes[block.name.text] = _attribute(block, block.name, findings)
+                draft.attributes[block.name.text] = _resolve_attribute(
+                    block, block.name, diagnostics
+                )
             case "segment":
-                draft.segments[block.name.text] = _segment(block, block.name, findings)
+                draft.segments[block.name.text] = _resolve_segment(block, block.name, diagnostics)
             case _:
-                joint = _joint(block, block.name, findings)
+                joint = _resolve_joint(block, block.name, diagnostics)
                 if joint is not None:
                     draft.joints[block.name.text] = joint
-    fields = _fields(tree, findings, draft.origins)
+    fields = _collect_fields(tree, diagnostics, draft.origins)
     if "root" in fields:
-        draft.root = _root(fields["root"], findings)
+        draft.root = _resolve_root(fields["root"], diagnostics)
     return draft
 
 
@@ -104,32 +114,38 @@ def _blocks(body: Iterable[Statement]) -> list[Block]:
     return [statement for statement in body if isinstance(statement, Block)]
 
 
-def _is_new(taken: dict[tuple[str, str], Word], kind: str, name: Word, findings: Findings) -> bool:
+def _is_new(
+    taken: dict[tuple[str, str], Word], kind: str, name: Word, diagnostics: Diagnostics
+) -> bool:
     """Whether nothing of this kind has the name yet; a second one is a fault."""
     first = taken.setdefault((kind, name.text), name)
     if first is not name:
-        _second(f"{kind} named `{shorten(name.text)}`", first.span, name.span, findings)
+        _report_duplicate(
+            f"{kind} named `{shorten(name.text)}`", first.span, name.span, diagnostics
+        )
     return first is name
 
 
-def _second(what: str, first: Span, second: Span, findings: Findings) -> None:
+def _report_duplicate(what: str, first: Span, second: Span, diagnostics: Diagnostics) -> None:
     """Something stands twice that may stand once."""
-    findings.error(f"a second {what}", second, f"the first stands in line {first.line}")
+    diagnostics.error(f"a second {what}", second, f"the first stands in line {first.line}")
 
 
-def _fields(block: Block, findings: Findings, origins: dict[str, Span]) -> dict[str, Field]:
+def _collect_fields(
+    block: Block, diagnostics: Diagnostics, origins: dict[str, Span]
+) -> dict[str, Field]:
     """The fields of a block by name, each known in its kind and there once."""
     kind, found = block.kind.text, dict[str, Field]()
-    known = FIELDS.get(kind, FIELDS["figure"])
+    known = BLOCK_FIELDS.get(kind, BLOCK_FIELDS["figure"])
     for statement in block.body:
         if not isinstance(statement, Field):
             continue
         name = statement.name
         if known and name.text not in known:
-            _unknown_field(name, kind, findings, origins)
+            _report_unknown_field(name, kind, diagnostics, origins)
         elif name.text in found:
             what = f"`{shorten(name.text)}` in one {kind}"
-            _second(what, found[name.text].name.span, name.span, findings)
+            _report_duplicate(what, found[name.text].name.span, name.span, diagnostics)
         else:
             found[name.text] = statement
             origins.setdefault(
@@ -138,65 +154,67 @@ def _fields(block: Block, findings: Findings, origins: dict[str, Span]) -> dict[
     return found
 
 
-def _unknown_field(name: Word, kind: str, findings: Findings, origins: dict[str, Span]) -> None:
+def _report_unknown_field(
+    name: Word, kind: str, diagnostics: Diagnostics, origins: dict[str, Span]
+) -> None:
     """Report the field; what it was probably meant to be is then not missing."""
-    known = known_in(kind if kind in FIELDS else "figure")
-    hint = nearest(name.text, known)
-    home = block_home(name.text)
+    known = keywords_in(kind if kind in BLOCK_FIELDS else "figure")
+    hint = spelling_hint(name.text, known)
+    home = block_parent(name.text)
     if home is not None:
         hint = f"a {name.text} stands in a {home} and is written `{name.text} NAME {{ ... }}`"
     elif kind == "joint" and name.text in _VELOCITY_WORDS:
         hint = "velocities are no part of a figure; they are given when it is simulated"
-    findings.error(f"unknown field `{shorten(name.text)}` in a {kind}", name.span, hint)
-    meant = closest(name.text, known)
+    diagnostics.error(f"unknown field `{shorten(name.text)}` in a {kind}", name.span, hint)
+    meant = closest_match(name.text, known)
     if meant is not None:
         origins.setdefault(meant, name.span)
 
 
-def _root(field: Field, findings: Findings) -> SiteRef | None:
+def _resolve_root(field: Field, diagnostics: Diagnostics) -> SiteRef | None:
     """`root = segment.site;`."""
-    if isinstance(field.value, Reference):
+    if isinstance(field.value, SiteReference):
         return _site_ref(field.value)
     if field.value is not None:
-        findings.error("the root is a site", field.value.span, "write `root = SEGMENT.SITE;`")
-    findings.partial = True
+        diagnostics.error("the root is a site", field.value.span, "write `root = SEGMENT.SITE;`")
+    diagnostics.is_incomplete = True
     return None
 
 
-def _attribute(block: Block, name: Word, findings: Findings) -> Attribute:
+def _resolve_attribute(block: Block, name: Word, diagnostics: Diagnostics) -> Attribute:
     origins: dict[str, Span] = {"name": name.span}
     read = {
-        key: values.free_value(field.value, findings)
-        for key, field in _fields(block, findings, origins).items()
+        key: values.resolve_attribute_value(field.value, diagnostics)
+        for key, field in _collect_fields(block, diagnostics, origins).items()
         if field.value is not None
     }
     fields = {key: value for key, value in read.items() if value is not None}
     return Attribute(name.text, fields, origins)
 
 
-def _segment(block: Block, name: Word, findings: Findings) -> Segment:
+def _resolve_segment(block: Block, name: Word, diagnostics: Diagnostics) -> Segment:
     origins: dict[str, Span] = {"name": name.span}
-    fields = _fields(block, findings, origins)
+    fields = _collect_fields(block, diagnostics, origins)
     psurf, mass, inertia, attributes = (
         field.value if (field := fields.get(key)) else None
         for key in ("psurf", "mass", "inertia", "attribute")
     )
-    words = values.words(attributes, findings) if attributes else ()
+    words = values.resolve_names(attributes, diagnostics) if attributes else ()
     origins |= {f"attribute {word.text}": word.span for word in words}
-    if psurf is not None and not isinstance(psurf, Text | Word):
-        findings.error("the name of a file is expected here", psurf.span, 'as in `"floor.pss"`')
+    if psurf is not None and not isinstance(psurf, String | Word):
+        diagnostics.error("the name of a file is expected here", psurf.span, 'as in `"floor.pss"`')
     return Segment(
         name=name.text,
-        mass=mass and values.number(mass, Dimension.MASS, findings),
-        inertia=inertia and values.vector(inertia, Dimension.INERTIA, findings),
-        psurf=psurf.text if isinstance(psurf, Text | Word) else None,
+        mass=mass and values.resolve_number(mass, Dimension.MASS, diagnostics),
+        inertia=inertia and values.resolve_vector(inertia, Dimension.INERTIA, diagnostics),
+        psurf=psurf.text if isinstance(psurf, String | Word) else None,
         attributes=tuple(word.text for word in words),
-        sites=_sites(block, findings),
+        sites=_resolve_sites(block, diagnostics),
         origins=origins,
     )
 
 
-def _sites(segment: Block, findings: Findings) -> dict[str, Site]:
+def _resolve_sites(segment: Block, diagnostics: Diagnostics) -> dict[str, Site]:
     """The sites of a segment; all `site NAME->...` lines of one name make one site."""
     gathered: dict[str, Block] = {}
     for block in _blocks(segment.body):
@@ -208,23 +226,24 @@ def _sites(segment: Block, findings: Findings) -> dict[str, Site]:
             continue
         if first.opening and block.opening:
             what = f"site named `{shorten(block.name.text)}`"
-            _second(what, first.kind.span, block.name.span, findings)
+            _report_duplicate(what, first.kind.span, block.name.span, diagnostics)
             continue
         body, opening = (*first.body, *block.body), first.opening or block.opening
         gathered[block.name.text] = Block(first.kind, first.name, body, opening)
     return {
-        key: _site(block, block.name or block.kind, findings) for key, block in gathered.items()
+        key: _resolve_site(block, block.name or block.kind, diagnostics)
+        for key, block in gathered.items()
     }
 
 
-def _site(block: Block, name: Word, findings: Findings) -> Site:
+def _resolve_site(block: Block, name: Word, diagnostics: Diagnostics) -> Site:
     origins: dict[str, Span] = {"name": name.span}
-    fields = _fields(block, findings, origins)
+    fields = _collect_fields(block, diagnostics, origins)
     place = fields.get("location")
-    where = values.location(place.value, findings) if place and place.value else None
+    where = values.resolve_location(place.value, diagnostics) if place and place.value else None
     loads: dict[str, Vector | None] = {
-        key: values.vector(field.value, dimension, findings)
-        for key, dimension in _LOADS.items()
+        key: values.resolve_vector(field.value, dimension, diagnostics)
+        for key, dimension in _LOAD_DIMENSIONS.items()
         if (field := fields.get(key)) and field.value
     }
     return Site(
@@ -238,18 +257,18 @@ def _site(block: Block, name: Word, findings: Findings) -> Site:
     )
 
 
-def _joint(block: Block, name: Word, findings: Findings) -> Joint | None:
+def _resolve_joint(block: Block, name: Word, diagnostics: Diagnostics) -> Joint | None:
     """A joint; None when nothing readable says what it connects."""
     origins: dict[str, Span] = {"name": name.span}
-    connect = _connect(block, name, findings)
-    fields = _fields(block, findings, origins)
+    connect = _find_connect(block, name, diagnostics)
+    fields = _collect_fields(block, diagnostics, origins)
     kind = fields.get("type")
-    chain = values.chain(kind.value, findings) if kind and kind.value else None
+    chain = values.resolve_chain(kind.value, diagnostics) if kind and kind.value else None
     lost = "type" in origins and chain is None
     factors = chain or ()
     rows = {
-        key: per_axis(fields[key], factors, findings)
-        for key in _PER_AXIS
+        key: resolve_joint_field(fields[key], factors, diagnostics)
+        for key in _JOINT_FIELD_DIMENSIONS
         if key in fields and not lost
     }
     if connect is None:
@@ -274,14 +293,14 @@ def _joint(block: Block, name: Word, findings: Findings) -> Joint | None:
     )
 
 
-def _connect(block: Block, name: Word, findings: Findings) -> Connect | None:
+def _find_connect(block: Block, name: Word, diagnostics: Diagnostics) -> Connect | None:
     """The one `connect` of a joint."""
     found = [statement for statement in block.body if isinstance(statement, Connect)]
     for second in found[1:]:
-        _second("`connect` in one joint", found[0].span, second.span, findings)
+        _report_duplicate("`connect` in one joint", found[0].span, second.span, diagnostics)
     wrong = [s for s in block.body if isinstance(s, Field) and s.name.text == "connect"]
-    if not found and not findings.malformed:
-        findings.error(
+    if not found and not diagnostics.has_syntax_errors:
+        diagnostics.error(
             "this `connect` names no two sites"
             if wrong
             else f"joint `{shorten(name.text)}` connects nothing",
@@ -289,25 +308,25 @@ def _connect(block: Block, name: Word, findings: Findings) -> Connect | None:
             "write `connect SEGMENT.SITE to SEGMENT.SITE;`",
         )
     if not found:
-        findings.partial = True
+        diagnostics.is_incomplete = True
     return found[0] if found else None
 
 
-def per_axis(
-    field: Field, chain: tuple[Factor, ...], findings: Findings
+def resolve_joint_field(
+    field: Field, chain: tuple[JointAxis, ...], diagnostics: Diagnostics
 ) -> tuple[float, ...] | None:
     """A field with one number for each degree of freedom."""
     if field.value is None:
         return None
-    about, along = _PER_AXIS[field.name.text]
+    about, along = _JOINT_FIELD_DIMENSIONS[field.name.text]
     dimensions = [about if factor.kind == "R" else along for factor in chain]
     what = (
         f"`{field.name.text}` has a value for each degree of freedom; this joint has {len(chain)}"
     )
     if not chain:
         what = "a joint without `type` is rigid: it has no degrees of freedom"
-    return values.numbers(field.value, dimensions, what, findings)
+    return values.resolve_numbers(field.value, dimensions, what, diagnostics)
 
 
-def _site_ref(node: Reference) -> SiteRef:
+def _site_ref(node: SiteReference) -> SiteRef:
     return SiteRef(node.segment.text, node.site.text)

@@ -3,197 +3,207 @@
 from collections.abc import Sequence
 from math import hypot
 
-from generator.diagnostics import Findings, Span, nearest, shorten
-from generator.figure import Factor, Location, Shift, Turn, Vector
-from generator.figure_file.parser import Call, Items, Number, Product, Text, Value, Word
+from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
+from generator.figure import JointAxis, Location, Rotation, Translation, Vector
+from generator.figure_file.parser import Call, ItemList, Number, Product, String, Value, Word
 from generator.units import (
-    BOUNDS,
-    EXAMPLES,
-    POWERS,
-    Bound,
+    DIMENSION_POWERS,
+    INPUT_BOUNDS,
+    UNIT_EXAMPLES,
     Dimension,
+    InputBound,
     UnitError,
-    bare_factor,
-    converted,
-    unit_named,
+    convert_to_si,
+    default_unit_factor,
+    parse_unit,
 )
 
-UNIT_AXIS = 1e-6
+UNIT_AXIS_TOLERANCE = 1e-6
 """Largest difference from one that the length of a printed unit axis may have."""
 
-ROUNDED_AXIS = 1e-12
+ROUNDED_AXIS_TOLERANCE = 1e-12
 """Above this difference an axis is scaled to length one; below it is taken as it is."""
 
 
-def number(node: Value, dimension: Dimension, findings: Findings) -> float | None:
+def resolve_number(node: Value, dimension: Dimension, diagnostics: Diagnostics) -> float | None:
     """One number in SI; None, with a fault noted, when `node` is none of this dimension."""
     if not isinstance(node, Number):
-        _not_a_number(node, dimension, findings)
+        _report_not_a_number(node, dimension, diagnostics)
         return None
     try:
-        factor = bare_factor(dimension)
+        factor = default_unit_factor(dimension)
         if node.unit:
-            unit = unit_named(node.unit)
-            if unit.powers != POWERS[dimension]:
+            unit = parse_unit(node.unit)
+            if unit.powers != DIMENSION_POWERS[dimension]:
                 raise UnitError(
                     f"`{shorten(node.unit)}` is no unit of {dimension.value}",
-                    f"units here: {EXAMPLES[dimension]}",
+                    f"units here: {UNIT_EXAMPLES[dimension]}",
                 )
             factor = unit.factor
-        return converted(node.text, factor)
+        return convert_to_si(node.text, factor)
     except UnitError as fault:
-        findings.error(str(fault), node.unit_span, fault.hint)
+        diagnostics.error(str(fault), node.unit_span, fault.hint)
     except OverflowError:
-        findings.error(f"`{shorten(node.text)}` is too large", node.span, "a number must be finite")
+        diagnostics.error(
+            f"`{shorten(node.text)}` is too large", node.span, "a number must be finite"
+        )
     return None
 
 
-def numbers(
-    node: Value, dimensions: Sequence[Dimension], what: str, findings: Findings
+def resolve_numbers(
+    node: Value, dimensions: Sequence[Dimension], what: str, diagnostics: Diagnostics
 ) -> tuple[float, ...] | None:
     """A list with one number for each of `dimensions`, in SI; None when something is wrong.
 
     A single number without brackets counts as a list of one.
     """
-    items, span = _listed(node)
+    items, span = _list_items(node)
     if len(items) != len(dimensions):
-        findings.error(f"{_count(len(items))} instead of {len(dimensions)}", span, what)
+        diagnostics.error(f"{_format_count(len(items))} instead of {len(dimensions)}", span, what)
         return None
-    read = [number(item, dim, findings) for item, dim in zip(items, dimensions, strict=True)]
+    read = [
+        resolve_number(item, dim, diagnostics) for item, dim in zip(items, dimensions, strict=True)
+    ]
     values = tuple(value for value in read if value is not None)
     if len(values) < len(read):
         return None
-    _warn_of_bare_angles(items, dimensions, values, span, findings)
+    _warn_unitless_angles(items, dimensions, values, span, diagnostics)
     return values
 
 
-def vector(node: Value, dimension: Dimension, findings: Findings) -> Vector | None:
+def resolve_vector(node: Value, dimension: Dimension, diagnostics: Diagnostics) -> Vector | None:
     """A list of three numbers."""
     what = "a vector has three components: `(x, y, z)`"
-    read = numbers(node, [dimension] * 3, what, findings)
+    read = resolve_numbers(node, [dimension] * 3, what, diagnostics)
     return None if read is None else (read[0], read[1], read[2])
 
 
-def words(node: Value, findings: Findings) -> tuple[Word, ...]:
+def resolve_names(node: Value, diagnostics: Diagnostics) -> tuple[Word, ...]:
     """One name, or a list of names in brackets."""
-    items, _ = _listed(node)
+    items, _ = _list_items(node)
     for item in items:
         if not isinstance(item, Word):
-            findings.error("a name is expected here", item.span, "names stand without quotes")
+            diagnostics.error("a name is expected here", item.span, "names stand without quotes")
     return tuple(item for item in items if isinstance(item, Word))
 
 
-def free_value(node: Value, findings: Findings) -> tuple[float, ...] | str | None:
+def resolve_attribute_value(
+    node: Value, diagnostics: Diagnostics
+) -> tuple[float, ...] | str | None:
     """A field of an attribute: plain numbers, a name or a string."""
-    if isinstance(node, Word | Text):
+    if isinstance(node, Word | String):
         return node.text
-    items, _ = _listed(node)
-    return numbers(node, [Dimension.NUMBER] * len(items), "", findings)
+    items, _ = _list_items(node)
+    return resolve_numbers(node, [Dimension.NUMBER] * len(items), "", diagnostics)
 
 
-def location(node: Value, findings: Findings) -> Location | None:
+def resolve_location(node: Value, diagnostics: Diagnostics) -> Location | None:
     """`xyz(...)` and `trans(...)`, joined by `*` in any number and order."""
-    factors: list[Turn | Shift | None] = []
+    factors: list[Rotation | Translation | None] = []
     for factor in _factors(node):
         if not isinstance(factor, Call) or factor.name.text not in ("xyz", "trans"):
-            _unknown_factor(factor, ("xyz", "trans"), "`xyz(a,b,c)` and `trans(x,y,z)`", findings)
+            _report_unknown_factor(
+                factor, ("xyz", "trans"), "`xyz(a,b,c)` and `trans(x,y,z)`", diagnostics
+            )
             factors.append(None)
         elif factor.name.text == "xyz":
-            angles = vector(factor.arguments, Dimension.ANGLE, findings)
-            factors.append(angles and Turn(angles))
+            angles = resolve_vector(factor.arguments, Dimension.ANGLE, diagnostics)
+            factors.append(angles and Rotation(angles))
         else:
-            offset = vector(factor.arguments, Dimension.LENGTH, findings)
-            factors.append(offset and Shift(offset))
+            offset = resolve_vector(factor.arguments, Dimension.LENGTH, diagnostics)
+            factors.append(offset and Translation(offset))
     read = tuple(factor for factor in factors if factor is not None)
     return Location(read) if len(read) == len(factors) else None
 
 
-def chain(node: Value, findings: Findings) -> tuple[Factor, ...] | None:
+def resolve_chain(node: Value, diagnostics: Diagnostics) -> tuple[JointAxis, ...] | None:
     """`R(x,y,z)` and `T(x,y,z)`, joined by `*`."""
-    factors: list[Factor | None] = []
+    factors: list[JointAxis | None] = []
     for factor in _factors(node):
         if not isinstance(factor, Call) or factor.name.text not in ("R", "T"):
-            _unknown_factor(factor, ("R", "T"), "`R(x,y,z)` and `T(x,y,z)`", findings)
+            _report_unknown_factor(factor, ("R", "T"), "`R(x,y,z)` and `T(x,y,z)`", diagnostics)
             factors.append(None)
             continue
-        axis = _axis(factor, findings)
+        axis = _resolve_axis(factor, diagnostics)
         kind = "R" if factor.name.text == "R" else "T"
-        factors.append(axis and Factor(kind, axis))
+        factors.append(axis and JointAxis(kind, axis))
     read = tuple(factor for factor in factors if factor is not None)
     return read if len(read) == len(factors) else None
 
 
-def bound_of(factor: Factor) -> Bound:
-    """How large a displacement about or along `factor`, or its rate, may be where one is given."""
-    return BOUNDS[Dimension.ANGLE if factor.kind == "R" else Dimension.LENGTH]
+def displacement_bound(joint_axis: JointAxis) -> InputBound:
+    """How large a displacement about or along `joint_axis`, or its rate, may be where one is given."""
+    return INPUT_BOUNDS[Dimension.ANGLE if joint_axis.kind == "R" else Dimension.LENGTH]
 
 
-def _axis(call: Call, findings: Findings) -> Vector | None:
+def _resolve_axis(call: Call, diagnostics: Diagnostics) -> Vector | None:
     """The axis of one degree of freedom, of length one."""
-    axis = vector(call.arguments, Dimension.NUMBER, findings)
+    axis = resolve_vector(call.arguments, Dimension.NUMBER, diagnostics)
     if axis is None:
         return None
     length = hypot(*axis)
     if length == 0.0:
-        findings.error(
+        diagnostics.error(
             "the zero vector is no axis", call.arguments.span, "an axis has length one: `(0,0,1)`"
         )
         return None
     x, y, z = (component / length for component in axis)
-    if abs(length - 1.0) > UNIT_AXIS:
-        findings.error(
+    if abs(length - 1.0) > UNIT_AXIS_TOLERANCE:
+        diagnostics.error(
             f"this axis has length {length:.7g} instead of 1",
             call.arguments.span,
             f"in this direction: `{call.name.text}({x:.9g},{y:.9g},{z:.9g})`",
         )
         return None
-    return axis if abs(length - 1.0) <= ROUNDED_AXIS else (x, y, z)
+    return axis if abs(length - 1.0) <= ROUNDED_AXIS_TOLERANCE else (x, y, z)
 
 
 def _factors(node: Value) -> Sequence[Value]:
     return node.factors if isinstance(node, Product) else (node,)
 
 
-def _unknown_factor(node: Value, known: tuple[str, ...], expected: str, findings: Findings) -> None:
+def _report_unknown_factor(
+    node: Value, known: tuple[str, ...], expected: str, diagnostics: Diagnostics
+) -> None:
     """A factor of a location or a chain that is something else."""
     if isinstance(node, Call):
-        near = nearest(node.name.text, known)
-        findings.error(f"unknown factor `{shorten(node.name.text)}`", node.name.span, near)
+        near = spelling_hint(node.name.text, known)
+        diagnostics.error(f"unknown factor `{shorten(node.name.text)}`", node.name.span, near)
     else:
-        findings.error("this is no factor", node.span, f"factors here: {expected}")
+        diagnostics.error("this is no factor", node.span, f"factors here: {expected}")
 
 
-def _listed(node: Value) -> tuple[tuple[Value, ...], Span]:
+def _list_items(node: Value) -> tuple[tuple[Value, ...], Span]:
     """The items of a list, or the value itself as a list of one."""
-    return (node.items if isinstance(node, Items) else (node,)), node.span
+    return (node.items if isinstance(node, ItemList) else (node,)), node.span
 
 
-def _count(count: int) -> str:
+def _format_count(count: int) -> str:
     return "1 value" if count == 1 else f"{count} values"
 
 
-def _not_a_number(node: Value, dimension: Dimension, findings: Findings) -> None:
+def _report_not_a_number(node: Value, dimension: Dimension, diagnostics: Diagnostics) -> None:
     """Say that something else stands where a number belongs."""
-    hint = f"units here: {EXAMPLES[dimension]}"
+    hint = f"units here: {UNIT_EXAMPLES[dimension]}"
     if isinstance(node, Word) and node.text.lower() in ("nan", "inf", "infinity"):
         hint = "a number is finite and written in digits"
-    elif isinstance(node, Items):
+    elif isinstance(node, ItemList):
         hint = "one number without brackets"
-    findings.error(f"{dimension.value} is expected here", node.span, hint)
+    diagnostics.error(f"{dimension.value} is expected here", node.span, hint)
 
 
-def _warn_of_bare_angles(
+def _warn_unitless_angles(
     items: Sequence[Value],
     dimensions: Sequence[Dimension],
     values: Sequence[float],
     span: Span,
-    findings: Findings,
+    diagnostics: Diagnostics,
 ) -> None:
     """One warning for a list in which an angle other than zero has no unit."""
     for item, dimension, value in zip(items, dimensions, values, strict=True):
         bare = isinstance(item, Number) and not item.unit
         if bare and dimension is Dimension.ANGLE and value != 0.0:
-            findings.warning(
+            diagnostics.warning(
                 f"an angle without a unit is in radians: {value:g} is {value * 57.2957795:.4g} deg",
                 span,
                 "write `rad` or `deg` behind it",

@@ -5,17 +5,17 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from generator.figure import (
     Attribute,
-    Factor,
     Figure,
     Joint,
+    JointAxis,
     Location,
+    Rotation,
     Segment,
     Site,
     SiteRef,
-    Turn,
 )
-from generator.figure_file.lexer import LONGEST_WORD
-from generator.units import Dimension, written
+from generator.figure_file.lexer import MAX_WORD_LENGTH
+from generator.units import Dimension, format_quantity
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -26,13 +26,13 @@ def write_figure(figure: Figure) -> str:
     Raises ValueError for what the language cannot say: a name with odd characters, a quote in a
     string, a number that is not finite.
     """
-    lines = [f"figure {_name(figure.name)} {{" if figure.name is not None else "figure {"]
+    lines = [f"figure {_checked_name(figure.name)} {{" if figure.name is not None else "figure {"]
     for attribute in figure.attributes.values():
-        lines += _block(f"attribute {_name(attribute.name)}", _attribute(attribute))
+        lines += _block(f"attribute {_checked_name(attribute.name)}", _attribute(attribute))
     for segment in figure.segments.values():
-        lines += _block(f"segment {_name(segment.name)}", _segment(segment))
+        lines += _block(f"segment {_checked_name(segment.name)}", _segment(segment))
     for joint in figure.joints.values():
-        lines += _block(f"joint {_name(joint.name)}", _joint(joint))
+        lines += _block(f"joint {_checked_name(joint.name)}", _joint(joint))
     return "\n".join([*lines, f"  root = {_site_ref(figure.root)};", "}", ""])
 
 
@@ -50,8 +50,8 @@ def write_pose(figure: Figure, displacements: Mapping[str, Sequence[float]]) -> 
     for name, joint in figure.joints.items():
         if joint.chain and name in displacements:
             row = [float(value) for value in displacements[name]]
-            values = _per_axis(row, joint.chain, Dimension.ANGLE, Dimension.LENGTH)
-            lines += _block(f"joint {_name(name)}", [f"displacement = {values};"])
+            values = _format_joint_values(row, joint.chain, Dimension.ANGLE, Dimension.LENGTH)
+            lines += _block(f"joint {_checked_name(name)}", [f"displacement = {values};"])
     return "\n".join([*(line.removeprefix("  ") for line in lines), ""])
 
 
@@ -65,7 +65,7 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 def _attribute(attribute: Attribute) -> list[str]:
     return [
-        f"{_name(key)} = {_string(value) if isinstance(value, str) else _plain(value)};"
+        f"{_checked_name(key)} = {_quote(value) if isinstance(value, str) else _format_numbers(value)};"
         for key, value in attribute.fields.items()
     ]
 
@@ -73,14 +73,14 @@ def _attribute(attribute: Attribute) -> list[str]:
 def _segment(segment: Segment) -> list[str]:
     lines: list[str] = []
     if segment.psurf is not None:
-        lines.append(f"psurf = {_string(segment.psurf)};")
-    names = [_name(name) for name in segment.attributes]
+        lines.append(f"psurf = {_quote(segment.psurf)};")
+    names = [_checked_name(name) for name in segment.attributes]
     if names:
-        lines.append(f"attribute = {names[0] if len(names) == 1 else _list(names)};")
+        lines.append(f"attribute = {names[0] if len(names) == 1 else _format_list(names)};")
     if segment.mass is not None:
-        lines.append(f"mass = {written(segment.mass, Dimension.MASS)};")
+        lines.append(f"mass = {format_quantity(segment.mass, Dimension.MASS)};")
     if segment.inertia is not None:
-        lines.append(f"inertia = {_vector(segment.inertia, Dimension.INERTIA)};")
+        lines.append(f"inertia = {_format_vector(segment.inertia, Dimension.INERTIA)};")
     for site in segment.sites.values():
         lines += _site(site)
     return lines
@@ -95,17 +95,19 @@ def _site(site: Site) -> list[str]:
         ("localmoment", site.local_moment, Dimension.MOMENT),
     )
     fields = [f"location = {_location(site.location)};"] if site.location.factors else []
-    fields += [f"{key} = {_vector(load, dim)};" for key, load, dim in loads if load is not None]
+    fields += [
+        f"{key} = {_format_vector(load, dim)};" for key, load, dim in loads if load is not None
+    ]
     if len(fields) == 1:
-        return [f"site {_name(site.name)}->{fields[0]}"]
-    return [f"site {_name(site.name)} {{", *_indented(fields), "}"]
+        return [f"site {_checked_name(site.name)}->{fields[0]}"]
+    return [f"site {_checked_name(site.name)} {{", *_indented(fields), "}"]
 
 
 def _location(location: Location) -> str:
     return " * ".join(
-        f"xyz{_vector(factor.angles, Dimension.ANGLE)}"
-        if isinstance(factor, Turn)
-        else f"trans{_vector(factor.offset, Dimension.LENGTH)}"
+        f"xyz{_format_vector(factor.angles, Dimension.ANGLE)}"
+        if isinstance(factor, Rotation)
+        else f"trans{_format_vector(factor.offset, Dimension.LENGTH)}"
         for factor in location.factors
     )
 
@@ -120,50 +122,52 @@ def _joint(joint: Joint) -> list[str]:
     )
     lines = [f"connect {_site_ref(joint.parent)} to {_site_ref(joint.child)};"]
     if joint.chain:
-        lines.append(f"type = {'*'.join(f.kind + _plain(f.axis) for f in joint.chain)};")
+        lines.append(f"type = {'*'.join(f.kind + _format_numbers(f.axis) for f in joint.chain)};")
     if any(joint.displacement):
-        values = _per_axis(joint.displacement, joint.chain, Dimension.ANGLE, Dimension.LENGTH)
+        values = _format_joint_values(
+            joint.displacement, joint.chain, Dimension.ANGLE, Dimension.LENGTH
+        )
         lines.append(f"displacement = {values};")
     lines += [
-        f"{key} = {_per_axis(row, joint.chain, about, along)};"
+        f"{key} = {_format_joint_values(row, joint.chain, about, along)};"
         for key, row, about, along in rows
         if row is not None
     ]
     return lines
 
 
-def _per_axis(
-    row: Sequence[float], chain: Sequence[Factor], about: Dimension, along: Dimension
+def _format_joint_values(
+    row: Sequence[float], chain: Sequence[JointAxis], about: Dimension, along: Dimension
 ) -> str:
-    return _list(
-        written(value, about if factor.kind == "R" else along)
+    return _format_list(
+        format_quantity(value, about if factor.kind == "R" else along)
         for value, factor in zip(row, chain, strict=True)
     )
 
 
-def _vector(values: Sequence[float], dimension: Dimension) -> str:
-    return _list(written(value, dimension) for value in values)
+def _format_vector(values: Sequence[float], dimension: Dimension) -> str:
+    return _format_list(format_quantity(value, dimension) for value in values)
 
 
-def _plain(values: Sequence[float]) -> str:
-    return _vector(values, Dimension.NUMBER)
+def _format_numbers(values: Sequence[float]) -> str:
+    return _format_vector(values, Dimension.NUMBER)
 
 
-def _list(texts: Iterable[str]) -> str:
+def _format_list(texts: Iterable[str]) -> str:
     return f"({','.join(texts)})"
 
 
 def _site_ref(ref: SiteRef) -> str:
-    return f"{_name(ref.segment)}.{_name(ref.site)}"
+    return f"{_checked_name(ref.segment)}.{_checked_name(ref.site)}"
 
 
-def _name(name: str) -> str:
-    if not _NAME.fullmatch(name) or len(name) > LONGEST_WORD:
+def _checked_name(name: str) -> str:
+    if not _NAME.fullmatch(name) or len(name) > MAX_WORD_LENGTH:
         raise ValueError(f"the figure language has no such name: {name!r}")
     return name
 
 
-def _string(text: str) -> str:
-    if set(text) & {'"', "\n", "\r"} or len(text) + 2 > LONGEST_WORD:
+def _quote(text: str) -> str:
+    if set(text) & {'"', "\n", "\r"} or len(text) + 2 > MAX_WORD_LENGTH:
         raise ValueError(f"the figure language has no such string: {text!r}")
     return f'"{text}"'

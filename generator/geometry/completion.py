@@ -15,27 +15,35 @@ from math import degrees, floor, log10
 
 import numpy as np
 
-from generator.diagnostics import Fault, Findings, InputError, Source, Span, shorten, warning
-from generator.figure import CENTRE_OF_MASS, Figure, Segment
+from generator.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    InputError,
+    Source,
+    Span,
+    shorten,
+    warning,
+)
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Segment
 from generator.figure_file.lexer import Token, tokenize
-from generator.figure_file.resolve import place_of
-from generator.geometry.read import surface_of
-from generator.geometry.validate import Solid, solid_of
+from generator.figure_file.resolve import origin_span
+from generator.geometry.read import read_segment_surface
+from generator.geometry.validate import Solid, build_solid
 from generator.inertia import MassProperties
-from generator.units import Dimension, bare_factor, written
+from generator.units import Dimension, default_unit_factor, format_quantity
 
-DIGITS = 7
+SIGNIFICANT_DIGITS = 7
 """Significant digits that are written: more than any drawing of a segment has."""
 
-SMALL = 0.01
+NEGLIGIBLE_PRODUCTS_RATIO = 0.01
 """Products of inertia below this, relative to the moments of their axes, are not worth a word."""
 
-FIELDS = ("mass", "inertia", CENTRE_OF_MASS)
+MASS_FIELDS = ("mass", "inertia", CENTRE_OF_MASS_SITE)
 """What a segment that moves must have."""
 
 
 @dataclass(frozen=True)
-class Products:
+class ProductsOfInertia:
     """Products of inertia that the figure language cannot hold.
 
     Attributes:
@@ -47,45 +55,49 @@ class Products:
     angle: float
 
     @property
-    def are_small(self) -> bool:
+    def are_negligible(self) -> bool:
         """Whether leaving them out changes nothing that counts."""
-        return self.ratio <= SMALL
+        return self.ratio <= NEGLIGIBLE_PRODUCTS_RATIO
 
 
-def products_of(body: MassProperties) -> Products:
+def products_of_inertia(body: MassProperties) -> ProductsOfInertia:
     """What of a body's inertia is not along the axes of its frame."""
     moments = np.sqrt(np.diag(body.inertia))
     ratios = np.abs(body.inertia) / np.outer(moments, moments)
-    nearest = np.abs(body.principal.axes).max(axis=0).min()
-    return Products(
+    nearest = np.abs(body.principal_inertia.axes).max(axis=0).min()
+    return ProductsOfInertia(
         ratio=float(ratios[~np.eye(3, dtype=bool)].max()),
         angle=float(np.arccos(min(1.0, float(nearest)))),
     )
 
 
-def statements_of(body: MassProperties) -> dict[str, str]:
+def mass_statements(body: MassProperties) -> dict[str, str]:
     """The statements of a segment block for a body told in the segment's frame, by field."""
-    size = float(np.sqrt(np.trace(body.inertia) / body.mass)) / _cgs(Dimension.LENGTH)
-    places = DIGITS - 1 - floor(log10(size))
-    centre = (_decimal(round(float(c) / _cgs(Dimension.LENGTH), places)) for c in body.centre)
-    moments = (_number(float(m) / _cgs(Dimension.INERTIA)) for m in np.diag(body.inertia))
+    size = float(np.sqrt(np.trace(body.inertia) / body.mass)) / _cgs_unit(Dimension.LENGTH)
+    places = SIGNIFICANT_DIGITS - 1 - floor(log10(size))
+    centre = (
+        _format_decimal(round(float(c) / _cgs_unit(Dimension.LENGTH), places)) for c in body.centre
+    )
+    moments = (
+        _format_number(float(m) / _cgs_unit(Dimension.INERTIA)) for m in np.diag(body.inertia)
+    )
     return {
-        "mass": f"mass = {_number(body.mass / _cgs(Dimension.MASS))}g;",
+        "mass": f"mass = {_format_number(body.mass / _cgs_unit(Dimension.MASS))}g;",
         "inertia": f"inertia = ({','.join(moments)});",
-        CENTRE_OF_MASS: f"site {CENTRE_OF_MASS}->location = "
+        CENTRE_OF_MASS_SITE: f"site {CENTRE_OF_MASS_SITE}->location = "
         f"trans({','.join(f'{part}cm' for part in centre)});",
     }
 
 
-def _cgs(dimension: Dimension) -> float:
-    return float(bare_factor(dimension))
+def _cgs_unit(dimension: Dimension) -> float:
+    return float(default_unit_factor(dimension))
 
 
-def _number(value: float) -> str:
-    return _decimal(float(f"{value:.{DIGITS}g}"))
+def _format_number(value: float) -> str:
+    return _format_decimal(float(f"{value:.{SIGNIFICANT_DIGITS}g}"))
 
 
-def _decimal(value: float) -> str:
+def _format_decimal(value: float) -> str:
     """Digits without an exponent where that is not too long, and without a minus before zero."""
     return f"{value + 0.0:.15g}"
 
@@ -113,7 +125,7 @@ class Completion:
 
     text: str
     additions: tuple[Addition, ...]
-    faults: tuple[Fault, ...]
+    diagnostics: tuple[Diagnostic, ...]
 
 
 def complete_figure(figure: Figure, source: Source, density: float) -> Completion:
@@ -132,99 +144,103 @@ def complete_figure(figure: Figure, source: Source, density: float) -> Completio
         InputError: psurfs that are needed cannot be read, or enclose no body; with all faults.
         ValueError: the density is not above zero.
     """
-    faults: list[Fault] = []
-    wrong: list[Fault] = []
+    faults: list[Diagnostic] = []
+    wrong: list[Diagnostic] = []
     additions: list[Addition] = []
     solids: dict[str, Solid | None] = {}
     for segment in figure.bodies.values():
-        missing = _missing(segment)
+        missing = _missing_fields(segment)
         if not missing or segment.has_ground_mass:
             continue
-        flaw = _why_not(segment, missing)
+        flaw = _incompletable_warning(segment, missing)
         if flaw is not None:
             faults.append(flaw)
             continue
         psurf = segment.psurf or ""
         if psurf not in solids:
-            solids[psurf], told = _solid(figure, segment)
+            solids[psurf], told = _read_solid(figure, segment)
             (faults if solids[psurf] else wrong).extend(told)
         solid = solids[psurf]
         if solid is not None:
-            addition = _addition(segment, missing, solid, density)
+            addition = _build_addition(segment, missing, solid, density)
             additions.append(addition)
-            faults += _told_of_products(segment, addition)
+            faults += _omitted_products_warnings(segment, addition)
     if wrong:
         raise InputError([*faults, *wrong])
-    text = _with_statements(figure, source, additions)
+    text = _insert_statements(figure, source, additions)
     return Completion(text, tuple(additions), tuple(faults))
 
 
-def _solid(figure: Figure, segment: Segment) -> tuple[Solid | None, tuple[Fault, ...]]:
+def _read_solid(figure: Figure, segment: Segment) -> tuple[Solid | None, tuple[Diagnostic, ...]]:
     """The body within a segment's psurf with its warnings; None with what is wrong."""
     try:
-        solid = solid_of(surface_of(figure, segment))
+        solid = build_solid(read_segment_surface(figure, segment))
     except InputError as failure:
-        return None, failure.faults
+        return None, failure.diagnostics
     return solid, solid.warnings
 
 
-def _missing(segment: Segment) -> tuple[str, ...]:
+def _missing_fields(segment: Segment) -> tuple[str, ...]:
     there = {
         "mass": segment.mass is not None,
         "inertia": segment.inertia is not None,
-        CENTRE_OF_MASS: CENTRE_OF_MASS in segment.sites,
+        CENTRE_OF_MASS_SITE: CENTRE_OF_MASS_SITE in segment.sites,
     }
-    return tuple(name for name in FIELDS if not there[name])
+    return tuple(name for name in MASS_FIELDS if not there[name])
 
 
-def _why_not(segment: Segment, missing: Sequence[str]) -> Fault | None:
+def _incompletable_warning(segment: Segment, missing: Sequence[str]) -> Diagnostic | None:
     """What keeps a segment from being filled in, as a warning."""
     lacks = " and ".join(f"`{name}`" for name in missing)
     name = shorten(segment.name)
     if segment.mass == 0.0:
         return warning(
             f"segment `{name}` lacks {lacks}, but its mass is given as zero",
-            place_of(segment.origins, "mass"),
+            origin_span(segment.origins, "mass"),
             "leave out the mass to have it estimated as well",
         )
     if segment.psurf is None:
         return warning(
             f"segment `{name}` lacks {lacks}, and has no psurf to take it from",
-            place_of(segment.origins),
+            origin_span(segment.origins),
         )
     return None
 
 
-def _addition(segment: Segment, missing: tuple[str, ...], solid: Solid, density: float) -> Addition:
+def _build_addition(
+    segment: Segment, missing: tuple[str, ...], solid: Solid, density: float
+) -> Addition:
     if segment.mass is not None:
         density = segment.mass / solid.volume
     return Addition(segment.name, missing, solid.mass_properties(density), density)
 
 
-def _told_of_products(segment: Segment, addition: Addition) -> list[Fault]:
-    products = products_of(addition.body)
-    if "inertia" not in addition.fields or products.are_small:
+def _omitted_products_warnings(segment: Segment, addition: Addition) -> list[Diagnostic]:
+    products = products_of_inertia(addition.body)
+    if "inertia" not in addition.fields or products.are_negligible:
         return []
     return [
         warning(
             f"the products of inertia of `{shorten(segment.name)}` are left out: up to "
             f"{100.0 * products.ratio:.2g} % of its moments",
-            place_of(segment.origins, "psurf"),
+            origin_span(segment.origins, "psurf"),
             f"its principal axes are turned by {degrees(products.angle):.2g} deg from its own; "
             "a figure file holds moments along the segment's axes only",
         )
     ]
 
 
-def _with_statements(figure: Figure, source: Source, additions: Sequence[Addition]) -> str:
+def _insert_statements(figure: Figure, source: Source, additions: Sequence[Addition]) -> str:
     """The text with the statements of all additions, put in from the end on."""
-    tokens = list(tokenize(source, Findings())) if additions else []
+    tokens = list(tokenize(source, Diagnostics())) if additions else []
     at = {token.start: place for place, token in enumerate(tokens)}
     pieces: dict[int, str] = {}
     for addition in additions:
         segment = figure.segments[addition.segment]
         place = at[segment.origins["psurf"].start]
-        offset, piece = _insertion(source, tokens[place - 2 : place + 3], _lines(segment, addition))
+        offset, piece = _insertion(
+            source, tokens[place - 2 : place + 3], _commented_statements(segment, addition)
+        )
         pieces[offset] = piece
     text = source.text
     for offset in sorted(pieces, reverse=True):
@@ -232,14 +248,16 @@ def _with_statements(figure: Figure, source: Source, additions: Sequence[Additio
     return text
 
 
-def _lines(segment: Segment, addition: Addition) -> Mapping[str, str]:
+def _commented_statements(segment: Segment, addition: Addition) -> Mapping[str, str]:
     """The statements of an addition, each with the comment that belongs to it."""
-    density = written(float(f"{addition.density:.5g}"), Dimension.DENSITY)
+    density = format_quantity(float(f"{addition.density:.5g}"), Dimension.DENSITY)
     given = segment.mass is not None
     of_mass = f" for the mass given, {density}" if given else f" at {density}"
-    statements = statements_of(addition.body)
+    statements = mass_statements(addition.body)
     return {
-        statements[name]: f"estimated from the psurf{'' if name == CENTRE_OF_MASS else of_mass}"
+        statements[
+            name
+        ]: f"estimated from the psurf{'' if name == CENTRE_OF_MASS_SITE else of_mass}"
         for name in addition.fields
     }
 

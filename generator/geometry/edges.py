@@ -16,16 +16,16 @@ class Edges:
 
     Attributes:
         surface: the surface.
-        open: half-edges that no other face shares, shape (o,).
-        crowded: the first half-edge of each edge that more than two faces share, shape (c,).
-        crowds: how many faces share each of these, shape (c,).
+        boundary: half-edges that no other face shares, shape (o,).
+        nonmanifold: the first half-edge of each edge that more than two faces share, shape (c,).
+        nonmanifold_face_counts: how many faces share each of these, shape (c,).
         pairs: the two half-edges of all other edges, shape (2, p).
     """
 
     surface: Surface
-    open: Indices
-    crowded: Indices
-    crowds: Indices
+    boundary: Indices
+    nonmanifold: Indices
+    nonmanifold_face_counts: Indices
     pairs: Indices
 
     @cached_property
@@ -34,7 +34,7 @@ class Edges:
         return self.surface.face_of_corner[self.pairs]
 
     @cached_property
-    def against(self) -> Mask:
+    def same_direction(self) -> Mask:
         """Whether the faces of a pair run the edge in the same direction: one is turned, (p,)."""
         start = self.surface.corners[self.pairs]
         return start[0] == start[1]
@@ -42,21 +42,21 @@ class Edges:
     @cached_property
     def shells(self) -> Indices:
         """The shell that each face belongs to, numbered in the order of the faces, shape (m,)."""
-        return components(self.surface.face_count, self.neighbours)
+        return component_labels(self.surface.face_count, self.neighbours)
 
     @cached_property
-    def pinched(self) -> Indices:
+    def pinch_vertices(self) -> Indices:
         """Vertices at which a surface of pairs touches itself in a point, shape (v,).
 
         The corners at a vertex that follow each other over shared edges are one fan.
         """
         one, two = self.pairs[0], self.pairs[1]
-        after = _next_in_face(self.surface)
+        after = _next_corner_in_face(self.surface)
         here, there = after[one], after[two]
-        at_start = np.stack([one, np.where(self.against, two, there)])
-        at_end = np.stack([here, np.where(self.against, there, two)])
+        at_start = np.stack([one, np.where(self.same_direction, two, there)])
+        at_end = np.stack([here, np.where(self.same_direction, there, two)])
         links = np.hstack([at_start, at_end])
-        fans = components(len(self.surface.corners), links)
+        fans = component_labels(len(self.surface.corners), links)
         firsts = np.unique(fans, return_index=True)[1]
         counts = np.bincount(self.surface.corners[firsts], minlength=len(self.surface.vertices))
         return np.flatnonzero(counts > 1)
@@ -67,7 +67,7 @@ class Edges:
         return "-".join(map(self.surface.vertex_name, ends))
 
 
-def edges_of(surface: Surface) -> Edges:
+def build_edges(surface: Surface) -> Edges:
     """The edges of a surface whose faces pass no vertex twice."""
     start, end = surface.corners, surface.next_corners
     keys = np.minimum(start, end) * len(surface.vertices) + np.maximum(start, end)
@@ -78,14 +78,14 @@ def edges_of(surface: Surface) -> Edges:
     paired = firsts[counts == 2]
     return Edges(
         surface=surface,
-        open=np.sort(order[firsts[counts == 1]]),
-        crowded=order[firsts[counts > 2]],
-        crowds=counts[counts > 2],
+        boundary=np.sort(order[firsts[counts == 1]]),
+        nonmanifold=order[firsts[counts > 2]],
+        nonmanifold_face_counts=counts[counts > 2],
         pairs=np.stack([order[paired], order[paired + 1]]),
     )
 
 
-def components(count: int, links: Indices) -> Indices:
+def component_labels(count: int, links: Indices) -> Indices:
     """The connected component of each of `count` nodes, shape (count,); links have shape (2, n)."""
     marks = np.ones(links.shape[1], dtype=np.int8)
     graph = coo_array((marks, (links[0], links[1])), (count, count))
@@ -93,7 +93,7 @@ def components(count: int, links: Indices) -> Indices:
     return np.asarray(labels, dtype=np.int64)
 
 
-def consistent_turns(edges: Edges) -> Mask | None:
+def faces_to_flip(edges: Edges) -> Mask | None:
     """Faces to turn so that neighbours agree on what is outside, shape (m,); None when none do.
 
     The first face of each shell stays. In the double cover of the surface each face is there as it
@@ -101,19 +101,19 @@ def consistent_turns(edges: Edges) -> Mask | None:
     Moebius strip's, both copies of a face hang together.
     """
     count = edges.surface.face_count
-    if not edges.against.any():
+    if not edges.same_direction.any():
         return np.zeros(count, dtype=bool)
     one, two = edges.neighbours[0], edges.neighbours[1]
-    swap = edges.against * count
+    swap = edges.same_direction * count
     links = np.hstack([np.stack([one, two + swap]), np.stack([one + count, two + count - swap])])
-    cover = components(2 * count, links)
+    cover = component_labels(2 * count, links)
     if (cover[:count] == cover[count:]).any():
         return None
     first = np.unique(edges.shells, return_index=True)[1]
     return cover[:count] != cover[first][edges.shells]
 
 
-def _next_in_face(surface: Surface) -> Indices:
+def _next_corner_in_face(surface: Surface) -> Indices:
     """The corner that follows each corner round its face, shape (k,)."""
     following = np.arange(1, len(surface.corners) + 1)
     following[surface.starts[1:] - 1] = surface.starts[:-1]

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from generator.diagnostics import Fault, Span
-from generator.geometry.surface import LEAST, Array, Indices, Surface
+from generator.diagnostics import Diagnostic, Span
+from generator.geometry.surface import MIN_FACE_CORNERS, Array, Indices, Surface
 from generator.geometry.volume import Tetrahedra
 
-NAMED = 10
+MAX_NAMES_LISTED = 10
 """How many faces, edges or vertices a sentence names."""
 
 
@@ -39,63 +39,65 @@ class Shell:
 
 
 @dataclass
-class Examination:
+class SurfaceValidation:
     """What is known of a surface so far.
 
     Attributes:
         surface: as it can be used: vertices joined and faces turned where that was needed.
-        faults: what is wrong or odd.
+        diagnostics: what is wrong or odd.
         shells: its closed parts; none while there are errors.
-        turned: faces that were turned, by index.
-        joined: vertices that were given up for others at the same place.
+        flipped: faces that were turned, by index.
+        merged_vertex_count: vertices that were given up for others at the same place.
         tetrahedra: the sums over the surface as it can be used.
     """
 
     surface: Surface
-    faults: list[Fault] = field(default_factory=list[Fault])
+    diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
     shells: tuple[Shell, ...] = ()
-    turned: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    joined: int = 0
+    flipped: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    merged_vertex_count: int = 0
     tetrahedra: Tetrahedra | None = None
 
-    def note(
+    def add_diagnostic(
         self,
-        make: Callable[[str, Span | None, str], Fault],
+        make_diagnostic: Callable[[str, Span | None, str], Diagnostic],
         message: str,
         face: int | None,
         hint: str = "",
     ) -> None:
         """Note a fault at a face; it names the file itself where there is no line to show."""
-        place = None if face is None else self.surface.place(face)
+        place = None if face is None else self.surface.face_span(face)
         said = message if place else f"{self.surface.name}: {message}"
-        self.faults.append(make(said, place, hint))
+        self.diagnostics.append(make_diagnostic(said, place, hint))
 
-    def faces_are(self, faces: Indices) -> str:
+    def faces_phrase(self, faces: Indices) -> str:
         """`face 3 is`, `faces 3, 5 are`."""
-        names = listed([self.surface.face_name(f) for f in faces[:NAMED].tolist()], len(faces))
+        names = join_names(
+            [self.surface.face_name(f) for f in faces[:MAX_NAMES_LISTED].tolist()], len(faces)
+        )
         return f"face {names} is" if len(faces) == 1 else f"faces {names} are"
 
-    def in_parts(self, firsts: Indices, all_of_them: int) -> str:
+    def shells_phrase(self, first_faces: Indices, shell_count: int) -> str:
         """Which shells, given by their first faces, a sentence is about, unless it is about all."""
-        if len(firsts) == all_of_them:
+        if len(first_faces) == shell_count:
             return ""
-        names = [self.surface.face_name(face) for face in firsts[:NAMED].tolist()]
-        return f" in the part of face {listed(names, len(firsts))}"
+        names = [self.surface.face_name(face) for face in first_faces[:MAX_NAMES_LISTED].tolist()]
+        return f" in the part of face {join_names(names, len(first_faces))}"
 
 
-def listed(names: Sequence[str], count: int) -> str:
+def join_names(names: Sequence[str], count: int) -> str:
     """The names, and how many more there are."""
     more = count - len(names)
     return ", ".join(names) + (f" and {more} more" if more else "")
 
 
-FLAT = 1e-6
+PLANARITY_TOLERANCE = 1e-6
 """A face counts as planar up to this deviation, relative to its size."""
 
-WARPED = 0.01
+MAX_WARP = 0.01
 """Up to this deviation a face is used with a warning, above it the surface is refused."""
 
-NO_AREA = 1e-12
+MIN_RELATIVE_AREA = 1e-12
 """A face whose area is below this, relative to the square of its size, has none."""
 
 
@@ -104,36 +106,36 @@ class FaceFlaws:
     """What is odd about single faces.
 
     Attributes:
-        repeating: faces that pass a vertex twice.
+        repeated_vertex: faces that pass a vertex twice.
         slivers: triangles without area; they enclose nothing, and do no harm.
-        crossed: larger faces without area: their sides cross, or they lie on a line.
+        degenerate_polygons: larger faces without area: their sides cross, or they lie on a line.
         warps: distance of the farthest corner from a face's plane, relative to its size, for those
             that are not planar, by face.
     """
 
-    repeating: Indices
+    repeated_vertex: Indices
     slivers: Indices
-    crossed: Indices
+    degenerate_polygons: Indices
     warps: dict[int, float]
 
 
-def flaws_of(surface: Surface) -> FaceFlaws:
+def face_flaws(surface: Surface) -> FaceFlaws:
     """What is odd about single faces of a surface."""
-    repeating = _repeating(surface)
+    repeating = _faces_with_repeated_vertex(surface)
     areas = _area_vectors(surface)
-    lengths, sizes = np.sqrt((areas**2).sum(axis=0)), _sizes(surface)
-    flat = lengths <= NO_AREA * sizes**2
-    polygons = surface.sizes > LEAST
+    lengths, sizes = np.sqrt((areas**2).sum(axis=0)), _face_diagonals(surface)
+    flat = lengths <= MIN_RELATIVE_AREA * sizes**2
+    polygons = surface.corner_counts > MIN_FACE_CORNERS
     return FaceFlaws(
         repeating,
         slivers=np.flatnonzero(flat & ~polygons),
-        crossed=np.flatnonzero(flat & polygons),
+        degenerate_polygons=np.flatnonzero(flat & polygons),
         warps=_warps(surface, areas, sizes, np.flatnonzero(polygons & ~flat)),
     )
 
 
-def _repeating(surface: Surface) -> Indices:
-    if (surface.sizes == LEAST).all():
+def _faces_with_repeated_vertex(surface: Surface) -> Indices:
+    if (surface.corner_counts == MIN_FACE_CORNERS).all():
         a, b, c = surface.corners.reshape(-1, 3).T
         return np.flatnonzero((a == b) | (b == c) | (c == a))
     keys = np.sort(surface.face_of_corner * len(surface.vertices) + surface.corners)
@@ -143,7 +145,7 @@ def _repeating(surface: Surface) -> Indices:
 
 def _area_vectors(surface: Surface) -> Array:
     """Area of each face along its normal [m2], shape (3, m): the sum over its triangles."""
-    triangles, owner = surface.fans
+    triangles, owner = surface.fan_triangles
     points = np.ascontiguousarray(surface.vertices.T)
     hub = np.take(points, triangles[0], axis=1)
     one, two = (np.take(points, triangles[k], axis=1) - hub for k in (1, 2))
@@ -156,10 +158,10 @@ def _area_vectors(surface: Surface) -> Array:
     return np.stack(sums, dtype=np.float64)
 
 
-def _sizes(surface: Surface) -> Array:
+def _face_diagonals(surface: Surface) -> Array:
     """Diagonal of the box about each face [m], shape (m,)."""
     points = np.ascontiguousarray(surface.vertices.T)
-    if (surface.sizes == LEAST).all():
+    if (surface.corner_counts == MIN_FACE_CORNERS).all():
         one, two, three = (np.take(points, surface.corners[k::3], axis=1) for k in range(3))
         low = np.minimum(np.minimum(one, two), three)
         high = np.maximum(np.maximum(one, two), three)
@@ -170,7 +172,7 @@ def _sizes(surface: Surface) -> Array:
     return np.sqrt(((high - low) ** 2).sum(axis=0))
 
 
-def _warps(surface: Surface, areas: Array, sizes: Array, faces: Indices) -> dict[int, float]:
+def _warps(surface: Surface, areas: Array, diagonals: Array, faces: Indices) -> dict[int, float]:
     """How far each of `faces` is from planar, where it is more than rounding."""
     if not len(faces):
         return {}
@@ -180,7 +182,7 @@ def _warps(surface: Surface, areas: Array, sizes: Array, faces: Indices) -> dict
     with np.errstate(divide="ignore", invalid="ignore"):  # for faces that are not asked about
         normals = (areas / np.sqrt((areas**2).sum(axis=0))).T
     heights = (arms * normals[surface.face_of_corner]).sum(axis=1)
-    middles = np.add.reduceat(heights, firsts) / surface.sizes
+    middles = np.add.reduceat(heights, firsts) / surface.corner_counts
     away = np.maximum.reduceat(np.abs(heights - middles[surface.face_of_corner]), firsts)
-    warps = away[faces] / sizes[faces]
-    return {int(f): float(w) for f, w in zip(faces, warps, strict=True) if w > FLAT}
+    warps = away[faces] / diagonals[faces]
+    return {int(f): float(w) for f, w in zip(faces, warps, strict=True) if w > PLANARITY_TOLERANCE}

@@ -13,87 +13,91 @@ import numpy as np
 
 from generator.geometry.surface import Array, Indices, Mask, Surface
 
-AT_ONCE = 200_000
+MAX_PAIRS_PER_BATCH = 200_000
 """Pairs of an edge and a triangle that are compared together."""
 
-DEEPEST = 40
+MAX_SUBDIVISION_DEPTH = 40
 """Halvings of space after which pairs are compared however many they are."""
 
-TOUCHING = 1e-9
+TOUCH_TOLERANCE = 1e-9
 """Volumes below this, relative to the cube of an edge and a triangle's extent, mean a touch."""
 
 
-def crosses(one: Array, two: Array) -> bool:
+def triangles_intersect(one: Array, two: Array) -> bool:
     """Whether two sets of triangles, shapes (n, 3, 3) and (m, 3, 3), cut through each other.
 
     They do when an edge of one passes through the inner part of a triangle of the other.
     """
-    return _edges_cross(one, two) or _edges_cross(two, one)
+    return _edges_intersect(one, two) or _edges_intersect(two, one)
 
 
-def _edges_cross(one: Array, two: Array) -> bool:
+def _edges_intersect(one: Array, two: Array) -> bool:
     edges = np.concatenate([one[:, [0, 1]], one[:, [1, 2]], one[:, [2, 0]]])
     # Each inner edge belongs to two triangles that run it in opposite directions.
-    edges = edges[_first_of_two(edges)]
+    edges = edges[_unique_half_edges(edges)]
     low = np.maximum(one.min(axis=(0, 1)), two.min(axis=(0, 1)))
     high = np.minimum(one.max(axis=(0, 1)), two.max(axis=(0, 1)))
-    edges, triangles = edges[_overlap(edges, low, high)], two[_overlap(two, low, high)]
-    return _any_hit(edges, triangles, 0)
+    edges, triangles = edges[_overlaps_box(edges, low, high)], two[_overlaps_box(two, low, high)]
+    return _any_intersection(edges, triangles, 0)
 
 
-def _first_of_two(edges: Array) -> Mask:
+def _unique_half_edges(edges: Array) -> Mask:
     """One half-edge of each edge: the one whose end comes after its start in some fixed order."""
     difference = edges[:, 1] - edges[:, 0]
     leading = (difference != 0.0).argmax(axis=1)
     return difference[np.arange(len(edges)), leading] > 0.0
 
 
-def _overlap(shapes: Array, low: Array, high: Array) -> Mask:
+def _overlaps_box(shapes: Array, low: Array, high: Array) -> Mask:
     """Which shapes, (n, corners, 3), have an extent that meets a box."""
     return ((shapes.min(axis=1) <= high) & (shapes.max(axis=1) >= low)).all(axis=1)
 
 
-def _any_hit(edges: Array, triangles: Array, depth: int) -> bool:
+def _any_intersection(edges: Array, triangles: Array, depth: int) -> bool:
     """Whether any edge passes through any triangle: space is halved until they are few."""
     if not len(edges) or not len(triangles):
         return False
-    if len(edges) * len(triangles) <= AT_ONCE:
-        return _hits(edges, triangles)
-    if depth == DEEPEST:
-        step = max(1, AT_ONCE // len(triangles))
-        return any(_hits(edges[k : k + step], triangles) for k in range(0, len(edges), step))
+    if len(edges) * len(triangles) <= MAX_PAIRS_PER_BATCH:
+        return _any_pair_intersects(edges, triangles)
+    if depth == MAX_SUBDIVISION_DEPTH:
+        step = max(1, MAX_PAIRS_PER_BATCH // len(triangles))
+        return any(
+            _any_pair_intersects(edges[k : k + step], triangles) for k in range(0, len(edges), step)
+        )
     middles = edges.mean(axis=1)
     axis = int(np.ptp(middles, axis=0).argmax())
     cut = float(np.median(middles[:, axis]))
     for sign in (1.0, -1.0):
-        near = _reaches(edges, axis, cut, sign), _reaches(triangles, axis, cut, sign)
+        near = _reaches_side(edges, axis, cut, sign), _reaches_side(triangles, axis, cut, sign)
         if near[0].all() and near[1].all():
-            depth = DEEPEST - 1
-        if _any_hit(edges[near[0]], triangles[near[1]], depth + 1):
+            depth = MAX_SUBDIVISION_DEPTH - 1
+        if _any_intersection(edges[near[0]], triangles[near[1]], depth + 1):
             return True
     return False
 
 
-def _reaches(shapes: Array, axis: int, cut: float, sign: float) -> Mask:
+def _reaches_side(shapes: Array, axis: int, cut: float, sign: float) -> Mask:
     """Which shapes reach the side of a plane that `sign` tells."""
     return (sign * (shapes[..., axis] - cut)).max(axis=1) >= 0.0
 
 
-def _hits(edges: Array, triangles: Array) -> bool:
+def _any_pair_intersects(edges: Array, triangles: Array) -> bool:
     """Whether any edge passes through the inner part of any triangle."""
-    e, t = _pairs_of_extents(edges, triangles)
+    e, t = _pairs_with_overlapping_boxes(edges, triangles)
     p, q = edges[e, 0], edges[e, 1]
     a, b, c = (triangles[t, k] for k in range(3))
     all_five = np.stack([p, q, a, b, c])
-    slack = TOUCHING * np.linalg.norm(np.ptp(all_five, axis=0), axis=1) ** 3
-    ends = _volumes(a, b, c, p), _volumes(a, b, c, q)
-    sides = np.stack([_volumes(p, q, a, b), _volumes(p, q, b, c), _volumes(p, q, c, a)])
+    slack = TOUCH_TOLERANCE * np.linalg.norm(np.ptp(all_five, axis=0), axis=1) ** 3
+    ends = _sixfold_volumes(a, b, c, p), _sixfold_volumes(a, b, c, q)
+    sides = np.stack(
+        [_sixfold_volumes(p, q, a, b), _sixfold_volumes(p, q, b, c), _sixfold_volumes(p, q, c, a)]
+    )
     apart = np.minimum(*map(np.abs, ends)) > slack
     through = (sides > slack).all(axis=0) | (sides < -slack).all(axis=0)
     return bool((apart & (ends[0] * ends[1] < 0.0) & through).any())
 
 
-def _pairs_of_extents(edges: Array, triangles: Array) -> tuple[Indices, Indices]:
+def _pairs_with_overlapping_boxes(edges: Array, triangles: Array) -> tuple[Indices, Indices]:
     """The edges and triangles whose extents meet."""
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     meets = (edges.min(axis=1)[:, None] <= high) & (edges.max(axis=1)[:, None] >= low)
@@ -101,24 +105,24 @@ def _pairs_of_extents(edges: Array, triangles: Array) -> tuple[Indices, Indices]
     return e, t
 
 
-def _volumes(a: Array, b: Array, c: Array, d: Array) -> Array:
+def _sixfold_volumes(a: Array, b: Array, c: Array, d: Array) -> Array:
     """Six times the signed volumes of tetrahedra, shape (n,)."""
     return ((b - a) * np.cross(c - a, d - a)).sum(axis=-1)
 
 
-STRAIGHT = 1e-12
+COLLINEARITY_TOLERANCE = 1e-12
 """A corner whose triangle is below this, relative to the square of the face's size, is none."""
 
 
-def triangles_of(surface: Surface) -> tuple[Array, Indices]:
+def triangulate(surface: Surface) -> tuple[Array, Indices]:
     """Corners of triangles within the faces [m], shape (t, 3, 3), and the face of each, (t,)."""
-    fans, owner = surface.fans
+    fans, owner = surface.fan_triangles
     points = surface.vertices[fans.T]
     concave = _concave_faces(points, owner, surface.face_count)
     if not len(concave):
         return points, owner
     kept = ~np.isin(owner, concave)
-    cut = [_clipped(surface, face) for face in concave.tolist()]
+    cut = [_clip_ears(surface, face) for face in concave.tolist()]
     owners = [np.full(len(part), face) for part, face in zip(cut, concave, strict=True)]
     return np.concatenate([points[kept], *cut]), np.concatenate([owner[kept], *owners])
 
@@ -131,21 +135,21 @@ def _concave_faces(points: Array, owner: Indices, count: int) -> Indices:
     return np.unique(owner[against])
 
 
-def _clipped(surface: Surface, face: int) -> Array:
+def _clip_ears(surface: Surface, face: int) -> Array:
     """The triangles of one concave face, shape (n - 2, 3, 3)."""
     ring = surface.vertices[surface.corners[surface.starts[face] : surface.starts[face + 1]]]
-    flat = _in_plane(ring)
+    flat = _project_to_plane(ring)
     left = list(range(len(ring)))
     triangles: list[tuple[int, int, int]] = []
     while len(left) > 3:
-        place = _ear(flat, left)
+        place = _find_ear(flat, left)
         triangles.append((left[place - 1], left[place], left[(place + 1) % len(left)]))
         del left[place]
     triangles.append((left[0], left[1], left[2]))
     return ring[np.array(triangles)]
 
 
-def _in_plane(ring: Array) -> Array:
+def _project_to_plane(ring: Array) -> Array:
     """The corners in two coordinates in which the face runs counter-clockwise, of size one."""
     arms = ring - ring[0]
     normal = sum((np.cross(a, b) for a, b in pairwise(arms)), np.zeros(3))
@@ -154,25 +158,31 @@ def _in_plane(ring: Array) -> Array:
     return flat if normal[axis] > 0.0 else flat * [-1.0, 1.0]
 
 
-def _ear(flat: Array, left: list[int]) -> int:
+def _find_ear(flat: Array, left: list[int]) -> int:
     """The place in `left` of a corner that can be cut off: a straight one, else an ear."""
     here = flat[left]
     before, after = np.roll(here, 1, axis=0), np.roll(here, -1, axis=0)
-    bulges = _area(before, here, after)
-    straight = np.abs(bulges) <= STRAIGHT
+    bulges = _twice_signed_area(before, here, after)
+    straight = np.abs(bulges) <= COLLINEARITY_TOLERANCE
     if straight.any():
         return int(straight.argmax())
     for place in np.flatnonzero(bulges > 0.0).tolist():
         a, b, c = before[place], here[place], after[place]
-        sides = np.stack([_area(a, b, here), _area(b, c, here), _area(c, a, here)])
-        within = (sides >= -STRAIGHT).all(axis=0)
+        sides = np.stack(
+            [
+                _twice_signed_area(a, b, here),
+                _twice_signed_area(b, c, here),
+                _twice_signed_area(c, a, here),
+            ]
+        )
+        within = (sides >= -COLLINEARITY_TOLERANCE).all(axis=0)
         corner = (here == a).all(axis=1) | (here == b).all(axis=1) | (here == c).all(axis=1)
         if not (within & ~corner).any():
             return int(place)
     return int(bulges.argmax())  # a face whose sides cross has no ear
 
 
-def _area(a: Array, b: Array, c: Array) -> Array:
+def _twice_signed_area(a: Array, b: Array, c: Array) -> Array:
     """Twice the signed area of triangles in the plane."""
     one, two = b - a, c - a
     return one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]

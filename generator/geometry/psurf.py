@@ -20,15 +20,23 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import EnoughFaults, Fault, Findings, InputError, Source, Span, shorten
-from generator.figure_file.lexer import LONGEST_WORD
-from generator.geometry.surface import LEAST, Surface, SurfaceText
-from generator.text_io import read_text, unified, write_whole
-from generator.units import Dimension, bare_factor, converted, decimal_of
+from generator.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    InputError,
+    Source,
+    Span,
+    TooManyErrors,
+    shorten,
+)
+from generator.figure_file.lexer import MAX_WORD_LENGTH
+from generator.geometry.surface import MIN_FACE_CORNERS, Surface, SurfaceText
+from generator.text_io import load_text, normalise_newlines, write_atomic
+from generator.units import Dimension, convert_to_si, default_unit_factor, shortest_decimal
 
-CENTIMETRE = bare_factor(Dimension.LENGTH)
+CENTIMETRE = default_unit_factor(Dimension.LENGTH)
 
-_END = ";;"
+_BLOCK_END = ";;"
 _WORD = re.compile(r"[^\s;]+")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,6})?")
 _PLAIN_VERTEX = re.compile(
@@ -36,10 +44,10 @@ _PLAIN_VERTEX = re.compile(
 )
 _INDEX = re.compile(r"[+-]?[0-9]+")
 _PLAIN_FACE = re.compile(r"[0-9 \t]+")
-_LIKE_NUMBER = re.compile(r"[+-]?\.?[0-9]")
-_LONGEST_INDEX = 18
+_NUMBER_START = re.compile(r"[+-]?\.?[0-9]")
+_MAX_INDEX_DIGITS = 18
 
-MOST_LINES = 500_000
+MAX_LINES = 500_000
 """Lines of the longest text that is read; it takes some seconds."""
 
 
@@ -48,7 +56,7 @@ class PsurfReading:
     """What came of reading a psurf; `surface` is None when `faults` holds an error."""
 
     surface: Surface | None
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 def read_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> Surface:
@@ -56,15 +64,15 @@ def read_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> Surface:
 
     Raises InputError, which holds all faults, when anything is wrong with the file.
     """
-    reading = examine_psurf(path, unit)
+    reading = parse_psurf_file(path, unit)
     if reading.surface is None:
         raise InputError(reading.faults)
     return reading.surface
 
 
-def examine_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> PsurfReading:
+def parse_psurf_file(path: str | Path, unit: Fraction = CENTIMETRE) -> PsurfReading:
     """The surface in a psurf file, with all faults; bad input raises nothing."""
-    source, fault = read_text(Path(path), str(path))
+    source, fault = load_text(Path(path), str(path))
     if fault is not None:
         return PsurfReading(None, (fault,))
     return parse_psurf(source.text, source.name, unit)
@@ -72,21 +80,21 @@ def examine_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> PsurfReading
 
 def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) -> PsurfReading:
     """The surface that `text` describes, with all faults; `name` is what they call the text."""
-    findings = Findings()
-    parser = _Parser(Source(name, unified(text)), unit, findings)
-    with suppress(EnoughFaults):
-        if not _is_too_long(parser.source, findings):
-            parser.file()
-    surface = None if findings.has_errors else parser.surface()
-    return PsurfReading(surface, findings.in_order())
+    findings = Diagnostics()
+    parser = _Parser(Source(name, normalise_newlines(text)), unit, findings)
+    with suppress(TooManyErrors):
+        if not _report_if_too_long(parser.source, findings):
+            parser.parse_lines()
+    surface = None if findings.has_errors else parser.build_surface()
+    return PsurfReading(surface, findings.sorted_by_position())
 
 
-def _is_too_long(source: Source, findings: Findings) -> bool:
+def _report_if_too_long(source: Source, diagnostics: Diagnostics) -> bool:
     lines = source.text.count("\n") + 1
-    if lines <= MOST_LINES:
+    if lines <= MAX_LINES:
         return False
-    hint = f"at most {MOST_LINES:,} are read; save larger surfaces as .ply or .stl"
-    findings.error(f"this psurf has {lines:,} lines", Span(source, 0, 1), hint)
+    hint = f"at most {MAX_LINES:,} are read; save larger surfaces as .ply or .stl"
+    diagnostics.error(f"this psurf has {lines:,} lines", Span(source, 0, 1), hint)
     return True
 
 
@@ -96,15 +104,15 @@ class _Parser:
 
     source: Source
     unit: Fraction
-    findings: Findings
+    diagnostics: Diagnostics
     vertices: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     corners: list[int] = field(default_factory=list[int])
     starts: list[int] = field(default_factory=lambda: [0])
-    places: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
+    face_spans: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     blocks: list[int] = field(default_factory=list[int])
     faces_seen: int = 0
 
-    def file(self) -> None:
+    def parse_lines(self) -> None:
         """Read all lines; faults go to the findings."""
         in_faces, start, last = True, 0, Span(self.source, 0, 0)
         ended = True
@@ -117,40 +125,40 @@ class _Parser:
             if ended:
                 in_faces, ended = False, False
                 self.blocks.append(len(self.vertices))
-            last = _without_blanks(here)
-            if text.startswith(_END):
+            last = _strip_span(here)
+            if text.startswith(_BLOCK_END):
                 in_faces, ended = not in_faces, in_faces
-            elif _END in text:
-                self._no_line_of_its_own(last, line)
+            elif _BLOCK_END in text:
+                self._report_separator_in_line(last, line)
                 in_faces, ended = not in_faces, in_faces
             elif in_faces:
-                self._face(line, here.start)
+                self._parse_face(line, here.start)
             elif text.endswith(";"):
-                self.findings.error(
+                self.diagnostics.error(
                     "the vertices end without `;;`",
                     last,
                     "this is a face; a line `;;` stands before the first one",
                 )
                 in_faces = True
-                self._face(line, here.start)
+                self._parse_face(line, here.start)
             else:
-                self._vertex(line, here.start)
+                self._parse_vertex(line, here.start)
         if not ended:
             what = "faces" if in_faces else "vertices"
-            self.findings.error(
+            self.diagnostics.error(
                 f"the {what} end without `;;`", last, "a line `;;` stands after the last one"
             )
         if not self.faces_seen:
             end = last if self.blocks else Span(self.source, 0, min(1, len(self.source.text)))
-            self.findings.error(
+            self.diagnostics.error(
                 "there are no faces in this file", end, "vertices, `;;`, faces, and `;;` again"
             )
 
-    def surface(self) -> Surface:
+    def build_surface(self) -> Surface:
         """What was read, as a surface."""
         text = SurfaceText(
             self.source,
-            np.array(self.places, dtype=np.int64).reshape(-1, 2),
+            np.array(self.face_spans, dtype=np.int64).reshape(-1, 2),
             np.array(self.blocks, dtype=np.int64),
         )
         return Surface(
@@ -161,11 +169,11 @@ class _Parser:
             text,
         )
 
-    def _no_line_of_its_own(self, place: Span, line: str) -> None:
-        at = place.start + line.strip().index(_END)
-        self.findings.error(
+    def _report_separator_in_line(self, place: Span, line: str) -> None:
+        at = place.start + line.strip().index(_BLOCK_END)
+        self.diagnostics.error(
             "`;;` stands behind something else",
-            Span(self.source, at, at + len(_END)),
+            Span(self.source, at, at + len(_BLOCK_END)),
             "give it a line of its own",
         )
 
@@ -175,77 +183,79 @@ class _Parser:
             for match in _WORD.finditer(text)
         ]
 
-    def _vertex(self, line: str, start: int) -> None:
+    def _parse_vertex(self, line: str, start: int) -> None:
         """`NUMBER NUMBER NUMBER text?`."""
-        plain = _PLAIN_VERTEX.match(line) if len(line) <= LONGEST_WORD else None
+        plain = _PLAIN_VERTEX.match(line) if len(line) <= MAX_WORD_LENGTH else None
         if plain is not None:
             with suppress(OverflowError):
-                x, y, z = (converted(number, self.unit) for number in plain.groups())
+                x, y, z = (convert_to_si(number, self.unit) for number in plain.groups())
                 self.vertices.append((x, y, z))
                 return
         words = self._words(line, start)[:3]
-        numbers = [self._coordinate(word) for word in words]
+        numbers = [self._parse_coordinate(word) for word in words]
         if len(numbers) < 3 and None not in numbers:
-            self.findings.error(
-                f"a vertex has three coordinates, not {len(numbers)}", words[0].to(words[-1])
+            self.diagnostics.error(
+                f"a vertex has three coordinates, not {len(numbers)}", words[0].extend_to(words[-1])
             )
         # A vertex that cannot be read still counts, or the faces would be told wrong as well.
         point = tuple(number or 0.0 for number in numbers)
         self.vertices.append((*point, 0.0, 0.0, 0.0)[:3])
 
-    def _coordinate(self, word: Span) -> float | None:
-        if word.end - word.start > LONGEST_WORD or not _NUMBER.fullmatch(word.text):
-            self.findings.error(
+    def _parse_coordinate(self, word: Span) -> float | None:
+        if word.end - word.start > MAX_WORD_LENGTH or not _NUMBER.fullmatch(word.text):
+            self.diagnostics.error(
                 f"`{shorten(word.text)}` is not a number",
                 word,
                 "a vertex is three numbers without units",
             )
             return None
         try:
-            return converted(word.text, self.unit)
+            return convert_to_si(word.text, self.unit)
         except OverflowError:
-            self.findings.error(
+            self.diagnostics.error(
                 f"`{shorten(word.text)}` is too large", word, "a number must be finite"
             )
             return None
 
-    def _face(self, line: str, start: int) -> None:
+    def _parse_face(self, line: str, start: int) -> None:
         """`INDEX INDEX INDEX+ text? ";" text?`."""
         self.faces_seen += 1
         head, mark, tail = line.partition(";")
-        place = _without_blanks(Span(self.source, start, start + len(head) + len(mark)))
+        place = _strip_span(Span(self.source, start, start + len(head) + len(mark)))
         if not mark:
-            self.findings.error("this face has no `;` at its end", place, "as in `1 2 3;`")
+            self.diagnostics.error("this face has no `;` at its end", place, "as in `1 2 3;`")
         elif ";" in tail and _WORD.search(tail) and _INDEX.fullmatch(tail.split()[0]):
-            self.findings.error(
+            self.diagnostics.error(
                 "a second face in one line",
-                _without_blanks(Span(self.source, place.end, start + len(line))),
+                _strip_span(Span(self.source, place.end, start + len(line))),
             )
         base, known = self.blocks[-1], len(self.vertices) - self.blocks[-1]
-        face = self._plain(head) if _PLAIN_FACE.fullmatch(head) else None
+        face = self._plain_indices(head) if _PLAIN_FACE.fullmatch(head) else None
         if face is None or not all(0 < index <= known for index in face):
-            face = self._indices(head, start, known)
+            face = self._parse_indices(head, start, known)
         if face is None:
             return
-        if len(face) < LEAST:
+        if len(face) < MIN_FACE_CORNERS:
             count = "1 vertex" if len(face) == 1 else f"{len(face) or 'no'} vertices"
-            self.findings.error(f"this face has {count}, not three or more", place)
+            self.diagnostics.error(f"this face has {count}, not three or more", place)
         elif len(set(face)) < len(face):
             twice = next(index for k, index in enumerate(face) if index in face[:k])
-            self.findings.error(
+            self.diagnostics.error(
                 f"vertex {twice} stands twice in this face", place, "a face passes a vertex once"
             )
         else:
             self.corners.extend(base + index - 1 for index in face)
             self.starts.append(len(self.corners))
-            self.places.append((place.start, place.end))
+            self.face_spans.append((place.start, place.end))
 
     @staticmethod
-    def _plain(head: str) -> list[int] | None:
+    def _plain_indices(head: str) -> list[int] | None:
         words = head.split()
-        return None if max(map(len, words), default=0) > _LONGEST_INDEX else [int(w) for w in words]
+        return (
+            None if max(map(len, words), default=0) > _MAX_INDEX_DIGITS else [int(w) for w in words]
+        )
 
-    def _indices(self, head: str, start: int, known: int) -> list[int] | None:
+    def _parse_indices(self, head: str, start: int, known: int) -> list[int] | None:
         """The numbers of a face with something odd in it; None, with the faults noted."""
         face: list[int] = []
         sound = True
@@ -253,22 +263,22 @@ class _Parser:
         numbers = [bool(_INDEX.fullmatch(word.text)) for word in words]
         # Text after the last number says nothing; text before it may have been one.
         count = len(numbers) - numbers[::-1].index(True) if True in numbers else len(numbers)
-        while count < len(words) and _LIKE_NUMBER.match(words[count].text):
+        while count < len(words) and _NUMBER_START.match(words[count].text):
             count += 1
         for word in words[:count]:
             if not _INDEX.fullmatch(word.text):
                 sound = False
-                self.findings.error(
+                self.diagnostics.error(
                     f"`{shorten(word.text)}` is not the number of a vertex",
                     word,
                     "a face is whole numbers and a `;`, as in `1 2 3;`",
                 )
                 continue
-            short = len(word.text) <= _LONGEST_INDEX
+            short = len(word.text) <= _MAX_INDEX_DIGITS
             if not short or not 0 < int(word.text) <= known:
                 sound = False
                 vertices = "1 vertex" if known == 1 else f"{known or 'no'} vertices"
-                self.findings.error(
+                self.diagnostics.error(
                     f"there is no vertex {shorten(word.text)}",
                     word,
                     f"this block has {vertices}, counted from 1",
@@ -278,7 +288,7 @@ class _Parser:
         return face if sound else None
 
 
-def _without_blanks(span: Span) -> Span:
+def _strip_span(span: Span) -> Span:
     text = span.text
     start = span.start + len(text) - len(text.lstrip())
     return Span(span.source, start, max(start, span.start + len(text.rstrip())))
@@ -290,7 +300,8 @@ _USUAL_DIGITS = 12
 def format_psurf(surface: Surface, unit: Fraction = CENTIMETRE) -> str:
     """The text of a psurf of one block; reading it gives the same vertices, to the last bit."""
     lines = [
-        " ".join(_decimal(value, unit) for value in vertex) for vertex in surface.vertices.tolist()
+        " ".join(_format_coordinate(value, unit) for value in vertex)
+        for vertex in surface.vertices.tolist()
     ]
     lines.append(";;")
     lines += [" ".join(str(corner + 1) for corner in face) + ";" for face in surface.faces]
@@ -300,12 +311,12 @@ def format_psurf(surface: Surface, unit: Fraction = CENTIMETRE) -> str:
 
 def write_psurf(surface: Surface, path: str | Path) -> None:
     """Write a psurf file, whole or not at all. Raises OSError when it cannot be written."""
-    write_whole(Path(path), format_psurf(surface))
+    write_atomic(Path(path), format_psurf(surface))
 
 
-def _decimal(value: float, unit: Fraction) -> str:
+def _format_coordinate(value: float, unit: Fraction) -> str:
     """A number that reads back as `value`; the short one that people wrote, in nearly all cases."""
     text = f"{value / float(unit):.{_USUAL_DIGITS}g}"
-    if text != "inf" and converted(text, unit) == value:
+    if text != "inf" and convert_to_si(text, unit) == value:
         return text
-    return decimal_of(value, unit)
+    return shortest_decimal(value, unit)

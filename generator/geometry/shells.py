@@ -13,19 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.diagnostics import error
-from generator.geometry.edges import Edges, consistent_turns
-from generator.geometry.flaws import NAMED, Examination, Shell
-from generator.geometry.intersections import crosses, triangles_of
+from generator.geometry.edges import Edges, faces_to_flip
+from generator.geometry.flaws import MAX_NAMES_LISTED, Shell, SurfaceValidation
+from generator.geometry.intersections import triangles_intersect, triangulate
 from generator.geometry.surface import Array, Indices, Mask, Surface
-from generator.geometry.volume import tetrahedra_of
+from generator.geometry.volume import build_tetrahedra
 
-SAMPLES = 32
+FACE_SAMPLES = 32
 """So many of the largest faces of a shell, and as many others, are asked where they lie."""
 
-INSET = 1e-6
+RELATIVE_INSET = 1e-6
 """How far below a face the point lies that is asked, relative to the extent of its shell."""
 
-AT_ONCE = 500_000
+MAX_SOLID_ANGLES_PER_BATCH = 500_000
 """Triangles times points that are looked at together."""
 
 
@@ -35,11 +35,11 @@ class Nesting:
 
     Attributes:
         within: whether the shell of the row lies within that of the column, shape (k, k).
-        cutting: pairs of shells that cut through each other.
+        intersecting_pairs: pairs of shells that cut through each other.
     """
 
     within: Mask
-    cutting: tuple[tuple[int, int], ...]
+    intersecting_pairs: tuple[tuple[int, int], ...]
 
     @property
     def depths(self) -> Indices:
@@ -47,7 +47,7 @@ class Nesting:
         return self.within.sum(axis=1)
 
 
-def nesting_of(surface: Surface, shells: Indices, count: int) -> Nesting:
+def shell_nesting(surface: Surface, shells: Indices, count: int) -> Nesting:
     """How the `count` shells of a surface lie to each other.
 
     All faces look outwards from their own shell; `shells` tells that of each face, shape (m,).
@@ -56,23 +56,23 @@ def nesting_of(surface: Surface, shells: Indices, count: int) -> Nesting:
     within = np.zeros((count, count), dtype=bool)
     if count == 1:
         return Nesting(within, ())
-    corners, owner = triangles_of(surface)
+    corners, owner = triangulate(surface)
     order = np.argsort(shells[owner], kind="stable")
     parts = np.split(corners[order], np.cumsum(np.bincount(shells[owner], minlength=count))[:-1])
     lows = np.array([part.min(axis=(0, 1)) for part in parts])
     highs = np.array([part.max(axis=(0, 1)) for part in parts])
     cutting: list[tuple[int, int]] = []
-    for i, j in _near(lows, highs):
-        i_in_j, j_in_i = _share_within(parts[i], parts[j]), _share_within(parts[j], parts[i])
+    for i, j in _overlapping_shells(lows, highs):
+        i_in_j, j_in_i = _fraction_within(parts[i], parts[j]), _fraction_within(parts[j], parts[i])
         clear = (i_in_j == 1.0) != (j_in_i == 1.0) or i_in_j == j_in_i == 0.0
-        if not clear or crosses(parts[i], parts[j]):
+        if not clear or triangles_intersect(parts[i], parts[j]):
             cutting.append((i, j))
         else:
             within[i, j], within[j, i] = i_in_j == 1.0, j_in_i == 1.0
     return Nesting(within, tuple(cutting))
 
 
-def _near(lows: Array, highs: Array) -> list[tuple[int, int]]:
+def _overlapping_shells(lows: Array, highs: Array) -> list[tuple[int, int]]:
     """The pairs of shells whose extents overlap."""
     order = np.argsort(lows[:, 0])
     pairs: list[tuple[int, int]] = []
@@ -85,22 +85,22 @@ def _near(lows: Array, highs: Array) -> list[tuple[int, int]]:
     return sorted(pairs)
 
 
-def _share_within(part: Array, other: Array) -> float:
+def _fraction_within(part: Array, other: Array) -> float:
     """The share of a shell's faces whose inner side lies within another shell."""
-    points = _below_faces(part)
+    points = _points_below_faces(part)
     return float((np.rint(winding_numbers(other, points)) > 0.5).mean())
 
 
-def _below_faces(part: Array) -> Array:
+def _points_below_faces(part: Array) -> Array:
     """Points just within a shell, below the middle of its larger faces, shape (s, 3)."""
     normals = np.cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     by_size = np.argsort(-lengths, kind="stable")[: max(1, int((lengths > 0.0).sum()))]
-    evenly = np.linspace(0, len(by_size) - 1, min(SAMPLES, len(by_size))).astype(int)
-    chosen = np.unique(np.concatenate([by_size[:SAMPLES], by_size[evenly]]))
+    evenly = np.linspace(0, len(by_size) - 1, min(FACE_SAMPLES, len(by_size))).astype(int)
+    chosen = np.unique(np.concatenate([by_size[:FACE_SAMPLES], by_size[evenly]]))
     extent = float(np.linalg.norm(np.ptp(part, axis=(0, 1))))
     inward = normals[chosen] / lengths[chosen, None]
-    return part[chosen].mean(axis=1) - INSET * extent * inward
+    return part[chosen].mean(axis=1) - RELATIVE_INSET * extent * inward
 
 
 def winding_numbers(triangles: Array, points: Array) -> Array:
@@ -110,7 +110,7 @@ def winding_numbers(triangles: Array, points: Array) -> Array:
     Eng. 30, 1983). Shapes (t, 3, 3) and (p, 3) to (p,).
     """
     turns = np.empty(len(points))
-    step = max(1, AT_ONCE // len(triangles))
+    step = max(1, MAX_SOLID_ANGLES_PER_BATCH // len(triangles))
     for start in range(0, len(points), step):
         some = points[start : start + step]
         a, b, c = (triangles[None, :, k] - some[:, None] for k in range(3))
@@ -122,55 +122,55 @@ def winding_numbers(triangles: Array, points: Array) -> Array:
     return turns
 
 
-NO_VOLUME = 1e-12
+MIN_RELATIVE_VOLUME = 1e-12
 """A shell whose volume is below this, relative to the cube of its extent, encloses nothing."""
 
-TURN = "`--fix-winding` turns such faces"
+FIX_WINDING_HINT = "`--fix-winding` turns such faces"
 
 
-def look_at_shells(found: Examination, edges: Edges, fix_winding: bool) -> None:
+def validate_shells(found: SurfaceValidation, edges: Edges, fix_winding: bool) -> None:
     """Which faces look to the wrong side, and how the shells lie to each other."""
     surface, shells = found.surface, edges.shells
-    turns = consistent_turns(edges)
+    turns = faces_to_flip(edges)
     if turns is None:
-        found.note(
+        found.add_diagnostic(
             error,
             "the surface has one side only: no turning of faces makes neighbours agree",
-            int(edges.neighbours[0, edges.against.argmax()]),
+            int(edges.neighbours[0, edges.same_direction.argmax()]),
         )
         return
     firsts, sizes = np.unique(shells, return_index=True, return_counts=True)[1:]
-    tetrahedra = tetrahedra_of(surface)
+    tetrahedra = build_tetrahedra(surface)
     of_faces = tetrahedra.volumes_of_faces(surface.face_count) * np.where(turns, -1.0, 1.0)
     volumes = np.bincount(shells, of_faces, len(firsts))
-    volumes[np.abs(volumes) <= NO_VOLUME * _extents(surface, shells) ** 3] = 0.0
+    volumes[np.abs(volumes) <= MIN_RELATIVE_VOLUME * _shell_diagonals(surface, shells) ** 3] = 0.0
     if (volumes == 0.0).any():
         flat = firsts[volumes == 0.0]
-        found.note(
+        found.add_diagnostic(
             error,
-            f"the surface encloses no volume{found.in_parts(flat, len(firsts))}",
+            f"the surface encloses no volume{found.shells_phrase(flat, len(firsts))}",
             int(flat[0]),
         )
         return
     turns = turns ^ (volumes < 0.0)[shells]
-    nesting = nesting_of(surface.with_turned(turns), shells, len(firsts))
-    for one, two in nesting.cutting[:NAMED]:
-        found.note(
+    nesting = shell_nesting(surface.with_flipped_faces(turns), shells, len(firsts))
+    for one, two in nesting.intersecting_pairs[:MAX_NAMES_LISTED]:
+        found.add_diagnostic(
             error,
             f"the bodies of face {surface.face_name(int(firsts[one]))} and of face "
             f"{surface.face_name(int(firsts[two]))} cut through each other",
             int(firsts[two]),
             "what they share would count twice",
         )
-    if nesting.cutting:
+    if nesting.intersecting_pairs:
         return
     voids = nesting.depths % 2 == 1
     turns = turns ^ voids[shells]
     if fix_winding and turns.any():
-        found.surface, found.turned = surface.with_turned(turns), np.flatnonzero(turns)
-        tetrahedra = tetrahedra_of(found.surface)
+        found.surface, found.flipped = surface.with_flipped_faces(turns), np.flatnonzero(turns)
+        tetrahedra = build_tetrahedra(found.surface)
     elif turns.any():
-        _look_at_winding(found, turns, edges, firsts, voids)
+        _validate_winding(found, turns, edges, firsts, voids)
     found.tetrahedra = tetrahedra
     signed = np.where(voids, -np.abs(volumes), np.abs(volumes))
     found.shells = tuple(
@@ -179,41 +179,41 @@ def look_at_shells(found: Examination, edges: Edges, fix_winding: bool) -> None:
     )
 
 
-def _look_at_winding(
-    found: Examination, turns: Mask, edges: Edges, firsts: Indices, voids: Mask
+def _validate_winding(
+    found: SurfaceValidation, flips: Mask, edges: Edges, first_faces: Indices, voids: Mask
 ) -> None:
     """Shells that look to the wrong side as a whole, and single faces that do."""
-    wrong = np.bincount(edges.shells, turns, len(firsts)) == np.bincount(edges.shells)
-    inside_out, solid_voids = firsts[wrong & ~voids], firsts[wrong & voids]
+    wrong = np.bincount(edges.shells, flips, len(first_faces)) == np.bincount(edges.shells)
+    inside_out, solid_voids = first_faces[wrong & ~voids], first_faces[wrong & voids]
     if len(inside_out):
-        volume = tetrahedra_of(found.surface).volume if wrong.all() else None
-        found.note(
+        volume = build_tetrahedra(found.surface).volume if wrong.all() else None
+        found.add_diagnostic(
             error,
-            f"the surface is inside out{found.in_parts(inside_out, int((~voids).sum()))}: its "
+            f"the surface is inside out{found.shells_phrase(inside_out, int((~voids).sum()))}: its "
             "faces look inwards"
             + ("" if volume is None else f", and its volume is {volume:.6g} m^3"),
             int(inside_out[0]),
-            TURN,
+            FIX_WINDING_HINT,
         )
     if len(solid_voids) and not wrong.all():
-        found.note(
+        found.add_diagnostic(
             error,
-            f"a shell within a body looks outwards{found.in_parts(solid_voids, 0)}: what it "
+            f"a shell within a body looks outwards{found.shells_phrase(solid_voids, 0)}: what it "
             "encloses would count twice",
             int(solid_voids[0]),
-            f"a void looks inwards, into itself; {TURN}",
+            f"a void looks inwards, into itself; {FIX_WINDING_HINT}",
         )
-    single = np.flatnonzero(turns & ~wrong[edges.shells])
+    single = np.flatnonzero(flips & ~wrong[edges.shells])
     if len(single):
-        found.note(
+        found.add_diagnostic(
             error,
-            f"{found.faces_are(single)} turned: seen from outside the vertices run clockwise",
+            f"{found.faces_phrase(single)} turned: seen from outside the vertices run clockwise",
             int(single[0]),
-            TURN,
+            FIX_WINDING_HINT,
         )
 
 
-def _extents(surface: Surface, shells: Indices) -> Array:
+def _shell_diagonals(surface: Surface, shells: Indices) -> Array:
     """Diagonal of the box about each shell [m], shape (k,)."""
     if not shells.any():
         extent = np.ptp(surface.vertices[surface.corners], axis=0)

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-LEAST = 3
+MIN_FACE_CORNERS = 3
 """Corners of the smallest face."""
 
 
@@ -27,12 +27,12 @@ class SurfaceText:
 
     Attributes:
         source: the text.
-        face_places: start and end of each face in it, shape (m, 2).
+        face_spans: start and end of each face in it, shape (m, 2).
         block_starts: index of the first vertex of each block; vertices are counted from 1 in each.
     """
 
     source: Source
-    face_places: Indices
+    face_spans: Indices
     block_starts: Indices
 
 
@@ -73,7 +73,7 @@ class Surface:
             raise ValueError("the coordinates of a vertex are finite")
         if self.starts[0] != 0 or self.starts[-1] != len(self.corners):
             raise ValueError("the faces must cover their corners")
-        if (self.sizes < LEAST).any():
+        if (self.corner_counts < MIN_FACE_CORNERS).any():
             raise ValueError("a face has three corners or more")
         if len(self.corners) and not 0 <= self.corners.min() <= self.corners.max() < len(
             self.vertices
@@ -81,7 +81,7 @@ class Surface:
             raise ValueError(f"a corner is none of the {len(self.vertices)} vertices")
 
     @classmethod
-    def of(
+    def from_faces(
         cls,
         vertices: ArrayLike,
         faces: Iterable[Sequence[int]] | Indices,
@@ -104,7 +104,7 @@ class Surface:
         return len(self.starts) - 1
 
     @cached_property
-    def sizes(self) -> Indices:
+    def corner_counts(self) -> Indices:
         """Number of corners of each face, shape (m,)."""
         return np.diff(self.starts)
 
@@ -117,7 +117,7 @@ class Surface:
     @cached_property
     def face_of_corner(self) -> Indices:
         """The face that each corner belongs to, shape (k,)."""
-        return np.repeat(np.arange(self.face_count), self.sizes)
+        return np.repeat(np.arange(self.face_count), self.corner_counts)
 
     @cached_property
     def next_corners(self) -> Indices:
@@ -128,13 +128,13 @@ class Surface:
         return following
 
     @cached_property
-    def fans(self) -> tuple[Indices, Indices]:
+    def fan_triangles(self) -> tuple[Indices, Indices]:
         """Triangles that make up the faces, and the face of each: shapes (3, t) and (t,).
 
         A face is a fan about its first corner. In a concave face some of its triangles point
         against it: what is summed over them with their sign is right all the same.
         """
-        if self.face_count and (self.sizes == LEAST).all():
+        if self.face_count and (self.corner_counts == MIN_FACE_CORNERS).all():
             triangles = np.ascontiguousarray(self.corners.reshape(-1, 3).T)
             return triangles, np.arange(self.face_count)
         inner = np.ones(len(self.corners), dtype=bool)
@@ -145,7 +145,7 @@ class Surface:
         hubs = self.corners[self.starts[owner]]
         return np.stack([hubs, self.corners[places], self.corners[places + 1]]), owner
 
-    def with_turned(self, faces: Mask) -> "Surface":
+    def with_flipped_faces(self, faces: Mask) -> "Surface":
         """The surface with the vertices of some faces in the other order; `faces`, shape (m,)."""
         if not faces.any():
             return self
@@ -158,7 +158,7 @@ class Surface:
 
     def face_name(self, face: int) -> str:
         """How sentences call a face: its number from 1, and its line where it has one."""
-        place = self.place(face)
+        place = self.face_span(face)
         return f"{face + 1}" if place is None else f"{face + 1} (line {place.line})"
 
     def vertex_name(self, vertex: int) -> str:
@@ -169,15 +169,15 @@ class Surface:
         number = str(vertex - int(self.text.block_starts[block]) + 1)
         return number if len(self.text.block_starts) == 1 else f"{block + 1}:{number}"
 
-    def place(self, face: int) -> Span | None:
+    def face_span(self, face: int) -> Span | None:
         """Where a face is written, for a surface that comes from a text."""
         if self.text is None:
             return None
-        start, end = self.text.face_places[face].tolist()
+        start, end = self.text.face_spans[face].tolist()
         return Span(self.text.source, start, end)
 
 
-def with_joined_vertices(surface: Surface) -> tuple[Surface, int]:
+def merge_vertices(surface: Surface) -> tuple[Surface, int]:
     """The surface with one vertex at each place, and how many vertices were given up.
 
     Only exactly equal coordinates count. The vertex that stays is the first. A corner that follows
@@ -193,9 +193,9 @@ def with_joined_vertices(surface: Surface) -> tuple[Surface, int]:
     following = first[place][surface.next_corners]
     kept = corners != following
     sizes = np.bincount(surface.face_of_corner[kept], minlength=surface.face_count)
-    left = sizes >= LEAST
+    left = sizes >= MIN_FACE_CORNERS
     kept &= left[surface.face_of_corner]
-    text = surface.text and replace(surface.text, face_places=surface.text.face_places[left])
+    text = surface.text and replace(surface.text, face_spans=surface.text.face_spans[left])
     starts = np.concatenate([[0], np.cumsum(sizes[left])])
     joined = replace(surface, corners=corners[kept], starts=starts, text=text)
     return joined, given_up

@@ -12,69 +12,77 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from generator.diagnostics import Fault, InputError, error, errors_among, warning
-from generator.geometry.edges import Edges, edges_of
-from generator.geometry.flaws import NAMED, WARPED, Examination, FaceFlaws, Shell, flaws_of, listed
-from generator.geometry.shells import look_at_shells
-from generator.geometry.surface import Indices, Surface, with_joined_vertices
+from generator.diagnostics import Diagnostic, InputError, error, select_errors, warning
+from generator.geometry.edges import Edges, build_edges
+from generator.geometry.flaws import (
+    MAX_NAMES_LISTED,
+    MAX_WARP,
+    FaceFlaws,
+    Shell,
+    SurfaceValidation,
+    face_flaws,
+    join_names,
+)
+from generator.geometry.shells import validate_shells
+from generator.geometry.surface import Indices, Surface, merge_vertices
 from generator.geometry.volume import Tetrahedra
 from generator.inertia import MassProperties
 
-LARGEST = 1e50
+MAX_COORDINATE = 1e50
 """Coordinates up to this have fifth powers that a number holds [m]."""
 
 
-def examine_surface(surface: Surface, *, fix_winding: bool = False) -> Examination:
+def validate_surface(surface: Surface, *, fix_winding: bool = False) -> SurfaceValidation:
     """All that is wrong or odd with a surface; nothing is raised.
 
     With `fix_winding` faces that look to the wrong side are turned, which is no fault then.
     """
-    found = Examination(surface)
+    found = SurfaceValidation(surface)
     if not surface.face_count:
-        found.note(error, "the surface has no faces", None)
+        found.add_diagnostic(error, "the surface has no faces", None)
         return found
-    if float(np.abs(surface.vertices).max()) > LARGEST:
-        found.note(error, f"a vertex lies farther than {LARGEST:g} m away", None)
+    if float(np.abs(surface.vertices).max()) > MAX_COORDINATE:
+        found.add_diagnostic(error, f"a vertex lies farther than {MAX_COORDINATE:g} m away", None)
         return found
-    flaws = flaws_of(surface)
-    if _has_faces_of_distinct_vertices(found, flaws):
-        _look_at_planes(found, flaws)
-        edges = _closed_if_possible(found)
-        if _is_closed(found, edges):
-            _look_at_points(found, edges)
-            look_at_shells(found, edges, fix_winding)
+    flaws = face_flaws(surface)
+    if _validate_distinct_vertices(found, flaws):
+        _validate_planarity(found, flaws)
+        edges = _close_by_merging(found)
+        if _validate_closed(found, edges):
+            _report_pinch_vertices(found, edges)
+            validate_shells(found, edges, fix_winding)
     return found
 
 
-def _has_faces_of_distinct_vertices(found: Examination, flaws: FaceFlaws) -> bool:
-    for face in flaws.repeating[:NAMED].tolist():
-        found.note(
+def _validate_distinct_vertices(found: SurfaceValidation, flaws: FaceFlaws) -> bool:
+    for face in flaws.repeated_vertex[:MAX_NAMES_LISTED].tolist():
+        found.add_diagnostic(
             error,
             f"face {found.surface.face_name(face)} passes a vertex twice",
             face,
             "cut it into faces that do not",
         )
-    return not len(flaws.repeating)
+    return not len(flaws.repeated_vertex)
 
 
-def _look_at_planes(found: Examination, flaws: FaceFlaws) -> None:
+def _validate_planarity(found: SurfaceValidation, flaws: FaceFlaws) -> None:
     """Faces without area, and faces whose corners lie in no plane."""
     if len(flaws.slivers):
-        found.note(
+        found.add_diagnostic(
             warning,
-            f"{found.faces_are(flaws.slivers)} without area",
+            f"{found.faces_phrase(flaws.slivers)} without area",
             int(flaws.slivers[0]),
             "such triangles enclose nothing and do no harm",
         )
-    if len(flaws.crossed):
-        found.note(
+    if len(flaws.degenerate_polygons):
+        found.add_diagnostic(
             error,
-            f"{found.faces_are(flaws.crossed)} without area: the sides cross, or lie on one line",
-            int(flaws.crossed[0]),
+            f"{found.faces_phrase(flaws.degenerate_polygons)} without area: the sides cross, or lie on one line",
+            int(flaws.degenerate_polygons[0]),
             "the corners of a face run round it once",
         )
-    warped = {face: warp for face, warp in flaws.warps.items() if warp > WARPED}
-    bent = {face: warp for face, warp in flaws.warps.items() if warp <= WARPED}
+    warped = {face: warp for face, warp in flaws.warps.items() if warp > MAX_WARP}
+    bent = {face: warp for face, warp in flaws.warps.items() if warp <= MAX_WARP}
     for make, faces in ((error, warped), (warning, bent)):
         if faces:
             worst = max(faces, key=faces.__getitem__)
@@ -83,69 +91,77 @@ def _look_at_planes(found: Examination, flaws: FaceFlaws) -> None:
                 if len(faces) == 1
                 else f"the worst is face {found.surface.face_name(worst)}, of which a corner"
             )
-            found.note(
+            found.add_diagnostic(
                 make,
-                f"{found.faces_are(np.array(list(faces)))} not planar: {which} lies off the plane "
+                f"{found.faces_phrase(np.array(list(faces)))} not planar: {which} lies off the plane "
                 f"by {faces[worst]:.2g} of the size",
                 worst,
                 "what such a face encloses depends on how it is cut; cut it into triangles"
                 if make is error
-                else f"it is cut into triangles from its first corner; {WARPED:g} is the limit",
+                else f"it is cut into triangles from its first corner; {MAX_WARP:g} is the limit",
             )
 
 
-def _closed_if_possible(found: Examination) -> Edges:
+def _close_by_merging(found: SurfaceValidation) -> Edges:
     """The edges of the surface, with its vertices joined if it is open only without that."""
-    edges = edges_of(found.surface)
-    if len(edges.open):
-        surface, joined = with_joined_vertices(found.surface)
-        if joined and not len(flaws_of(surface).repeating):
-            closed = edges_of(surface)
-            if not len(closed.open) and not len(closed.crowded):
-                found.surface, found.joined = surface, joined
+    edges = build_edges(found.surface)
+    if len(edges.boundary):
+        surface, joined = merge_vertices(found.surface)
+        if joined and not len(face_flaws(surface).repeated_vertex):
+            closed = build_edges(surface)
+            if not len(closed.boundary) and not len(closed.nonmanifold):
+                found.surface, found.merged_vertex_count = surface, joined
                 return closed
     return edges
 
 
-def _is_closed(found: Examination, edges: Edges) -> bool:
+def _validate_closed(found: SurfaceValidation, edges: Edges) -> bool:
     """Whether each edge belongs to two faces; if not, that is noted."""
     unit = "" if found.surface.text else " m"
-    if len(edges.open):
-        names = listed([edges.name(h) for h in edges.open[:NAMED].tolist()], len(edges.open))
-        belong = "1 edge belongs" if len(edges.open) == 1 else f"{len(edges.open)} edges belong"
-        found.note(
+    if len(edges.boundary):
+        names = join_names(
+            [edges.name(h) for h in edges.boundary[:MAX_NAMES_LISTED].tolist()], len(edges.boundary)
+        )
+        belong = (
+            "1 edge belongs" if len(edges.boundary) == 1 else f"{len(edges.boundary)} edges belong"
+        )
+        found.add_diagnostic(
             error,
             f"the surface is open: {belong} to one face only: {names}{unit}",
-            int(found.surface.face_of_corner[edges.open[0]]),
+            int(found.surface.face_of_corner[edges.boundary[0]]),
             "a face is missing beside each of them",
         )
-    if len(edges.crowded):
-        names = listed(
+    if len(edges.nonmanifold):
+        names = join_names(
             [
                 f"{edges.name(h)}{unit} to {count}"
-                for h, count in zip(edges.crowded.tolist(), edges.crowds.tolist(), strict=True)
-            ][:NAMED],
-            len(edges.crowded),
+                for h, count in zip(
+                    edges.nonmanifold.tolist(), edges.nonmanifold_face_counts.tolist(), strict=True
+                )
+            ][:MAX_NAMES_LISTED],
+            len(edges.nonmanifold),
         )
-        found.note(
+        found.add_diagnostic(
             error,
             f"the surface touches itself: edges belong to more than two faces: {names}",
-            int(found.surface.face_of_corner[edges.crowded[0]]),
+            int(found.surface.face_of_corner[edges.nonmanifold[0]]),
             "which of them belong together cannot be told; give each part its own vertices there",
         )
-    return not len(edges.open) and not len(edges.crowded)
+    return not len(edges.boundary) and not len(edges.nonmanifold)
 
 
-def _look_at_points(found: Examination, edges: Edges) -> None:
+def _report_pinch_vertices(found: SurfaceValidation, edges: Edges) -> None:
     """Parts that meet in a single point: every edge still tells inside from outside."""
-    if len(edges.pinched):
-        names = [found.surface.vertex_name(v) for v in edges.pinched[:NAMED].tolist()]
-        vertices = "vertex" if len(edges.pinched) == 1 else "vertices"
-        found.note(
+    if len(edges.pinch_vertices):
+        names = [
+            found.surface.vertex_name(v) for v in edges.pinch_vertices[:MAX_NAMES_LISTED].tolist()
+        ]
+        vertices = "vertex" if len(edges.pinch_vertices) == 1 else "vertices"
+        found.add_diagnostic(
             warning,
             f"the surface touches itself in a point: {vertices} "
-            f"{listed(names, len(edges.pinched))}",
-            int(found.surface.face_of_corner[found.surface.corners == edges.pinched[0]][0]),
+            f"{join_names(names, len(edges.pinch_vertices))}",
+            int(found.surface.face_of_corner[found.surface.corners == edges.pinch_vertices[0]][0]),
             "a point has no volume, so this does no harm",
         )
 
@@ -157,17 +173,17 @@ class Solid:
     Attributes:
         surface: as it was used: with faces turned and vertices joined, if that was needed.
         shells: the closed parts of the surface: bodies, and voids in them.
-        turned: the faces that had to be turned, by index.
-        joined: how many vertices lay where others do and were joined to close the surface.
+        flipped: the faces that had to be turned, by index.
+        merged_vertex_count: how many vertices lay where others do and were joined to close the surface.
         warnings: what is odd, but does no harm.
         tetrahedra: the signed tetrahedra that add up to the body.
     """
 
     surface: Surface
     shells: tuple[Shell, ...]
-    turned: Indices
-    joined: int
-    warnings: tuple[Fault, ...]
+    flipped: Indices
+    merged_vertex_count: int
+    warnings: tuple[Diagnostic, ...]
     tetrahedra: Tetrahedra
 
     @property
@@ -182,22 +198,22 @@ class Solid:
         return self.tetrahedra.mass_properties(density)
 
 
-def solid_of(surface: Surface, *, fix_winding: bool = False) -> Solid:
+def build_solid(surface: Surface, *, fix_winding: bool = False) -> Solid:
     """The body within a surface.
 
     With `fix_winding` faces that look to the wrong side are turned instead of refused.
 
     Raises InputError, with all faults, for a surface that encloses no body.
     """
-    found = examine_surface(surface, fix_winding=fix_winding)
-    if found.tetrahedra is None or errors_among(found.faults):
-        raise InputError(found.faults)
+    found = validate_surface(surface, fix_winding=fix_winding)
+    if found.tetrahedra is None or select_errors(found.diagnostics):
+        raise InputError(found.diagnostics)
     return Solid(
         surface=found.surface,
         shells=found.shells,
-        turned=found.turned,
-        joined=found.joined,
-        warnings=tuple(found.faults),
+        flipped=found.flipped,
+        merged_vertex_count=found.merged_vertex_count,
+        warnings=tuple(found.diagnostics),
         tetrahedra=found.tetrahedra,
     )
 
@@ -216,4 +232,4 @@ def mass_properties(
         InputError: the surface encloses no body.
         ValueError: the density is not above zero.
     """
-    return solid_of(surface, fix_winding=fix_winding).mass_properties(density)
+    return build_solid(surface, fix_winding=fix_winding).mass_properties(density)

@@ -62,12 +62,12 @@ class Tetrahedra:
         return MassProperties(density * volume, self.apex + centre, inertia)
 
 
-def tetrahedra_of(surface: Surface) -> Tetrahedra:
+def build_tetrahedra(surface: Surface) -> Tetrahedra:
     """The tetrahedra of a surface, with the apex in the middle of its faces' extent.
 
     Near the body the edges are as short as they can be: no digits are lost to a far origin.
     """
-    triangles, faces = surface.fans
+    triangles, faces = surface.fan_triangles
     points = surface.vertices.T
     used = surface.vertices[triangles[0]]
     apex = (used.min(axis=0) + used.max(axis=0)) / 2.0 if len(used) else np.zeros(3)

@@ -5,13 +5,13 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from math import isfinite
 
-from generator.diagnostics import Findings, Source, Span, nearest, shorten
+from generator.diagnostics import Diagnostics, Source, Span, shorten, spelling_hint
 
 _TITLE = re.compile(r"(\S*)\s*(.*)", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 
-LARGEST = 1e12
+MAX_ABS_VALUE = 1e12
 """Beyond it a number in a table is a slip, whatever it measures; its square is still a float."""
 
 
@@ -19,12 +19,12 @@ LARGEST = 1e12
 class Column:
     """A column: its place in a line, its unit with brackets, and where its title stands."""
 
-    place: int
+    index: int
     unit: str
-    title: Span
+    title_span: Span
 
 
-def lines_of(source: Source) -> list[Span]:
+def data_lines(source: Source) -> list[Span]:
     """The lines that say something: not blank, no comment."""
     spans: list[Span] = []
     start = 0
@@ -35,7 +35,7 @@ def lines_of(source: Source) -> list[Span]:
     return spans
 
 
-def cells_of(line: Span) -> list[Span]:
+def split_cells(line: Span) -> list[Span]:
     """What stands between the commas of a line, without the blanks around it."""
     cells: list[Span] = []
     start = line.start
@@ -48,14 +48,14 @@ def cells_of(line: Span) -> list[Span]:
     return cells
 
 
-def title_of(cell: Span) -> tuple[str, str]:
+def split_title(cell: Span) -> tuple[str, str]:
     """Name and unit, with its brackets, of a column's title."""
     match = _TITLE.fullmatch(cell.text)
     return (match[1], " ".join(match[2].split())) if match else ("", "")
 
 
-def columns_in(
-    line: Span, known: Collection[str], example: str, findings: Findings
+def parse_columns(
+    line: Span, known: Collection[str], example: str, diagnostics: Diagnostics
 ) -> dict[str, Column]:
     """The columns that a line of titles names, by name; faults are noted.
 
@@ -63,41 +63,45 @@ def columns_in(
         line: of titles.
         known: the names of the columns, all of which must be there.
         example: a line of titles as it should be, for hints.
-        findings: for faults.
+        diagnostics: for faults.
     """
     columns: dict[str, Column] = {}
-    cells = cells_of(line)
+    cells = split_cells(line)
     if len(cells) == 1 and ";" in line.text:
-        findings.error("columns are separated by commas", line, example)
+        diagnostics.error("columns are separated by commas", line, example)
         return columns
     for place, cell in enumerate(cells):
-        name, unit = title_of(cell)
+        name, unit = split_title(cell)
         if name not in known:
-            findings.error(f"unknown column `{shorten(cell.text)}`", cell, nearest(name, known))
+            diagnostics.error(
+                f"unknown column `{shorten(cell.text)}`", cell, spelling_hint(name, known)
+            )
         elif name in columns:
-            findings.error(f"a second column `{name}`", cell)
+            diagnostics.error(f"a second column `{name}`", cell)
         else:
             columns[name] = Column(place, unit, cell)
     missing = [f"`{name}`" for name in known if name not in columns]
     if missing and len(columns) == len(cells):  # else what is wrong may be what is missing
-        findings.error(f"there is no column {', '.join(missing)}", line, example)
+        diagnostics.error(f"there is no column {', '.join(missing)}", line, example)
     return columns
 
 
-def number_in(cell: Span, column: str, findings: Findings) -> float | None:
+def parse_number_cell(cell: Span, column: str, diagnostics: Diagnostics) -> float | None:
     """The number in a cell of `column`; None, with the fault noted, when there is none."""
     if _NOT_FINITE.fullmatch(cell.text):
-        findings.error(f"`{shorten(cell.text)}` is not finite", cell)
+        diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
         return None
     if not _NUMBER.fullmatch(cell.text):
         said = f"`{shorten(cell.text)}` is not a number" if cell.text else "a number is missing"
-        findings.error(f"{said} (column `{column}`)", cell)
+        diagnostics.error(f"{said} (column `{column}`)", cell)
         return None
     number = float(cell.text)
     if not isfinite(number):
-        findings.error(f"`{shorten(cell.text)}` is beyond the largest number", cell)
+        diagnostics.error(f"`{shorten(cell.text)}` is beyond the largest number", cell)
         return None
-    if abs(number) > LARGEST:
-        findings.error(f"`{shorten(cell.text)}` is too large", cell, f"at most {LARGEST:g}")
+    if abs(number) > MAX_ABS_VALUE:
+        diagnostics.error(
+            f"`{shorten(cell.text)}` is too large", cell, f"at most {MAX_ABS_VALUE:g}"
+        )
         return None
     return number

@@ -11,19 +11,32 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import EnoughFaults, Fault, Findings, Source, Span, nearest, shorten
-from generator.drive import FARTHEST, SHORTEST, Drive, Overshoot
+from generator.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    Source,
+    Span,
+    TooManyErrors,
+    shorten,
+    spelling_hint,
+)
+from generator.drive import MAX_DISPLACEMENT, MIN_ROW_INTERVAL, Drive, Overshoot
 from generator.figure import Figure, Joint
-from generator.input_files.csv_columns import cells_of, lines_of, number_in, title_of
-from generator.text_io import read_text, unified
+from generator.input_files.csv_columns import (
+    data_lines,
+    parse_number_cell,
+    split_cells,
+    split_title,
+)
+from generator.text_io import load_text, normalise_newlines
 
-EXAMPLE = "time [s],left_knee [deg],left_shoulder.1 [deg]"
+DRIVES_EXAMPLE = "time [s],left_knee [deg],left_shoulder.1 [deg]"
 
-_TIME, _TIME_UNIT = "time", "[s]"
-_UNITS: Mapping[str, float] = {"[deg]": np.pi / 180.0, "[rad]": 1.0}
+_TIME_COLUMN, _TIME_UNIT = "time", "[s]"
+_ANGLE_UNITS: Mapping[str, float] = {"[deg]": np.pi / 180.0, "[rad]": 1.0}
 OVERSHOOT_HINT = "more rows where it bends hold it back"
 
-_ENERGY = "[J]"
+_ENERGY_UNIT = "[J]"
 """Unit of the energies that a motion's table has beside its displacements."""
 
 
@@ -32,199 +45,219 @@ class DrivesReading:
     """What came of reading a table; `drives` is empty when `faults` holds an error."""
 
     drives: Mapping[str, Drive]
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 @dataclass(frozen=True)
 class _Column:
-    """One displacement: `factor` times the cell at `place` in the line is in rad."""
+    """One displacement: `factor` times the cell at `cell_index` in the line is in rad."""
 
-    place: int
+    cell_index: int
     joint: str
-    index: int
+    coordinate: int
     factor: float
 
 
 @dataclass(frozen=True)
 class _Header:
-    count: int
-    time: int
+    column_count: int
+    time_index: int
     columns: list[_Column] = field(default_factory=list[_Column])
 
 
-def examine_drives(path: str | Path, figure: Figure, only: Sequence[str] = ()) -> DrivesReading:
+def parse_drives_file(
+    path: str | Path, figure: Figure, joint_names: Sequence[str] = ()
+) -> DrivesReading:
     """The drives in a table for a figure, with all faults; bad input raises nothing.
 
     Args:
         path: of the table.
         figure: whose joints are driven.
-        only: names of the joints to drive; all of the table when there are none.
+        joint_names: names of the joints to drive; all of the table when there are none.
     """
-    source, fault = read_text(Path(path), str(path))
+    source, fault = load_text(Path(path), str(path))
     if fault is not None:
         return DrivesReading({}, (fault,))
-    return parse_drives(source.text, figure, only, source.name)
+    return parse_drives(source.text, figure, joint_names, source.name)
 
 
 def parse_drives(
-    text: str, figure: Figure, only: Sequence[str] = (), name: str = "<text>"
+    text: str, figure: Figure, joint_names: Sequence[str] = (), name: str = "<text>"
 ) -> DrivesReading:
     """The drives that `text` describes, with all faults; `name` is what they call the text."""
-    source, findings = Source(name, unified(text)), Findings()
+    source, findings = Source(name, normalise_newlines(text)), Diagnostics()
     drives: dict[str, Drive] = {}
-    with suppress(EnoughFaults):
-        lines = lines_of(source)
+    with suppress(TooManyErrors):
+        lines = data_lines(source)
         if not lines:
-            findings.error("there is no table in this file", Span(source, 0, 1), EXAMPLE)
+            findings.error("there is no table in this file", Span(source, 0, 1), DRIVES_EXAMPLE)
         else:
-            header = _header(lines[0], figure, only, findings)
+            header = _parse_header(lines[0], figure, joint_names, findings)
             if header is not None and header.columns and not findings.has_errors:
-                drives = _drives(lines, header, findings)
-    return DrivesReading({} if findings.has_errors else drives, findings.in_order())
+                drives = _build_drives(lines, header, findings)
+    return DrivesReading({} if findings.has_errors else drives, findings.sorted_by_position())
 
 
-def _header(line: Span, figure: Figure, only: Sequence[str], findings: Findings) -> _Header | None:
+def _parse_header(
+    line: Span, figure: Figure, joint_names: Sequence[str], diagnostics: Diagnostics
+) -> _Header | None:
     """Which columns there are; None, with the faults noted, when that cannot be told."""
-    cells = cells_of(line)
+    cells = split_cells(line)
     if len(cells) == 1 and ";" in line.text:
-        findings.error("columns are separated by commas", line, EXAMPLE)
+        diagnostics.error("columns are separated by commas", line, DRIVES_EXAMPLE)
         return None
     time: int | None = None
     columns: dict[tuple[str, int], _Column] = {}
     for place, cell in enumerate(cells):
-        title, unit = title_of(cell)
-        if title == _TIME and (_TIME not in figure.joints or unit in (_TIME_UNIT, "")):
+        title, unit = split_title(cell)
+        if title == _TIME_COLUMN and (
+            _TIME_COLUMN not in figure.joints or unit in (_TIME_UNIT, "")
+        ):
             if unit != _TIME_UNIT:
                 what = f"has the unknown unit `{shorten(unit)}`" if unit else "has no unit"
-                findings.error(f"column `time` {what}", cell, f"write `{_TIME} {_TIME_UNIT}`")
+                diagnostics.error(
+                    f"column `time` {what}", cell, f"write `{_TIME_COLUMN} {_TIME_UNIT}`"
+                )
             elif time is not None:
-                findings.error("a second column `time`", cell)
+                diagnostics.error("a second column `time`", cell)
             time = place
-        elif unit != _ENERGY:
-            column = _column(place, cell, figure, only, findings)
+        elif unit != _ENERGY_UNIT:
+            column = _parse_column(place, cell, figure, joint_names, diagnostics)
             if column is None:
                 continue
-            if (column.joint, column.index) in columns:
-                findings.error(f"a second column `{shorten(title)}`", cell)
-            columns[column.joint, column.index] = column
+            if (column.joint, column.coordinate) in columns:
+                diagnostics.error(f"a second column `{shorten(title)}`", cell)
+            columns[column.joint, column.coordinate] = column
     if time is None:
-        findings.error("there is no column `time [s]`", line, EXAMPLE)
-    elif not columns and not only and not findings.has_errors:
-        findings.error("no column drives a joint", line, EXAMPLE)
-    ordered = sorted(columns.values(), key=lambda one: (one.joint, one.index))
+        diagnostics.error("there is no column `time [s]`", line, DRIVES_EXAMPLE)
+    elif not columns and not joint_names and not diagnostics.has_errors:
+        diagnostics.error("no column drives a joint", line, DRIVES_EXAMPLE)
+    ordered = sorted(columns.values(), key=lambda one: (one.joint, one.coordinate))
     return None if time is None else _Header(len(cells), time, ordered)
 
 
-def _column(
-    place: int, cell: Span, figure: Figure, only: Sequence[str], findings: Findings
+def _parse_column(
+    cell_index: int,
+    cell: Span,
+    figure: Figure,
+    joint_names: Sequence[str],
+    diagnostics: Diagnostics,
 ) -> _Column | None:
     """What a column drives; None when it is not asked for, or wrong and a fault is noted."""
-    title, unit = title_of(cell)
-    name, number = (title, "") if title in figure.joints else _split(title)
+    title, unit = split_title(cell)
+    name, number = (title, "") if title in figure.joints else _split_title(title)
     joint = figure.joints.get(name)
-    if only and name not in only:
+    if joint_names and name not in joint_names:
         return None
     if joint is None:
-        hint = nearest(name, figure.joints)
-        findings.error(f"the figure has no joint `{shorten(name)}`", cell, hint)
+        hint = spelling_hint(name, figure.joints)
+        diagnostics.error(f"the figure has no joint `{shorten(name)}`", cell, hint)
         return None
-    index = _index(joint, number, cell, findings)
+    index = _parse_coordinate_index(joint, number, cell, diagnostics)
     if index is None:
         return None
     if joint.chain[index].kind != "R":
-        findings.error(f"`{shorten(title)}` slides: only turns can be driven in a simulation", cell)
+        diagnostics.error(
+            f"`{shorten(title)}` slides: only turns can be driven in a simulation", cell
+        )
         return None
-    if unit not in _UNITS:
+    if unit not in _ANGLE_UNITS:
         what = f"has the unknown unit `{shorten(unit)}`" if unit else "has no unit"
-        findings.error(
+        diagnostics.error(
             f"column `{shorten(title)}` {what}", cell, f"write `{shorten(title)} [deg]` or `[rad]`"
         )
         return None
-    return _Column(place, name, index, _UNITS[unit])
+    return _Column(cell_index, name, index, _ANGLE_UNITS[unit])
 
 
-def _split(title: str) -> tuple[str, str]:
+def _split_title(title: str) -> tuple[str, str]:
     """The joint and the number in `JOINT.k`."""
     name, dot, number = title.rpartition(".")
     return (name, number) if dot else (title, "")
 
 
-def _index(joint: Joint, number: str, cell: Span, findings: Findings) -> int | None:
+def _parse_coordinate_index(
+    joint: Joint, number: str, cell: Span, diagnostics: Diagnostics
+) -> int | None:
     """The place in the joint's chain that a number from 1 means; the only one needs none."""
     count, name = len(joint.chain), shorten(joint.name)
     if not count:
-        findings.error(f"joint `{name}` does not move", cell)
+        diagnostics.error(f"joint `{name}` does not move", cell)
         return None
     if not number and count > 1:
-        findings.error(
+        diagnostics.error(
             f"`{name}` has {count} degrees of freedom",
             cell,
             f"a column for each that is driven: `{name}.1 [deg]`",
         )
         return None
     if number and (not number.isascii() or not number.isdigit() or not 1 <= int(number) <= count):
-        findings.error(
+        diagnostics.error(
             f"`{name}` has no degree of freedom `{shorten(number)}`", cell, f"from 1 to {count}"
         )
         return None
     return int(number or 1) - 1
 
 
-def _drives(lines: list[Span], header: _Header, findings: Findings) -> dict[str, Drive]:
+def _build_drives(lines: list[Span], header: _Header, diagnostics: Diagnostics) -> dict[str, Drive]:
     """The drives that the rows make; none, with the faults noted, when any is wrong."""
     if len(lines) < 3:
-        findings.error("a drive needs two rows or more", lines[-1])
+        diagnostics.error("a drive needs two rows or more", lines[-1])
         return {}
     times: list[float] = []
     rows: list[list[float]] = []
     read: list[list[Span]] = []
     for line in lines[1:]:
-        cells = cells_of(line)
-        if len(cells) != header.count:
-            findings.error(f"this row has {len(cells)} cells, not {header.count}", line)
+        cells = split_cells(line)
+        if len(cells) != header.column_count:
+            diagnostics.error(f"this row has {len(cells)} cells, not {header.column_count}", line)
             continue
-        time = number_in(cells[header.time], _TIME, findings)
-        values = [_turn_in(cells[column.place], column, findings) for column in header.columns]
+        time = parse_number_cell(cells[header.time_index], _TIME_COLUMN, diagnostics)
+        values = [
+            _parse_angle(cells[column.cell_index], column, diagnostics) for column in header.columns
+        ]
         told = [value for value in values if value is not None]
         if time is None or len(told) != len(values):
             continue
         if times and time <= times[-1]:
-            findings.error("the time does not increase", cells[header.time])
-        elif times and time - times[-1] < SHORTEST:
-            said = f"this row is nearer than {SHORTEST:.0e} s to the one before"
-            findings.error(said, cells[header.time])
+            diagnostics.error("the time does not increase", cells[header.time_index])
+        elif times and time - times[-1] < MIN_ROW_INTERVAL:
+            said = f"this row is nearer than {MIN_ROW_INTERVAL:.0e} s to the one before"
+            diagnostics.error(said, cells[header.time_index])
         times.append(time)
         rows.append(told)
         read.append(cells)
-    if findings.has_errors:
+    if diagnostics.has_errors:
         return {}
     table, found = np.array(rows), dict[str, Drive]()
     for name in dict.fromkeys(column.joint for column in header.columns):
         mine = [k for k, column in enumerate(header.columns) if column.joint == name]
-        freedoms = tuple(header.columns[k].index for k in mine)
+        freedoms = tuple(header.columns[k].coordinate for k in mine)
         drive = found[name] = Drive(tuple(times), table[:, mine], freedoms)
         for one in drive.overshoots():
             column = header.columns[mine[one.column]]
-            said = f"between this row and the next {overshoot_said(name, column.index, one)}"
-            findings.warning(said, read[one.row][column.place], OVERSHOOT_HINT)
+            said = (
+                f"between this row and the next {describe_overshoot(name, column.coordinate, one)}"
+            )
+            diagnostics.warning(said, read[one.row][column.cell_index], OVERSHOOT_HINT)
     return found
 
 
-def overshoot_said(joint: str, index: int, one: Overshoot) -> str:
+def describe_overshoot(joint: str, index: int, overshoot: Overshoot) -> str:
     """The sentence that tells how far a turn leaves the range of its rows."""
-    value, low, high = np.degrees([one.value, one.low, one.high])
+    value, low, high = np.degrees([overshoot.value, overshoot.low, overshoot.high])
     return (
-        f"the spline takes {joint} {index + 1} to {value:.4g} deg at {one.time:.4g} s, "
+        f"the spline takes {joint} {index + 1} to {value:.4g} deg at {overshoot.time:.4g} s, "
         f"though the rows are from {low:.4g} to {high:.4g} deg"
     )
 
 
-def _turn_in(cell: Span, column: _Column, findings: Findings) -> float | None:
+def _parse_angle(cell: Span, column: _Column, diagnostics: Diagnostics) -> float | None:
     """The turn in a cell [rad]; None, with the fault noted, when there is none."""
-    value = number_in(cell, column.joint, findings)
+    value = parse_number_cell(cell, column.joint, diagnostics)
     if value is None:
         return None
-    if abs(turn := column.factor * value) > FARTHEST:
-        findings.error(f"`{shorten(cell.text)}` is beyond {FARTHEST:.0e} rad", cell)
+    if abs(turn := column.factor * value) > MAX_DISPLACEMENT:
+        diagnostics.error(f"`{shorten(cell.text)}` is beyond {MAX_DISPLACEMENT:.0e} rad", cell)
         return None
     return turn

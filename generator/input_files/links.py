@@ -13,26 +13,26 @@ from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any, cast
 
-from generator.diagnostics import EnoughFaults, Fault, Findings, Source, Span
-from generator.springs_file.toml_spans import Places, locate
-from generator.springs_file.toml_table import LONGEST_LINE, TableReader, document_in
-from generator.text_io import unified
-from generator.units import decimal_of, unit_named
+from generator.diagnostics import Diagnostic, Diagnostics, Source, Span, TooManyErrors
+from generator.springs_file.toml_spans import TomlSpans, locate_keys
+from generator.springs_file.toml_table import MAX_LINE_LENGTH, TableReader, parse_document
+from generator.text_io import normalise_newlines
+from generator.units import parse_unit, shortest_decimal
 
 LINKS_SUFFIX = ".links.toml"
 
-LARGEST_FACTOR = 1e6
+MAX_LINK_FACTOR = 1e6
 """No joint follows another so much faster, and none so far from it [rad or m]."""
 
-TABLE = "link"
-FILE_KEYS = ("figure", TABLE)
+LINK_TABLE = "link"
+LINKS_FILE_KEYS = ("figure", LINK_TABLE)
 OFFSET_KEYS = ("offset_deg", "offset_m")
-PLACE_KEYS = ("dof", "control_dof")
-LINK_KEYS = ("joints", "control", *PLACE_KEYS, "factor", "mirror", *OFFSET_KEYS, "why")
+COORDINATE_KEYS = ("dof", "control_dof")
+LINK_KEYS = ("joints", "control", *COORDINATE_KEYS, "factor", "mirror", *OFFSET_KEYS, "why")
 
-_WHAT = "links file"
-_ZERO = "a joint that keeps still needs no link"
-_NUMBERED = "degrees of freedom are counted from 1, in the order of the joint's `type`"
+_FILE_KIND = "links file"
+_ZERO_FACTOR_HINT = "a joint that keeps still needs no link"
+_NUMBERING_HINT = "degrees of freedom are counted from 1, in the order of the joint's `type`"
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,9 @@ class LinkEntry:
     why: str = ""
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
-    def place(self, key: str) -> Span | None:
+    def span(self, key: str) -> Span | None:
         """Where the value of a key is written, or else the table."""
-        return self.origins.get(key) or self.origins.get(TABLE)
+        return self.origins.get(key) or self.origins.get(LINK_TABLE)
 
 
 @dataclass(frozen=True)
@@ -82,64 +82,68 @@ class LinksFileReading:
     """What came of reading a links file; `content` is None when `faults` holds an error."""
 
     content: LinksFile | None
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 def parse_links(text: str, name: str = "<text>") -> LinksFileReading:
     """The links that `text` describes, with all faults; `name` is what they call the text."""
-    findings, content = Findings(), None
-    with suppress(EnoughFaults):
-        content = links_in(Source(name, unified(text)), findings)
-    return LinksFileReading(None if findings.has_errors else content, findings.in_order())
+    findings, content = Diagnostics(), None
+    with suppress(TooManyErrors):
+        content = parse_links_source(Source(name, normalise_newlines(text)), findings)
+    return LinksFileReading(None if findings.has_errors else content, findings.sorted_by_position())
 
 
-def links_in(source: Source, findings: Findings) -> LinksFile | None:
-    """The links of a text; faults go to `findings`, which may raise EnoughFaults."""
-    document = document_in(source, _WHAT, findings)
-    return None if document is None else _content(document, locate(source), findings)
+def parse_links_source(source: Source, diagnostics: Diagnostics) -> LinksFile | None:
+    """The links of a text; faults go to `diagnostics`, which may raise EnoughFaults."""
+    document = parse_document(source, _FILE_KIND, diagnostics)
+    return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
 
 
-def _content(document: Mapping[str, Any], places: Places, findings: Findings) -> LinksFile:
-    top = TableReader(document, "", 0, places, findings)
-    top.refuse_unknown(FILE_KEYS, _WHAT)
-    tables: Any = document.get(TABLE, [])
+def _parse_content(
+    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
+) -> LinksFile:
+    top = TableReader(document, "", 0, spans, diagnostics)
+    top.reject_unknown_keys(LINKS_FILE_KEYS, _FILE_KIND)
+    tables: Any = document.get(LINK_TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        top.error(TABLE, "links are tables", "write `[[link]]` above each")
+        top.error(LINK_TABLE, "links are tables", "write `[[link]]` above each")
         tables = []
     elif not tables:
-        findings.error("there is no link in this file", places.table(""), "write `[[link]]`")
+        diagnostics.error("there is no link in this file", spans.table(""), "write `[[link]]`")
     read = [
-        _entry(TableReader(table, TABLE, index, places, findings))
+        _parse_entry(TableReader(table, LINK_TABLE, index, spans, diagnostics))
         for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
     ]
-    origins = {key: top.place(key) for key in FILE_KEYS if key in document}
+    origins = {key: top.span(key) for key in LINKS_FILE_KEYS if key in document}
     return LinksFile(tuple(entry for entry in read if entry), top.text("figure"), origins)
 
 
-def _entry(table: TableReader) -> LinkEntry | None:
+def _parse_entry(table: TableReader) -> LinkEntry | None:
     """One `[[link]]`; None, with a fault noted, when it says nothing that can be used."""
     content = table.content
-    table.refuse_unknown(LINK_KEYS, "link")
+    table.reject_unknown_keys(LINK_KEYS, "link")
     joints = table.names("joints", '["right_elbow"]', "link")
     if "control" not in content:
-        table.findings.error("this link has no `control`", table.header, 'as in "left_elbow"')
+        table.diagnostics.error(
+            "this link has no `control`", table.header_span, 'as in "left_elbow"'
+        )
     control = table.text("control")
-    places = {key: _place_of(table, key) for key in PLACE_KEYS}
-    mirror = _flag(table, "mirror")
+    places = {key: _parse_coordinate_index(table, key) for key in COORDINATE_KEYS}
+    mirror = _parse_flag(table, "mirror")
     factor = table.number("factor")
     if factor == 0.0:
-        table.error("factor", "a factor of zero links nothing", _ZERO)
-    elif factor is not None and abs(factor) > LARGEST_FACTOR:
-        hint = f"from -{LARGEST_FACTOR:.0e} to {LARGEST_FACTOR:.0e}"
+        table.error("factor", "a factor of zero links nothing", _ZERO_FACTOR_HINT)
+    elif factor is not None and abs(factor) > MAX_LINK_FACTOR:
+        hint = f"from -{MAX_LINK_FACTOR:.0e} to {MAX_LINK_FACTOR:.0e}"
         table.error("factor", "no joint follows another by such a factor", hint)
     offsets = [key for key in OFFSET_KEYS if key in content]
     if len(offsets) > 1:
         table.error(offsets[1], "a link has one offset", " or ".join(OFFSET_KEYS))
     offset = table.number(offsets[0]) if offsets else None
-    if offset is not None and abs(offset) > LARGEST_FACTOR:
-        table.error(offsets[0], f"the offset is beyond {LARGEST_FACTOR:.0e} rad or m")
+    if offset is not None and abs(offset) > MAX_LINK_FACTOR:
+        table.error(offsets[0], f"the offset is beyond {MAX_LINK_FACTOR:.0e} rad or m")
     if mirror:
-        for key in (*PLACE_KEYS, *offsets):
+        for key in (*COORDINATE_KEYS, *offsets):
             if key in content:
                 hint = "it chooses the signs of a whole joint"
                 table.error(key, f"`{key}` has no meaning beside `mirror`", hint)
@@ -147,8 +151,8 @@ def _entry(table: TableReader) -> LinkEntry | None:
     unclear = any(key in content and place is None for key, place in places.items())
     if not joints or control is None or unclear:
         return None
-    origins = {key: table.place(key) for key in content} | {TABLE: table.header}
-    origins |= {f"joints.{k}": table.place("joints", k) for k in range(len(joints))}
+    origins = {key: table.span(key) for key in content} | {LINK_TABLE: table.header_span}
+    origins |= {f"joints.{k}": table.span("joints", k) for k in range(len(joints))}
     return LinkEntry(
         joints=joints,
         control=control,
@@ -163,18 +167,18 @@ def _entry(table: TableReader) -> LinkEntry | None:
     )
 
 
-def _place_of(table: TableReader, key: str) -> int | None:
+def _parse_coordinate_index(table: TableReader, key: str) -> int | None:
     """The place, from 0, of the degree of freedom that a key numbers from 1."""
     value = table.content.get(key)
     if value is None:
         return None
     if type(value) is int and value >= 1:
         return value - 1
-    table.error(key, f"`{key}` is a whole number above zero", _NUMBERED)
+    table.error(key, f"`{key}` is a whole number above zero", _NUMBERING_HINT)
     return None
 
 
-def _flag(table: TableReader, key: str) -> bool:
+def _parse_flag(table: TableReader, key: str) -> bool:
     value = table.content.get(key, False)
     if not isinstance(value, bool):
         table.error(key, f"`{key}` is true or false", "without quotes")
@@ -198,9 +202,9 @@ def write_links(content: LinksFile, comment: str = "") -> str:
     if content.figure is not None:
         lines.append(f"figure = {_text(content.figure)}")
     for entry in content.entries:
-        lines += [*([""] if lines and lines[-1] else []), f"[[{TABLE}]]", *_entry_text(entry)]
-    if any(len(line) > LONGEST_LINE for line in lines):
-        raise ValueError(f"a line of a links file has at most {LONGEST_LINE} characters")
+        lines += [*([""] if lines and lines[-1] else []), f"[[{LINK_TABLE}]]", *_entry_text(entry)]
+    if any(len(line) > MAX_LINE_LENGTH for line in lines):
+        raise ValueError(f"a line of a links file has at most {MAX_LINE_LENGTH} characters")
     return "\n".join([*lines, ""])
 
 
@@ -224,7 +228,7 @@ def _entry_text(entry: LinkEntry) -> Iterator[str]:
 def _number(value: float, unit: str) -> str:
     if not isfinite(value):
         raise ValueError(f"a links file holds finite numbers, not {value}")
-    return decimal_of(value, unit_named(unit).factor)
+    return shortest_decimal(value, parse_unit(unit).factor)
 
 
 def _text(text: str) -> str:

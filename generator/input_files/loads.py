@@ -10,38 +10,44 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from generator.diagnostics import (
-    EnoughFaults,
-    Fault,
-    Findings,
+    Diagnostic,
+    Diagnostics,
     InputError,
     Source,
     Span,
-    nearest,
+    TooManyErrors,
     shorten,
+    spelling_hint,
 )
 from generator.figure import Figure, SiteRef
-from generator.input_files.csv_columns import Column, cells_of, columns_in, lines_of, number_in
+from generator.input_files.csv_columns import (
+    Column,
+    data_lines,
+    parse_columns,
+    parse_number_cell,
+    split_cells,
+)
 from generator.loads import LoadKind, TimedLoad
-from generator.text_io import read_text, unified
+from generator.text_io import load_text, normalise_newlines
 
 TIME_UNIT = "[s]"
 FORCE_UNIT = "[N]"
 MOMENT_UNIT = "[N m]"
-BOTH_UNIT = "[N or N m]"
+FORCE_OR_MOMENT_UNIT = "[N or N m]"
 
-UNITS: Mapping[str, tuple[str, ...]] = {
+COLUMN_UNITS: Mapping[str, tuple[str, ...]] = {
     "site": ("",),
     "kind": ("",),
     "time": (TIME_UNIT,),
-    "x": (FORCE_UNIT, MOMENT_UNIT, BOTH_UNIT),
-    "y": (FORCE_UNIT, MOMENT_UNIT, BOTH_UNIT),
-    "z": (FORCE_UNIT, MOMENT_UNIT, BOTH_UNIT),
+    "x": (FORCE_UNIT, MOMENT_UNIT, FORCE_OR_MOMENT_UNIT),
+    "y": (FORCE_UNIT, MOMENT_UNIT, FORCE_OR_MOMENT_UNIT),
+    "z": (FORCE_UNIT, MOMENT_UNIT, FORCE_OR_MOMENT_UNIT),
 }
 """The columns, with the units that each may have."""
 
-NUMBERS = ("time", "x", "y", "z")
+NUMERIC_COLUMNS = ("time", "x", "y", "z")
 
-EXAMPLE = "site,kind,time [s],x [N],y [N],z [N]"
+LOADS_EXAMPLE = "site,kind,time [s],x [N],y [N],z [N]"
 
 
 @dataclass(frozen=True)
@@ -49,7 +55,7 @@ class LoadsReading:
     """What came of reading loads; `loads` is empty when `faults` holds an error."""
 
     loads: tuple[TimedLoad, ...]
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 @dataclass(frozen=True)
@@ -60,20 +66,20 @@ class _Row:
     kind: LoadKind
     time: float
     values: tuple[float, float, float]
-    place: Span
+    time_span: Span
 
 
 def read_loads(path: str | Path, figure: Figure) -> tuple[TimedLoad, ...]:
     """The loads in a file for a figure. Raises InputError, with all faults, when any is wrong."""
-    reading = examine_loads(path, figure)
+    reading = parse_loads_file(path, figure)
     if not reading.loads:
         raise InputError(reading.faults)
     return reading.loads
 
 
-def examine_loads(path: str | Path, figure: Figure) -> LoadsReading:
+def parse_loads_file(path: str | Path, figure: Figure) -> LoadsReading:
     """The loads in a file for a figure, with all faults; bad input raises nothing."""
-    source, fault = read_text(Path(path), str(path))
+    source, fault = load_text(Path(path), str(path))
     if fault is not None:
         return LoadsReading((), (fault,))
     return parse_loads(source.text, figure, source.name)
@@ -81,48 +87,50 @@ def examine_loads(path: str | Path, figure: Figure) -> LoadsReading:
 
 def parse_loads(text: str, figure: Figure, name: str = "<text>") -> LoadsReading:
     """The loads that `text` describes, with all faults; `name` is what they call the text."""
-    source, findings = Source(name, unified(text)), Findings()
+    source, findings = Source(name, normalise_newlines(text)), Diagnostics()
     loads: tuple[TimedLoad, ...] = ()
-    with suppress(EnoughFaults):
-        lines = lines_of(source)
+    with suppress(TooManyErrors):
+        lines = data_lines(source)
         if not lines:
-            findings.error("there are no loads in this file", Span(source, 0, 1), EXAMPLE)
+            findings.error("there are no loads in this file", Span(source, 0, 1), LOADS_EXAMPLE)
         else:
-            columns = _columns(lines[0], findings)
+            columns = _parse_columns(lines[0], findings)
             if not findings.has_errors:
-                rows = [_row(line, columns, figure, findings) for line in lines[1:]]
-                loads = _joined([row for row in rows if row is not None], figure, findings)
+                rows = [_parse_row(line, columns, figure, findings) for line in lines[1:]]
+                loads = _group_loads([row for row in rows if row is not None], figure, findings)
                 if not rows:
                     findings.error("the table has no rows", lines[0])
-    return LoadsReading(() if findings.has_errors else loads, findings.in_order())
+    return LoadsReading(() if findings.has_errors else loads, findings.sorted_by_position())
 
 
-def _columns(line: Span, findings: Findings) -> dict[str, Column]:
+def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, Column]:
     """Where each column is, by name."""
-    columns = columns_in(line, UNITS, EXAMPLE, findings)
+    columns = parse_columns(line, COLUMN_UNITS, LOADS_EXAMPLE, diagnostics)
     for name, column in columns.items():
-        if column.unit not in UNITS[name]:
-            expected = " or ".join(f"`{name} {known}`".replace(" `", "`") for known in UNITS[name])
+        if column.unit not in COLUMN_UNITS[name]:
+            expected = " or ".join(
+                f"`{name} {known}`".replace(" `", "`") for known in COLUMN_UNITS[name]
+            )
             what = "has an unknown unit" if column.unit else "has no unit"
-            findings.error(f"column `{name}` {what}", column.title, f"write {expected}")
+            diagnostics.error(f"column `{name}` {what}", column.title_span, f"write {expected}")
     units = {columns[name].unit for name in ("x", "y", "z") if name in columns}
-    if len(units) > 1 and not findings.has_errors:
-        findings.error("x, y and z have different units", line, EXAMPLE)
+    if len(units) > 1 and not diagnostics.has_errors:
+        diagnostics.error("x, y and z have different units", line, LOADS_EXAMPLE)
     return columns
 
 
-def _row(
-    line: Span, columns: Mapping[str, Column], figure: Figure, findings: Findings
+def _parse_row(
+    line: Span, columns: Mapping[str, Column], figure: Figure, diagnostics: Diagnostics
 ) -> _Row | None:
     """What a line says; None, with the faults noted, when it says nothing."""
-    cells = cells_of(line)
+    cells = split_cells(line)
     if len(cells) != len(columns):
-        findings.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
+        diagnostics.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
         return None
-    by_name = {name: cells[column.place] for name, column in columns.items()}
-    site = _site(by_name["site"], figure, findings)
-    kind = _kind(by_name["kind"], columns["x"].unit, findings)
-    numbers = [number_in(by_name[name], name, findings) for name in NUMBERS]
+    by_name = {name: cells[column.index] for name, column in columns.items()}
+    site = _find_site(by_name["site"], figure, diagnostics)
+    kind = _parse_kind(by_name["kind"], columns["x"].unit, diagnostics)
+    numbers = [parse_number_cell(by_name[name], name, diagnostics) for name in NUMERIC_COLUMNS]
     if site is None or kind is None:
         return None
     time, *values = (number for number in numbers if number is not None)
@@ -132,7 +140,7 @@ def _row(
     return _Row(site, kind, time, (x, y, z), by_name["time"])
 
 
-def _site(cell: Span, figure: Figure, findings: Findings) -> SiteRef | None:
+def _find_site(cell: Span, figure: Figure, diagnostics: Diagnostics) -> SiteRef | None:
     known = {
         f"{segment.name}.{site}": SiteRef(segment.name, site)
         for segment in figure.segments.values()
@@ -140,58 +148,60 @@ def _site(cell: Span, figure: Figure, findings: Findings) -> SiteRef | None:
     }
     if cell.text in known:
         return known[cell.text]
-    findings.error(
+    diagnostics.error(
         f"the figure has no site `{shorten(cell.text)}`",
         cell,
-        nearest(cell.text, known),
+        spelling_hint(cell.text, known),
     )
     return None
 
 
-def _kind(cell: Span, unit: str, findings: Findings) -> LoadKind | None:
+def _parse_kind(cell: Span, unit: str, diagnostics: Diagnostics) -> LoadKind | None:
     kinds = {kind.value: kind for kind in LoadKind}
     kind = kinds.get(cell.text)
     if kind is None:
-        findings.error(
-            f"unknown kind of load `{shorten(cell.text)}`", cell, nearest(cell.text, kinds)
+        diagnostics.error(
+            f"unknown kind of load `{shorten(cell.text)}`", cell, spelling_hint(cell.text, kinds)
         )
         return None
     needed = FORCE_UNIT if kind.is_force else MOMENT_UNIT
-    if unit not in (needed, BOTH_UNIT):
-        findings.error(
+    if unit not in (needed, FORCE_OR_MOMENT_UNIT):
+        diagnostics.error(
             f"`{kind.value}` is in {needed}, but the columns are in {unit}",
             cell,
-            f"a file with forces and moments names them `x {BOTH_UNIT}`",
+            f"a file with forces and moments names them `x {FORCE_OR_MOMENT_UNIT}`",
         )
         return None
     return kind
 
 
-def _joined(rows: list[_Row], figure: Figure, findings: Findings) -> tuple[TimedLoad, ...]:
+def _group_loads(
+    rows: list[_Row], figure: Figure, diagnostics: Diagnostics
+) -> tuple[TimedLoad, ...]:
     """One load for each site and kind, in the order in which they first appear."""
     groups: dict[tuple[SiteRef, LoadKind], list[_Row]] = {}
     for row in rows:
         earlier = groups.setdefault((row.site, row.kind), [])
         if earlier and row.time <= earlier[-1].time:
-            findings.error(
+            diagnostics.error(
                 f"the time {row.time:g} s is not after {earlier[-1].time:g} s, "
                 f"the one before of `{row.kind.value}` at `{row.site}`",
-                row.place,
+                row.time_span,
                 "for a jump leave a thousandth of a second between two rows",
             )
         earlier.append(row)
-    if findings.has_errors:
+    if diagnostics.has_errors:
         return ()
     for (site, kind), group in groups.items():
         if len(group) == 1:
-            findings.warning(
+            diagnostics.warning(
                 f"`{kind.value}` at `{site}` has one row, so it acts for no time",
-                group[0].place,
+                group[0].time_span,
                 "a load is linear between its rows and zero outside them",
             )
         if site.segment in figure.ground:
-            findings.warning(
-                f"`{site}` is on the ground, where a load moves nothing", group[0].place
+            diagnostics.warning(
+                f"`{site}` is on the ground, where a load moves nothing", group[0].time_span
             )
     return tuple(
         TimedLoad(site, kind, tuple(row.time for row in group), tuple(row.values for row in group))

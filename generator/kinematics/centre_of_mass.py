@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from generator.diagnostics import Fault, InputError, MoverError, error, nearest
-from generator.figure import CENTRE_OF_MASS, Figure
-from generator.figure_file.resolve import place_of
+from generator.diagnostics import Diagnostic, InputError, MoverError, error, spelling_hint
+from generator.figure import CENTRE_OF_MASS_SITE, Figure
+from generator.figure_file.resolve import origin_span
 from generator.kinematics.placement import Placement
 from generator.rotations import Array
 
@@ -44,7 +44,7 @@ class Masses:
         return float(np.sum(self.masses))
 
     @cached_property
-    def _shares(self) -> Array:
+    def _mass_fractions(self) -> Array:
         """Part of the total that each segment has, shape (k,)."""
         return self.masses / self.total
 
@@ -60,7 +60,7 @@ class Masses:
 
     def centre(self, poses: Mapping[str, Array]) -> Array:
         """Their common centre of mass in the world, shape (..., 3) [m], eq. 5.1."""
-        return self._shares @ self.centres(poses)
+        return self._mass_fractions @ self.centres(poses)
 
     def jacobian(self, placement: Placement) -> Array:
         """Slopes of the centre of mass by the displacements, shape (..., 3, n) [m/rad or m/m].
@@ -71,9 +71,9 @@ class Masses:
         """
         tree = placement.tree
         kinematics = tree.kinematics
-        twists = kinematics.twists(kinematics.values(placement.displacements))
-        moves = np.stack([kinematics.moves[name] for name in self.segments])
-        weights = moves * self._shares[:, None]
+        twists = kinematics.twists(kinematics.displacement_vector(placement.displacements))
+        moves = np.stack([kinematics.motion_masks[name] for name in self.segments])
+        weights = moves * self._mass_fractions[:, None]
         levers = weights.T @ self.centres(placement.poses)
         moved = np.sum(weights, axis=0)[:, None] * twists[..., 3:]
         slopes = np.swapaxes(moved + np.cross(twists[..., :3], levers), -1, -2)
@@ -100,7 +100,7 @@ def own_segments(figure: Figure) -> tuple[str, ...]:
     )
 
 
-def masses_of(figure: Figure, segments: Iterable[str] | None = None) -> Masses:
+def segment_masses(figure: Figure, segments: Iterable[str] | None = None) -> Masses:
     """The masses of `segments`, or of all of the figure's own, prepared for any pose.
 
     Raises:
@@ -112,10 +112,12 @@ def masses_of(figure: Figure, segments: Iterable[str] | None = None) -> Masses:
     names = own if segments is None else tuple(dict.fromkeys(segments))
     for name in names:
         if name not in figure.segments:
-            raise UnknownSegmentError(f"the figure has no segment `{name}`; {nearest(name, own)}")
+            raise UnknownSegmentError(
+                f"the figure has no segment `{name}`; {spelling_hint(name, own)}"
+            )
         if name not in own:
             raise UnknownSegmentError(f"segment `{name}` is part of the ground and has no mass")
-    faults = list(_missing(figure, names))
+    faults = list(_missing_mass_diagnostics(figure, names))
     if faults:
         raise InputError(faults)
     chosen = [figure.segments[name] for name in names]
@@ -127,15 +129,15 @@ def masses_of(figure: Figure, segments: Iterable[str] | None = None) -> Masses:
     )
 
 
-def _missing(figure: Figure, names: Iterable[str]) -> Iterator[Fault]:
+def _missing_mass_diagnostics(figure: Figure, names: Iterable[str]) -> Iterator[Diagnostic]:
     for name in names:
         segment = figure.segments[name]
-        place = place_of(segment.origins)
+        place = origin_span(segment.origins)
         if segment.mass is None:
             yield error(f"segment `{name}` has no mass", place, "the centre of mass needs it")
         if segment.centre_of_mass is None:
             hint = "the centre of mass of the figure is made of those of its segments"
-            yield error(f"segment `{name}` has no site `{CENTRE_OF_MASS}`", place, hint)
+            yield error(f"segment `{name}` has no site `{CENTRE_OF_MASS_SITE}`", place, hint)
 
 
 def centre_of_mass(placement: Placement, segments: Iterable[str] | None = None) -> Array:
@@ -143,7 +145,7 @@ def centre_of_mass(placement: Placement, segments: Iterable[str] | None = None) 
 
     Raises as `masses_of` does, which is to be kept when many poses follow.
     """
-    return masses_of(placement.tree.figure, segments).centre(placement.poses)
+    return segment_masses(placement.tree.figure, segments).centre(placement.poses)
 
 
 def centre_of_mass_jacobian(placement: Placement, segments: Iterable[str] | None = None) -> Array:
@@ -151,4 +153,4 @@ def centre_of_mass_jacobian(placement: Placement, segments: Iterable[str] | None
 
     See `Masses.jacobian`. Raises as `masses_of` does.
     """
-    return masses_of(placement.tree.figure, segments).jacobian(placement)
+    return segment_masses(placement.tree.figure, segments).jacobian(placement)

@@ -4,27 +4,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.figure import Factor, Figure, Joint, Site, SiteRef
-from generator.joint_chain import chain_of
-from generator.kinematics.placement import Displacements, place
-from generator.kinematics.tree import hang
+from generator.figure import Figure, Joint, JointAxis, Site, SiteRef
+from generator.joint_chain import build_chain
+from generator.kinematics.placement import Displacements, forward_kinematics
+from generator.kinematics.tree import build_tree
 from generator.rotations import Array
 
 _FRAME_SITE = "segment frame"
 """A site at the segment's own frame; the blank keeps it apart from every written name."""
 
 FREE_CHAIN = (
-    Factor("R", (1.0, 0.0, 0.0)),
-    Factor("R", (0.0, 1.0, 0.0)),
-    Factor("R", (0.0, 0.0, 1.0)),
-    Factor("T", (1.0, 0.0, 0.0)),
-    Factor("T", (0.0, 1.0, 0.0)),
-    Factor("T", (0.0, 0.0, 1.0)),
+    JointAxis("R", (1.0, 0.0, 0.0)),
+    JointAxis("R", (0.0, 1.0, 0.0)),
+    JointAxis("R", (0.0, 0.0, 1.0)),
+    JointAxis("T", (1.0, 0.0, 0.0)),
+    JointAxis("T", (0.0, 1.0, 0.0)),
+    JointAxis("T", (0.0, 0.0, 1.0)),
 )
 """Turn in the world, then shift along the world's axes."""
 
 
-def let_go(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[str, Array]]:
+def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[str, Array]]:
     """The figure without its joints to the ground, and its displacements in the same pose.
 
     Each part that loses its hold gets a joint of three rotations and three translations from the
@@ -35,7 +35,7 @@ def let_go(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[s
         figure: a figure held by the ground.
         displacements: of its joints [rad or m].
     """
-    poses = place(hang(figure), displacements).poses
+    poses = forward_kinematics(build_tree(figure), displacements).poses
     world = poses[figure.root.segment] @ figure.site(figure.root).pose_in_segment
     held = {
         name: joint
@@ -47,12 +47,12 @@ def let_go(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[s
     loose = set(figure.bodies)
     free: dict[str, Joint] = {}
     segments = dict(figure.segments)
-    for first in _first_segments(figure, held):
+    for first in _segments_next_to_ground(figure, held):
         if first not in loose:
             continue
-        loose -= _connected(first, kept)
+        loose -= _connected_segments(first, kept)
         pose = np.linalg.inv(world) @ poses[first]
-        displacement = chain_of(FREE_CHAIN).displacements(pose)
+        displacement = build_chain(FREE_CHAIN).displacements(pose)
         name = first
         while name in kept:
             name = f"free {name}"
@@ -69,7 +69,7 @@ def let_go(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[s
     return replace(figure, segments=segments, joints={**free, **kept}), moved
 
 
-def _first_segments(figure: Figure, held: dict[str, Joint]) -> list[str]:
+def _segments_next_to_ground(figure: Figure, held: dict[str, Joint]) -> list[str]:
     """The moving segments next to the ground, in the order of their joints."""
     ends = [
         ref.segment
@@ -80,7 +80,7 @@ def _first_segments(figure: Figure, held: dict[str, Joint]) -> list[str]:
     return list(dict.fromkeys(ends))
 
 
-def _connected(first: str, joints: dict[str, Joint]) -> set[str]:
+def _connected_segments(first: str, joints: dict[str, Joint]) -> set[str]:
     """All segments that hang together with `first`."""
     together = {first}
     grown = True

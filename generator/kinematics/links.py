@@ -17,23 +17,23 @@ from pathlib import Path
 import numpy as np
 
 from generator.diagnostics import (
-    EnoughFaults,
-    Fault,
-    Findings,
+    Diagnostic,
+    Diagnostics,
     InputError,
     MoverError,
     Span,
-    nearest,
+    TooManyErrors,
     shorten,
+    spelling_hint,
 )
 from generator.figure import Figure, Joint
-from generator.input_files.links import LARGEST_FACTOR, LinkEntry, LinksFile, links_in
-from generator.kinematics.mirror import MirrorError, freedoms_said, mirror_signs
+from generator.input_files.links import MAX_LINK_FACTOR, LinkEntry, LinksFile, parse_links_source
+from generator.kinematics.mirror import MirrorError, format_dof_count, mirror_signs
 from generator.kinematics.placement import Displacements
 from generator.rotations import Array
-from generator.text_io import read_text
+from generator.text_io import load_text
 
-LARGEST = 1e300
+MAX_LINK_VALUE = 1e300
 """Displacements beyond this count as infinite: in degrees they would be [rad or m]."""
 
 
@@ -42,7 +42,7 @@ class LinkError(MoverError, ValueError):
 
 
 @dataclass(frozen=True, order=True)
-class Freedom:
+class Coordinate:
     """One degree of freedom of a joint: `index` is its place in the chain, from 0."""
 
     joint: str
@@ -60,19 +60,19 @@ class Link:
     Raises LinkError for a factor of zero, which links nothing, and for numbers that are not finite.
     """
 
-    follower: Freedom
-    control: Freedom
+    follower: Coordinate
+    control: Coordinate
     factor: float = 1.0
     offset: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what is no link."""
-        if not (abs(self.factor) <= LARGEST and abs(self.offset) <= LARGEST):
+        if not (abs(self.factor) <= MAX_LINK_VALUE and abs(self.offset) <= MAX_LINK_VALUE):
             raise LinkError(f"the link of {self.follower} has a number that is not finite")
         if self.factor == 0.0:
             raise LinkError(f"a factor of zero links {self.follower} to nothing")
 
-    def after(self, earlier: "Link") -> "Link":
+    def compose(self, earlier: "Link") -> "Link":
         """This link with its control expressed by the control of `earlier`, which moves it.
 
         Raises LinkError when the product of the factors is beyond the floats.
@@ -96,31 +96,31 @@ class Links:
 
     def __post_init__(self) -> None:
         """Refuse second controls and cycles."""
-        seen: set[Freedom] = set()
+        seen: set[Coordinate] = set()
         for link in self.links:
             if link.follower in seen:
                 raise LinkError(f"{link.follower} follows twice")
             seen.add(link.follower)
         for cycle in cycles(self.links):
-            raise LinkError(cycle_said(cycle))
+            raise LinkError(cycle_message(cycle))
         _ = self.resolved
 
     @cached_property
     def resolved(self) -> tuple[Link, ...]:
         """The same links with controls that follow nothing, in the order of `links`."""
         given = {link.follower: link for link in self.links}
-        found: dict[Freedom, Link] = {}
+        found: dict[Coordinate, Link] = {}
         for link in self.links:
             path = [link]
             while (control := path[-1].control) in given and control not in found:
                 path.append(given[control])
             for one in reversed(path):
                 earlier = found.get(one.control)
-                found[one.follower] = one if earlier is None else one.after(earlier)
+                found[one.follower] = one if earlier is None else one.compose(earlier)
         return tuple(found[link.follower] for link in self.links)
 
     @property
-    def followers(self) -> frozenset[Freedom]:
+    def followers(self) -> frozenset[Coordinate]:
         """The degrees of freedom that follow."""
         return frozenset(link.follower for link in self.links)
 
@@ -143,25 +143,25 @@ class Links:
             control = moved[link.control.joint][..., link.control.index]
             with np.errstate(over="ignore"):
                 followed = link.factor * control + link.offset
-            if not np.all(np.abs(followed) <= LARGEST):
+            if not np.all(np.abs(followed) <= MAX_LINK_VALUE):
                 raise LinkError(f"the displacement of {link.follower} is not finite")
             moved[link.follower.joint][..., link.follower.index] = followed
         return moved
 
-    def constraints(self, freedoms: Sequence[Freedom]) -> tuple[Array, Array]:
+    def constraints(self, coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
         """C and d of the constraints `C q = d` that the links put on displacements q [rad or m].
 
         Args:
-            freedoms: which displacement stands at each place of q.
+            coordinates: which displacement stands at each place of q.
 
         Returns:
             C, shape (number of links, number of freedoms), with 1 at each follower and minus the
             resolved factor at its control; d, the resolved offsets [rad or m].
 
         Raises:
-            LinkError: a linked degree of freedom is not among `freedoms`.
+            LinkError: a linked degree of freedom is not among `coordinates`.
         """
-        columns = {freedom: k for k, freedom in enumerate(freedoms)}
+        columns = {freedom: k for k, freedom in enumerate(coordinates)}
         rows = np.zeros((len(self.links), len(columns)))
         for row, link in zip(rows, self.resolved, strict=True):
             for freedom, value in ((link.follower, 1.0), (link.control, -link.factor)):
@@ -171,13 +171,13 @@ class Links:
         return rows, np.array([link.offset for link in self.resolved])
 
 
-def cycles(links: Iterable[Link]) -> tuple[tuple[Freedom, ...], ...]:
+def cycles(links: Iterable[Link]) -> tuple[tuple[Coordinate, ...], ...]:
     """The closed chains among links with one control a follower, each from follower to control."""
-    controls: Mapping[Freedom, Freedom] = {link.follower: link.control for link in links}
-    done: set[Freedom] = set()
-    found: list[tuple[Freedom, ...]] = []
+    controls: Mapping[Coordinate, Coordinate] = {link.follower: link.control for link in links}
+    done: set[Coordinate] = set()
+    found: list[tuple[Coordinate, ...]] = []
     for start in controls:
-        path: dict[Freedom, None] = {}
+        path: dict[Coordinate, None] = {}
         at = start
         while at in controls and at not in done and at not in path:
             path[at] = None
@@ -189,7 +189,7 @@ def cycles(links: Iterable[Link]) -> tuple[tuple[Freedom, ...], ...]:
     return tuple(found)
 
 
-def cycle_said(cycle: Sequence[Freedom]) -> str:
+def cycle_message(cycle: Sequence[Coordinate]) -> str:
     """A sentence that names a cycle."""
     if len(cycle) == 1:
         return f"{cycle[0]} follows itself"
@@ -202,46 +202,46 @@ class LinksReading:
     """What came of reading links for a figure; `links` is None when `faults` holds an error."""
 
     links: Links | None
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 def read_links(path: str | Path, figure: Figure) -> Links:
     """The links in a file. Raises InputError, which holds all faults, when anything is wrong."""
-    reading = examine_links(path, figure)
+    reading = parse_links_file(path, figure)
     if reading.links is None:
         raise InputError(reading.faults)
     return reading.links
 
 
-def examine_links(path: str | Path, figure: Figure) -> LinksReading:
+def parse_links_file(path: str | Path, figure: Figure) -> LinksReading:
     """The links in a file, with all faults; bad input raises nothing."""
-    source, fault = read_text(Path(path), str(path))
+    source, fault = load_text(Path(path), str(path))
     if fault is not None:
         return LinksReading(None, (fault,))
-    findings, links = Findings(), None
-    with suppress(EnoughFaults):
-        content = links_in(source, findings)
+    findings, links = Diagnostics(), None
+    with suppress(TooManyErrors):
+        content = parse_links_source(source, findings)
         if content is not None:
-            links = links_of(content, figure, findings)
-    return LinksReading(None if findings.has_errors else links, findings.in_order())
+            links = bind_links(content, figure, findings)
+    return LinksReading(None if findings.has_errors else links, findings.sorted_by_position())
 
 
-def links_of(content: LinksFile, figure: Figure, findings: Findings) -> Links | None:
+def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> Links | None:
     """The links of a figure that a file describes; None, with faults noted, if any is wrong."""
     stem = None if figure.path is None else figure.path.stem
     if content.figure and stem and content.figure != stem:
-        findings.warning(
+        diagnostics.warning(
             f"these links were written for the figure `{shorten(content.figure)}`",
             content.origins.get("figure"),
             f"they are used for `{shorten(stem)}`",
         )
-    placed: dict[Freedom, tuple[Link, Span | None]] = {}
+    placed: dict[Coordinate, tuple[Link, Span | None]] = {}
     for entry in content.entries:
-        for link, place in _links(entry, figure, findings):
+        for link, place in _bind_entry(entry, figure, diagnostics):
             if link.follower in placed:
                 first = placed[link.follower][1]
                 hint = f"the first stands in line {first.line}" if first else ""
-                findings.error(f"a second link of {link.follower}", place, hint)
+                diagnostics.error(f"a second link of {link.follower}", place, hint)
                 continue
             placed[link.follower] = (link, place)
     links = tuple(link for link, _ in placed.values())
@@ -251,148 +251,155 @@ def links_of(content: LinksFile, figure: Figure, findings: Findings) -> Links | 
         place = placed[max(cycle, key=order.index)][1]
         if place not in told:  # whole joints make a cycle for each of their degrees of freedom
             hint = "one of them must follow nothing" if len(cycle) > 1 else ""
-            findings.error(cycle_said(cycle), place, hint)
+            diagnostics.error(cycle_message(cycle), place, hint)
         told.add(place)
-    if findings.has_errors:
+    if diagnostics.has_errors:
         return None
     try:
         made = Links(links)
     except LinkError as failure:
-        findings.error(str(failure), None)
+        diagnostics.error(str(failure), None)
         return None
     for link in made.resolved:
-        if abs(link.factor) > LARGEST_FACTOR:
-            findings.error(
+        if abs(link.factor) > MAX_LINK_FACTOR:
+            diagnostics.error(
                 f"{link.follower} follows {link.control} by the factor {link.factor:.4g}",
                 placed[link.follower][1],
-                f"factors multiply along the chain; from -{LARGEST_FACTOR:.0e} to "
-                f"{LARGEST_FACTOR:.0e}",
+                f"factors multiply along the chain; from -{MAX_LINK_FACTOR:.0e} to "
+                f"{MAX_LINK_FACTOR:.0e}",
             )
-    return None if findings.has_errors else made
+    return None if diagnostics.has_errors else made
 
 
-def _links(
-    entry: LinkEntry, figure: Figure, findings: Findings
+def _bind_entry(
+    entry: LinkEntry, figure: Figure, diagnostics: Diagnostics
 ) -> Iterator[tuple[Link, Span | None]]:
     """The links of one table, each with the place of the joint that follows."""
-    control = _joint(entry.control, figure, entry.place("control"), findings)
+    control = _find_movable_joint(entry.control, figure, entry.span("control"), diagnostics)
     for k, name in enumerate(entry.joints):
-        place = entry.place(f"joints.{k}")
-        joint = _joint(name, figure, place, findings)
+        place = entry.span(f"joints.{k}")
+        joint = _find_movable_joint(name, figure, place, diagnostics)
         if control is None or joint is None:
             continue
-        for one, other, sign in _pairs(entry, figure, control, joint, place, findings):
-            follower, followed = Freedom(joint.name, one), Freedom(control.name, other)
-            if _fits(entry, joint, control, follower, followed, place, findings):
+        for one, other, sign in _coordinate_pairs(
+            entry, figure, control, joint, place, diagnostics
+        ):
+            follower, followed = Coordinate(joint.name, one), Coordinate(control.name, other)
+            if _is_compatible(entry, joint, control, follower, followed, place, diagnostics):
                 try:
                     link = Link(follower, followed, sign * entry.factor, entry.offset)
                 except LinkError as failure:
-                    if 0.0 < abs(entry.factor) <= LARGEST_FACTOR:  # others have been told
-                        findings.error(str(failure), place)
+                    if 0.0 < abs(entry.factor) <= MAX_LINK_FACTOR:  # others have been told
+                        diagnostics.error(str(failure), place)
                     break
                 yield link, place
 
 
-def _joint(name: str, figure: Figure, place: Span | None, findings: Findings) -> Joint | None:
+def _find_movable_joint(
+    name: str, figure: Figure, span: Span | None, diagnostics: Diagnostics
+) -> Joint | None:
     joint = figure.joints.get(name)
     if joint is None:
-        hint = nearest(name, figure.joints)
-        findings.error(f"the figure has no joint `{shorten(name)}`", place, hint)
+        hint = spelling_hint(name, figure.joints)
+        diagnostics.error(f"the figure has no joint `{shorten(name)}`", span, hint)
     elif not joint.chain:
-        findings.error(f"joint `{shorten(name)}` does not move", place, "it has no `type`")
+        diagnostics.error(f"joint `{shorten(name)}` does not move", span, "it has no `type`")
         return None
     return joint
 
 
-def _pairs(
+def _coordinate_pairs(
     entry: LinkEntry,
     figure: Figure,
     control: Joint,
     joint: Joint,
-    place: Span | None,
-    findings: Findings,
+    span: Span | None,
+    diagnostics: Diagnostics,
 ) -> list[tuple[int, int, int]]:
     """Places of follower and control in their chains, and a sign; none, with a fault noted."""
     if entry.mirror:
         try:
             signs = mirror_signs(figure, control, joint)
         except MirrorError as failure:
-            findings.error(str(failure), place, "without `mirror`, link by degree of freedom")
+            diagnostics.error(str(failure), span, "without `mirror`, link by degree of freedom")
             return []
         return [(k, k, sign) for k, sign in enumerate(signs)]
     count, others = len(joint.chain), len(control.chain)
     if entry.dof is None and entry.control_dof is None:
         if count != others:
-            findings.error(
-                f"`{shorten(joint.name)}` has {freedoms_said(count)} "
+            diagnostics.error(
+                f"`{shorten(joint.name)}` has {format_dof_count(count)} "
                 f"and `{shorten(control.name)}` {others}",
-                place,
+                span,
                 "link them by degree of freedom: `dof = 1` and `control_dof = 1`",
             )
             return []
         if entry.offset and count > 1:
             hint = "with `dof` and `control_dof`, in a table for each"
-            findings.error("an offset belongs to one degree of freedom", _offset_place(entry), hint)
+            diagnostics.error(
+                "an offset belongs to one degree of freedom", _offset_span(entry), hint
+            )
             return []
         return [(k, k, 1) for k in range(count)]
-    one = _place_in(joint, entry.dof, "dof", entry, place, findings)
-    other = _place_in(control, entry.control_dof, "control_dof", entry, place, findings)
+    one = _coordinate_index(joint, entry.dof, "dof", entry, span, diagnostics)
+    other = _coordinate_index(control, entry.control_dof, "control_dof", entry, span, diagnostics)
     return [] if one is None or other is None else [(one, other, 1)]
 
 
-def _place_in(
+def _coordinate_index(
     joint: Joint,
-    given: int | None,
+    index: int | None,
     key: str,
     entry: LinkEntry,
-    place: Span | None,
-    findings: Findings,
+    span: Span | None,
+    diagnostics: Diagnostics,
 ) -> int | None:
     """The degree of freedom that a key means; the only one of a joint need not be said."""
     count = len(joint.chain)
-    if given is None and count == 1:
+    if index is None and count == 1:
         return 0
-    if given is None:
-        findings.error(
+    if index is None:
+        diagnostics.error(
             f"this link does not say which of the {count} degrees of freedom of "
             f"`{shorten(joint.name)}` it means",
-            place,
+            span,
             f"write `{key} = 1`, or up to {count}",
         )
         return None
-    if given >= count:
-        findings.error(
-            f"`{shorten(joint.name)}` has {freedoms_said(count)}, not {given + 1}", entry.place(key)
+    if index >= count:
+        diagnostics.error(
+            f"`{shorten(joint.name)}` has {format_dof_count(count)}, not {index + 1}",
+            entry.span(key),
         )
         return None
-    return given
+    return index
 
 
-def _fits(
+def _is_compatible(
     entry: LinkEntry,
     joint: Joint,
     control: Joint,
-    follower: Freedom,
-    followed: Freedom,
-    place: Span | None,
-    findings: Findings,
+    follower: Coordinate,
+    followed: Coordinate,
+    span: Span | None,
+    diagnostics: Diagnostics,
 ) -> bool:
     """Whether both turn or both slide, and the offset is of their kind."""
     kind = joint.chain[follower.index].kind
     if kind != control.chain[followed.index].kind:
         verbs = {"R": "turns", "T": "slides"}
-        findings.error(
+        diagnostics.error(
             f"{follower} {verbs[kind]} and {followed} "
             f"{verbs[control.chain[followed.index].kind]}: a link joins like with like",
-            place,
+            span,
         )
         return False
     if entry.offset and entry.offset_is_length != (kind == "T"):
         unit = "offset_m" if kind == "T" else "offset_deg"
-        findings.error(f"the offset of {follower} is `{unit}`", _offset_place(entry))
+        diagnostics.error(f"the offset of {follower} is `{unit}`", _offset_span(entry))
         return False
     return True
 
 
-def _offset_place(entry: LinkEntry) -> Span | None:
-    return entry.place("offset_m" if entry.offset_is_length else "offset_deg")
+def _offset_span(entry: LinkEntry) -> Span | None:
+    return entry.span("offset_m" if entry.offset_is_length else "offset_deg")

@@ -9,14 +9,14 @@ from generator.diagnostics import MoverError
 from generator.kinematics.placement import (
     Displacements,
     Placement,
-    motion_maps,
-    place,
-    relative_motion_map,
+    forward_kinematics,
+    relative_jacobian,
+    segment_jacobians,
 )
 from generator.kinematics.tree import Tree
-from generator.rotations import Array, wrapped
+from generator.rotations import Array, wrap_angle
 
-CLOSED = 1e-9
+MAX_LOOP_GAP = 1e-9
 """Largest gap of a closed loop [m and rad]."""
 
 
@@ -24,7 +24,9 @@ class OpenLoopError(MoverError):
     """A pose opens a loop and cannot be closed, or a velocity tears one."""
 
 
-def assemble(tree: Tree, displacements: Displacements, held: Set[str] = frozenset()) -> Placement:
+def close_loops(
+    tree: Tree, displacements: Displacements, held: Set[str] = frozenset()
+) -> Placement:
     """The placement at `displacements`, with its loops closed.
 
     A figure without loops is placed as asked. Otherwise the joints that are not `held` give way, as
@@ -38,79 +40,84 @@ def assemble(tree: Tree, displacements: Displacements, held: Set[str] = frozense
     Raises:
         OpenLoopError: no pose near by closes the loops; the message names the joint and the gap.
     """
-    placement = place(tree, displacements)
+    placement = forward_kinematics(tree, displacements)
     if not tree.closures:
         return placement
-    followed = _followed(placement, displacements)
+    followed = _closing_displacements(placement, displacements)
     moved = [followed[name] - displacements[name] for name in followed.keys() & held]
-    if np.max(np.abs(np.concatenate([_gaps(placement), *moved]))) > CLOSED:
-        placement = _closed(tree, displacements, held)
-        followed = _followed(placement, displacements)
-    _insist(placement, displacements, followed, held)
+    if np.max(np.abs(np.concatenate([_loop_gaps(placement), *moved]))) > MAX_LOOP_GAP:
+        placement = _solve_loops(tree, displacements, held)
+        followed = _closing_displacements(placement, displacements)
+    _check_loops_closed(placement, displacements, followed, held)
     return Placement(tree, {**placement.displacements, **followed}, placement.poses)
 
 
-def _followed(placement: Placement, near: Displacements) -> dict[str, Array]:
+def _closing_displacements(placement: Placement, near: Displacements) -> dict[str, Array]:
     """Displacements of the closing joints in a pose, the nearest to `near`."""
     return {
         joint.name: placement.tree.chains[joint.name].displacements(
-            placement.between(joint), near[joint.name]
+            placement.pose_in_parent(joint), near[joint.name]
         )
         for joint in placement.tree.closures
     }
 
 
-def _gaps(placement: Placement) -> Array:
+def _loop_gaps(placement: Placement) -> Array:
     """Gaps of all closing joints, six numbers each [rad and m]."""
     tree = placement.tree
-    gaps = [tree.chains[joint.name].gap(placement.between(joint)) for joint in tree.closures]
+    gaps = [
+        tree.chains[joint.name].pose_residual(placement.pose_in_parent(joint))
+        for joint in tree.closures
+    ]
     return np.concatenate(gaps)
 
 
-def _closed(tree: Tree, asked: Displacements, held: Set[str]) -> Placement:
+def _solve_loops(tree: Tree, target: Displacements, held: Set[str]) -> Placement:
     """The placement whose free joints have moved until the loops close."""
-    free = [b.joint for b in tree.branches if b.joint.name not in held and b.joint.chain]
+    free = [b.joint for b in tree.joints if b.joint.name not in held and b.joint.chain]
     fixed_closures = [joint for joint in tree.closures if joint.name in held]
     cuts = np.cumsum([joint.degrees_of_freedom for joint in free])[:-1]
 
     def placed(values: Array) -> Placement:
         parts = np.split(values, cuts) if free else []
         moved = {joint.name: part for joint, part in zip(free, parts, strict=True)}
-        return place(tree, {**asked, **moved})
+        return forward_kinematics(tree, {**target, **moved})
 
     def misfit(values: Array) -> Array:
         placement = placed(values)
         turned = [
-            tree.chains[joint.name].displacements(placement.between(joint), asked[joint.name])
-            - asked[joint.name]
+            tree.chains[joint.name].displacements(
+                placement.pose_in_parent(joint), target[joint.name]
+            )
+            - target[joint.name]
             for joint in fixed_closures
         ]
-        return np.concatenate([_gaps(placement), *turned])
+        return np.concatenate([_loop_gaps(placement), *turned])
 
-    start = np.concatenate([asked[joint.name] for joint in free]) if free else np.zeros(0)
+    start = np.concatenate([target[joint.name] for joint in free]) if free else np.zeros(0)
     if not free:
         return placed(start)
     found = least_squares(misfit, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=200)
     # The solver may go round more than once: of the same poses the nearest to the start is meant.
     turns = np.array([factor.kind == "R" for joint in free for factor in joint.chain], dtype=bool)
     change = np.asarray(found.x, dtype=float) - start
-    return placed(start + np.where(turns, wrapped(change), change))
+    return placed(start + np.where(turns, wrap_angle(change), change))
 
 
-def _insist(
-    placement: Placement, asked: Displacements, followed: Mapping[str, Array], held: Set[str]
+def _check_loops_closed(
+    placement: Placement, target: Displacements, closing: Mapping[str, Array], held: Set[str]
 ) -> None:
     """Raise when a loop stays open or a held closing joint could not stay."""
     for joint in placement.tree.closures:
-        gap = placement.tree.chains[joint.name].gap(placement.between(joint))
-        if np.max(np.abs(gap)) > CLOSED:
+        gap = placement.tree.chains[joint.name].pose_residual(placement.pose_in_parent(joint))
+        if np.max(np.abs(gap)) > MAX_LOOP_GAP:
             raise OpenLoopError(
                 f"the pose opens the loop at joint {joint.name}: its sites stay "
                 f"{1000.0 * float(np.linalg.norm(gap[3:])):.4g} mm and "
                 f"{round(np.degrees(float(np.linalg.norm(gap[:3]))), 6):.3g} deg apart"
             )
         if joint.name in held:
-            off = np.max(np.abs(followed[joint.name] - asked[joint.name]), initial=0.0)
+            off = np.max(np.abs(closing[joint.name] - target[joint.name]), initial=0.0)
             if off > 1e-6:
                 raise OpenLoopError(
                     f"joint {joint.name} closes a loop and cannot take the displacement asked of it"
@@ -124,16 +131,16 @@ def consistent_rates(placement: Placement, rates: Displacements, held: Set[str])
     rates tear a loop.
     """
     tree = placement.tree
-    joints = [branch.joint for branch in tree.branches]
+    joints = [branch.joint for branch in tree.joints]
     asked = np.concatenate([np.zeros(0), *(rates[joint.name] for joint in joints)])
     if not tree.closures:
         return asked
-    maps = motion_maps(placement)
+    maps = segment_jacobians(placement)
     rows, targets = [np.zeros((0, asked.size))], [np.zeros(0)]
     for joint in tree.closures:
-        motion = relative_motion_map(placement, maps, joint)
+        motion = relative_jacobian(placement, maps, joint)
         twists = tree.chains[joint.name].twists(placement.displacements[joint.name])
-        twists = _at_child(twists, placement.between(joint)[:3, 3]).T
+        twists = _twists_at_child(twists, placement.pose_in_parent(joint)[:3, 3]).T
         if joint.name in held:
             rows.append(motion)
             targets.append(twists @ rates[joint.name])
@@ -154,7 +161,7 @@ def consistent_rates(placement: Placement, rates: Displacements, held: Set[str])
     return result
 
 
-def _at_child(twists: Array, offset: Array) -> Array:
+def _twists_at_child(twists: Array, offset: Array) -> Array:
     """Twists (n, 6) at the parent's origin, taken at the child's site instead."""
     moved = twists.copy()
     moved[:, 3:] += np.cross(twists[:, :3], offset)

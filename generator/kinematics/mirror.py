@@ -11,27 +11,27 @@ import re
 import numpy as np
 
 from generator.diagnostics import MoverError
-from generator.figure import Factor, Figure, Joint
-from generator.kinematics.placement import Placement, place, site_pose
-from generator.kinematics.tree import hang
-from generator.rotations import Array, unit
+from generator.figure import Figure, Joint, JointAxis
+from generator.kinematics.placement import Placement, forward_kinematics, site_pose
+from generator.kinematics.tree import build_tree
+from generator.rotations import Array, unit_vector
 
-PARALLEL = 1e-6
+PARALLEL_TOLERANCE = 1e-6
 """Largest distance between unit vectors that count as one."""
 
-NEAR = 0.01
+MIRROR_POSITION_TOLERANCE = 0.01
 """Largest distance of places that count as mirror images, as part of that from the plane."""
 
-_SIDES = re.compile(r"left|right")
+_SIDE_PATTERN = re.compile(r"left|right")
 
-_MIRROR = np.array([-1.0, 1.0, 1.0])
+_MIRROR_SIGNS = np.array([-1.0, 1.0, 1.0])
 
 
 class MirrorError(MoverError, ValueError):
     """Two joints are no mirror images; the message says why."""
 
 
-def freedoms_said(count: int) -> str:
+def format_dof_count(count: int) -> str:
     """`1 degree of freedom`, `3 degrees of freedom`."""
     return f"{count} degree{'' if count == 1 else 's'} of freedom"
 
@@ -52,23 +52,23 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
     """
     if len(control.chain) != len(follower.chain):
         raise MirrorError(
-            f"`{control.name}` has {freedoms_said(len(control.chain))} and "
+            f"`{control.name}` has {format_dof_count(len(control.chain))} and "
             f"`{follower.name}` {len(follower.chain)}"
         )
-    tree = hang(figure)
+    tree = build_tree(figure)
     zeros = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
-    placement = place(tree, zeros)
-    if not (_named_as_pair(control, follower) or _placed_as_pair(placement, control, follower)):
+    placement = forward_kinematics(tree, zeros)
+    if not (_names_match(control, follower) or _positions_match(placement, control, follower)):
         raise MirrorError(
             f"`{follower.name}` is no mirror image of `{control.name}`: neither do their names "
             "differ in left and right alone, nor are their places mirror images in the plane x = 0"
         )
     signs: list[int] = []
     for number, (one, other) in enumerate(zip(control.chain, follower.chain, strict=True), 1):
-        image = _MIRROR * _axis_in_world(placement, control, one)
+        image = _MIRROR_SIGNS * _axis_in_world(placement, control, one)
         if one.kind == "R":
             image = -image
-        sign = _sign(image, _axis_in_world(placement, follower, other))
+        sign = _relative_sign(image, _axis_in_world(placement, follower, other))
         if one.kind != other.kind or sign is None:
             raise MirrorError(
                 f"degree of freedom {number} of `{follower.name}` is no mirror image of that of "
@@ -78,28 +78,31 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
     return tuple(signs)
 
 
-def _named_as_pair(one: Joint, other: Joint) -> bool:
+def _names_match(one: Joint, other: Joint) -> bool:
     """Whether the names are the same but for `left` and `right`, which stand for each other."""
-    exchanged = _SIDES.sub(lambda side: "right" if side[0] == "left" else "left", one.name)
+    exchanged = _SIDE_PATTERN.sub(lambda side: "right" if side[0] == "left" else "left", one.name)
     return exchanged == other.name != one.name
 
 
-def _placed_as_pair(placement: Placement, one: Joint, other: Joint) -> bool:
+def _positions_match(placement: Placement, one: Joint, other: Joint) -> bool:
     """Whether the joints lie off the plane, each where the other one's image is."""
     place, opposite = (site_pose(placement, joint, "parent")[:3, 3] for joint in (one, other))
-    return bool(np.linalg.norm(_MIRROR * place - opposite) < NEAR * abs(place[0]))
+    return bool(
+        np.linalg.norm(_MIRROR_SIGNS * place - opposite) < MIRROR_POSITION_TOLERANCE * abs(place[0])
+    )
 
 
-def _axis_in_world(placement: Placement, joint: Joint, factor: Factor) -> Array:
+def _axis_in_world(placement: Placement, joint: Joint, factor: JointAxis) -> Array:
     """Axis along or about which the segment farther from the root moves, shape (3,)."""
-    axis = site_pose(placement, joint, "parent")[:3, :3] @ unit(factor.axis)
+    axis = site_pose(placement, joint, "parent")[:3, :3] @ unit_vector(factor.axis)
     forward = next(
-        (branch.forward for branch in placement.tree.branches if branch.joint is joint), True
+        (branch.parent_is_inboard for branch in placement.tree.joints if branch.joint is joint),
+        True,
     )
     return axis if forward else -axis
 
 
-def _sign(one: Array, other: Array) -> int | None:
-    if np.linalg.norm(one - other) < PARALLEL:
+def _relative_sign(one: Array, other: Array) -> int | None:
+    if np.linalg.norm(one - other) < PARALLEL_TOLERANCE:
         return 1
-    return -1 if np.linalg.norm(one + other) < PARALLEL else None
+    return -1 if np.linalg.norm(one + other) < PARALLEL_TOLERANCE else None

@@ -27,13 +27,13 @@ class Placement:
     displacements: Displacements
     poses: Mapping[str, Array]
 
-    def between(self, joint: Joint) -> Array:
+    def pose_in_parent(self, joint: Joint) -> Array:
         """Pose of the child's site in the parent's at a joint, shape (4, 4)."""
         parent = site_pose(self, joint, "parent")
         return inverse_pose(parent) @ site_pose(self, joint, "child")
 
 
-def drawn_displacements(tree: Tree) -> dict[str, Array]:
+def initial_displacements(tree: Tree) -> dict[str, Array]:
     """The displacements that the figure file gives, shape (n,) a joint."""
     return {name: np.array(joint.displacement) for name, joint in tree.figure.joints.items()}
 
@@ -44,7 +44,7 @@ def site_pose(placement: Placement, joint: Joint, side: str) -> Array:
     return placement.poses[ref.segment] @ placement.tree.figure.site(ref).pose_in_segment
 
 
-def place(tree: Tree, displacements: Displacements) -> Placement:
+def forward_kinematics(tree: Tree, displacements: Displacements) -> Placement:
     """Forward kinematics: the pose of every segment in the world.
 
     The root's site is the world's origin. `displacements` needs the joints of the tree's branches.
@@ -52,28 +52,32 @@ def place(tree: Tree, displacements: Displacements) -> Placement:
     then (frames, 4, 4).
     """
     kinematics = tree.kinematics
-    return Placement(tree, displacements, kinematics.poses(kinematics.values(displacements)))
+    return Placement(
+        tree, displacements, kinematics.poses(kinematics.displacement_vector(displacements))
+    )
 
 
-def motion_maps(placement: Placement) -> dict[str, Array]:
+def segment_jacobians(placement: Placement) -> dict[str, Array]:
     """For each segment the map from the tree's displacement rates to its motion, shape (6, n).
 
     Rows: angular velocity, then velocity of the segment's material point at the world's origin, in
     world axes. Columns: the displacements of the branches, in their order.
     """
     kinematics = placement.tree.kinematics
-    columns = np.swapaxes(kinematics.twists(kinematics.values(placement.displacements)), -1, -2)
-    return {name: columns * moved for name, moved in kinematics.moves.items()}
+    columns = np.swapaxes(
+        kinematics.twists(kinematics.displacement_vector(placement.displacements)), -1, -2
+    )
+    return {name: columns * moved for name, moved in kinematics.motion_masks.items()}
 
 
-def relative_motion_map(placement: Placement, maps: Mapping[str, Array], joint: Joint) -> Array:
+def relative_jacobian(placement: Placement, jacobians: Mapping[str, Array], joint: Joint) -> Array:
     """Motion of a joint's child relative to its parent for the tree's rates, shape (6, n).
 
     (angular, linear) in the parent's site frame, linear at the child's site.
     """
     child = site_pose(placement, joint, "child")
     turn = site_pose(placement, joint, "parent")[:3, :3].T
-    relative = maps[joint.child.segment] - maps[joint.parent.segment]
+    relative = jacobians[joint.child.segment] - jacobians[joint.parent.segment]
     angular = relative[:3]
     linear = relative[3:] - cross_matrix(child[:3, 3]) @ angular
     return np.vstack([turn @ angular, turn @ linear])

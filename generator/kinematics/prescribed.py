@@ -10,20 +10,20 @@ from functools import cached_property
 
 import numpy as np
 
-from generator.diagnostics import MoverError, nearest
+from generator.diagnostics import MoverError, spelling_hint
 from generator.drive import Drive
 from generator.figure import Joint
-from generator.kinematics.links import Freedom, Links
+from generator.kinematics.links import Coordinate, Links
 from generator.kinematics.placement import (
     Displacements,
     Placement,
-    motion_maps,
-    relative_motion_map,
+    relative_jacobian,
+    segment_jacobians,
 )
 from generator.kinematics.tree import Tree
 from generator.rotations import Array
 
-_INDEPENDENT = 1e-7
+_RANK_TOLERANCE = 1e-7
 """Smallest singular value of rows that do not follow from each other [m or 1]."""
 
 
@@ -32,7 +32,7 @@ class PrescriptionError(MoverError, ValueError):
 
 
 @dataclass(frozen=True)
-class Prescribed:
+class PrescribedMotion:
     """Which displacements of a tree are prescribed, and how.
 
     Attributes:
@@ -53,21 +53,21 @@ class Prescribed:
     def __post_init__(self) -> None:
         """Refuse what is unknown or contradicts itself."""
         for name in self.locked:
-            self._insist_moves(name, "locked")
+            self._require_movable_joint(name, "locked")
         for name, drive in self.drives.items():
-            self._insist_fits(name, drive)
+            self._check_drive_fits(name, drive)
             if name in self.locked:
                 raise PrescriptionError(f"joint {name} is both locked and driven")
-        driven = self._driven
+        driven = self._driven_coordinates
         for link in self.links.resolved:
             for freedom in (link.follower, link.control):
-                joint = self._insist_moves(freedom.joint, "linked")
+                joint = self._require_movable_joint(freedom.joint, "linked")
                 if freedom.index >= len(joint.chain):
                     raise PrescriptionError(
                         f"joint {joint.name} has {len(joint.chain)} degrees of freedom: "
                         f"{freedom} cannot be linked"
                     )
-                self._insist_turns(joint, freedom.index, "linked")
+                self._check_is_rotation(joint, freedom.index, "linked")
             if link.follower.joint in self.locked:
                 raise PrescriptionError(f"{link.follower} follows {link.control} and is locked")
             if link.follower in driven:
@@ -78,39 +78,39 @@ class Prescribed:
         return bool(self.links.links or self.locked or self.drives)
 
     @property
-    def _driven(self) -> frozenset[Freedom]:
+    def _driven_coordinates(self) -> frozenset[Coordinate]:
         joints = self.tree.figure.joints
         return frozenset(
-            Freedom(name, k)
+            Coordinate(name, k)
             for name, drive in self.drives.items()
-            for k in freedoms_driven(joints[name], drive)
+            for k in driven_indices(joints[name], drive)
         )
 
-    def _insist_moves(self, name: str, verb: str) -> Joint:
+    def _require_movable_joint(self, name: str, verb: str) -> Joint:
         """The joint of a name. Raises PrescriptionError when it cannot be prescribed."""
         joint = self.tree.figure.joints.get(name)
         if joint is None:
-            hint = nearest(name, self.tree.figure.joints)
+            hint = spelling_hint(name, self.tree.figure.joints)
             raise PrescriptionError(f"there is no joint {name} to be {verb}; {hint}")
         if not joint.chain:
             raise PrescriptionError(f"joint {name} does not move, so it cannot be {verb}")
         if joint in self.tree.closures:
-            others = ", ".join(branch.joint.name for branch in self.tree.branches)
+            others = ", ".join(branch.joint.name for branch in self.tree.joints)
             raise PrescriptionError(
                 f"joint {name} closes a loop and cannot be {verb}: its displacements follow from "
                 f"those of {others}"
             )
         return joint
 
-    def _insist_turns(self, joint: Joint, index: int, verb: str) -> None:
+    def _check_is_rotation(self, joint: Joint, index: int, verb: str) -> None:
         if joint.chain[index].kind != "R":
             raise PrescriptionError(
-                f"{Freedom(joint.name, index)} slides: only turns can be {verb} in a simulation"
+                f"{Coordinate(joint.name, index)} slides: only turns can be {verb} in a simulation"
             )
 
-    def _insist_fits(self, name: str, drive: Drive) -> None:
-        joint = self._insist_moves(name, "driven")
-        freedoms = freedoms_driven(joint, drive)
+    def _check_drive_fits(self, name: str, drive: Drive) -> None:
+        joint = self._require_movable_joint(name, "driven")
+        freedoms = driven_indices(joint, drive)
         count = np.shape(drive.values)[1]
         if len(freedoms) != count or max(freedoms) >= len(joint.chain):
             raise PrescriptionError(
@@ -118,22 +118,22 @@ class Prescribed:
                 f"{count} columns does not fit"
             )
         for k in freedoms:
-            self._insist_turns(joint, k, "driven")
+            self._check_is_rotation(joint, k, "driven")
 
     @cached_property
-    def freedoms(self) -> tuple[Freedom, ...]:
+    def coordinates(self) -> tuple[Coordinate, ...]:
         """The displacements of the tree, in the order of its kinematics."""
         return tuple(
-            Freedom(name, k)
+            Coordinate(name, k)
             for name, columns in self.tree.kinematics.columns.items()
             for k in range(columns.stop - columns.start)
         )
 
     @cached_property
-    def free(self) -> tuple[Freedom, ...]:
+    def free_coordinates(self) -> tuple[Coordinate, ...]:
         """Those of them that nothing prescribes."""
-        held = self._driven | self.links.followers
-        return tuple(f for f in self.freedoms if f not in held and f.joint not in self.locked)
+        held = self._driven_coordinates | self.links.followers
+        return tuple(f for f in self.coordinates if f not in held and f.joint not in self.locked)
 
     @cached_property
     def held(self) -> frozenset[str]:
@@ -142,52 +142,54 @@ class Prescribed:
         return frozenset({*self.locked, *self.drives, *linked})
 
     @cached_property
-    def columns(self) -> Array:
+    def free_jacobian(self) -> Array:
         """Slope of the tree's displacements by the free ones, shape (m, number of free ones)."""
-        places = {freedom: k for k, freedom in enumerate(self.freedoms)}
-        matrix = np.zeros((len(places), len(self.free)))
-        for column, freedom in enumerate(self.free):
+        places = {freedom: k for k, freedom in enumerate(self.coordinates)}
+        matrix = np.zeros((len(places), len(self.free_coordinates)))
+        for column, freedom in enumerate(self.free_coordinates):
             matrix[places[freedom], column] = 1.0
         for link in self.links.resolved:
             matrix[places[link.follower]] = link.factor * matrix[places[link.control]]
         return matrix
 
-    def displacements(self, given: Displacements, times: float | Array) -> dict[str, Array]:
+    def impose_displacements(
+        self, displacements: Displacements, times: float | Array
+    ) -> dict[str, Array]:
         """The displacements with all that is prescribed put in.
 
         Args:
-            given: by joint, shape (..., n) [rad or m]; what they say of others than the free
+            displacements: by joint, shape (..., n) [rad or m]; what they say of others than the free
                 displacements is not looked at.
             times: shape (...) [s].
         """
-        moved = {name: np.array(values, dtype=float) for name, values in given.items()}
+        moved = {name: np.array(values, dtype=float) for name, values in displacements.items()}
         for name, values in self.locked.items():
             moved[name][...] = values
         for name, drive in self.drives.items():
-            moved[name][..., list(self._places(name))] = drive.at(times)
+            moved[name][..., list(self._driven_indices(name))] = drive.displacements(times)
         return self.links.follow(moved)
 
-    def rates(self, given: Displacements, times: float | Array) -> dict[str, Array]:
+    def impose_rates(self, rates: Displacements, times: float | Array) -> dict[str, Array]:
         """The rates of the displacements with all that is prescribed put in, as `displacements`."""
-        moved = {name: np.array(values, dtype=float) for name, values in given.items()}
+        moved = {name: np.array(values, dtype=float) for name, values in rates.items()}
         for name in self.locked:
             moved[name][...] = 0.0
         for name, drive in self.drives.items():
-            moved[name][..., list(self._places(name))] = drive.rates(times)
+            moved[name][..., list(self._driven_indices(name))] = drive.rates(times)
         for link in self.links.resolved:
             control = moved[link.control.joint][..., link.control.index]
             moved[link.follower.joint][..., link.follower.index] = link.factor * control
         return moved
 
-    def _places(self, name: str) -> tuple[int, ...]:
-        return freedoms_driven(self.tree.figure.joints[name], self.drives[name])
+    def _driven_indices(self, name: str) -> tuple[int, ...]:
+        return driven_indices(self.tree.figure.joints[name], self.drives[name])
 
-    def insist_on_loops(self, placement: Placement) -> None:
+    def check_loops(self, placement: Placement) -> None:
         """Raise PrescriptionError where loops and prescriptions hold the same motion twice."""
         if not self.tree.closures or not self:
             return
-        loops = loop_rows(placement)
-        if _rank(loops @ self.columns) < _rank(loops):
+        loops = loop_closure_jacobian(placement)
+        if _rank(loops @ self.free_jacobian) < _rank(loops):
             closing = ", ".join(joint.name for joint in self.tree.closures)
             raise PrescriptionError(
                 f"the loop that {closing} closes is over-constrained: it does not leave as many "
@@ -195,22 +197,22 @@ class Prescribed:
             )
 
 
-def freedoms_driven(joint: Joint, drive: Drive) -> tuple[int, ...]:
+def driven_indices(joint: Joint, drive: Drive) -> tuple[int, ...]:
     """Which of a joint's degrees of freedom a drive drives, from 0."""
-    return tuple(range(len(joint.chain))) if drive.freedoms is None else drive.freedoms
+    return tuple(range(len(joint.chain))) if drive.coordinates is None else drive.coordinates
 
 
-def loop_rows(placement: Placement) -> Array:
+def loop_closure_jacobian(placement: Placement) -> Array:
     """Rows (n, m) that the rates of the tree's displacements make zero where loops stay closed."""
-    maps = motion_maps(placement)
+    maps = segment_jacobians(placement)
     rows = [np.zeros((0, placement.tree.kinematics.size))]
     for joint in placement.tree.closures:
         twists = placement.tree.chains[joint.name].twists(placement.displacements[joint.name])
-        twists[:, 3:] += np.cross(twists[:, :3], placement.between(joint)[:3, 3])
+        twists[:, 3:] += np.cross(twists[:, :3], placement.pose_in_parent(joint)[:3, 3])
         blocked = np.eye(6) - twists.T @ np.linalg.pinv(twists.T)
-        rows.append(blocked @ relative_motion_map(placement, maps, joint))
+        rows.append(blocked @ relative_jacobian(placement, maps, joint))
     return np.vstack(rows)
 
 
 def _rank(rows: Array) -> int:
-    return int(np.sum(np.linalg.svd(rows, compute_uv=False) > _INDEPENDENT)) if rows.size else 0
+    return int(np.sum(np.linalg.svd(rows, compute_uv=False) > _RANK_TOLERANCE)) if rows.size else 0

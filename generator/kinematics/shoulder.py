@@ -24,16 +24,16 @@ from numpy.typing import ArrayLike
 
 from generator.diagnostics import MoverError
 from generator.kinematics.shoulder_rhythm import OTANI, ShoulderRhythm
-from generator.rotations import Array, matrix_from_axis_angle, wrapped
+from generator.rotations import Array, matrix_from_axis_angle, wrap_angle
 
-QUARTER = np.pi / 2.0
+QUARTER_TURN = np.pi / 2.0
 """A quarter turn, in which eq. 5.49 is written here: its 90, 180, 270 deg are 1, 2, 3."""
 
-SEAM = 2.5 * QUARTER
+TWIST_SEAM_LONGITUDE = 2.5 * QUARTER_TURN
 """Longitude behind the back at which the natural twist jumps, where the latitude is below 90 deg
 (225 deg; eq. 5.49)."""
 
-FIRST, LAST = -QUARTER, 3.0 * QUARTER
+MIN_LONGITUDE, MAX_LONGITUDE = -QUARTER_TURN, 3.0 * QUARTER_TURN
 """Longitudes between which the formulas hold; other values are brought there by whole turns."""
 
 
@@ -62,7 +62,7 @@ class ShoulderAngles:
     twist: Array
 
 
-def shoulder(
+def shoulder_angles(
     latitude: ArrayLike, longitude: ArrayLike, rhythm: ShoulderRhythm = OTANI
 ) -> ShoulderAngles:
     """The angles of a shoulder whose elbow points to `latitude` and `longitude` [rad].
@@ -75,9 +75,9 @@ def shoulder(
     Raises:
         ShoulderError: a latitude is not between 0 and pi, or a value is not finite.
     """
-    phi, theta = _sphere(latitude, longitude)
+    phi, theta = _checked_direction(latitude, longitude)
     elevation = np.pi - phi  # eq. 5.39
-    abduction = QUARTER - theta  # eq. 5.40
+    abduction = QUARTER_TURN - theta  # eq. 5.40
     up, forwards = rhythm.clavicle(elevation, abduction)
     return ShoulderAngles(
         clavicle_elevation=up,
@@ -95,11 +95,11 @@ def natural_twist(latitude: ArrayLike, longitude: ArrayLike) -> Array:
     longitudes at each pole. On the seam itself it is the middle of its two limits, as printed.
     Raises ShoulderError as `shoulder` does.
     """
-    return _twist(*_sphere(latitude, longitude))
+    return _twist(*_checked_direction(latitude, longitude))
 
 
 def _twist(latitude: Array, longitude: Array) -> Array:
-    p, t = latitude / QUARTER, longitude / QUARTER
+    p, t = latitude / QUARTER_TURN, longitude / QUARTER_TURN
     raised, ahead = p <= 1.0, t <= 1.0
     rows = [
         (ahead & raised, 2.0 - t * (1.0 - p)),
@@ -108,12 +108,12 @@ def _twist(latitude: Array, longitude: Array) -> Array:
         (~raised, (t - 2.0) * (3.0 - p)),
         (t <= 2.0, 2.0 * (t - 2.0) * p - (2.0 + t) * (1.0 - p)),
     ]
-    seam = np.sign(SEAM / QUARTER - t)
+    seam = np.sign(TWIST_SEAM_LONGITUDE / QUARTER_TURN - t)
     behind = (2.0 - t) * (1.0 - 3.0 * p) + seam * 4.0 * p
-    return QUARTER * np.select([where for where, _ in rows], [row for _, row in rows], behind)
+    return QUARTER_TURN * np.select([where for where, _ in rows], [row for _, row in rows], behind)
 
 
-def _sphere(latitude: ArrayLike, longitude: ArrayLike) -> tuple[Array, Array]:
+def _checked_direction(latitude: ArrayLike, longitude: ArrayLike) -> tuple[Array, Array]:
     """Latitude and longitude of one shape, the longitude within a turn. Raises ShoulderError."""
     given = np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
     phi, theta = np.broadcast_arrays(*given)
@@ -121,13 +121,15 @@ def _sphere(latitude: ArrayLike, longitude: ArrayLike) -> tuple[Array, Array]:
         raise ShoulderError("latitude and longitude are finite numbers")
     if np.any((phi < 0.0) | (phi > np.pi)):
         raise ShoulderError("the latitude is between 0 deg, overhead, and 180 deg, hanging")
-    within = (theta >= FIRST) & (theta <= LAST)
-    return phi, np.where(within, theta, FIRST + np.mod(theta - FIRST, 4.0 * QUARTER))
+    within = (theta >= MIN_LONGITUDE) & (theta <= MAX_LONGITUDE)
+    return phi, np.where(
+        within, theta, MIN_LONGITUDE + np.mod(theta - MIN_LONGITUDE, 4.0 * QUARTER_TURN)
+    )
 
 
 _X, _Y, _Z = np.eye(3)
-_MIRROR = np.array([1.0, -1.0, 1.0])
-_HANGING = np.diag([1.0, -1.0, -1.0])
+_MIRROR_SIGNS = np.array([1.0, -1.0, 1.0])
+_HANGING_ORIENTATION = np.diag([1.0, -1.0, -1.0])
 
 
 class Side(StrEnum):
@@ -137,9 +139,9 @@ class Side(StrEnum):
     RIGHT = "right"
 
 
-def mirrored(turn: Array, side: Side) -> Array:
+def mirror_rotation(rotation: Array, side: Side) -> Array:
     """A turn of the left side (..., 3, 3), or its mirror image in the sagittal plane."""
-    return turn if side is Side.LEFT else _MIRROR[:, None] * turn * _MIRROR
+    return rotation if side is Side.LEFT else _MIRROR_SIGNS[:, None] * rotation * _MIRROR_SIGNS
 
 
 def arm_direction(latitude: ArrayLike, longitude: ArrayLike, side: Side = Side.LEFT) -> Array:
@@ -147,10 +149,10 @@ def arm_direction(latitude: ArrayLike, longitude: ArrayLike, side: Side = Side.L
     phi, theta = np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
     parts = (np.sin(phi) * np.cos(theta), np.sin(phi) * np.sin(theta), np.cos(phi) + 0.0 * theta)
     left = np.stack(parts, axis=-1)
-    return left if side is Side.LEFT else _MIRROR * left
+    return left if side is Side.LEFT else _MIRROR_SIGNS * left
 
 
-def arm_turn(
+def arm_orientation(
     latitude: ArrayLike, longitude: ArrayLike, twist: ArrayLike, side: Side = Side.LEFT
 ) -> Array:
     """Turn of the humerus from hanging, in the torso's frame, shape (..., 3, 3).
@@ -164,27 +166,29 @@ def arm_turn(
         @ matrix_from_axis_angle(_Y, latitude)
         @ matrix_from_axis_angle(_Z, twist)
     )
-    return mirrored(orientation @ _HANGING, side)
+    return mirror_rotation(orientation @ _HANGING_ORIENTATION, side)
 
 
-def clavicle_turn(elevation: ArrayLike, abduction: ArrayLike, side: Side = Side.LEFT) -> Array:
+def clavicle_orientation(
+    elevation: ArrayLike, abduction: ArrayLike, side: Side = Side.LEFT
+) -> Array:
     """Turn of the clavicle from the side, in the torso's frame, shape (..., 3, 3).
 
     It is raised first, then swung forwards about the vertical.
     """
     swung = matrix_from_axis_angle(-_Z, abduction)
-    return mirrored(swung @ matrix_from_axis_angle(_X, elevation), side)
+    return mirror_rotation(swung @ matrix_from_axis_angle(_X, elevation), side)
 
 
-def printed_miss(latitude: ArrayLike, longitude: ArrayLike, angles: ShoulderAngles) -> Array:
+def printed_angle_error(latitude: ArrayLike, longitude: ArrayLike, angles: ShoulderAngles) -> Array:
     """Angle by which the elbow misses with the humerus angles as printed [rad].
 
     The printed angles are taken as those of the arm on a clavicle: they would be exact on one that
     does not move.
     """
-    clavicle = clavicle_turn(angles.clavicle_elevation, angles.clavicle_abduction)
+    clavicle = clavicle_orientation(angles.clavicle_elevation, angles.clavicle_abduction)
     on_clavicle = arm_direction(
-        np.pi - angles.humerus_elevation, QUARTER - angles.humerus_abduction
+        np.pi - angles.humerus_elevation, QUARTER_TURN - angles.humerus_abduction
     )
     reached = (clavicle @ on_clavicle[..., None])[..., 0]
     return angle_between(reached, arm_direction(latitude, longitude))
@@ -196,15 +200,15 @@ def angle_between(one: Array, other: Array) -> Array:
     return np.asarray(np.arctan2(across, np.sum(one * other, axis=-1)))
 
 
-NEAR = radians(2.0)
+NEARBY_ANGLE = radians(2.0)
 """An arm nearer to a jump than this is near it [rad]."""
 
-SMALLEST = radians(0.005)
+MIN_JUMP = radians(0.005)
 """Jumps below this are the rounding of the printed numbers [rad]."""
 
-_BESIDE = 1e-9
-_AROUND = np.linspace(FIRST, LAST, 361)
-_NAMES = ("clavicle_elevation", "clavicle_abduction", "twist")
+_JUMP_OFFSET = 1e-9
+_LONGITUDES = np.linspace(MIN_LONGITUDE, MAX_LONGITUDE, 361)
+_ANGLE_NAMES = ("clavicle_elevation", "clavicle_abduction", "twist")
 
 
 @dataclass(frozen=True)
@@ -225,49 +229,49 @@ class Jump:
 
 
 def jumps_near(
-    latitude: float, longitude: float, rhythm: ShoulderRhythm, within: float = NEAR
+    latitude: float, longitude: float, rhythm: ShoulderRhythm, within: float = NEARBY_ANGLE
 ) -> tuple[Jump, ...]:
     """The jumps within an angle [rad] of an arm's direction, nearest first.
 
     Raises ShoulderError as `shoulder` does.
     """
-    shoulder(latitude, longitude, rhythm)
+    shoulder_angles(latitude, longitude, rhythm)
     near = [
         jump
-        for jump in _jumps(latitude, longitude, rhythm)
-        if jump.distance <= within and jump.size >= SMALLEST
+        for jump in _all_jumps(latitude, longitude, rhythm)
+        if jump.distance <= within and jump.size >= MIN_JUMP
     ]
     return tuple(sorted(near, key=lambda jump: jump.distance))
 
 
-def _jumps(latitude: float, longitude: float, rhythm: ShoulderRhythm) -> Iterator[Jump]:
+def _all_jumps(latitude: float, longitude: float, rhythm: ShoulderRhythm) -> Iterator[Jump]:
     meridians = (
-        (SEAM, "longitude 225 deg, the seam behind the back"),
-        (LAST, "longitude 270 deg, where the longitude starts again at -90 deg"),
+        (TWIST_SEAM_LONGITUDE, "longitude 225 deg, the seam behind the back"),
+        (MAX_LONGITUDE, "longitude 270 deg, where the longitude starts again at -90 deg"),
     )
     for meridian, place in meridians:
-        distance = _distance((latitude, longitude), (latitude, meridian))
-        beside = np.array([meridian - _BESIDE, meridian + _BESIDE])
-        yield from _between(shoulder(latitude, beside, rhythm), place, distance)
-    for elevation in rhythm.breaks:
+        distance = _angular_distance((latitude, longitude), (latitude, meridian))
+        beside = np.array([meridian - _JUMP_OFFSET, meridian + _JUMP_OFFSET])
+        yield from _jumps_between(shoulder_angles(latitude, beside, rhythm), place, distance)
+    for elevation in rhythm.breakpoints:
         distance = abs(pi - elevation - latitude)
-        beside = np.array([pi - elevation - _BESIDE, pi - elevation + _BESIDE])
+        beside = np.array([pi - elevation - _JUMP_OFFSET, pi - elevation + _JUMP_OFFSET])
         place = f"latitude {np.degrees(pi - elevation):.4g} deg, between two lines"
-        yield from _between(shoulder(beside, longitude, rhythm), place, distance)
+        yield from _jumps_between(shoulder_angles(beside, longitude, rhythm), place, distance)
     for pole, name in ((0.0, "overhead"), (pi, "hanging")):
         place = f"the arm {name}, where every longitude has other clavicle angles"
-        around = shoulder(pole, _AROUND, rhythm)
-        for angle in _NAMES[:2]:
+        around = shoulder_angles(pole, _LONGITUDES, rhythm)
+        for angle in _ANGLE_NAMES[:2]:
             values: Array = getattr(around, angle)
             yield Jump(angle, place, float(np.ptp(values)), abs(latitude - pole))
 
 
-def _between(sides: ShoulderAngles, place: str, distance: float) -> Iterator[Jump]:
-    for angle in _NAMES:
+def _jumps_between(sides: ShoulderAngles, place: str, distance: float) -> Iterator[Jump]:
+    for angle in _ANGLE_NAMES:
         first, second = getattr(sides, angle)
-        step = wrapped(np.asarray(second - first)) if angle == "twist" else second - first
+        step = wrap_angle(np.asarray(second - first)) if angle == "twist" else second - first
         yield Jump(angle, place, abs(float(step)), distance)
 
 
-def _distance(arm: tuple[float, float], place: tuple[float, float]) -> float:
+def _angular_distance(arm: tuple[float, float], place: tuple[float, float]) -> float:
     return float(angle_between(arm_direction(*arm), arm_direction(*place)))

@@ -12,26 +12,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from generator.diagnostics import nearest
+from generator.diagnostics import spelling_hint
 from generator.figure import Figure, Joint, SiteRef
-from generator.joint_chain import Chain, ChainError, chain_of
-from generator.kinematics.placement import Placement, drawn_displacements, place
+from generator.joint_chain import Chain, ChainError, build_chain
+from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.shoulder import (
     ShoulderAngles,
     ShoulderError,
     Side,
     angle_between,
     arm_direction,
-    arm_turn,
-    clavicle_turn,
-    printed_miss,
-    shoulder,
+    arm_orientation,
+    clavicle_orientation,
+    printed_angle_error,
+    shoulder_angles,
 )
 from generator.kinematics.shoulder_rhythm import OTANI, ShoulderRhythm
-from generator.kinematics.tree import hang
-from generator.rotations import Array, frame_with_z, homogeneous
+from generator.kinematics.tree import build_tree
+from generator.rotations import Array, pose_matrix, rotation_with_z_axis
 
-REACHED = 1e-6
+MAX_ROTATION_ERROR = 1e-6
 """Largest turn that a joint's chain may leave undone [rad]."""
 
 
@@ -43,13 +43,13 @@ class ArmPose:
         angles: those of the formulas, each a single number.
         displacements: of the clavicle's and the shoulder's joint, for their chains [rad].
         elbow_error: between the elbow's direction in the posed figure and the one asked for [rad].
-        printed_miss: the same with the humerus angles as printed [rad].
+        printed_angle_error: the same with the humerus angles as printed [rad].
     """
 
     angles: ShoulderAngles
     displacements: Mapping[str, Array]
     elbow_error: float
-    printed_miss: float
+    printed_angle_error: float
 
 
 @dataclass(frozen=True)
@@ -84,30 +84,34 @@ def pose_arm(
     Raises:
         ShoulderError: there is no such direction, or the figure has no such arm.
     """
-    angles = shoulder(latitude, longitude, rhythm)
-    arm = _find(figure, side)
-    upper_arm = _zero_turn(figure, arm.shoulder, arm.carrier)
+    angles = shoulder_angles(latitude, longitude, rhythm)
+    arm = _find_arm(figure, side)
+    upper_arm = _zero_orientation(figure, arm.shoulder, arm.carrier)
     carried = np.eye(3)
     displacements: dict[str, Array] = {}
     if arm.clavicle is not None:
-        drawn = _zero_turn(figure, arm.clavicle, arm.torso)
+        drawn = _zero_orientation(figure, arm.clavicle, arm.torso)
         upper_arm = drawn @ upper_arm
-        lifted = clavicle_turn(angles.clavicle_elevation, angles.clavicle_abduction, side)
+        lifted = clavicle_orientation(angles.clavicle_elevation, angles.clavicle_abduction, side)
         carried = lifted @ drawn
-        displacements[arm.clavicle.name] = _solved(figure, arm.clavicle, arm.torso, carried)
-    along = upper_arm @ _offset(figure, arm)
+        displacements[arm.clavicle.name] = _solve_displacements(
+            figure, arm.clavicle, arm.torso, carried
+        )
+    along = upper_arm @ _upper_arm_direction(figure, arm)
     # Whichever way the arm is drawn, the shortest turn brings it to hang.
-    hanging = frame_with_z(-along).T @ upper_arm
-    aimed = arm_turn(latitude, longitude, angles.twist, side) @ hanging
-    displacements[arm.shoulder.name] = _solved(figure, arm.shoulder, arm.carrier, carried.T @ aimed)
-    tree = hang(figure)
-    placement = place(tree, {**drawn_displacements(tree), **displacements})
+    hanging = rotation_with_z_axis(-along).T @ upper_arm
+    aimed = arm_orientation(latitude, longitude, angles.twist, side) @ hanging
+    displacements[arm.shoulder.name] = _solve_displacements(
+        figure, arm.shoulder, arm.carrier, carried.T @ aimed
+    )
+    tree = build_tree(figure)
+    placement = forward_kinematics(tree, {**initial_displacements(tree), **displacements})
     asked = arm_direction(latitude, longitude, side)
     return ArmPose(
         angles=angles,
         displacements=displacements,
         elbow_error=float(angle_between(_elbow_direction(placement, arm), asked)),
-        printed_miss=float(printed_miss(latitude, longitude, angles)),
+        printed_angle_error=float(printed_angle_error(latitude, longitude, angles)),
     )
 
 
@@ -120,84 +124,84 @@ def _elbow_direction(placement: Placement, arm: _Arm) -> Array:
     return placement.poses[arm.torso][:3, :3].T @ along / np.linalg.norm(along)
 
 
-def _find(figure: Figure, side: Side) -> _Arm:
+def _find_arm(figure: Figure, side: Side) -> _Arm:
     """The arm of a figure. Raises ShoulderError when it has none, or one that cannot be aimed."""
-    ball, hinge = (_named(figure, f"{side.value}_{part}") for part in ("shoulder", "elbow"))
-    shared = _segments(ball) & _segments(hinge)
+    ball, hinge = (_find_joint(figure, f"{side.value}_{part}") for part in ("shoulder", "elbow"))
+    shared = _joint_segments(ball) & _joint_segments(hinge)
     if len(shared) != 1:
         raise ShoulderError(
             f"the joints `{ball.name}` and `{hinge.name}` share no segment, the upper arm"
         )
     (humerus,) = shared
-    (carrier,) = _segments(ball) - shared
+    (carrier,) = _joint_segments(ball) - shared
     torso, clavicle = carrier, figure.joints.get(f"{side.value}_clavicle")
     if clavicle is not None:
-        if carrier not in _segments(clavicle):
+        if carrier not in _joint_segments(clavicle):
             raise ShoulderError(f"the joint `{clavicle.name}` does not carry `{ball.name}`")
-        (torso,) = _segments(clavicle) - {carrier}
+        (torso,) = _joint_segments(clavicle) - {carrier}
     elbow, socket = (
         next(ref for ref in joint.ends if ref.segment == humerus) for joint in (hinge, ball)
     )
     arm = _Arm(clavicle, ball, torso, carrier, humerus, elbow, socket)
-    if not np.any(_between_sites(figure, arm)):
+    if not np.any(_shoulder_to_elbow(figure, arm)):
         raise ShoulderError(f"the joints `{ball.name}` and `{hinge.name}` are at one point")
     return arm
 
 
-def _named(figure: Figure, name: str) -> Joint:
+def _find_joint(figure: Figure, name: str) -> Joint:
     if name not in figure.joints:
-        hint = nearest(name, figure.joints) or "it has none"
+        hint = spelling_hint(name, figure.joints) or "it has none"
         raise ShoulderError(f"the figure has no joint `{name}`; {hint}")
     return figure.joints[name]
 
 
-def _segments(joint: Joint) -> set[str]:
+def _joint_segments(joint: Joint) -> set[str]:
     return {ref.segment for ref in joint.ends}
 
 
-def _between_sites(figure: Figure, arm: _Arm) -> Array:
+def _shoulder_to_elbow(figure: Figure, arm: _Arm) -> Array:
     elbow, socket = (figure.site(ref).pose_in_segment[:3, 3] for ref in (arm.elbow, arm.socket))
     return elbow - socket
 
 
-def _offset(figure: Figure, arm: _Arm) -> Array:
+def _upper_arm_direction(figure: Figure, arm: _Arm) -> Array:
     """Unit vector from shoulder to elbow in the humerus's frame."""
-    between = _between_sites(figure, arm)
+    between = _shoulder_to_elbow(figure, arm)
     return between / np.linalg.norm(between)
 
 
-def _zero_turn(figure: Figure, joint: Joint, base: str) -> Array:
+def _zero_orientation(figure: Figure, joint: Joint, base: str) -> Array:
     """Orientation in `base` of the other segment of a joint whose displacements are zero."""
-    parent, child = _site_turns(figure, joint)
+    parent, child = _site_orientations(figure, joint)
     turn = parent @ child.T
     return turn if joint.parent.segment == base else turn.T
 
 
-def _solved(figure: Figure, joint: Joint, base: str, turn: Array) -> Array:
-    """Displacements that give the other segment of a joint the orientation `turn` in `base`.
+def _solve_displacements(figure: Figure, joint: Joint, base: str, orientation: Array) -> Array:
+    """Displacements that give the other segment of a joint the orientation `orientation` in `base`.
 
     Raises ShoulderError when the joint cannot.
     """
-    parent, child = _site_turns(figure, joint)
-    forward = turn if joint.parent.segment == base else turn.T
-    asked = homogeneous(parent.T @ forward @ child, np.zeros(3))
-    chain = _chain(joint)
-    missed = float(np.linalg.norm(chain.gap(asked)[:3]))
+    parent, child = _site_orientations(figure, joint)
+    forward = orientation if joint.parent.segment == base else orientation.T
+    asked = pose_matrix(parent.T @ forward @ child, np.zeros(3))
+    chain = _build_chain(joint)
+    missed = float(np.linalg.norm(chain.pose_residual(asked)[:3]))
     found = chain.displacements(asked)
-    if missed > REACHED:
+    if missed > MAX_ROTATION_ERROR:
         raise ShoulderError(
             f"the joint `{joint.name}` cannot turn so: it stays {np.degrees(missed):.3g} deg away"
         )
     return found
 
 
-def _chain(joint: Joint) -> Chain:
+def _build_chain(joint: Joint) -> Chain:
     try:
-        return chain_of(joint.chain)
+        return build_chain(joint.chain)
     except ChainError as failure:
         raise ShoulderError(f"joint `{joint.name}`: {failure}") from None
 
 
-def _site_turns(figure: Figure, joint: Joint) -> tuple[Array, Array]:
+def _site_orientations(figure: Figure, joint: Joint) -> tuple[Array, Array]:
     parent, child = (figure.site(ref).pose_in_segment[:3, :3] for ref in joint.ends)
     return parent, child

@@ -14,7 +14,7 @@ import numpy as np
 from springs.backends import Array
 from springs.published import tables as published
 from springs.published.reference import Reference
-from springs.published.shoulder_rhythm import Lines, Regression
+from springs.published.shoulder_rhythm import PiecewiseLinear, Regression
 
 ABDUCTION_RATIO = 0.2
 """Clavicle abduction for each unit of arm abduction (eq. 5.46): the thesis's estimate."""
@@ -34,7 +34,7 @@ class ShoulderRhythm(Protocol):
         ...
 
     @property
-    def breaks(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Arm elevations at which a formula gives way to the next [rad]."""
         ...
 
@@ -50,12 +50,12 @@ class OtaniRhythm:
     name: str = "otani"
 
     @property
-    def _frontal(self) -> Lines:
-        return _lines("otani_1989/clavicle_frontal")
+    def _frontal(self) -> PiecewiseLinear:
+        return _load_lines("otani_1989/clavicle_frontal")
 
     @property
-    def _sagittal(self) -> Lines:
-        return _lines("otani_1989/clavicle_sagittal")
+    def _sagittal(self) -> PiecewiseLinear:
+        return _load_lines("otani_1989/clavicle_sagittal")
 
     @property
     def references(self) -> tuple[Reference, ...]:
@@ -63,7 +63,7 @@ class OtaniRhythm:
         return (published.rhythm("otani_1989/clavicle_frontal").reference,)
 
     @property
-    def breaks(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """Arm elevations at which a line gives way to the next [rad]."""
         laws = (self._frontal, self._sagittal)
         return tuple(sorted(end for law in laws for end, _, _ in law.pieces if np.isfinite(end)))
@@ -87,11 +87,11 @@ class DeGrootBrandRhythm:
 
     @property
     def _elevation(self) -> Regression:
-        return _regression("de_groot_brand_2001/clavicle_elevation")
+        return _load_regression("de_groot_brand_2001/clavicle_elevation")
 
     @property
     def _protraction(self) -> Regression:
-        return _regression("de_groot_brand_2001/clavicle_protraction")
+        return _load_regression("de_groot_brand_2001/clavicle_protraction")
 
     @property
     def references(self) -> tuple[Reference, ...]:
@@ -99,7 +99,7 @@ class DeGrootBrandRhythm:
         return (published.rhythm("de_groot_brand_2001/clavicle_elevation").reference,)
 
     @property
-    def breaks(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         """None: it is one formula."""
         return ()
 
@@ -119,9 +119,9 @@ RHYTHMS: dict[str, ShoulderRhythm] = {one.name: one for one in (OTANI, DE_GROOT_
 """The rhythms by name."""
 
 
-def _lines(key: str) -> Lines:
-    return cast("Lines", published.rhythm(key).law)
+def _load_lines(key: str) -> PiecewiseLinear:
+    return cast("PiecewiseLinear", published.rhythm(key).law)
 
 
-def _regression(key: str) -> Regression:
+def _load_regression(key: str) -> Regression:
     return cast("Regression", published.rhythm(key).law)

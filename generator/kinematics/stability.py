@@ -16,19 +16,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
-from generator.diagnostics import InputError, MoverError, error, nearest
+from generator.diagnostics import InputError, MoverError, error, spelling_hint
 from generator.figure import Figure, Segment, SiteRef
-from generator.geometry.read import surface_of
+from generator.geometry.read import read_segment_surface
 from generator.kinematics.centre_of_mass import own_segments
-from generator.rotations import Array, frame_with_z, unit
+from generator.rotations import Array, rotation_with_z_axis, unit_vector
 
 Y_UP = (0.0, 1.0, 0.0)
 """The normal of the ground in the world of the thesis."""
 
-ON_EDGE = 1e-6
+EDGE_TOLERANCE = 1e-6
 """Nearer than this to the edge of the support a point counts as on it [m]."""
 
-THIN = 1e-9
+MIN_SUPPORT_WIDTH = 1e-9
 """A support that is narrower than this is a line, and one that is shorter is a point [m]."""
 
 
@@ -92,13 +92,13 @@ def stability(centre: ArrayLike, points: ArrayLike, up: ArrayLike = Y_UP) -> Sta
     given = np.asarray(points, dtype=float).reshape(-1, 3)
     if not (np.all(np.isfinite(where)) and np.all(np.isfinite(given))):
         raise ValueError("positions must be finite")
-    plane = frame_with_z(up)[:, :2]
+    plane = rotation_with_z_axis(up)[:, :2]
     c, flat = where @ plane, given @ plane
-    sources = _hull(flat)
+    sources = _hull_indices(flat)
     corners = flat[sources]
-    margin, pivot, direction = _nearest(c, corners)
+    margin, pivot, direction = _nearest_edge(c, corners)
     return Stability(
-        balance=_balance(margin),
+        balance=_classify_balance(margin),
         margin=margin,
         centre=plane @ c,
         corners=corners @ plane.T,
@@ -108,15 +108,15 @@ def stability(centre: ArrayLike, points: ArrayLike, up: ArrayLike = Y_UP) -> Sta
     )
 
 
-def _balance(margin: float) -> Balance:
+def _classify_balance(margin: float) -> Balance:
     if margin == -np.inf:
         return Balance.UNSUPPORTED
-    if abs(margin) <= ON_EDGE:
+    if abs(margin) <= EDGE_TOLERANCE:
         return Balance.ON_EDGE
     return Balance.INSIDE if margin > 0.0 else Balance.OUTSIDE
 
 
-def _hull(points: Array) -> NDArray[np.intp]:
+def _hull_indices(points: Array) -> NDArray[np.intp]:
     """Which of the points (n, 2) are corners of their convex hull, anticlockwise, shape (k,).
 
     Two for points in a line, one for points in one place, none for no points.
@@ -127,7 +127,7 @@ def _hull(points: Array) -> NDArray[np.intp]:
     first = int(np.argmax(_lengths(near)))
     reach = _lengths(near - near[first])
     last = int(np.argmax(reach))
-    thin = max(THIN, 1e-12 * float(reach[last]))
+    thin = max(MIN_SUPPORT_WIDTH, 1e-12 * float(reach[last]))
     if reach[last] <= thin:
         return np.array([first])
     along = (near[last] - near[first]) / reach[last]
@@ -135,10 +135,10 @@ def _hull(points: Array) -> NDArray[np.intp]:
     if np.ptp(across) <= thin:
         return np.array([first, last])
     corners = np.asarray(ConvexHull(near).vertices, dtype=np.intp)
-    return corners[_apart(near[corners], thin)]
+    return corners[_separate_corners(near[corners], thin)]
 
 
-def _apart(corners: Array, thin: float) -> list[int]:
+def _separate_corners(corners: Array, thin: float) -> list[int]:
     """Which corners to keep so that neighbours lie apart: a tiny edge has no sure direction."""
     if np.min(_lengths(np.roll(corners, -1, axis=0) - corners)) > thin:
         return list(range(len(corners)))
@@ -151,7 +151,7 @@ def _apart(corners: Array, thin: float) -> list[int]:
     return kept
 
 
-def _nearest(c: Array, corners: Array) -> tuple[float, tuple[int, ...], Array | None]:
+def _nearest_edge(c: Array, corners: Array) -> tuple[float, tuple[int, ...], Array | None]:
     """Margin of a point [m], the corners it is nearest to, and the way out there."""
     if not len(corners):
         return -np.inf, (), None
@@ -165,19 +165,19 @@ def _nearest(c: Array, corners: Array) -> tuple[float, tuple[int, ...], Array | 
     distance = float(distances[k])
     follower = (k + 1) % len(corners)
     if len(corners) > 2 and np.all(_cross(edges, arms) >= 0.0):
-        return distance, (k, follower), _outward(edges[k])
+        return distance, (k, follower), _outward_normal(edges[k])
     if len(corners) > 1 and 0.0 < places[k] < 1.0:
         pivot = (k, follower)
     else:
         pivot = (k,) if places[k] <= 0.0 else (follower,)
-    if distance > ON_EDGE:
+    if distance > EDGE_TOLERANCE:
         direction = away[k] / distance
     else:
-        direction = _outward(edges[k]) if len(corners) > 2 else None
+        direction = _outward_normal(edges[k]) if len(corners) > 2 else None
     return 0.0 - distance, pivot, direction
 
 
-def _outward(edge: Array) -> Array:
+def _outward_normal(edge: Array) -> Array:
     """The unit normal of an edge (2,) that points out of a polygon with its corners in order."""
     return np.array([edge[1], -edge[0]]) / np.hypot(edge[0], edge[1])
 
@@ -190,7 +190,7 @@ def _cross(one: Array, other: Array) -> Array:
     return one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
 
 
-ROUNDING = 1e-9
+HEIGHT_TOLERANCE = 1e-9
 """By how much the rounding of a pose may lift a face over the height it lies at [m]."""
 
 Poses = Mapping[str, Array]
@@ -220,7 +220,7 @@ class Points:
 class Support(Protocol):
     """What carries a figure, prepared for any pose."""
 
-    def at(self, poses: Poses) -> Points:
+    def points_in_pose(self, poses: Poses) -> Points:
         """The points of support in a pose."""
         ...
 
@@ -242,24 +242,24 @@ class Patch:
     sources: tuple[str, ...]
 
 
-def patch_of_site(figure: Figure, ref: SiteRef) -> Patch:
+def patch_from_site(figure: Figure, ref: SiteRef) -> Patch:
     """The point of a site. Raises UnknownSupportError when the figure has none such."""
-    segment = _segment(figure, ref.segment)
+    segment = _find_segment(figure, ref.segment)
     if ref.site not in segment.sites:
-        hint = nearest(ref.site, segment.sites)
+        hint = spelling_hint(ref.site, segment.sites)
         raise UnknownSupportError(f"segment `{ref.segment}` has no site `{ref.site}`; {hint}")
     point = figure.site(ref).pose_in_segment[None, :3, 3]
     return Patch(ref.segment, point, (str(ref),), (str(ref),))
 
 
-def patch_of_faces(figure: Figure, name: str, numbers: Sequence[int] | None = None) -> Patch:
+def patch_from_faces(figure: Figure, name: str, numbers: Sequence[int] | None = None) -> Patch:
     """The corners of faces of a segment, by their numbers from 1 in its psurf; else of all.
 
     Raises:
         UnknownSupportError: the figure has no such segment, or its psurf no such face.
         InputError: the segment has no psurf, or one that cannot be read.
     """
-    surface = surface_of(figure, _segment(figure, name))
+    surface = read_segment_surface(figure, _find_segment(figure, name))
     count = surface.face_count
     for number in numbers or ():
         if not 0 < number <= count:
@@ -302,9 +302,9 @@ class FixedSupport:
             )
         )
 
-    def at(self, poses: Poses) -> Points:
+    def points_in_pose(self, poses: Poses) -> Points:
         """The chosen points in a pose."""
-        placed = [_placed(points, poses[name]) for name, points in self._points.items()]
+        placed = [_transform_points(points, poses[name]) for name, points in self._points.items()]
         positions = np.concatenate([np.zeros((0, 3)), *placed])
         return Points(positions, self._names, self._sources)
 
@@ -324,10 +324,10 @@ class LowFaces:
             InputError: no segment has a psurf, or one cannot be read.
         """
         self._height = height
-        self._up = unit(up)
+        self._up = unit_vector(up)
         own = [figure.segments[name] for name in own_segments(figure)]
         self._surfaces = {
-            segment.name: surface_of(figure, segment)
+            segment.name: read_segment_surface(figure, segment)
             for segment in own
             if segment.psurf is not None
         }
@@ -338,28 +338,28 @@ class LowFaces:
             for name, surface in self._surfaces.items()
         }
 
-    def at(self, poses: Poses) -> Points:
+    def points_in_pose(self, poses: Poses) -> Points:
         """The corners of the faces that are low enough in a pose."""
         positions, names = [np.zeros((0, 3))], list[str]()
         for name, surface in self._surfaces.items():
             pose = poses[name]
-            limit = self._height + ROUNDING - float(self._up @ pose[:3, 3])
+            limit = self._height + HEIGHT_TOLERANCE - float(self._up @ pose[:3, 3])
             heights = surface.vertices @ (self._up @ pose[:3, :3])
             if heights.min() > limit:
                 continue
             highest = np.maximum.reduceat(heights[surface.corners], surface.starts[:-1])
-            low = np.repeat(highest <= limit, surface.sizes)
-            positions.append(_placed(surface.vertices[surface.corners[low]], pose))
+            low = np.repeat(highest <= limit, surface.corner_counts)
+            positions.append(_transform_points(surface.vertices[surface.corners[low]], pose))
             names.extend(self._names[name][low].tolist())
         return Points(np.concatenate(positions), names, tuple(dict.fromkeys(names)))
 
 
-def _segment(figure: Figure, name: str) -> Segment:
+def _find_segment(figure: Figure, name: str) -> Segment:
     if name not in figure.segments:
-        hint = nearest(name, figure.segments)
+        hint = spelling_hint(name, figure.segments)
         raise UnknownSupportError(f"the figure has no segment `{name}`; {hint}")
     return figure.segments[name]
 
 
-def _placed(points: Array, pose: Array) -> Array:
+def _transform_points(points: Array, pose: Array) -> Array:
     return points @ pose[:3, :3].T + pose[:3, 3]

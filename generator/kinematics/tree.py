@@ -19,32 +19,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator.figure import Figure, Joint
-from generator.joint_chain import Chain, chain_of
-from generator.rotations import Array, cross_matrix, inverse_pose, unit
+from generator.joint_chain import Chain, build_chain
+from generator.rotations import Array, cross_matrix, inverse_pose, unit_vector
 
 
 @dataclass(frozen=True)
-class Branch:
-    """A joint of the tree: `tip` hangs on `base`.
+class TreeJoint:
+    """A joint of the tree: `outboard` hangs on `inboard`.
 
-    `forward` tells whether the base is the joint's parent (`connect base to tip`).
+    `parent_is_inboard` tells whether the base is the joint's parent (`connect base to tip`).
     """
 
     joint: Joint
-    base: str
-    tip: str
-    forward: bool
+    inboard: str
+    outboard: str
+    parent_is_inboard: bool
 
 
 @dataclass(frozen=True)
-class _Link:
+class _JointTransform:
     """The way from a base to its tip: a constant pose, the factors of `columns`, a constant one."""
 
-    base: str
-    tip: str
-    before: Array
+    inboard: str
+    outboard: str
+    pose_before: Array
     columns: range
-    after: Array
+    pose_after: Array
 
 
 class Kinematics:
@@ -56,51 +56,57 @@ class Kinematics:
     Attributes:
         size: the number m.
         columns: place of each branch's displacements among the m, by joint name.
-        moves: for each segment, which of the displacements move it, shape (m,).
+        motion_masks: for each segment, which of the displacements move it, shape (m,).
     """
 
-    def __init__(self, figure: Figure, branches: Sequence[Branch]) -> None:
+    def __init__(self, figure: Figure, branches: Sequence[TreeJoint]) -> None:
         """Prepare the branches of a figure, each base before its tip."""
         self._ground = _ground_poses(figure)
-        self._links: list[_Link] = []
+        self._links: list[_JointTransform] = []
         self.columns: dict[str, slice] = {}
         self.size = sum(branch.joint.degrees_of_freedom for branch in branches)
-        self.moves: dict[str, NDArray[np.bool_]] = {
+        self.motion_masks: dict[str, NDArray[np.bool_]] = {
             name: np.zeros(self.size, dtype=bool) for name in figure.ground
         }
-        self._turns, self._slides = (np.zeros((self.size, 4, 4)) for _ in range(2))
+        self._rotation_generators, self._translation_generators = (
+            np.zeros((self.size, 4, 4)) for _ in range(2)
+        )
         start = 0
         for branch in branches:
             joint = branch.joint
             stop = start + joint.degrees_of_freedom
             self.columns[joint.name] = slice(start, stop)
             for k, factor in enumerate(joint.chain, start):
-                axis = unit(factor.axis) * (1.0 if branch.forward else -1.0)
+                axis = unit_vector(factor.axis) * (1.0 if branch.parent_is_inboard else -1.0)
                 if factor.kind == "R":
-                    self._turns[k, :3, :3] = cross_matrix(axis)
+                    self._rotation_generators[k, :3, :3] = cross_matrix(axis)
                 else:
-                    self._slides[k, :3, 3] = axis
+                    self._translation_generators[k, :3, 3] = axis
             parent, child = (figure.site(ref).pose_in_segment for ref in joint.ends)
             order = range(start, stop)
             self._links.append(
-                _Link(branch.base, branch.tip, parent, order[::-1], inverse_pose(child))
-                if branch.forward
-                else _Link(branch.base, branch.tip, child, order, inverse_pose(parent))
+                _JointTransform(
+                    branch.inboard, branch.outboard, parent, order[::-1], inverse_pose(child)
+                )
+                if branch.parent_is_inboard
+                else _JointTransform(
+                    branch.inboard, branch.outboard, child, order, inverse_pose(parent)
+                )
             )
-            self.moves[branch.tip] = self.moves[branch.base].copy()
-            self.moves[branch.tip][start:stop] = True
+            self.motion_masks[branch.outboard] = self.motion_masks[branch.inboard].copy()
+            self.motion_masks[branch.outboard][start:stop] = True
             start = stop
-        self._turns_squared = self._turns @ self._turns
-        self._turn_axes = _axes_of(self._turns)
+        self._rotation_generators_squared = self._rotation_generators @ self._rotation_generators
+        self._rotation_axes = _axes_from_cross_matrices(self._rotation_generators)
 
-    def values(self, displacements: Mapping[str, Array]) -> Array:
+    def displacement_vector(self, displacements: Mapping[str, Array]) -> Array:
         """The m displacements of a mapping by joint names, shape (..., m)."""
         parts = [displacements[name] for name in self.columns]
         return np.concatenate(parts, axis=-1, dtype=float) if parts else np.zeros(0)
 
     def poses(self, values: Array) -> dict[str, Array]:
         """The pose of every segment in the world, shape (..., 4, 4), at `values` (..., m)."""
-        return self._walk(values)[0]
+        return self._propagate_poses(values)[0]
 
     def twists(self, values: Array) -> Array:
         """The motion that a unit rate of each displacement gives what it moves, shape (..., m, 6).
@@ -108,19 +114,19 @@ class Kinematics:
         Rows are (angular, linear) in world axes; linear is the velocity of the material point that
         is at the world's origin.
         """
-        _, frames = self._walk(values)
+        _, frames = self._propagate_poses(values)
         rows = np.zeros((*values.shape, 6))
         if self.size:
             stack = np.stack(frames, axis=-3)
             turned = stack[..., :3, :3]
-            rows[..., :3] = (turned @ self._turn_axes[..., None])[..., 0]
-            slid = (turned @ self._slides[:, :3, 3:])[..., 0]
+            rows[..., :3] = (turned @ self._rotation_axes[..., None])[..., 0]
+            slid = (turned @ self._translation_generators[:, :3, 3:])[..., 0]
             rows[..., 3:] = np.cross(stack[..., :3, 3], rows[..., :3]) + slid
         return rows
 
-    def _walk(self, values: Array) -> tuple[dict[str, Array], list[Array]]:
+    def _propagate_poses(self, values: Array) -> tuple[dict[str, Array], list[Array]]:
         """Poses of the segments, and for each displacement the frame in the world it acts in."""
-        steps = self._factors(values)
+        steps = self._axis_poses(values)
         lead = values.shape[:-1]
         poses = {
             name: np.broadcast_to(pose, (*lead, 4, 4)) if lead else pose
@@ -128,23 +134,26 @@ class Kinematics:
         }
         frames = [np.empty(0)] * self.size
         for link in self._links:
-            pose = poses[link.base] @ link.before
+            pose = poses[link.inboard] @ link.pose_before
             for k in link.columns:
                 frames[k] = pose
                 pose = pose @ steps[..., k, :, :]
-            poses[link.tip] = pose @ link.after
+            poses[link.outboard] = pose @ link.pose_after
         return poses, frames
 
-    def _factors(self, values: Array) -> Array:
+    def _axis_poses(self, values: Array) -> Array:
         """The pose matrix of every factor, shape (..., m, 4, 4)."""
         v = values[..., None, None]
-        turned = np.sin(v) * self._turns + (1.0 - np.cos(v)) * self._turns_squared
-        return np.eye(4) + turned + v * self._slides
+        turned = (
+            np.sin(v) * self._rotation_generators
+            + (1.0 - np.cos(v)) * self._rotation_generators_squared
+        )
+        return np.eye(4) + turned + v * self._translation_generators
 
 
-def _axes_of(turns: Array) -> Array:
-    """The vectors, shape (m, 3), of cross matrices in the corners of `turns` (m, 4, 4)."""
-    return np.stack([turns[:, 2, 1], turns[:, 0, 2], turns[:, 1, 0]], axis=-1)
+def _axes_from_cross_matrices(generators: Array) -> Array:
+    """The vectors, shape (m, 3), of cross matrices in the corners of `generators` (m, 4, 4)."""
+    return np.stack([generators[:, 2, 1], generators[:, 0, 2], generators[:, 1, 0]], axis=-1)
 
 
 def _ground_poses(figure: Figure) -> dict[str, Array]:
@@ -169,32 +178,32 @@ class Tree:
     """Joints oriented from the root, never by the order within `connect`.
 
     Attributes:
-        branches: in an order in which every base is placed before its tip.
+        joints: in an order in which every base is placed before its tip.
         closures: joints whose two segments are placed without them.
         chains: the chain of every joint.
     """
 
     figure: Figure
-    branches: tuple[Branch, ...]
+    joints: tuple[TreeJoint, ...]
     closures: tuple[Joint, ...]
     chains: Mapping[str, Chain]
 
     @cached_property
     def kinematics(self) -> Kinematics:
         """What places the segments, prepared when it is first asked for."""
-        return Kinematics(self.figure, self.branches)
+        return Kinematics(self.figure, self.joints)
 
 
-def hang(figure: Figure) -> Tree:
+def build_tree(figure: Figure) -> Tree:
     """The tree of a figure, breadth first from the ground, joints in the order of the file.
 
     Raises:
         ChainError: a joint's chain is none that one joint can hold.
         ValueError: a segment cannot be reached from the root.
     """
-    chains = {name: chain_of(joint.chain) for name, joint in figure.joints.items()}
+    chains = {name: build_chain(joint.chain) for name, joint in figure.joints.items()}
     reached = set(figure.ground)
-    branches: list[Branch] = []
+    branches: list[TreeJoint] = []
     used = {
         name
         for name, joint in figure.joints.items()
@@ -213,7 +222,7 @@ def hang(figure: Figure) -> Tree:
             used.add(name)
             reached.add(tip)
             waiting.append(tip)
-            branches.append(Branch(joint, base, tip, forward=ends[0] == base))
+            branches.append(TreeJoint(joint, base, tip, parent_is_inboard=ends[0] == base))
     missing = [name for name in figure.segments if name not in reached]
     if missing:
         raise ValueError(f"no joint leads from the root to {', '.join(missing)}")

@@ -11,22 +11,22 @@ from itertools import count
 
 import numpy as np
 
-from generator.diagnostics import Fault, InputError, error
+from generator.diagnostics import Diagnostic, InputError, error
 from generator.figure import Figure, Joint, Segment, SiteRef
-from generator.figure_file.resolve import place_of
+from generator.figure_file.resolve import origin_span
 from generator.joint_chain import Chain
-from generator.kinematics.loops import assemble
-from generator.kinematics.placement import Placement, drawn_displacements
-from generator.kinematics.tree import Tree, hang
-from generator.losses import Report
-from generator.names import coordinate_names, loss_of_names, plain_names
-from generator.rotations import PERPENDICULAR, Array, unit
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import Placement, initial_displacements
+from generator.kinematics.tree import Tree, build_tree
+from generator.losses import LossReport
+from generator.names import coordinate_names, plain_names, renaming_loss
+from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 from springs.elastic import Frictional
 
 
 @dataclass(frozen=True)
-class Model:
+class ExportModel:
     """A figure that every other program can take.
 
     Attributes:
@@ -56,7 +56,7 @@ class Model:
         return self.figure.site(ref).pose_in_segment
 
 
-def model_of(figure: Figure, report: Report) -> Model:
+def build_export_model(figure: Figure, report: LossReport) -> ExportModel:
     """A figure hung up and named.
 
     Raises:
@@ -64,28 +64,30 @@ def model_of(figure: Figure, report: Report) -> Model:
         ChainError: a joint's chain is none that one joint can hold.
         OpenLoopError: the figure is drawn in a pose that opens a loop, which cannot be closed.
     """
-    faults = [fault for segment in figure.bodies.values() if (fault := _incomplete(segment))]
+    faults = [
+        fault for segment in figure.bodies.values() if (fault := _missing_properties(segment))
+    ]
     if not figure.bodies:
         faults = [error("none of the figure's segments moves: there is no model to write")]
     if faults:
         raise InputError(faults)
-    tree = hang(figure)
+    tree = build_tree(figure)
     segments, joints = plain_names(figure.segments), plain_names(figure.joints)
-    report.add(loss_of_names(segments))
-    report.add(loss_of_names(joints))
+    report.add_loss(renaming_loss(segments))
+    report.add_loss(renaming_loss(joints))
     chains = {name: joint.chain for name, joint in figure.joints.items()}
-    placement = assemble(tree, drawn_displacements(tree))
-    return Model(placement, segments, joints, coordinate_names(chains))
+    placement = close_loops(tree, initial_displacements(tree))
+    return ExportModel(placement, segments, joints, coordinate_names(chains))
 
 
-def unused_name(name: str, taken: set[str]) -> str:
+def reserve_name(name: str, taken: set[str]) -> str:
     """The name, or one made of it that is not taken yet; from now on it is."""
     new = next(one for k in count(1) if (one := name if k == 1 else f"{name}_{k}") not in taken)
     taken.add(new)
     return new
 
 
-def _incomplete(segment: Segment) -> Fault | None:
+def _missing_properties(segment: Segment) -> Diagnostic | None:
     """What a body of any program needs and the segment has not."""
     missing = [
         word
@@ -101,12 +103,12 @@ def _incomplete(segment: Segment) -> Fault | None:
     said = " and ".join([", ".join(missing[:-1]), missing[-1]] if missing[1:] else missing)
     return error(
         f"segment `{segment.name}` moves and lacks {said}, which a model needs",
-        place_of(segment.origins),
+        origin_span(segment.origins),
         "`mover complete` estimates them from psurfs",
     )
 
 
-_EQUAL = 1e-9
+_ORTHOGONALITY_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -114,45 +116,49 @@ class JointLaws:
     """The springs of a joint, told by what they are functions of.
 
     Attributes:
-        alone: by the place in the chain, springs that are functions of this displacement alone,
+        uncoupled: by the place in the chain, springs that are functions of this displacement alone,
             told about its axis.
-        together: springs of several turns, which are functions of the rotation vector.
+        combined: springs of several turns, which are functions of the rotation vector.
     """
 
-    alone: Mapping[int, AxisSpring]
-    together: tuple[AxisSpring, ...]
+    uncoupled: Mapping[int, AxisSpring]
+    combined: tuple[AxisSpring, ...]
 
 
-def laws_of(chain: Chain, springs: JointSprings) -> JointLaws:
+def split_joint_laws(chain: Chain, springs: JointSprings) -> JointLaws:
     """The springs of a joint with the chain `chain`.
 
     Raises InputError for a spring along a slide that the joint has not.
     """
     alone: dict[int, AxisSpring] = {}
-    if len(chain.turns) == 1 and springs.axes:
-        alone[chain.turns[0]] = _along(springs.axes[0], chain, chain.turns[0])
-    for spring in springs.slides:
-        place = next((k for k in chain.slides if _is_along(spring, chain, k)), None)
+    if len(chain.rotations) == 1 and springs.axes:
+        alone[chain.rotations[0]] = _in_axis_sense(springs.axes[0], chain, chain.rotations[0])
+    for spring in springs.translations:
+        place = next(
+            (k for k in chain.translations if _is_parallel_to_axis(spring, chain, k)), None
+        )
         if place is None:
             said = f"joint `{springs.joint}` has a spring along which it cannot slide"
             raise InputError([error(said)])
-        alone[place] = _along(spring, chain, place)
-    return JointLaws(alone, springs.axes if len(chain.turns) > 1 else ())
+        alone[place] = _in_axis_sense(spring, chain, place)
+    return JointLaws(alone, springs.axes if len(chain.rotations) > 1 else ())
 
 
-def _is_along(spring: AxisSpring, chain: Chain, place: int) -> bool:
-    across = np.cross(unit(chain.factors[place].axis), spring.direction)
-    return float(np.linalg.norm(across)) < PERPENDICULAR
+def _is_parallel_to_axis(spring: AxisSpring, chain: Chain, index: int) -> bool:
+    across = np.cross(unit_vector(chain.joint_axes[index].axis), spring.direction)
+    return float(np.linalg.norm(across)) < PERPENDICULAR_TOLERANCE
 
 
-def _along(spring: AxisSpring, chain: Chain, place: int) -> AxisSpring:
-    same = float(np.dot(spring.direction, chain.factors[place].axis)) > 0.0
-    return spring if same else spring.turned()
+def _in_axis_sense(spring: AxisSpring, chain: Chain, index: int) -> AxisSpring:
+    same = float(np.dot(spring.direction, chain.joint_axes[index].axis)) > 0.0
+    return spring if same else spring.with_opposite_axis()
 
 
-def used_springs(model: Model, springs: SpringSet) -> Iterator[tuple[str, JointSprings]]:
+def tree_joint_springs(
+    model: ExportModel, springs: SpringSet
+) -> Iterator[tuple[str, JointSprings]]:
     """The springs of the tree's joints, in the order of the figure."""
-    branches = {branch.joint.name for branch in model.tree.branches}
+    branches = {branch.joint.name for branch in model.tree.joints}
     for name in model.figure.joints:
         if name in springs.joints and name in branches:
             yield name, springs.joints[name]
@@ -163,7 +169,7 @@ def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
     if len(axes) != 3:
         return False
     rows: Array = np.array([axis.direction for axis in axes])
-    return bool(np.abs(rows @ rows.T - np.eye(3)).max() < _EQUAL)
+    return bool(np.abs(rows @ rows.T - np.eye(3)).max() < _ORTHOGONALITY_TOLERANCE)
 
 
 def common_stiffness(axes: tuple[AxisSpring, ...]) -> float | None:
@@ -189,24 +195,24 @@ def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
     return viscous.pop() if are_perpendicular(axes) and len(viscous) == 1 else None
 
 
-def rubs(spring: AxisSpring) -> bool:
+def has_friction(spring: AxisSpring) -> bool:
     """Whether a spring's elastic laws have a friction of their own."""
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
-def lose_what_no_format_has(model: Model, springs: SpringSet, report: Report) -> None:
+def add_common_losses(model: ExportModel, springs: SpringSet, report: LossReport) -> None:
     """Note the laws over several joints and of what closes a loop, and where numbers are from."""
     for joint in model.tree.closures:
         if joint.name in springs.joints:
-            report.lose("springs of joints that close loops", joint.name)
+            report.add("springs of joints that close loops", joint.name)
     for spring in springs.coupled:
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
-        report.lose("laws over several joints", " and ".join(joints))
+        report.add("laws over several joints", " and ".join(joints))
     if springs.references:
-        report.lose("the references of the springs")
+        report.add("the references of the springs")
 
 
-ARM = 0.1
+AXIS_POINT_DISTANCE = 0.1
 """Distance along a hinge's axis of the second point that is held [m]."""
 
 
@@ -224,19 +230,19 @@ class Loop:
     points: tuple[Array, ...]
 
 
-def loops_of(model: Model, report: Report) -> Iterator[Loop]:
+def loop_closures(model: ExportModel, report: LossReport) -> Iterator[Loop]:
     """The loops that points can close; the others are noted as left open."""
     for joint in model.tree.closures:
         chain = model.tree.chains[joint.name]
-        turns, slides = len(chain.turns), len(chain.slides)
+        turns, slides = len(chain.rotations), len(chain.translations)
         if turns == slides == 3:
             continue
         if slides:
-            report.lose("joints that slide and close a loop: the loop is open", joint.name)
+            report.add("joints that slide and close a loop: the loop is open", joint.name)
             continue
         if turns == 2:
-            report.lose("joints of two turns that close a loop: they turn freely", joint.name)
+            report.add("joints of two turns that close a loop: they turn freely", joint.name)
         points = [np.zeros(3)] if turns else []
         if turns == 1:
-            points.append(ARM * unit(joint.chain[0].axis))
+            points.append(AXIS_POINT_DISTANCE * unit_vector(joint.chain[0].axis))
         yield Loop(joint, tuple(points))

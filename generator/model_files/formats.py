@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from generator.diagnostics import MoverError, nearest
+from generator.diagnostics import MoverError, spelling_hint
 from generator.figure import Figure
 from generator.losses import Losses
 from generator.model_files import peabody
@@ -14,7 +14,7 @@ from generator.model_files.opensim import write as osim
 from generator.model_files.urdf import write as urdf
 from springs import SpringSet
 
-Write = Callable[[Figure, SpringSet, Path], Losses]
+ModelWriter = Callable[[Figure, SpringSet, Path], Losses]
 """Writes a figure with its springs to a path, whole or not at all, and tells what was lost.
 
 It may raise OSError when the path cannot be written, and MoverError (InputError, with places) for a
@@ -34,11 +34,11 @@ class ModelFormat:
     """
 
     suffixes: tuple[str, ...]
-    write: Write
+    write: ModelWriter
     what: str
 
 
-FORMATS: Mapping[str, ModelFormat] = {
+MODEL_FORMATS: Mapping[str, ModelFormat] = {
     "peabody": ModelFormat((".fig",), peabody.write, "figure file of this program"),
     "mjcf": ModelFormat((".xml", ".mjcf"), mjcf.write, "MuJoCo model"),
     "urdf": ModelFormat((".urdf",), urdf.write, "robot model without loops or springs"),
@@ -59,7 +59,7 @@ class UnknownModelFormatError(MoverError):
 
 def suffixes() -> list[str]:
     """All suffixes that mean a format of models."""
-    return [suffix for each in FORMATS.values() for suffix in each.suffixes]
+    return [suffix for each in MODEL_FORMATS.values() for suffix in each.suffixes]
 
 
 def model_format(path: Path, name: str | None = None) -> ModelFormat:
@@ -68,13 +68,15 @@ def model_format(path: Path, name: str | None = None) -> ModelFormat:
     Raises UnknownModelFormatError, which names those that are known.
     """
     if name is not None:
-        if name not in FORMATS:
-            raise UnknownModelFormatError(f"unknown format `{name}`; {nearest(name, FORMATS)}")
-        return FORMATS[name]
-    for each in FORMATS.values():
+        if name not in MODEL_FORMATS:
+            raise UnknownModelFormatError(
+                f"unknown format `{name}`; {spelling_hint(name, MODEL_FORMATS)}"
+            )
+        return MODEL_FORMATS[name]
+    for each in MODEL_FORMATS.values():
         if path.suffix.lower() in each.suffixes:
             return each
-    if path.name in FORMATS and not FORMATS[path.name].suffixes:
-        return FORMATS[path.name]
+    if path.name in MODEL_FORMATS and not MODEL_FORMATS[path.name].suffixes:
+        return MODEL_FORMATS[path.name]
     said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
     raise UnknownModelFormatError(f"{path}: {said} of a model; known are {', '.join(suffixes())}")

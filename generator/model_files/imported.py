@@ -9,23 +9,23 @@ from generator.figure_file.write import write_figure
 from generator.losses import Loss, Losses
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
 from generator.springs_file.write import write_springs
-from generator.text_io import write_whole
+from generator.text_io import write_atomic
 
 
 @dataclass(frozen=True)
-class Coordinate:
+class CoordinateMapping:
     """Where a coordinate of the model is in the figure.
 
     Attributes:
         joint: name of the joint.
-        place: of the displacement among the joint's, from 0.
-        shift: the model's value is `scale` times the displacement plus this [rad or m].
+        index: of the displacement among the joint's, from 0.
+        offset: the model's value is `scale` times the displacement plus this [rad or m].
         scale: see there.
     """
 
     joint: str
-    place: int
-    shift: float = 0.0
+    index: int
+    offset: float = 0.0
     scale: float = 1.0
 
 
@@ -43,7 +43,7 @@ class Imported:
     figure: Figure
     springs: SpringsFile | None
     losses: Losses
-    coordinates: Mapping[str, Coordinate]
+    coordinates: Mapping[str, CoordinateMapping]
 
 
 def springs_path(path: Path) -> Path:
@@ -51,7 +51,7 @@ def springs_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}{SPRINGS_SUFFIX}")
 
 
-def springs_text(springs: SpringsFile, path: Path) -> str:
+def format_imported_springs(springs: SpringsFile, path: Path) -> str:
     """The springs file that stands beside the figure file at `path`."""
     comment = f"Passive joints of {path.name} that its own fields cannot hold."
     return write_springs(springs, comment)
@@ -66,11 +66,11 @@ def write_imported(imported: Imported, path: Path) -> Losses:
     springs, beside = imported.springs, springs_path(path)
     losses, text = imported.losses, write_figure(imported.figure)
     if springs is not None:
-        write_whole(beside, springs_text(springs, path))
+        write_atomic(beside, format_imported_springs(springs, path))
     elif beside.exists():
         stale = Loss(
             "an older springs file stands beside the figure and will be used", (str(beside),)
         )
-        losses = Losses(losses.format, (*losses.each, stale))
-    write_whole(path, text)
+        losses = Losses(losses.format, (*losses.entries, stale))
+    write_atomic(path, text)
     return losses

@@ -16,36 +16,36 @@ from numpy.polynomial import Polynomial
 from springs import Elastic, total_torque
 from springs.backends import Array
 
-_BEYOND = pi
+_END_MARGIN = pi
 """How far beyond the first and the last corner a law is looked at [rad or m]."""
 
-_EXACT = 1e-9
+_MAX_FIT_ERROR = 1e-9
 """Largest difference of a law and its cubic, relative to the greatest torque of the piece."""
 
-_ROUNDING = 1e-12
+_NEGLIGIBLE_TERM = 1e-12
 """A term that never reaches this share of the greatest torque of its piece is rounding."""
 
-_NODES = 9
+_SAMPLES_PER_PIECE = 9
 
 _DIGITS = 15
 
-_CLOSE = 1e-9
+_MIN_BREAKPOINT_DISTANCE = 1e-9
 """Corners nearer to each other than this are one [rad or m]."""
 
 
 @dataclass(frozen=True)
-class Step:
+class BreakpointTerm:
     """What is added beyond a corner.
 
     Attributes:
-        corner: where it begins [rad or m].
+        start: where it begins [rad or m].
         above: whether it is there for greater values than the corner's, else for smaller ones.
-        terms: a1, a2, a3 of a1 y + a2 y^2 + a3 y^3, where y = value - corner [N m].
+        coefficients: a1, a2, a3 of a1 y + a2 y^2 + a3 y^3, where y = value - corner [N m].
     """
 
-    corner: float
+    start: float
     above: bool
-    terms: tuple[float, float, float]
+    coefficients: tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ class PiecewiseCubic:
 
     Attributes:
         root: where the cubic is zero [rad or m].
-        terms: a1, a2, a3 of a1 x + a2 x^2 + a3 x^3, where x = value - root [N m].
-        steps: added beyond corners.
+        coefficients: a1, a2, a3 of a1 x + a2 x^2 + a3 x^3, where x = value - root [N m].
+        breakpoint_terms: added beyond corners.
     """
 
     root: float
-    terms: tuple[float, float, float]
-    steps: tuple[Step, ...] = ()
+    coefficients: tuple[float, float, float]
+    breakpoint_terms: tuple[BreakpointTerm, ...] = ()
 
 
 def piecewise_cubic(laws: Sequence[Elastic]) -> PiecewiseCubic | None:
@@ -69,33 +69,37 @@ def piecewise_cubic(laws: Sequence[Elastic]) -> PiecewiseCubic | None:
     It is none when a piece is no cubic, when the sum jumps, and when no piece has a zero, such as a
     constant torque.
     """
-    corners = _apart(sorted({corner for law in laws for corner in law.corners}))
-    edges = [(corners or [0.0])[0] - _BEYOND, *corners, (corners or [0.0])[-1] + _BEYOND]
+    corners = _distinct_breakpoints(sorted({corner for law in laws for corner in law.breakpoints}))
+    edges = [(corners or [0.0])[0] - _END_MARGIN, *corners, (corners or [0.0])[-1] + _END_MARGIN]
     pieces = [_Piece(tuple(laws), low, high) for low, high in pairwise(edges)]
     if not all(piece.is_cubic for piece in pieces):
         return None
-    rooted = [(piece.remoteness, k) for k, piece in enumerate(pieces) if piece.root is not None]
+    rooted = [(piece.base_rank, k) for k, piece in enumerate(pieces) if piece.root is not None]
     if not rooted:
         return None
     base = min(rooted)[1]
     root = pieces[base].root or 0.0
-    steps: list[Step] = []
+    steps: list[BreakpointTerm] = []
     for k, corner in enumerate(corners):
         above = k >= base
         inner, outer = (pieces[k], pieces[k + 1]) if above else (pieces[k + 1], pieces[k])
-        start, *terms = (outer.about(corner) - inner.about(corner)).tolist()
-        if abs(start) > _EXACT * max(inner.size, outer.size):
+        start, *terms = (
+            outer.coefficients_about(corner) - inner.coefficients_about(corner)
+        ).tolist()
+        if abs(start) > _MAX_FIT_ERROR * max(inner.max_torque, outer.max_torque):
             return None
         if any(terms):
-            steps.append(Step(corner, above, (terms[0], terms[1], terms[2])))
-    _, a1, a2, a3 = pieces[base].about(root).tolist()
+            steps.append(BreakpointTerm(corner, above, (terms[0], terms[1], terms[2])))
+    _, a1, a2, a3 = pieces[base].coefficients_about(root).tolist()
     return PiecewiseCubic(root, (a1, a2, a3), tuple(steps))
 
 
-def _apart(corners: list[float]) -> list[float]:
+def _distinct_breakpoints(breakpoints: list[float]) -> list[float]:
     """The corners in order, one of those that coincide but for rounding."""
-    kept = corners[:1]
-    kept += [later for one, later in pairwise(corners) if later - one > _CLOSE]
+    kept = breakpoints[:1]
+    kept += [
+        later for one, later in pairwise(breakpoints) if later - one > _MIN_BREAKPOINT_DISTANCE
+    ]
     return kept
 
 
@@ -108,20 +112,20 @@ class _Piece:
     high: float
 
     @property
-    def remoteness(self) -> tuple[bool, float, float]:
+    def base_rank(self) -> tuple[bool, float, float]:
         """What makes a piece less fit to be told by its zero than another.
 
         It is best without any torque, since it needs no spring then; else with its zero within it,
         which loses no digits; and then with a zero near zero.
         """
         root = self.root or 0.0
-        return self.size > 0.0, max(self.low - root, root - self.high, 0.0), abs(root)
+        return self.max_torque > 0.0, max(self.low - root, root - self.high, 0.0), abs(root)
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
         """Values from -1 to 1 over the inside of the piece, and the torques there."""
-        nodes = np.cos(pi * (np.arange(_NODES) + 0.5) / _NODES)
-        torques = total_torque(self.laws, self._middle + self._half * nodes)
+        nodes = np.cos(pi * (np.arange(_SAMPLES_PER_PIECE) + 0.5) / _SAMPLES_PER_PIECE)
+        torques = total_torque(self.laws, self._middle + self._half_width * nodes)
         return nodes, np.asarray(torques) + np.zeros_like(nodes)
 
     @property
@@ -129,11 +133,11 @@ class _Piece:
         return 0.5 * (self.low + self.high)
 
     @property
-    def _half(self) -> float:
+    def _half_width(self) -> float:
         return 0.5 * (self.high - self.low)
 
     @property
-    def size(self) -> float:
+    def max_torque(self) -> float:
         """Greatest torque."""
         return float(np.abs(self._samples[1]).max())
 
@@ -143,39 +147,39 @@ class _Piece:
         nodes, torques = self._samples
         chosen = [0, 2, 5, 8]
         terms = np.linalg.solve(np.vander(nodes[chosen], 4, increasing=True), torques[chosen])
-        return Polynomial(np.where(np.abs(terms) < _ROUNDING * self.size, 0.0, terms))
+        return Polynomial(np.where(np.abs(terms) < _NEGLIGIBLE_TERM * self.max_torque, 0.0, terms))
 
     @property
     def is_cubic(self) -> bool:
         """Whether the cubic through four samples gives the others."""
         nodes, torques = self._samples
         apart = np.abs(self._cubic(nodes) - torques)
-        return bool(np.isfinite(apart).all() and apart.max() <= _EXACT * self.size)
+        return bool(np.isfinite(apart).all() and apart.max() <= _MAX_FIT_ERROR * self.max_torque)
 
     @cached_property
     def root(self) -> float | None:
         """The zero of the cubic nearest to the piece; its middle where it is zero everywhere."""
-        if self.size == 0.0:
+        if self.max_torque == 0.0:
             return 0.0
         found = self._cubic.trim().roots()
-        real = [float(r.real) for r in found if abs(r.imag) <= _ROUNDING * max(1.0, abs(r))]
+        real = [float(r.real) for r in found if abs(r.imag) <= _NEGLIGIBLE_TERM * max(1.0, abs(r))]
         if not real:
             return None
-        return self._middle + self._half * min(real, key=abs)
+        return self._middle + self._half_width * min(real, key=abs)
 
-    def about(self, point: float) -> Array:
+    def coefficients_about(self, point: float) -> Array:
         """Coefficients of the powers 0 to 3 of value - point [N m], shape (4,)."""
-        line = Polynomial([(point - self._middle) / self._half, 1.0 / self._half])
+        line = Polynomial([(point - self._middle) / self._half_width, 1.0 / self._half_width])
         terms = np.zeros(4)
         moved = np.asarray(self._cubic(line).coef)
         terms[: len(moved)] = moved
         reach = max(abs(self.low - point), abs(self.high - point))
-        small = np.abs(terms) * reach ** np.arange(4) < _ROUNDING * self.size
+        small = np.abs(terms) * reach ** np.arange(4) < _NEGLIGIBLE_TERM * self.max_torque
         return np.array(
-            [0.0 if none else _rounded(a) for a, none in zip(terms, small, strict=True)]
+            [0.0 if none else _round_digits(a) for a, none in zip(terms, small, strict=True)]
         )
 
 
-def _rounded(number: float) -> float:
+def _round_digits(number: float) -> float:
     """Without the last digits, which come from moving a cubic to and fro."""
     return float(f"{number:.{_DIGITS}g}")

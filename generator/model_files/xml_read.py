@@ -13,13 +13,13 @@ from xml.parsers import expat
 
 import numpy as np
 
-from generator.diagnostics import Findings, Source, Span, shorten
+from generator.diagnostics import Diagnostics, Source, Span, shorten
 from generator.figure import Vector
 
-DEEPEST: Final = 200
+MAX_DEPTH: Final = 200
 """Levels of elements that are read: deeper ones are no model."""
 
-MOST_ELEMENTS: Final = 300_000
+MAX_ELEMENTS: Final = 300_000
 """Elements that are read: a file of 32 MB may hold millions, which no model has."""
 
 _ATTRIBUTE = re.compile(r"""\s+([^\s=/>]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
@@ -28,7 +28,7 @@ _TAG_END = re.compile(r"\s*/?>")
 
 
 @dataclass(frozen=True)
-class Written:
+class SourceText:
     """A text in a file: what it says, and where."""
 
     text: str
@@ -36,7 +36,7 @@ class Written:
 
 
 @dataclass(frozen=True)
-class Element:
+class XmlElement:
     """An element of an XML document.
 
     Attributes:
@@ -50,38 +50,38 @@ class Element:
 
     tag: str
     span: Span
-    attributes: Mapping[str, Written]
-    children: tuple["Element", ...]
-    text: Written
+    attributes: Mapping[str, SourceText]
+    children: tuple["XmlElement", ...]
+    text: SourceText
 
-    def all(self, *tags: str) -> Iterator["Element"]:
+    def find_all(self, *tags: str) -> Iterator["XmlElement"]:
         """The children with one of these tags, in order."""
         return (child for child in self.children if child.tag in tags)
 
-    def first(self, tag: str) -> "Element | None":
+    def find(self, tag: str) -> "XmlElement | None":
         """The first child with this tag."""
-        return next(self.all(tag), None)
+        return next(self.find_all(tag), None)
 
     def get(self, name: str) -> str | None:
         """The text of an attribute; None without it."""
         written = self.attributes.get(name)
         return None if written is None else written.text
 
-    def place(self, name: str) -> Span:
+    def span_of(self, name: str) -> Span:
         """Where the value of an attribute stands; without it, where the element does."""
         written = self.attributes.get(name)
         return self.span if written is None else written.span
 
-    def walk(self) -> Iterator["Element"]:
+    def walk(self) -> Iterator["XmlElement"]:
         """This element and all below it, in the order of the file."""
-        waiting: list[Element] = [self]
+        waiting: list[XmlElement] = [self]
         while waiting:
             here = waiting.pop()
             yield here
             waiting += reversed(here.children)
 
 
-class _Refused(Exception):  # noqa: N818 - it ends the parsing, it is not an error of its own
+class _ParsingStopped(Exception):  # noqa: N818 - it ends the parsing, it is not an error of its own
     """The document is not read any further: message, byte, hint."""
 
     def __init__(self, message: str, byte: int, hint: str) -> None:
@@ -90,27 +90,27 @@ class _Refused(Exception):  # noqa: N818 - it ends the parsing, it is not an err
 
 
 @dataclass
-class _Open:
+class _OpenElement:
     """An element whose end has not come yet."""
 
     tag: str
     start: int
-    attributes: dict[str, Written]
-    inside: int
-    children: list[Element] = field(default_factory=list[Element])
+    attributes: dict[str, SourceText]
+    content_start: int
+    children: list[XmlElement] = field(default_factory=list[XmlElement])
     text: list[str] = field(default_factory=list[str])
     text_end: int | None = None
 
 
-class _Builder:
+class _ElementBuilder:
     """Puts together what the parser finds."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.data = source.text.encode("utf-8", "surrogatepass")
         self._starts: list[int] | None = None
-        self.open: list[_Open] = []
-        self.root: Element | None = None
+        self.open: list[_OpenElement] = []
+        self.root: XmlElement | None = None
         self.count = 0
         # What a file says of its encoding no longer holds: the text is decoded already.
         self.parser = expat.ParserCreate("utf-8")
@@ -132,29 +132,33 @@ class _Builder:
 
     def doctype(self, name: str, system: str | None, public: str | None, inside: bool) -> None:
         byte = self.parser.CurrentByteIndex
-        raise _Refused("a document type is not read", byte, "a model needs no `<!DOCTYPE ...>`")
+        raise _ParsingStopped(
+            "a document type is not read", byte, "a model needs no `<!DOCTYPE ...>`"
+        )
 
     def start(self, tag: str, attributes: list[str]) -> None:
         byte = self.parser.CurrentByteIndex
         self.count += 1
-        if len(self.open) >= DEEPEST:
-            raise _Refused("elements are nested too deeply", byte, f"{DEEPEST} levels are read")
-        if self.count > MOST_ELEMENTS:
-            raise _Refused("there are too many elements", byte, f"{MOST_ELEMENTS:,} are read")
+        if len(self.open) >= MAX_DEPTH:
+            raise _ParsingStopped(
+                "elements are nested too deeply", byte, f"{MAX_DEPTH} levels are read"
+            )
+        if self.count > MAX_ELEMENTS:
+            raise _ParsingStopped("there are too many elements", byte, f"{MAX_ELEMENTS:,} are read")
         start, text = self.offset(byte), self.source.text
         if self.open and self.open[-1].text_end is None:
             self.open[-1].text_end = start
         name = _TAG.match(text, start)
         place = name.end() if name else start
-        said: dict[str, Written] = {}
+        said: dict[str, SourceText] = {}
         values = dict(zip(attributes[::2], attributes[1::2], strict=True))
         while match := _ATTRIBUTE.match(text, place):
             where = match.span(2) if match[2] is not None else match.span(3)
             if match[1] in values:
-                said[match[1]] = Written(values[match[1]], Span(self.source, *where))
+                said[match[1]] = SourceText(values[match[1]], Span(self.source, *where))
             place = match.end()
         end = _TAG_END.match(text, place)
-        self.open.append(_Open(tag, start, said, end.end() if end else place))
+        self.open.append(_OpenElement(tag, start, said, end.end() if end else place))
 
     def characters(self, text: str) -> None:
         if self.open and not self.open[-1].children:
@@ -165,20 +169,23 @@ class _Builder:
         tag_span = Span(self.source, done.start, done.start + 1 + len(done.tag))
         stop = done.text_end
         if stop is None:
-            stop = max(self.offset(self.parser.CurrentByteIndex), done.inside)
-        element = Element(
+            stop = max(self.offset(self.parser.CurrentByteIndex), done.content_start)
+        element = XmlElement(
             done.tag,
             tag_span,
             done.attributes,
             tuple(done.children),
-            Written("".join(done.text).strip(), self._stripped(done.inside, stop) or tag_span),
+            SourceText(
+                "".join(done.text).strip(),
+                self._stripped_span(done.content_start, stop) or tag_span,
+            ),
         )
         if self.open:
             self.open[-1].children.append(element)
         else:
             self.root = element
 
-    def _stripped(self, start: int, end: int) -> Span | None:
+    def _stripped_span(self, start: int, end: int) -> Span | None:
         """The stretch without blanks around it; None where nothing else is in it."""
         text = self.source.text[start:end]
         inner = text.strip()
@@ -188,21 +195,21 @@ class _Builder:
         return Span(self.source, first, first + len(inner))
 
 
-def parse_xml(source: Source, findings: Findings) -> Element | None:
+def parse_xml(source: Source, diagnostics: Diagnostics) -> XmlElement | None:
     """The root element of a document; None, with the fault noted, when the text is none.
 
     No entities are declared or fetched: a document type is refused before its first declaration is
     read.
     """
-    builder = _Builder(source)
+    builder = _ElementBuilder(source)
     if not source.text.strip():
-        findings.error("this file is empty", Span(source, 0, 1), "a model is an XML document")
+        diagnostics.error("this file is empty", Span(source, 0, 1), "a model is an XML document")
         return None
     try:
         builder.parser.Parse(builder.data, True)
-    except _Refused as refused:
+    except _ParsingStopped as refused:
         start = builder.offset(refused.byte)
-        findings.error(refused.message, Span(source, start, start + 1), refused.hint)
+        diagnostics.error(refused.message, Span(source, start, start + 1), refused.hint)
         return None
     except expat.ExpatError as failure:
         start = min(builder.offset(builder.parser.ErrorByteIndex), max(len(source.text) - 1, 0))
@@ -210,96 +217,108 @@ def parse_xml(source: Source, findings: Findings) -> Element | None:
         line = "" if here is None else f"line {source.line_and_column(here.start)[0]}"
         hint = f"the innermost open element is `<{here.tag}>` of {line}" if here else ""
         said = expat.ErrorString(failure.code) or "unknown reason"
-        findings.error(f"this is no XML: {said}", Span(source, start, start + 1), hint)
+        diagnostics.error(f"this is no XML: {said}", Span(source, start, start + 1), hint)
         return None
     return builder.root
 
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _WORD = re.compile(r"[^\s]+")
-_INFINITE = {"inf": inf, "+inf": inf, "-inf": -inf}
+_INFINITE_VALUES = {"inf": inf, "+inf": inf, "-inf": -inf}
 
 
-def numbers(
-    written: Written,
-    findings: Findings,
-    least: int,
-    most: int | None = None,
+def parse_numbers(
+    source_text: SourceText,
+    diagnostics: Diagnostics,
+    min_count: int,
+    max_count: int | None = None,
     *,
-    infinite: bool = False,
+    allow_infinite: bool = False,
 ) -> tuple[float, ...] | None:
     """The numbers of a text; None, with the fault noted, when it holds others or too few or many.
 
     Args:
-        written: the text; blanks stand between the numbers.
-        findings: for faults.
-        least: how many numbers there are at least.
-        most: at most; None for `least`.
-        infinite: whether `Inf` counts as a number.
+        source_text: the text; blanks stand between the numbers.
+        diagnostics: for faults.
+        min_count: how many numbers there are at least.
+        max_count: at most; None for `min_count`.
+        allow_infinite: whether `Inf` counts as a number.
     """
-    most = least if most is None else most
+    max_count = min_count if max_count is None else max_count
     values: list[float] = []
-    for match in _WORD.finditer(written.text):
+    for match in _WORD.finditer(source_text.text):
         word = match[0]
-        if infinite and word.lower() in _INFINITE:
-            values.append(_INFINITE[word.lower()])
+        if allow_infinite and word.lower() in _INFINITE_VALUES:
+            values.append(_INFINITE_VALUES[word.lower()])
             continue
         if not _NUMBER.fullmatch(word):
-            findings.error(
-                f"`{shorten(word)}` is no number", _part(written, match), _wanted(least, most)
+            diagnostics.error(
+                f"`{shorten(word)}` is no number",
+                _word_span(source_text, match),
+                _count_hint(min_count, max_count),
             )
             return None
         values.append(float(word))
         if not isfinite(values[-1]):
-            findings.error(
-                f"`{shorten(word)}` is too large", _part(written, match), "a number must be finite"
+            diagnostics.error(
+                f"`{shorten(word)}` is too large",
+                _word_span(source_text, match),
+                "a number must be finite",
             )
             return None
-    if not least <= len(values) <= most:
+    if not min_count <= len(values) <= max_count:
         has = "1 number" if len(values) == 1 else f"{len(values)} numbers"
-        findings.error(f"{has} instead of {_count(least, most)}", written.span)
+        diagnostics.error(
+            f"{has} instead of {_format_count(min_count, max_count)}", source_text.span
+        )
         return None
     return tuple(values)
 
 
-def vector(
-    element: Element, name: str, findings: Findings, default: Vector = (0.0, 0.0, 0.0)
+def parse_vector(
+    element: XmlElement, name: str, diagnostics: Diagnostics, default: Vector = (0.0, 0.0, 0.0)
 ) -> Vector:
     """Three numbers of an attribute; `default` without it, or when it is wrong."""
     written = element.attributes.get(name)
-    read = None if written is None else numbers(written, findings, 3)
+    read = None if written is None else parse_numbers(written, diagnostics, 3)
     return default if read is None else (read[0], read[1], read[2])
 
 
-def number(element: Element, name: str, findings: Findings, default: float = 0.0) -> float:
+def parse_number(
+    element: XmlElement, name: str, diagnostics: Diagnostics, default: float = 0.0
+) -> float:
     """One number of an attribute; `default` without it, or when it is wrong."""
     written = element.attributes.get(name)
-    read = None if written is None else numbers(written, findings, 1)
+    read = None if written is None else parse_numbers(written, diagnostics, 1)
     return default if read is None else read[0]
 
 
-def direction(axis: Sequence[float], place: Span, findings: Findings) -> Vector:
+def unit_direction(axis: Sequence[float], span: Span, diagnostics: Diagnostics) -> Vector:
     """An axis with length one; z, with a fault noted, for one without a direction."""
     length = sum(part * part for part in axis) ** 0.5
     if not 1e-10 < length < inf:
-        findings.error("this vector has no direction", place, "an axis is longer than zero")
+        diagnostics.error("this vector has no direction", span, "an axis is longer than zero")
         return 0.0, 0.0, 1.0
     x, y, z = (part / length for part in axis)
     return x, y, z
 
 
-def _part(written: Written, match: re.Match[str]) -> Span:
+def _word_span(source_text: SourceText, match: re.Match[str]) -> Span:
     """The place of a word; the whole text where entities keep the two apart."""
-    span = written.span
+    span = source_text.span
     start = span.start + match.start()
     part = Span(span.source, start, start + len(match[0]))
     return part if part.text == match[0] else span
 
 
-def _count(least: int, most: int) -> str:
-    return f"{least}" if least == most else f"{least} to {most}"
+def _format_count(min_count: int, max_count: int) -> str:
+    return f"{min_count}" if min_count == max_count else f"{min_count} to {max_count}"
 
 
-def _wanted(least: int, most: int) -> str:
-    few = least == most == 1
-    return "one number stands here" if few else f"{_count(least, most)} numbers stand here"
+def _count_hint(min_count: int, max_count: int) -> str:
+    few = min_count == max_count == 1
+    return (
+        "one number stands here"
+        if few
+        else f"{_format_count(min_count, max_count)} numbers stand here"
+    )

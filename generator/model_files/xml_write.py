@@ -7,31 +7,38 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.rotations import Array, Sequence3
+from generator.rotations import Array, RotationSequence
 
-__all__ = ["Element", "add", "body_fixed_angles", "document", "numbers", "roll_pitch_yaw"]
+__all__ = [
+    "Element",
+    "add_element",
+    "body_fixed_angles",
+    "format_document",
+    "format_numbers",
+    "roll_pitch_yaw",
+]
 
 _XYZ = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def add(parent: Element, tag: str, text: str | None = None, **attributes: str) -> Element:
+def add_element(parent: Element, tag: str, text: str | None = None, **attributes: str) -> Element:
     """A new element at the end of `parent`."""
     element = SubElement(parent, tag, attributes)
     element.text = text
     return element
 
 
-def numbers(values: ArrayLike) -> str:
+def format_numbers(values: ArrayLike) -> str:
     """Numbers with blanks between them, so that reading gives the same numbers."""
     listed: list[float] = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
-    return " ".join(_number(value) for value in listed)
+    return " ".join(_format_number(value) for value in listed)
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 
-def document(root: Element, comments: Iterable[str]) -> str:
+def format_document(root: Element, comments: Iterable[str]) -> str:
     """The text of a file, an element a line, with comments at the head of its root element.
 
     Bodies stand within bodies as deep as a chain is long: no function here calls itself.
@@ -61,9 +68,9 @@ def document(root: Element, comments: Iterable[str]) -> str:
 
 def body_fixed_angles(matrix: Array) -> Array:
     """Angles about x, then the turned y, then the turned z: Rx Ry Rz, shape (3,) [rad]."""
-    return Sequence3(_XYZ[::-1]).angles(matrix)[::-1]
+    return RotationSequence(_XYZ[::-1]).angles(matrix)[::-1]
 
 
 def roll_pitch_yaw(matrix: Array) -> Array:
     """Angles about fixed x, then y, then z: Rz Ry Rx, shape (3,) [rad]."""
-    return Sequence3(_XYZ).angles(matrix)
+    return RotationSequence(_XYZ).angles(matrix)

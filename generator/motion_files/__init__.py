@@ -2,26 +2,31 @@
 
 from generator.motion_files.action import (
     ActionFile,
-    action_of,
-    clip_of_action,
+    action_from_recording,
     format_action,
+    motion_from_action,
     parse_action,
     read_action,
 )
-from generator.motion_files.formats import FORMATS, UnknownFormatError, format_of, write_recording
-from generator.motion_files.motion import Clip, clip_of_recording
+from generator.motion_files.formats import (
+    MOTION_FORMATS,
+    UnknownMotionFormatError,
+    motion_writer,
+    write_recording,
+)
+from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.npz import read_npz
 
 __all__ = [
-    "FORMATS",
+    "MOTION_FORMATS",
     "ActionFile",
-    "Clip",
-    "UnknownFormatError",
-    "action_of",
-    "clip_of_action",
-    "clip_of_recording",
+    "FigureMotion",
+    "UnknownMotionFormatError",
+    "action_from_recording",
     "format_action",
-    "format_of",
+    "motion_from_action",
+    "motion_from_recording",
+    "motion_writer",
     "parse_action",
     "read_action",
     "read_npz",

@@ -20,67 +20,74 @@ from pathlib import Path
 import numpy as np
 
 from generator.diagnostics import (
-    EnoughFaults,
-    Findings,
+    Diagnostics,
     InputError,
     Source,
     Span,
+    TooManyErrors,
     error,
-    nearest,
     shorten,
+    spelling_hint,
 )
-from generator.figure import Factor, Figure
+from generator.figure import Figure, JointAxis
 from generator.losses import Losses
-from generator.motion_files.motion import NO_FIGURE, NONE, Clip, Header, header_of, unheld
+from generator.motion_files.motion import (
+    NO_FIGURE,
+    NONE,
+    FigureMotion,
+    Header,
+    header_from_recording,
+    unrepresented,
+)
 from generator.recording import Ending, Recording
 from generator.rotations import Array
-from generator.text_io import read_text, unified, write_whole
-from generator.units import Dimension, converted, unit_named, written
+from generator.text_io import load_text, normalise_newlines, write_atomic
+from generator.units import Dimension, convert_to_si, format_quantity, parse_unit
 
 ANGLE_UNIT = "deg"
 LENGTH_UNIT = "cm"
 
-_WIDE = Context(prec=60)
-_DIGITS = Context(prec=18)  # with 17 the floats just above a power of two may be missed
+_EXACT_CONTEXT = Context(prec=60)
+_ROUNDING_CONTEXT = Context(prec=18)  # with 17 the floats just above a power of two may be missed
 
 
-def unit_of(factor: Factor) -> str:
+def display_unit(factor: JointAxis) -> str:
     """The unit in which a displacement about or along `factor` is shown."""
     return ANGLE_UNIT if factor.kind == "R" else LENGTH_UNIT
 
 
-def shown_number(value: float, unit: str) -> str:
+def format_displacement(value: float, unit: str) -> str:
     """The text in `unit` of a displacement [rad or m]. Raises ValueError unless it is finite."""
     if not isfinite(value):
         raise ValueError(f"an output file cannot hold {value}")
     if value == 0.0:
         return repr(float(value))
-    scale = unit_named(unit).factor
+    scale = parse_unit(unit).factor
     near = float(value) / float(scale)
     text = repr(near)
-    if isfinite(near) and converted(text, scale) == value:
+    if isfinite(near) and convert_to_si(text, scale) == value:
         return text
     exact = Fraction(value) / scale
-    quotient = _WIDE.divide(Decimal(exact.numerator), Decimal(exact.denominator))
-    return str(_DIGITS.plus(quotient)).replace("E", "e")
+    quotient = _EXACT_CONTEXT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+    return str(_ROUNDING_CONTEXT.plus(quotient)).replace("E", "e")
 
 
-def meant_number(text: str, unit: str) -> float:
+def parse_displacement(text: str, unit: str) -> float:
     """The displacement [rad or m] that `text` shows in `unit`.
 
     Raises ValueError for what is no number, OverflowError for what is beyond the largest float.
     """
     near = float(text)
-    return near if near == 0.0 else converted(text, unit_named(unit).factor)
+    return near if near == 0.0 else convert_to_si(text, parse_unit(unit).factor)
 
 
-def shown_chain(chain: Sequence[Factor]) -> str:
+def format_chain(chain: Sequence[JointAxis]) -> str:
     """A chain as the figure language writes it; `fixed` for one without freedoms."""
-    return "*".join(f"{f.kind}({_shown_axis(f)})" for f in chain) or "fixed"
+    return "*".join(f"{f.kind}({_format_axis(f)})" for f in chain) or "fixed"
 
 
-def _shown_axis(factor: Factor) -> str:
-    return ",".join(written(part, Dimension.NUMBER) for part in factor.axis)
+def _format_axis(factor: JointAxis) -> str:
+    return ",".join(format_quantity(part, Dimension.NUMBER) for part in factor.axis)
 
 
 VERSION = "1"
@@ -100,7 +107,7 @@ class ActionFile:
     """
 
     header: Header
-    chains: Mapping[str, tuple[Factor, ...]]
+    chains: Mapping[str, tuple[JointAxis, ...]]
     times: Array
     displacements: Mapping[str, Array]
 
@@ -117,25 +124,28 @@ class ActionFile:
     @property
     def normalised_times(self) -> Array:
         """Times as fractions of the motion, 0 to 1, shape (n,); 0 for a single frame."""
-        return normalised(self.times)
+        return normalise_times(self.times)
 
 
-def normalised(times: Array) -> Array:
+def normalise_times(times: Array) -> Array:
     """Times as fractions of the whole, shape (n,); 0 for a single one."""
     whole = times[-1] - times[0]
     return (times - times[0]) / (whole if whole > 0.0 else 1.0)
 
 
-def action_of(recording: Recording, figure: Figure) -> ActionFile:
+def action_from_recording(recording: Recording, figure: Figure) -> ActionFile:
     """The action file of a recording of a figure."""
     return ActionFile(
-        header_of(recording, figure), recording.chains, recording.times, recording.displacements
+        header_from_recording(recording, figure),
+        recording.chains,
+        recording.times,
+        recording.displacements,
     )
 
 
-def clip_of_action(action: ActionFile, figure: Figure) -> Clip:
+def motion_from_action(action: ActionFile, figure: Figure) -> FigureMotion:
     """The motion in an action file, of a figure."""
-    return Clip(figure, action.header, action.chains, action.times, action.displacements)
+    return FigureMotion(figure, action.header, action.chains, action.times, action.displacements)
 
 
 def format_action(action: ActionFile) -> str:
@@ -143,16 +153,16 @@ def format_action(action: ActionFile) -> str:
     return "".join(f"{line}\n" for line in _lines(action))
 
 
-def write(clip: Clip, path: Path) -> Losses:
+def write(motion: FigureMotion, path: Path) -> Losses:
     """Write a motion as an action file, whole or not at all.
 
     Raises:
         OSError: the file cannot be written.
         ValueError: a displacement is not finite, or a name not one word.
     """
-    action = ActionFile(clip.header, clip.chains, clip.times, clip.displacements)
-    write_whole(path, format_action(action))
-    return Losses.of("action file", [NO_FIGURE, unheld(clip)])
+    action = ActionFile(motion.header, motion.chains, motion.times, motion.displacements)
+    write_atomic(path, format_action(action))
+    return Losses.collect("action file", [NO_FIGURE, unrepresented(motion)])
 
 
 def _lines(action: ActionFile) -> Iterator[str]:
@@ -163,35 +173,37 @@ def _lines(action: ActionFile) -> Iterator[str]:
     yield f"joints {len(action.chains)}"
     columns: list[str] = []
     for name, chain in action.chains.items():
-        yield f"{name} {shown_chain(chain)}"
+        yield f"{name} {format_chain(chain)}"
         columns += [f"{name}.{k}" for k in range(1, len(chain) + 1)]
     yield f"frames {len(action.times)}"
     yield f"# {' '.join(['normalised', 'seconds', *columns])}"
-    units = {name: [unit_of(factor) for factor in chain] for name, chain in action.chains.items()}
+    units = {
+        name: [display_unit(factor) for factor in chain] for name, chain in action.chains.items()
+    }
     rows = {name: action.displacements[name].tolist() for name in action.chains}
     fractions, times = action.normalised_times.tolist(), action.times.tolist()
     for frame, (fraction, time) in enumerate(zip(fractions, times, strict=True)):
         words = [repr(fraction), repr(time)]
         for name, row in rows.items():
-            words += map(shown_number, row[frame], units[name])
+            words += map(format_displacement, row[frame], units[name])
         yield " ".join(words)
     yield END
 
 
-ROUNDING = 1e-9
+MAX_NORMALISED_TIME_ERROR = 1e-9
 """By how much a normalised time may differ from that of its seconds."""
 
 _WORD = re.compile(r"\S+")
 _DIGEST = re.compile(r"[0-9a-f]{64}")
-_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
+_NUMBER_REGEX = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
 _COUNT = re.compile(r"[0-9]{1,9}")
-_IS_NUMBER = re.compile(_NUMBER)
-_FACTOR = re.compile(rf"([RT])\(({_NUMBER}),({_NUMBER}),({_NUMBER})\)")
+_NUMBER_PATTERN = re.compile(_NUMBER_REGEX)
+_FACTOR = re.compile(rf"([RT])\(({_NUMBER_REGEX}),({_NUMBER_REGEX}),({_NUMBER_REGEX})\)")
 
 
 def read_action(path: str | Path) -> ActionFile:
     """The motion in an action file. Raises InputError with all faults, each with its line."""
-    source, fault = read_text(Path(path), str(path))
+    source, fault = load_text(Path(path), str(path))
     if fault is not None:
         raise InputError((fault,))
     return parse_action(source.text, source.name)
@@ -199,7 +211,7 @@ def read_action(path: str | Path) -> ActionFile:
 
 def parse_action(text: str, name: str = "<text>") -> ActionFile:
     """The motion that `text` describes. Raises InputError with all faults, each with its line."""
-    return _Parser(Source(name, unified(text))).action()
+    return _Parser(Source(name, normalise_newlines(text))).parse()
 
 
 class _Parser:
@@ -215,37 +227,39 @@ class _Parser:
             start += len(line) + 1
         self._next = 0
 
-    def action(self) -> ActionFile:
+    def parse(self) -> ActionFile:
         """The whole file."""
         version = self._entry("action")
         if version.text != VERSION:
-            raise _at(
+            raise _error_at(
                 version,
                 f"unknown version `{shorten(version.text)}` of the action file",
                 f"this program reads version {VERSION}",
             )
         units = self._entry("units")
         if units.text != UNITS:
-            raise _at(units, f"unknown units `{shorten(units.text)}`", f"they are `{UNITS}`")
+            raise _error_at(units, f"unknown units `{shorten(units.text)}`", f"they are `{UNITS}`")
         header = self._header()
         chains = self._chains()
         return self._motion(header, chains)
 
-    def _line(self, expected: str) -> Span:
+    def _next_line(self, expected: str) -> Span:
         """The next line."""
         if self._next == len(self._lines):
             end = len(self._source.text.rstrip())
             place = Span(self._source, max(end - 1, 0), max(end, 1))
-            raise _at(place, f"the file ends before {expected}", "it is not whole")
+            raise _error_at(place, f"the file ends before {expected}", "it is not whole")
         self._next += 1
         return self._lines[self._next - 1]
 
     def _entry(self, key: str) -> Span:
         """The value after `key`."""
-        line = self._line(f"`{key}`")
+        line = self._next_line(f"`{key}`")
         word, _, value = line.text.partition(" ")
         if word != key or not value.strip():
-            raise _at(line, f"expected `{key}` and its value", f"found `{shorten(line.text)}`")
+            raise _error_at(
+                line, f"expected `{key}` and its value", f"found `{shorten(line.text)}`"
+            )
         start = line.start + len(word) + 1
         lead = len(value) - len(value.lstrip())
         return Span(self._source, start + lead, start + len(value.rstrip()))
@@ -256,65 +270,65 @@ class _Parser:
     def _header(self) -> Header:
         figure, digest = self._entry("figure"), self._entry("sha256")
         if digest.text != NONE and not _DIGEST.fullmatch(digest.text):
-            raise _at(digest, "this is no SHA-256", f"64 hexadecimal digits, or `{NONE}`")
+            raise _error_at(digest, "this is no SHA-256", f"64 hexadecimal digits, or `{NONE}`")
         start, stop = self._time("start"), self._time("stop")
         frame = self._entry("frame")
         interval = None if frame.text == NONE else _number(frame, "s")
         springs, law, outcome = self._entry("springs"), self._entry("law"), self._entry("outcome")
         endings = {ending.value: ending for ending in Ending}
         if outcome.text not in endings:
-            raise _at(
+            raise _error_at(
                 outcome,
                 f"unknown outcome `{shorten(outcome.text)}`",
-                nearest(outcome.text, endings),
+                spelling_hint(outcome.text, endings),
             )
         return Header(
             figure=figure.text,
             sha256=None if digest.text == NONE else digest.text,
             start=start,
             stop=stop,
-            frame=interval,
+            frame_interval=interval,
             springs=springs.text,
             law=law.text,
             outcome=endings[outcome.text],
             message=self._entry("message").text,
         )
 
-    def _count(self, key: str, least: int) -> int:
+    def _count(self, key: str, min_count: int) -> int:
         place = self._entry(key)
-        if not _COUNT.fullmatch(place.text) or int(place.text) < least:
-            raise _at(place, f"`{shorten(place.text)}` is no number of {key}")
+        if not _COUNT.fullmatch(place.text) or int(place.text) < min_count:
+            raise _error_at(place, f"`{shorten(place.text)}` is no number of {key}")
         return int(place.text)
 
-    def _chains(self) -> dict[str, tuple[Factor, ...]]:
-        chains: dict[str, tuple[Factor, ...]] = {}
+    def _chains(self) -> dict[str, tuple[JointAxis, ...]]:
+        chains: dict[str, tuple[JointAxis, ...]] = {}
         for k in range(self._count("joints", 0)):
-            line = self._line(f"joint {k + 1} of the table")
+            line = self._next_line(f"joint {k + 1} of the table")
             words = _words(line)
             if len(words) != 2:
-                raise _at(line, "a joint has a name and a chain", "`knee R(0,-1,0)`")
+                raise _error_at(line, "a joint has a name and a chain", "`knee R(0,-1,0)`")
             name = words[0].text
             if name in chains:
-                raise _at(words[0], f"a second joint `{shorten(name)}`")
-            chains[name] = _chain(words[1])
+                raise _error_at(words[0], f"a second joint `{shorten(name)}`")
+            chains[name] = _parse_chain(words[1])
         return chains
 
-    def _frame(self, which: str) -> Span:
-        line = self._line(which)
+    def _frame_line(self, expected: str) -> Span:
+        line = self._next_line(expected)
         if line.text.strip() == END:
-            raise _at(line, f"`{END}` stands before {which}", "it is not whole")
+            raise _error_at(line, f"`{END}` stands before {expected}", "it is not whole")
         return line
 
-    def _motion(self, header: Header, chains: dict[str, tuple[Factor, ...]]) -> ActionFile:
+    def _motion(self, header: Header, chains: dict[str, tuple[JointAxis, ...]]) -> ActionFile:
         """The rows, of which all faults are told."""
-        units = [unit_of(factor) for chain in chains.values() for factor in chain]
+        units = [display_unit(factor) for chain in chains.values() for factor in chain]
         count = self._count("frames", 1)
-        lines = [self._frame(f"frame {k + 1} of {count}") for k in range(count)]
-        end = self._line(f"`{END}`")
+        lines = [self._frame_line(f"frame {k + 1} of {count}") for k in range(count)]
+        end = self._next_line(f"`{END}`")
         if end.text.strip() != END:
-            raise _at(end, f"expected `{END}` after {count} frames")
+            raise _error_at(end, f"expected `{END}` after {count} frames")
         if self._next < len(self._lines):
-            raise _at(self._lines[self._next], f"nothing stands after `{END}`")
+            raise _error_at(self._lines[self._next], f"nothing stands after `{END}`")
         table = _table(lines, ["s", "s", *units], header)
         cuts = np.cumsum([2, *(len(chain) for chain in chains.values())])
         _, *parts = np.split(table, cuts[:-1], axis=1) if chains else [table]
@@ -323,9 +337,9 @@ class _Parser:
 
 def _table(lines: list[Span], units: list[str], header: Header) -> Array:
     """The numbers of all frames, a row each. Raises InputError with the faults of all rows."""
-    findings = Findings()
+    findings = Diagnostics()
     table = np.zeros((len(lines), len(units)))
-    with suppress(EnoughFaults):
+    with suppress(TooManyErrors):
         for k, line in enumerate(lines):
             numbers = _row(line, units, findings)
             if numbers is not None:
@@ -333,15 +347,15 @@ def _table(lines: list[Span], units: list[str], header: Header) -> Array:
         if not findings.has_errors:
             _check_times(table, lines, header, findings)
     if findings.has_errors:
-        raise InputError(findings.in_order())
+        raise InputError(findings.sorted_by_position())
     return table
 
 
-def _row(line: Span, units: list[str], findings: Findings) -> list[float] | None:
+def _row(line: Span, units: list[str], diagnostics: Diagnostics) -> list[float] | None:
     """Normalised time, seconds [s], displacements [rad or m]; None, with the faults noted."""
     words = _words(line)
     if len(words) != len(units):
-        findings.error(
+        diagnostics.error(
             f"this row has {len(words)} columns, not {len(units)}",
             line,
             "normalised time, seconds, and a column for each displacement",
@@ -352,28 +366,30 @@ def _row(line: Span, units: list[str], findings: Findings) -> list[float] | None
         try:
             numbers.append(_number(word, unit))
         except InputError as failure:
-            for fault in failure.faults:
-                findings.error(fault.message, fault.span, fault.hint)
+            for fault in failure.diagnostics:
+                diagnostics.error(fault.message, fault.span, fault.hint)
     return numbers if len(numbers) == len(units) else None
 
 
-def _check_times(table: Array, lines: list[Span], header: Header, findings: Findings) -> None:
+def _check_times(table: Array, lines: list[Span], header: Header, diagnostics: Diagnostics) -> None:
     """Times increase, and agree with the header and with their normalised selves."""
     times = table[:, 1]
     for k in np.flatnonzero(np.diff(times) <= 0.0):
-        findings.error("the time does not increase", _words(lines[k + 1])[1])
-    if findings.has_errors:
+        diagnostics.error("the time does not increase", _words(lines[k + 1])[1])
+    if diagnostics.has_errors:
         return
-    for k in np.flatnonzero(np.abs(table[:, 0] - normalised(times)) > ROUNDING):
-        findings.error("the normalised time does not belong to the seconds", _words(lines[k])[0])
+    for k in np.flatnonzero(
+        np.abs(table[:, 0] - normalise_times(times)) > MAX_NORMALISED_TIME_ERROR
+    ):
+        diagnostics.error("the normalised time does not belong to the seconds", _words(lines[k])[0])
     if header.start != times[0]:
-        findings.error(f"the first frame is not at the start, {header.start} s", lines[0])
+        diagnostics.error(f"the first frame is not at the start, {header.start} s", lines[0])
     if header.stop != times[-1]:
-        findings.error(f"the last frame is not at the stop, {header.stop} s", lines[-1])
+        diagnostics.error(f"the last frame is not at the stop, {header.stop} s", lines[-1])
 
 
-def _at(place: Span, message: str, hint: str = "") -> InputError:
-    return InputError((error(message, place, hint),))
+def _error_at(span: Span, message: str, hint: str = "") -> InputError:
+    return InputError((error(message, span, hint),))
 
 
 def _words(line: Span) -> list[Span]:
@@ -383,26 +399,26 @@ def _words(line: Span) -> list[Span]:
     ]
 
 
-def _number(place: Span, unit: str) -> float:
+def _number(span: Span, unit: str) -> float:
     """The number [rad, m or as it stands] at a place in a unit."""
-    if not _IS_NUMBER.fullmatch(place.text):
-        raise _at(place, f"`{shorten(place.text)}` is not a number")
+    if not _NUMBER_PATTERN.fullmatch(span.text):
+        raise _error_at(span, f"`{shorten(span.text)}` is not a number")
     try:
-        return meant_number(place.text, unit)
+        return parse_displacement(span.text, unit)
     except (ValueError, OverflowError):
-        raise _at(place, f"`{shorten(place.text)}` is not finite") from None
+        raise _error_at(span, f"`{shorten(span.text)}` is not finite") from None
 
 
-def _chain(place: Span) -> tuple[Factor, ...]:
-    if place.text == "fixed":
+def _parse_chain(span: Span) -> tuple[JointAxis, ...]:
+    if span.text == "fixed":
         return ()
-    factors: list[Factor] = []
-    for text in place.text.split("*"):
+    factors: list[JointAxis] = []
+    for text in span.text.split("*"):
         match = _FACTOR.fullmatch(text)
         if match is None:
-            raise _at(
-                place, f"`{shorten(place.text)}` is no chain", "`R(0,0,1)*R(1,0,0)` or `fixed`"
+            raise _error_at(
+                span, f"`{shorten(span.text)}` is no chain", "`R(0,0,1)*R(1,0,0)` or `fixed`"
             )
         x, y, z = (float(part) for part in match.groups()[1:])
-        factors.append(Factor("R" if match[1] == "R" else "T", (x, y, z)))
+        factors.append(JointAxis("R" if match[1] == "R" else "T", (x, y, z)))
     return tuple(factors)

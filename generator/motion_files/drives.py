@@ -3,58 +3,67 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from generator.diagnostics import Fault, InputError, error, errors_among, nearest, warning
+from generator.diagnostics import (
+    Diagnostic,
+    InputError,
+    error,
+    select_errors,
+    spelling_hint,
+    warning,
+)
 from generator.drive import Drive
 from generator.figure import Figure
 from generator.input_files.drives import (
     OVERSHOOT_HINT,
     DrivesReading,
-    examine_drives,
-    overshoot_said,
+    describe_overshoot,
+    parse_drives_file,
 )
 from generator.motion_files.action import ActionFile, read_action
 
 ACTION_SUFFIX = ".action"
 
 
-def read_drives(path: str | Path, figure: Figure, only: Sequence[str] = ()) -> Mapping[str, Drive]:
+def read_drives(
+    path: str | Path, figure: Figure, joints: Sequence[str] = ()
+) -> Mapping[str, Drive]:
     """What a file drives of a figure.
 
     Args:
         path: of an action file, or else of a table.
         figure: whose joints are driven.
-        only: names of the joints to drive; all that the file moves when there are none.
+        joints: names of the joints to drive; all that the file moves when there are none.
 
     Raises:
         InputError: with all faults.
     """
-    return drives_with_warnings(path, figure, only).drives
+    return read_drives_with_warnings(path, figure, joints).drives
 
 
-def drives_with_warnings(
-    path: str | Path, figure: Figure, only: Sequence[str] = ()
+def read_drives_with_warnings(
+    path: str | Path, figure: Figure, joints: Sequence[str] = ()
 ) -> DrivesReading:
     """What `read_drives` reads, with warnings where a spline leaves the range of its rows by much.
 
     Raises InputError as it does.
     """
     if Path(path).suffix.lower() == ACTION_SUFFIX:
-        drives = drives_of(read_action(path), figure, only, str(path))
+        drives = drives_from_action(read_action(path), figure, joints, str(path))
         told = [
-            warning(f"{path}: {overshoot_said(joint, one.column, one)}", hint=OVERSHOOT_HINT)
+            warning(f"{path}: {describe_overshoot(joint, one.column, one)}", hint=OVERSHOOT_HINT)
             for joint, drive in drives.items()
             for one in drive.overshoots()
         ]
         return DrivesReading(drives, tuple(told))
-    reading = examine_drives(path, figure, only)
-    if errors_among(reading.faults):
+    reading = parse_drives_file(path, figure, joints)
+    if select_errors(reading.faults):
         raise InputError(reading.faults)
-    _insist_on(only, reading.drives, str(path))
+    _require_driven(joints, reading.drives, str(path))
     return reading
 
 
-def drives_of(
-    action: ActionFile, figure: Figure, only: Sequence[str] = (), name: str = "<action>"
+def drives_from_action(
+    action: ActionFile, figure: Figure, joints: Sequence[str] = (), name: str = "<action>"
 ) -> Mapping[str, Drive]:
     """What an action file drives of a figure; `name` is what errors call it.
 
@@ -63,15 +72,15 @@ def drives_of(
     asked = {
         joint: chain
         for joint, chain in action.chains.items()
-        if chain and (not only or joint in only)
+        if chain and (not joints or joint in joints)
     }
-    faults: list[Fault] = []
+    faults: list[Diagnostic] = []
     if len(action.times) < 2:
         faults.append(error(f"{name}: a motion of one frame drives nothing"))
     for joint, chain in asked.items():
         known = figure.joints.get(joint)
         if known is None:
-            hint = f"{nearest(joint, figure.joints)}; `--driven` chooses some of its joints"
+            hint = f"{spelling_hint(joint, figure.joints)}; `--driven` chooses some of its joints"
             faults.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
         elif known.chain != chain:
             faults.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
@@ -80,7 +89,7 @@ def drives_of(
             faults.append(error(said))
     if faults:
         raise InputError(faults)
-    _insist_on(only, asked, name)
+    _require_driven(joints, asked, name)
     drives: dict[str, Drive] = {}
     for joint in asked:
         try:
@@ -92,11 +101,11 @@ def drives_of(
     return drives
 
 
-def _insist_on(only: Sequence[str], found: Mapping[str, object], name: str) -> None:
+def _require_driven(required: Sequence[str], found: Mapping[str, object], name: str) -> None:
     """Raise InputError for joints that were asked for and are not in the file."""
     faults = [
-        error(f"{name}: joint `{joint}` is not driven there", hint=nearest(joint, found))
-        for joint in only
+        error(f"{name}: joint `{joint}` is not driven there", hint=spelling_hint(joint, found))
+        for joint in required
         if joint not in found
     ]
     if faults:

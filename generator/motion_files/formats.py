@@ -7,17 +7,17 @@ from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.losses import Losses
 from generator.motion_files import action, bvh, csv_table, glb, npz, opensim, x3d
-from generator.motion_files.motion import Clip, clip_of_recording
+from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.recording import Recording
 
-Write = Callable[[Clip, Path], Losses]
+MotionWriter = Callable[[FigureMotion, Path], Losses]
 """Writes a motion to a path, whole or not at all, and tells what was lost.
 
 It raises OSError when the path cannot be written, OtherMotionError when the motion is not one of
 its figure, MoverError when the format cannot hold it at all.
 """
 
-FORMATS: Mapping[str, Write] = {
+MOTION_FORMATS: Mapping[str, MotionWriter] = {
     ".action": action.write,
     ".csv": csv_table.write,
     ".npz": npz.write,
@@ -30,17 +30,19 @@ FORMATS: Mapping[str, Write] = {
 """What writes a motion of a figure to a path, by suffix."""
 
 
-class UnknownFormatError(MoverError):
+class UnknownMotionFormatError(MoverError):
     """A path whose suffix names no format."""
 
 
-def format_of(path: Path) -> Write:
+def motion_writer(path: Path) -> MotionWriter:
     """What writes the format that a path's suffix names. Raises UnknownFormatError."""
     try:
-        return FORMATS[path.suffix.lower()]
+        return MOTION_FORMATS[path.suffix.lower()]
     except KeyError:
         said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
-        raise UnknownFormatError(f"{path}: {said}; known are {', '.join(FORMATS)}") from None
+        raise UnknownMotionFormatError(
+            f"{path}: {said}; known are {', '.join(MOTION_FORMATS)}"
+        ) from None
 
 
 def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:
@@ -54,4 +56,4 @@ def write_recording(recording: Recording, figure: Figure, path: str | Path) -> L
         OtherMotionError: the recording is not one of the figure.
         MoverError: the format cannot hold the motion.
     """
-    return format_of(Path(path))(clip_of_recording(recording, figure), Path(path))
+    return motion_writer(Path(path))(motion_from_recording(recording, figure), Path(path))

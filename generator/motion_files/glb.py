@@ -21,18 +21,24 @@ from numpy.typing import NDArray
 from generator.diagnostics import MoverError
 from generator.figure import Segment
 from generator.losses import Loss, Losses
-from generator.motion_files.appearance import Colour, Look, linear_colour, looks_of, triangles_of
-from generator.motion_files.motion import NO_MASSES, Clip, unheld
-from generator.motion_files.skeleton import Bone, Skeleton, continuous_quaternions, skeleton_of
+from generator.motion_files.appearance import (
+    Appearance,
+    Colour,
+    linear_colour,
+    segment_appearances,
+    triangles_with_normals,
+)
+from generator.motion_files.motion import NO_MASSES, FigureMotion, unrepresented
+from generator.motion_files.skeleton import Bone, Skeleton, build_skeleton, continuous_quaternions
 from generator.rotations import Array
-from generator.text_io import write_whole
+from generator.text_io import write_atomic
 
 _MAGIC, _VERSION = b"glTF", 2
 _JSON, _BIN = b"JSON", b"BIN\x00"
 _FLOAT = 5126
 _VERTICES = 34962
 
-Kind = Literal["SCALAR", "VEC3", "VEC4"]
+AccessorType = Literal["SCALAR", "VEC3", "VEC4"]
 
 
 class Buffer:
@@ -45,7 +51,7 @@ class Buffer:
         self.accessors: list[dict[str, Any]] = []
 
     def add(
-        self, values: Array, kind: Kind, *, bounds: bool = False, vertices: bool = False
+        self, values: Array, kind: AccessorType, *, bounds: bool = False, vertices: bool = False
     ) -> int:
         """Put values, a row each, into the block as floats of 32 bits; the accessor's number.
 
@@ -78,7 +84,7 @@ class Buffer:
         self.accessors.append(accessor)
         return len(self.accessors) - 1
 
-    def packed(self, document: dict[str, Any]) -> bytes:
+    def to_glb(self, document: dict[str, Any]) -> bytes:
         """The file of a document, which gets buffer, views and accessors. Lists may be empty."""
         whole = {
             **document,
@@ -99,13 +105,13 @@ def _chunk(kind: bytes, content: bytes, filler: bytes) -> bytes:
     return struct.pack("<I", len(padded)) + kind + padded
 
 
-_LEAST_SHIFT = 1e-7
+_MIN_TRANSLATION = 1e-7
 """A segment gets a channel for its position when its joint moves it by more than this [m]."""
 
 _ROUNDED = Loss("digits: numbers have 24 bits, some 7 digits")
 
 
-def write(clip: Clip, path: Path) -> Losses:
+def write(motion: FigureMotion, path: Path) -> Losses:
     """Write a motion as a `.glb`, whole or not at all.
 
     Raises:
@@ -113,58 +119,58 @@ def write(clip: Clip, path: Path) -> Losses:
         OtherMotionError: the motion is of another figure.
         MoverError: frames follow each other too closely to be told apart.
     """
-    skeleton = skeleton_of(clip)
-    looks, unseen = looks_of(clip.figure)
-    document = _Document(clip, skeleton)
-    for name, segment in clip.figure.segments.items():
-        document.shape(segment, looks.get(name))
-    document.animate()
-    write_whole(path, document.packed())
-    start = float(clip.times[0])
+    skeleton = build_skeleton(motion)
+    looks, unseen = segment_appearances(motion.figure)
+    document = _GlbBuilder(motion, skeleton)
+    for name, segment in motion.figure.segments.items():
+        document.add_segment(segment, looks.get(name))
+    document.add_animation()
+    write_atomic(path, document.to_bytes())
+    start = float(motion.times[0])
     losses = [
-        *skeleton.losses(_LEAST_SHIFT),
+        *skeleton.losses(_MIN_TRANSLATION),
         *unseen,
         Loss(f"the time of the first frame, {start:g} s; the file begins at 0 s")
         if start
         else None,
         Loss("displacements: the file holds orientations, without whole turns"),
         NO_MASSES,
-        unheld(clip),
+        unrepresented(motion),
         _ROUNDED,
     ]
-    return Losses.of("glTF", losses)
+    return Losses.collect("glTF", losses)
 
 
-class _Document:
+class _GlbBuilder:
     """The parts of the JSON document, as they are added."""
 
-    def __init__(self, clip: Clip, skeleton: Skeleton) -> None:
-        self._clip, self._skeleton = clip, skeleton
+    def __init__(self, motion: FigureMotion, skeleton: Skeleton) -> None:
+        self._motion, self._skeleton = motion, skeleton
         self._buffer = Buffer()
         self._meshes: list[dict[str, Any]] = []
         self._materials: dict[Colour, int] = {}
         self._nodes: list[dict[str, Any]] = []
-        self._places: dict[str, int] = {}
+        self._node_indices: dict[str, int] = {}
         self._animations: list[dict[str, Any]] = []
         self._quaternions: dict[str, Array] = {}
         moving = {bone.segment for bone in skeleton.bones}
         self._roots: list[int] = []
-        for name in clip.figure.segments:
+        for name in motion.figure.segments:
             if name not in moving:
-                self._roots.append(self._node(name, {"name": name}))
+                self._roots.append(self._add_node(name, {"name": name}))
         for bone in skeleton.bones:
-            self._bone(bone)
+            self._add_bone(bone)
 
-    def _node(self, segment: str, node: dict[str, Any]) -> int:
+    def _add_node(self, segment: str, node: dict[str, Any]) -> int:
         self._nodes.append(node)
-        self._places[segment] = len(self._nodes) - 1
-        return self._places[segment]
+        self._node_indices[segment] = len(self._nodes) - 1
+        return self._node_indices[segment]
 
-    def _bone(self, bone: Bone) -> None:
+    def _add_bone(self, bone: Bone) -> None:
         """The node of a bone, as it is in the first frame."""
-        self._quaternions[bone.segment] = continuous_quaternions(bone.turns)
-        shift = bone.shifts[0] if bone.farthest_shift > _LEAST_SHIFT else 0.0
-        place = self._node(
+        self._quaternions[bone.segment] = continuous_quaternions(bone.rotations)
+        shift = bone.translations[0] if bone.max_translation > _MIN_TRANSLATION else 0.0
+        place = self._add_node(
             bone.segment,
             {
                 "name": bone.segment,
@@ -176,17 +182,17 @@ class _Document:
         if bone.depth == 0:
             self._roots.append(place)
         else:
-            self._within(bone.base, place)
+            self._add_child(bone.parent, place)
 
-    def _within(self, segment: str, child: int) -> None:
-        self._nodes[self._places[segment]].setdefault("children", []).append(child)
+    def _add_child(self, segment: str, child: int) -> None:
+        self._nodes[self._node_indices[segment]].setdefault("children", []).append(child)
 
-    def shape(self, segment: Segment, look: Look | None) -> None:
+    def add_segment(self, segment: Segment, appearance: Appearance | None) -> None:
         """Give a segment its mesh and its sites."""
         centres = {bone.segment: bone.centre for bone in self._skeleton.bones}
         centre = centres.get(segment.name, np.zeros(3))
         for site in segment.sites.values():
-            pose = self._skeleton.rest[segment.name] @ site.pose_in_segment
+            pose = self._skeleton.rest_poses[segment.name] @ site.pose_in_segment
             turn = continuous_quaternions(pose[None, :3, :3])[0]
             self._nodes.append(
                 {
@@ -195,26 +201,26 @@ class _Document:
                     "rotation": turn.tolist(),
                 }
             )
-            self._within(segment.name, len(self._nodes) - 1)
-        if look is None:
+            self._add_child(segment.name, len(self._nodes) - 1)
+        if appearance is None:
             return
-        corners, normals = triangles_of(look.surface)
-        points = self._skeleton.shape_at_rest(segment, corners) - centre
-        turned = normals @ self._skeleton.rest[segment.name][:3, :3].T
+        corners, normals = triangles_with_normals(appearance.surface)
+        points = self._skeleton.points_at_rest(segment, corners) - centre
+        turned = normals @ self._skeleton.rest_poses[segment.name][:3, :3].T
         attributes = {
             "POSITION": self._buffer.add(points, "VEC3", bounds=True, vertices=True),
             "NORMAL": self._buffer.add(turned, "VEC3", vertices=True),
         }
-        primitive = {"attributes": attributes, "material": self._material(look.colour)}
+        primitive = {"attributes": attributes, "material": self._material_index(appearance.colour)}
         self._meshes.append({"name": segment.name, "primitives": [primitive]})
-        self._nodes[self._places[segment.name]]["mesh"] = len(self._meshes) - 1
+        self._nodes[self._node_indices[segment.name]]["mesh"] = len(self._meshes) - 1
 
-    def _material(self, colour: Colour) -> int:
+    def _material_index(self, colour: Colour) -> int:
         return self._materials.setdefault(colour, len(self._materials))
 
-    def animate(self) -> None:
+    def add_animation(self) -> None:
         """Add the channels of the bones. Raises MoverError when the times cannot be told apart."""
-        seconds = self._clip.times - self._clip.times[0]
+        seconds = self._motion.times - self._motion.times[0]
         if np.any(np.diff(seconds.astype(np.float32)) <= 0.0):
             raise MoverError(
                 "the frames follow each other too closely for glTF, whose times have 7 digits"
@@ -222,38 +228,38 @@ class _Document:
         times = self._buffer.add(seconds, "SCALAR", bounds=True)
         samplers: list[dict[str, Any]] = []
         channels: list[dict[str, Any]] = []
-        for bone, path, output in self._outputs():
+        for bone, path, output in self._channel_outputs():
             samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
-            target = {"node": self._places[bone.segment], "path": path}
+            target = {"node": self._node_indices[bone.segment], "path": path}
             channels.append({"sampler": len(samplers) - 1, "target": target})
         animation = {"name": "motion", "samplers": samplers, "channels": channels}
         self._animations.append(animation)
 
-    def _outputs(self) -> Iterator[tuple[Bone, str, int]]:
+    def _channel_outputs(self) -> Iterator[tuple[Bone, str, int]]:
         for bone in self._skeleton.bones:
             turns = self._quaternions[bone.segment]
             yield bone, "rotation", self._buffer.add(turns, "VEC4")
-            if bone.farthest_shift > _LEAST_SHIFT:
-                moved = bone.offset + bone.shifts
+            if bone.max_translation > _MIN_TRANSLATION:
+                moved = bone.offset + bone.translations
                 yield bone, "translation", self._buffer.add(moved, "VEC3")
 
-    def packed(self) -> bytes:
+    def to_bytes(self) -> bytes:
         """The whole file."""
-        header = dict(line.split(" ", 1) for line in self._clip.header.lines())
-        return self._buffer.packed(
+        header = dict(line.split(" ", 1) for line in self._motion.header.lines())
+        return self._buffer.to_glb(
             {
                 "asset": {"version": "2.0", "generator": "exudyn-mover", "extras": header},
                 "scene": 0,
-                "scenes": [{"name": self._clip.header.figure, "nodes": self._roots}],
+                "scenes": [{"name": self._motion.header.figure, "nodes": self._roots}],
                 "nodes": self._nodes,
                 "meshes": self._meshes,
-                "materials": [_material(colour) for colour in self._materials],
+                "materials": [_material_json(colour) for colour in self._materials],
                 "animations": self._animations,
             }
         )
 
 
-def _material(colour: Colour) -> dict[str, Any]:
+def _material_json(colour: Colour) -> dict[str, Any]:
     surface = {
         "baseColorFactor": [*linear_colour(colour), 1.0],
         "metallicFactor": 0.0,

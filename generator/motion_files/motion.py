@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.figure import Factor, Figure
-from generator.kinematics.trajectory import placements_along, tree_of_motion
+from generator.figure import Figure, JointAxis
+from generator.kinematics.trajectory import batched_placements, tree_for_motion
 from generator.kinematics.tree import Tree
 from generator.losses import Loss
 from generator.recording import Ending, Recording
@@ -31,7 +31,7 @@ class Header:
         sha256: of the bytes of the figure's file, in hexadecimal; None when it is in no file.
         start: time of the first frame [s].
         stop: time of the last frame [s].
-        frame: interval between frames [s]; None where there is only one.
+        frame_interval: interval between frames [s]; None where there is only one.
         springs: where the springs are from.
         law: how the axes of spherical joints join.
         outcome: how the run ended.
@@ -42,7 +42,7 @@ class Header:
     sha256: str | None
     start: float
     stop: float
-    frame: float | None
+    frame_interval: float | None
     springs: str
     law: str
     outcome: Ending
@@ -54,22 +54,22 @@ class Header:
         yield f"sha256 {self.sha256 or NONE}"
         yield f"start {self.start!r}"
         yield f"stop {self.stop!r}"
-        yield f"frame {NONE if self.frame is None else repr(self.frame)}"
+        yield f"frame {NONE if self.frame_interval is None else repr(self.frame_interval)}"
         yield f"springs {self.springs}"
         yield f"law {self.law}"
         yield f"outcome {self.outcome.value}"
         yield f"message {self.message}"
 
 
-def header_of(recording: Recording, figure: Figure) -> Header:
+def header_from_recording(recording: Recording, figure: Figure) -> Header:
     """The header of a recording of a figure."""
     times, path = recording.times, figure.path
     return Header(
         figure=_one_line(figure.name if path is None else path.name),
-        sha256=None if path is None else digest_of(path),
+        sha256=None if path is None else file_sha256(path),
         start=float(times[0]),
         stop=float(times[-1]),
-        frame=interval_of(times),
+        frame_interval=first_frame_interval(times),
         springs=_one_line(recording.springs),
         law=_one_line(recording.law),
         outcome=recording.outcome.ending,
@@ -77,12 +77,12 @@ def header_of(recording: Recording, figure: Figure) -> Header:
     )
 
 
-def interval_of(times: Array) -> float | None:
+def first_frame_interval(times: Array) -> float | None:
     """Interval of the first two frames [s], without the last digits that a subtraction spoils."""
     return float(f"{times[1] - times[0]:.12g}") if len(times) > 1 else None
 
 
-def digest_of(path: Path) -> str | None:
+def file_sha256(path: Path) -> str | None:
     """SHA-256 of a file's bytes, in hexadecimal; None for a file that cannot be read."""
     try:
         return sha256(path.read_bytes()).hexdigest()
@@ -96,7 +96,7 @@ def _one_line(text: str | None) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class FigureMotion:
     """What every format can take from: displacements, poses, and the figure they belong to.
 
     Attributes:
@@ -111,7 +111,7 @@ class Clip:
 
     figure: Figure
     header: Header
-    chains: Mapping[str, tuple[Factor, ...]]
+    chains: Mapping[str, tuple[JointAxis, ...]]
     times: Array
     displacements: Mapping[str, Array]
     recording: Recording | None = None
@@ -119,7 +119,7 @@ class Clip:
     @cached_property
     def tree(self) -> Tree:
         """The tree that moves. Raises OtherMotionError when the motion is of another figure."""
-        return tree_of_motion(self.figure, self.chains)
+        return tree_for_motion(self.figure, self.chains)
 
     @cached_property
     def poses(self) -> Mapping[str, Array]:
@@ -129,15 +129,15 @@ class Clip:
         """
         if self.recording is not None:
             return self.recording.poses
-        parts = [some.poses for some in placements_along(self.tree, self.displacements)]
+        parts = [some.poses for some in batched_placements(self.tree, self.displacements)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def clip_of_recording(recording: Recording, figure: Figure) -> Clip:
+def motion_from_recording(recording: Recording, figure: Figure) -> FigureMotion:
     """The motion of a run of a figure."""
-    return Clip(
+    return FigureMotion(
         figure,
-        header_of(recording, figure),
+        header_from_recording(recording, figure),
         recording.chains,
         recording.times,
         recording.displacements,
@@ -148,17 +148,17 @@ def clip_of_recording(recording: Recording, figure: Figure) -> Clip:
 _QUANTITIES = ("velocities", "reactions", "passive torques", "energies", "error estimate")
 
 
-def unheld(clip: Clip, *held: str) -> Loss | None:
+def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
     """What a run knows of itself and a format does not hold; None for a motion without a run.
 
     Args:
-        clip: the motion.
-        held: the quantities that the format does hold.
+        motion: the motion.
+        represented: the quantities that the format does hold.
     """
-    if clip.recording is None:
+    if motion.recording is None:
         return None
-    driven = ["drive torques"] if clip.recording.drive_torques else []
-    left = [name for name in (*_QUANTITIES, *driven) if name not in held]
+    driven = ["drive torques"] if motion.recording.drive_torques else []
+    left = [name for name in (*_QUANTITIES, *driven) if name not in represented]
     return Loss("what the run says beside the motion", tuple(left))
 
 

@@ -16,11 +16,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from generator.figure import Figure, Segment
-from generator.kinematics.placement import place
-from generator.kinematics.tree import Branch, hang
+from generator.kinematics.placement import forward_kinematics
+from generator.kinematics.tree import TreeJoint, build_tree
 from generator.losses import Loss
-from generator.motion_files.motion import Clip
-from generator.rotations import Array, homogeneous
+from generator.motion_files.motion import FigureMotion
+from generator.rotations import Array, pose_matrix
 
 
 def continuous_quaternions(matrices: Array) -> Array:
@@ -51,7 +51,7 @@ def axis_angles(matrices: Array) -> Array:
     return np.column_stack([axes, angles])
 
 
-_NOTHING = 1e-12
+_MIN_REPORTED_GAP = 1e-12
 """Gaps below this [m] are those of rounding."""
 
 
@@ -62,28 +62,28 @@ class Bone:
     Attributes:
         joint: the joint that it hangs from.
         segment: its name.
-        base: the segment it hangs from.
+        parent: the segment it hangs from.
         depth: number of bones between it and the ground.
         centre: where its origin is in the world at rest, shape (3,) [m].
         offset: its origin seen from that of the base's bone at rest, shape (3,) [m].
-        turns: its orientation in the base's bone, shape (n, 3, 3); the identity at rest.
-        shifts: way of its origin from where it is at rest, in the axes of the base's bone, shape
+        rotations: its orientation in the base's bone, shape (n, 3, 3); the identity at rest.
+        translations: way of its origin from where it is at rest, in the axes of the base's bone, shape
             (n, 3) [m].
     """
 
     joint: str
     segment: str
-    base: str
+    parent: str
     depth: int
     centre: Array
     offset: Array
-    turns: Array
-    shifts: Array
+    rotations: Array
+    translations: Array
 
     @cached_property
-    def farthest_shift(self) -> float:
+    def max_translation(self) -> float:
         """The farthest that its origin moves against the bone before [m]."""
-        return float(np.max(np.linalg.norm(self.shifts, axis=1)))
+        return float(np.max(np.linalg.norm(self.translations, axis=1)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +92,12 @@ class Skeleton:
 
     Attributes:
         bones: depth first.
-        rest: poses of all segments in the world with all displacements zero, shape (4, 4).
+        rest_poses: poses of all segments in the world with all displacements zero, shape (4, 4).
         closures: the joints that close loops, which a hierarchy cannot say.
     """
 
     bones: tuple[Bone, ...]
-    rest: Mapping[str, Array]
+    rest_poses: Mapping[str, Array]
     closures: tuple[str, ...]
 
     @property
@@ -105,22 +105,25 @@ class Skeleton:
         """The bones that hang from the ground."""
         return [bone for bone in self.bones if bone.depth == 0]
 
-    def shape_at_rest(self, segment: Segment, points: Array) -> Array:
+    def points_at_rest(self, segment: Segment, points: Array) -> Array:
         """Points of a segment, told in its frame, in the world at rest, shape (k, 3) [m]."""
-        pose = self.rest[segment.name]
+        pose = self.rest_poses[segment.name]
         return points @ pose[:3, :3].T + pose[:3, 3]
 
-    def losses(self, least: float) -> Iterator[Loss]:
-        """What bones cannot say of the motion, when shifts up to `least` [m] are left out."""
+    def losses(self, min_translation: float) -> Iterator[Loss]:
+        """What bones cannot say of the motion, when shifts up to `min_translation` [m] are left out."""
         if self.closures:
             said = "the joints that close loops; their segments move as they did"
             yield Loss(said, self.closures)
-        gap = max((b.farthest_shift for b in self.bones if b.farthest_shift <= least), default=0.0)
-        if gap > _NOTHING:
+        gap = max(
+            (b.max_translation for b in self.bones if b.max_translation <= min_translation),
+            default=0.0,
+        )
+        if gap > _MIN_REPORTED_GAP:
             yield Loss(f"gaps of up to {gap:.1e} m between the sites of joints, closed here")
 
 
-def closings(bones: Sequence[Bone]) -> Iterator[tuple[Bone, int]]:
+def bones_with_block_ends(bones: Sequence[Bone]) -> Iterator[tuple[Bone, int]]:
     """Each bone, and how many blocks end behind it when each stands within its base's."""
     for bone, following in pairwise(bones):
         yield bone, bone.depth - following.depth + 1
@@ -128,23 +131,23 @@ def closings(bones: Sequence[Bone]) -> Iterator[tuple[Bone, int]]:
         yield bones[-1], bones[-1].depth + 1
 
 
-def skeleton_of(clip: Clip) -> Skeleton:
+def build_skeleton(motion: FigureMotion) -> Skeleton:
     """The bones of a motion. Raises OtherMotionError when it is one of another figure."""
-    tree, poses = clip.tree, clip.poses
-    rest = _poses_at_rest(clip.figure)
-    world = np.broadcast_to(np.eye(4), (clip.times.size, 4, 4))
+    tree, poses = motion.tree, motion.poses
+    rest = _rest_poses(motion.figure)
+    world = np.broadcast_to(np.eye(4), (motion.times.size, 4, 4))
     frames = dict.fromkeys(tree.figure.ground, world)
     centres = dict.fromkeys(tree.figure.ground, np.zeros(3))
     bones: list[Bone] = []
-    for branch, depth in _depth_first(tree.branches, tree.figure.ground):
-        joint, base, tip = branch.joint, branch.base, branch.tip
-        moved = tree.figure.site(joint.child if branch.forward else joint.parent)
+    for branch, depth in _depth_first(tree.joints, tree.figure.ground):
+        joint, base, tip = branch.joint, branch.inboard, branch.outboard
+        moved = tree.figure.site(joint.child if branch.parent_is_inboard else joint.parent)
         place_in_segment = moved.pose_in_segment[:3, 3]
         turned, origin = rest[tip][:3, :3], rest[tip][:3, 3]
         centre = turned @ place_in_segment + origin
         pose = poses[tip]
         where = pose[:, :3, :3] @ place_in_segment + pose[:, :3, 3]
-        frames[tip] = homogeneous(pose[:, :3, :3] @ turned.T, where)
+        frames[tip] = pose_matrix(pose[:, :3, :3] @ turned.T, where)
         centres[tip] = centre
         back = np.swapaxes(frames[base][:, :3, :3], -1, -2)
         offset = centre - centres[base]
@@ -154,21 +157,21 @@ def skeleton_of(clip: Clip) -> Skeleton:
     return Skeleton(tuple(bones), rest, tuple(joint.name for joint in tree.closures))
 
 
-def _poses_at_rest(figure: Figure) -> Mapping[str, Array]:
+def _rest_poses(figure: Figure) -> Mapping[str, Array]:
     """Poses of the segments when all displacements of the figure, as it is held, are zero."""
     zero = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
-    return place(hang(figure), zero).poses
+    return forward_kinematics(build_tree(figure), zero).poses
 
 
 def _depth_first(
-    branches: Sequence[Branch], ground: frozenset[str]
-) -> Iterator[tuple[Branch, int]]:
+    branches: Sequence[TreeJoint], ground: frozenset[str]
+) -> Iterator[tuple[TreeJoint, int]]:
     """The branches, each behind its base, and how many stand before it."""
-    hanging: dict[str, list[Branch]] = {}
+    hanging: dict[str, list[TreeJoint]] = {}
     for branch in branches:
-        hanging.setdefault(branch.base, []).append(branch)
-    waiting = [(b, 0) for b in reversed(branches) if b.base in ground]
+        hanging.setdefault(branch.inboard, []).append(branch)
+    waiting = [(b, 0) for b in reversed(branches) if b.inboard in ground]
     while waiting:
         branch, depth = waiting.pop()
         yield branch, depth
-        waiting += [(b, depth + 1) for b in reversed(hanging.get(branch.tip, []))]
+        waiting += [(b, depth + 1) for b in reversed(hanging.get(branch.outboard, []))]

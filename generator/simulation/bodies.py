@@ -10,9 +10,9 @@ import numpy as np
 
 from generator.diagnostics import MoverError
 from generator.figure import Figure, Segment, SiteRef
-from generator.kinematics.placement import Placement, motion_maps
-from generator.loads import LoadKind, TimedLoad, constant
-from generator.rotations import Array, homogeneous
+from generator.kinematics.placement import Placement, segment_jacobians
+from generator.loads import LoadKind, TimedLoad, constant_load
+from generator.rotations import Array, pose_matrix
 from generator.simulation.exudyn_api import (
     Index,
     MainSystem,
@@ -31,7 +31,7 @@ class IncompleteFigureError(MoverError):
     """A segment lacks what a simulation needs of it."""
 
 
-def centre_of_mass(segment: Segment) -> Array:
+def require_centre_of_mass(segment: Segment) -> Array:
     """Position of the centre of mass in the segment frame [m], shape (3,)."""
     centre = segment.centre_of_mass
     if centre is None or segment.mass is None or segment.inertia is None or not segment.mass > 0.0:
@@ -44,7 +44,7 @@ def centre_of_mass(segment: Segment) -> Array:
 
 def body_pose(placement: Placement, segment: Segment) -> Array:
     """Pose in the world of the segment's axes at its centre of mass, shape (4, 4)."""
-    return placement.poses[segment.name] @ homogeneous(np.eye(3), centre_of_mass(segment))
+    return placement.poses[segment.name] @ pose_matrix(np.eye(3), require_centre_of_mass(segment))
 
 
 def add_bodies(
@@ -69,7 +69,7 @@ def add_bodies(
         raise IncompleteFigureError("the figure cannot be simulated: none of its segments moves")
     ground = mbs.AddObject(items.ObjectGround())
     bodies: dict[str, Index] = dict.fromkeys(figure.ground, ground)
-    maps = motion_maps(placement)
+    maps = segment_jacobians(placement)
     for name, segment in figure.bodies.items():
         pose = body_pose(placement, segment)
         motion = maps[name] @ rates
@@ -110,7 +110,7 @@ def add_marker(
     if segment in figure.ground:
         pose = placement.poses[segment] @ pose_in_segment
     else:
-        offset = homogeneous(np.eye(3), -centre_of_mass(figure.segments[segment]))
+        offset = pose_matrix(np.eye(3), -require_centre_of_mass(figure.segments[segment]))
         pose = offset @ pose_in_segment
     return mbs.AddMarker(
         items.MarkerBodyRigid(
@@ -120,11 +120,11 @@ def add_marker(
     )
 
 
-_SLACK = 1.0
+_LOAD_END_MARGIN = 1.0
 """By how much a constant load outlasts the run [s]: no rounding of the last step ends it early."""
 
 
-def written_loads(figure: Figure, start: float, stop: float) -> list[TimedLoad]:
+def constant_site_loads(figure: Figure, start: float, stop: float) -> list[TimedLoad]:
     """The constant loads that a figure's sites carry, from `start` to `stop` [s]."""
     loads: list[TimedLoad] = []
     for name in figure.bodies:
@@ -137,16 +137,16 @@ def written_loads(figure: Figure, start: float, stop: float) -> list[TimedLoad]:
             }
             ref = SiteRef(name, site.name)
             loads.extend(
-                constant(ref, kind, value, start - _SLACK, stop + _SLACK)
+                constant_load(ref, kind, value, start - _LOAD_END_MARGIN, stop + _LOAD_END_MARGIN)
                 for kind, value in values.items()
                 if value is not None and any(value)
             )
     return loads
 
 
-def load_point(figure: Figure, ref: SiteRef) -> Array:
+def load_pose(figure: Figure, ref: SiteRef) -> Array:
     """Pose in the segment frame of a load: at the site, along the segment's axes; shape (4, 4)."""
-    return homogeneous(np.eye(3), figure.site(ref).pose_in_segment[:3, 3])
+    return pose_matrix(np.eye(3), figure.site(ref).pose_in_segment[:3, 3])
 
 
 def add_loads(
@@ -159,10 +159,10 @@ def add_loads(
     figure = placement.tree.figure
     added: list[tuple[TimedLoad, Index, Any]] = []
     for load in loads:
-        point = load_point(figure, load.site)
+        point = load_pose(figure, load.site)
         marker = add_marker(mbs, placement, bodies, load.site.segment, point)
         name = "LoadForceVector" if load.kind.is_force else "LoadTorqueVector"
-        function = _table(mbs, load, name)
+        function = _load_user_function(mbs, load, name)
         mbs.AddLoad(
             getattr(items, name)(
                 markerNumber=marker,
@@ -175,28 +175,28 @@ def add_loads(
     return tuple(added)
 
 
-def _table(mbs: MainSystem, load: TimedLoad, item: str) -> Any:
+def _load_user_function(mbs: MainSystem, load: TimedLoad, item: str) -> Any:
     """The load's value as an expression tree in time."""
     times = np.asarray(load.times, dtype=float)
     values = np.asarray(load.values, dtype=float)
 
     def value(mbs: Any, t: Any, loadVector: Any) -> Any:
-        return symbols.Vector([_within(t, times, values[:, k]) for k in range(3)])
+        return symbols.Vector([_interpolate_or_zero(t, times, values[:, k]) for k in range(3)])
 
     return symbolic_user_function(mbs, value, "loadVectorUserFunction", item)
 
 
-def _within(t: Any, times: Array, values: Array) -> Any:
+def _interpolate_or_zero(t: Any, times: Array, values: Array) -> Any:
     """Zero before the first and after the last row, linear between them."""
     if not np.any(values):
         return symbols.Real(0.0)
     zero = symbols.Real(0.0)
-    inside = _piece(t, times, values)
+    inside = _interpolation_tree(t, times, values)
     not_over = symbols.IfThenElse(t > float(times[-1]), zero, inside)
     return symbols.IfThenElse(t < float(times[0]), zero, not_over)
 
 
-def _piece(t: Any, times: Array, values: Array) -> Any:
+def _interpolation_tree(t: Any, times: Array, values: Array) -> Any:
     """Linear interpolation as a balanced tree of conditions: a long table costs its logarithm."""
     if times.size == 1:
         return symbols.Real(float(values[0]))
@@ -206,6 +206,6 @@ def _piece(t: Any, times: Array, values: Array) -> Any:
     middle = times.size // 2
     return symbols.IfThenElse(
         t < float(times[middle]),
-        _piece(t, times[: middle + 1], values[: middle + 1]),
-        _piece(t, times[middle:], values[middle:]),
+        _interpolation_tree(t, times[: middle + 1], values[: middle + 1]),
+        _interpolation_tree(t, times[middle:], values[middle:]),
     )

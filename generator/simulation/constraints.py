@@ -26,52 +26,52 @@ from generator.drive import Drive
 from generator.figure import Joint
 from generator.joint_chain import Chain
 from generator.kinematics.links import Link
-from generator.kinematics.prescribed import Prescribed, freedoms_driven
+from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.rotations import Array
 from generator.simulation.exudyn_api import Index, MainSystem, exu, items, unused_name
 from generator.simulation.relative_rotation import (
-    End,
+    JointEnd,
+    JointRates,
     Quaternion,
-    RelativeTurn,
-    TurnRates,
+    RelativeRotation,
     Vector,
-    end_of,
+    build_joint_end,
 )
-from generator.simulation.springs import Hanger
+from generator.simulation.springs import SpringBuilder
 
-_AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_UNIT_AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
-class Term:
+class RateTerm:
     """A rate in an equation, times a factor.
 
     Attributes:
         joint: whose rate.
-        of: the place of a displacement in the joint's chain, or an axis of the parent's site along
+        component: the place of a displacement in the joint's chain, or an axis of the parent's site along
             which the relative angular velocity is taken.
         factor: of the rate.
     """
 
     joint: str
-    of: int | Vector
+    component: int | Vector
     factor: float = 1.0
 
 
-Row = tuple[Term, ...]
+RateEquation = tuple[RateTerm, ...]
 
 
 @dataclass(frozen=True)
-class JointTurn:
-    """The turn of one joint of a law; `places` finds the turn of a place in its chain."""
+class JointRotation:
+    """The turn of one joint of a law; `rotation_indices` finds the turn of a place in its chain."""
 
-    turn: RelativeTurn
-    rates: TurnRates
-    places: dict[int, int]
+    rotation: RelativeRotation
+    rates: JointRates
+    rotation_indices: dict[int, int]
 
 
 @dataclass(frozen=True)
-class DrivenTurn:
+class DrivenRotation:
     """The rates that the table of one joint asks for.
 
     A joint all of whose turns are driven follows an angular velocity, which is defined in every
@@ -79,29 +79,31 @@ class DrivenTurn:
     """
 
     chain: Chain
-    turns: TurnRates
+    joint_rates: JointRates
     drive: Drive
-    freedoms: tuple[int, ...]
+    driven_indices: tuple[int, ...]
 
     @property
-    def _whole(self) -> bool:
-        return len(self.chain.turns) == 3 and set(self.freedoms) == set(self.chain.turns)
+    def _is_fully_driven(self) -> bool:
+        return len(self.chain.rotations) == 3 and set(self.driven_indices) == set(
+            self.chain.rotations
+        )
 
-    def rows(self, name: str) -> list[Row]:
+    def equations(self, name: str) -> list[RateEquation]:
         """The equations."""
-        if self._whole:
-            return [(Term(name, axis),) for axis in _AXES]
-        return [(Term(name, k),) for k in self.freedoms]
+        if self._is_fully_driven:
+            return [(RateTerm(name, axis),) for axis in _UNIT_AXES]
+        return [(RateTerm(name, k),) for k in self.driven_indices]
 
     def rates(self, times: float | Array) -> Array:
         """What the rows follow [rad/s], shape (..., number of rows), at times of shape (...)."""
         rates = self.drive.rates(times)
-        if not self._whole:
+        if not self._is_fully_driven:
             return rates
-        order = [self.freedoms.index(place) for place in self.chain.turns]
-        angles, rates = self.drive.at(times)[..., order], rates[..., order]
+        order = [self.driven_indices.index(place) for place in self.chain.rotations]
+        angles, rates = self.drive.displacements(times)[..., order], rates[..., order]
         found = [
-            self.turns.angular_velocity(one, other)
+            self.joint_rates.angular_velocity(one, other)
             for one, other in zip(
                 angles.reshape(-1, 3).tolist(), rates.reshape(-1, 3).tolist(), strict=True
             )
@@ -109,22 +111,22 @@ class DrivenTurn:
         return np.array(found).reshape(rates.shape)
 
 
-class RateEquations:
+class RateConstraint:
     """The user functions of a servo; they keep what they found for the last coordinates."""
 
     def __init__(
         self,
-        rows: tuple[Row, ...],
-        turns: Mapping[str, JointTurn],
+        equations: tuple[RateEquation, ...],
+        rotations: Mapping[str, JointRotation],
         size: int,
-        motion: DrivenTurn | None,
+        driven_rotation: DrivenRotation | None,
     ) -> None:
-        """Equations `rows` of joints `turns` over `size` coordinates, the last of them the clock's.
+        """Equations `equations` of joints `rotations` over `size` coordinates, the last of them the clock's.
 
         With a motion, the rows follow it; without one they are zero, and there is no clock.
         """
-        self.motion = motion
-        self._rows, self._turns, self._size = rows, turns, size
+        self.driven_rotation = driven_rotation
+        self._rows, self._turns, self._size = equations, rotations, size
         self._at: Sequence[float] = ()
         self._found = np.zeros((0, 0))
         self._time, self._rates = float("nan"), np.zeros(0)
@@ -133,49 +135,51 @@ class RateEquations:
         self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
     ) -> Any:
         """`J v`: Exudyn's index-2 integrator asks for nothing else."""
-        return self._matrix(q) @ np.asarray(q_t)
+        return self._jacobian_matrix(q) @ np.asarray(q_t)
 
     def jacobian(
         self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
     ) -> Any:
         """J, which is the slope of `J v` by v, and the direction of the constraints' forces."""
         matrix = exu.MatrixContainer()
-        matrix.SetWithDenseMatrix(self._matrix(q), useDenseMatrix=True)
+        matrix.SetWithDenseMatrix(self._jacobian_matrix(q), useDenseMatrix=True)
         return matrix
 
-    def _matrix(self, q: Sequence[float]) -> Array:
+    def _jacobian_matrix(self, q: Sequence[float]) -> Array:
         if q == self._at:
             return self._found
-        ends = {name: turn.turn.ends(q) for name, turn in self._turns.items()}
-        axes = {name: turn.rates.axes(ends[name][2]) for name, turn in self._turns.items()}
+        ends = {name: turn.rotation.orientations(q) for name, turn in self._turns.items()}
+        axes = {name: turn.rates.rate_axes(ends[name][2]) for name, turn in self._turns.items()}
         found: list[list[float]] = []
         for row in self._rows:
             forces = [0.0] * self._size
             for term in row:
                 turn = self._turns[term.joint]
                 axis = (
-                    axes[term.joint][turn.places[term.of]] if isinstance(term.of, int) else term.of
+                    axes[term.joint][turn.rotation_indices[term.component]]
+                    if isinstance(term.component, int)
+                    else term.component
                 )
-                gradient = _gradient(ends[term.joint][2], axis, term.factor)
-                turn.turn.spread(forces, ends[term.joint], gradient)
+                gradient = _rate_gradient(ends[term.joint][2], axis, term.factor)
+                turn.rotation.add_forces(forces, ends[term.joint], gradient)
             found.append(forces)
         matrix = np.array(found)
-        if self.motion is not None:
-            matrix[:, -1] = -self._followed(q[-1])
+        if self.driven_rotation is not None:
+            matrix[:, -1] = -self._driven_rates(q[-1])
         self._at, self._found = list(q), matrix
         return matrix
 
-    def _followed(self, time: float) -> Array:
+    def _driven_rates(self, time: float) -> Array:
         """What the rows follow at a time, which is the same for all iterations of a step."""
-        assert self.motion is not None
+        assert self.driven_rotation is not None
         if time != self._time:
-            self._time, self._rates = time, self.motion.rates(time)
+            self._time, self._rates = time, self.driven_rotation.rates(time)
         return self._rates
 
 
-def _gradient(turn: Quaternion, axis: Vector, factor: float) -> Quaternion:
+def _rate_gradient(rotation: Quaternion, axis: Vector, factor: float) -> Quaternion:
     """Slope, by the turn, of a rate `factor * axis . omega`: the turn changes by omega turn / 2."""
-    w, a, b, c = turn
+    w, a, b, c = rotation
     x, y, z = axis
     size = 2.0 * factor / (w * w + a * a + b * b + c * c)
     return (
@@ -186,7 +190,7 @@ def _gradient(turn: Quaternion, axis: Vector, factor: float) -> Quaternion:
     )
 
 
-_COORDINATES = 7
+_COORDINATES_PER_BODY = 7
 """Of a rigid body with Euler parameters."""
 
 _CLOCK_MASS = 1e15
@@ -194,63 +198,65 @@ _CLOCK_MASS = 1e15
 
 
 @dataclass(frozen=True)
-class Servo:
+class CoordinateConstraint:
     """Equations as they stand in the system.
 
     Attributes:
         item: the Exudyn constraint, which has a multiplier for each row.
-        rows: sums of terms, each of which is zero or follows the drive.
-        law: its user functions, which must outlive the system.
+        equations: sums of terms, each of which is zero or follows the drive.
+        rate_constraint: its user functions, which must outlive the system.
     """
 
     item: Index
-    rows: tuple[Row, ...]
-    law: RateEquations
+    equations: tuple[RateEquation, ...]
+    rate_constraint: RateConstraint
 
     @property
-    def driven(self) -> str | None:
+    def driven_joint(self) -> str | None:
         """Name of the joint that is driven; None for links."""
-        return None if self.law.motion is None else self.rows[0][0].joint
+        return None if self.rate_constraint.driven_rotation is None else self.equations[0][0].joint
 
     def rates(self, times: Array) -> Array:
         """What the rows follow, shape (n, number of rows) [rad/s], at times (n,)."""
-        if self.law.motion is None:
-            return np.zeros((len(times), len(self.rows)))
-        return self.law.motion.rates(times)
+        if self.rate_constraint.driven_rotation is None:
+            return np.zeros((len(times), len(self.equations)))
+        return self.rate_constraint.driven_rotation.rates(times)
 
 
-def add_servos(hanger: Hanger, prescribed: Prescribed, start: float) -> tuple[Servo, ...]:
+def add_coordinate_constraints(
+    builder: SpringBuilder, prescribed: PrescribedMotion, start: float
+) -> tuple[CoordinateConstraint, ...]:
     """The constraints of all links and drives.
 
     Args:
-        hanger: where they are hung.
+        builder: where they are hung.
         prescribed: what is linked and driven.
         start: time at which the run begins [s].
     """
-    joints = hanger.placement.tree.figure.joints
+    joints = builder.placement.tree.figure.joints
     servos = [
-        _add(hanger, rows, None, None)
-        for rows in _rows_of_links(prescribed.links.resolved).values()
+        _add_constraint(builder, rows, None, None)
+        for rows in _link_equations(prescribed.links.resolved).values()
     ]
     if not prescribed.drives:
         return tuple(servos)
-    clock = _add_clock(hanger.mbs, start)
+    clock = _add_clock(builder.mbs, start)
     for name, drive in prescribed.drives.items():
-        chain = hanger.placement.tree.chains[name]
-        turns = TurnRates.of(chain, hanger.placement.displacements[name])
-        motion = DrivenTurn(chain, turns, drive, freedoms_driven(joints[name], drive))
-        servos.append(_add(hanger, motion.rows(name), motion, clock))
+        chain = builder.placement.tree.chains[name]
+        turns = JointRates.from_chain(chain, builder.placement.displacements[name])
+        motion = DrivenRotation(chain, turns, drive, driven_indices(joints[name], drive))
+        servos.append(_add_constraint(builder, motion.equations(name), motion, clock))
     return tuple(servos)
 
 
-def _rows_of_links(links: Sequence[Link]) -> dict[tuple[str, str], list[Row]]:
+def _link_equations(links: Sequence[Link]) -> dict[tuple[str, str], list[RateEquation]]:
     """The equations of links, by the joints that they join."""
-    rows: dict[tuple[str, str], list[Row]] = {}
+    rows: dict[tuple[str, str], list[RateEquation]] = {}
     for link in links:
         follower, control = link.follower, link.control
         row = (
-            Term(follower.joint, follower.index),
-            Term(control.joint, control.index, -link.factor),
+            RateTerm(follower.joint, follower.index),
+            RateTerm(control.joint, control.index, -link.factor),
         )
         rows.setdefault((follower.joint, control.joint), []).append(row)
     return rows
@@ -271,19 +277,24 @@ def _add_clock(mbs: MainSystem, start: float) -> Index:
     return node
 
 
-def _add(
-    hanger: Hanger, rows: Sequence[Row], motion: DrivenTurn | None, clock: Index | None
-) -> Servo:
+def _add_constraint(
+    builder: SpringBuilder,
+    equations: Sequence[RateEquation],
+    driven_rotation: DrivenRotation | None,
+    clock: Index | None,
+) -> CoordinateConstraint:
     """The constraint of some rows."""
-    mbs, figure = hanger.mbs, hanger.placement.tree.figure
-    joints = [figure.joints[name] for name in dict.fromkeys(t.joint for row in rows for t in row)]
+    mbs, figure = builder.mbs, builder.placement.tree.figure
+    joints = [
+        figure.joints[name] for name in dict.fromkeys(t.joint for row in equations for t in row)
+    ]
     bodies = list(dict.fromkeys(ref.segment for joint in joints for ref in joint.ends))
     bodies = [name for name in bodies if name not in figure.ground]
-    places = {name: k * _COORDINATES for k, name in enumerate(bodies)}
-    turns = {joint.name: _turn_of(hanger, joint, places) for joint in joints}
-    size = len(bodies) * _COORDINATES + (clock is not None)
-    law = RateEquations(tuple(rows), turns, size, motion)
-    nodes = [mbs.GetObject(hanger.bodies[name])["nodeNumber"] for name in bodies]
+    places = {name: k * _COORDINATES_PER_BODY for k, name in enumerate(bodies)}
+    turns = {joint.name: _build_joint_rotation(builder, joint, places) for joint in joints}
+    size = len(bodies) * _COORDINATES_PER_BODY + (clock is not None)
+    law = RateConstraint(tuple(equations), turns, size, driven_rotation)
+    nodes = [mbs.GetObject(builder.bodies[name])["nodeNumber"] for name in bodies]
     name = " ".join([*(joint.name for joint in joints), "servo"])
     # A constraint has two markers, but an object with no forces of its own has any number of nodes.
     carrier = mbs.AddObject(
@@ -299,25 +310,31 @@ def _add(
                 mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=nothing)),
                 mbs.AddMarker(items.MarkerObjectODE2Coordinates(objectNumber=carrier)),
             ],
-            scalingMarker0=np.zeros((len(rows), 1)),  # tells Exudyn how many equations there are
+            scalingMarker0=np.zeros(
+                (len(equations), 1)
+            ),  # tells Exudyn how many equations there are
             constraintUserFunction=law.residual,
             jacobianUserFunction=law.jacobian,
         )
     )
-    return Servo(item, tuple(rows), law)
+    return CoordinateConstraint(item, tuple(equations), law)
 
 
-def _turn_of(hanger: Hanger, joint: Joint, places: dict[str, int]) -> JointTurn:
-    figure, poses = hanger.placement.tree.figure, hanger.placement.poses
+def _build_joint_rotation(
+    builder: SpringBuilder, joint: Joint, first_coordinates: dict[str, int]
+) -> JointRotation:
+    figure, poses = builder.placement.tree.figure, builder.placement.poses
 
-    def end(ref: Any) -> End:
+    def end(ref: Any) -> JointEnd:
         # The marker tells whole coordinates, so nothing is to be added to them.
-        return end_of(figure, poses, ref, places.get(ref.segment), (0.0, 0.0, 0.0, 0.0))
+        return build_joint_end(
+            figure, poses, ref, first_coordinates.get(ref.segment), (0.0, 0.0, 0.0, 0.0)
+        )
 
-    chain = hanger.placement.tree.chains[joint.name]
-    turns = {place: k for k, place in enumerate(chain.turns)}
-    return JointTurn(
-        RelativeTurn(end(joint.parent), end(joint.child)),
-        TurnRates.of(chain, hanger.placement.displacements[joint.name]),
+    chain = builder.placement.tree.chains[joint.name]
+    turns = {place: k for k, place in enumerate(chain.rotations)}
+    return JointRotation(
+        RelativeRotation(end(joint.parent), end(joint.child)),
+        JointRates.from_chain(chain, builder.placement.displacements[joint.name]),
         turns,
     )

@@ -15,24 +15,24 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import nearest
+from generator.diagnostics import spelling_hint
 from generator.figure import Figure, SiteRef
 from generator.joint_chain import Chain
-from generator.rotations import PERPENDICULAR, Array, unit
+from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
 from generator.simulation.exudyn_api import Index, exu, items, unused_name
 from generator.simulation.relative_rotation import (
-    Angles,
-    BallAngles,
-    End,
-    HingeAngles,
+    JointAngles,
+    JointEnd,
     Quaternion,
-    RelativeTurn,
-    end_of,
+    RelativeRotation,
+    RevoluteAngles,
+    SphericalAngles,
+    build_joint_end,
 )
-from generator.simulation.springs import Connector, Hanger, SpringError, refuse_half_turn
+from generator.simulation.springs import Connector, SpringBuilder, SpringError, check_half_turn
 from springs import FLOATS, CoupledAxis, CoupledSpring, group_torque
 
-_COORDINATES = 7
+_COORDINATES_PER_BODY = 7
 """Of a rigid body with Euler parameters."""
 
 Forces = list[float]
@@ -46,13 +46,13 @@ class CoupledObject:
         item: the Exudyn object.
         spring: the law and where its coordinates are.
         functions: its user functions, which must outlive the system.
-        stores: whether the law has an energy.
+        is_conservative: whether the law has an energy.
     """
 
     item: Index
     spring: CoupledSpring
     functions: tuple[Any, ...]
-    stores: bool
+    is_conservative: bool
 
 
 def check_coupled(figure: Figure, springs: Sequence[CoupledSpring]) -> None:
@@ -67,71 +67,71 @@ def check_coupled(figure: Figure, springs: Sequence[CoupledSpring]) -> None:
             if joint is None:
                 raise SpringError(
                     f"the figure has no joint {axis.joint}, to which a coupled law gives its "
-                    f"{name}; {nearest(axis.joint, figure.joints)}"
+                    f"{name}; {spelling_hint(axis.joint, figure.joints)}"
                 )
-            turns = [unit(factor.axis) for factor in joint.chain if factor.kind == "R"]
+            turns = [unit_vector(factor.axis) for factor in joint.chain if factor.kind == "R"]
             if not turns:
                 raise SpringError(f"joint {joint.name} has the {name} of a coupled law but no turn")
-            across = _across(np.array(turns), np.asarray(axis.direction))
-            if across > PERPENDICULAR:
+            across = _distance_from_span(np.array(turns), np.asarray(axis.direction))
+            if across > PERPENDICULAR_TOLERANCE:
                 raise SpringError(
                     f"joint {joint.name} does not turn about {axis.direction}, the axis of the "
                     f"{name} of a coupled law"
                 )
 
 
-def _across(axes: Array, direction: Array) -> float:
+def _distance_from_span(axes: Array, direction: Array) -> float:
     """Length of what no sum of the axes, shape (n, 3), gives of a direction."""
     return float(np.linalg.norm(direction - axes.T @ np.linalg.lstsq(axes.T, direction)[0]))
 
 
-def hang_coupled(
-    hanger: Hanger, spring: CoupledSpring, connectors: Mapping[str, tuple[Connector, ...]]
+def add_coupled_spring(
+    builder: SpringBuilder, spring: CoupledSpring, connectors: Mapping[str, tuple[Connector, ...]]
 ) -> CoupledObject:
     """The object of one coupled law.
 
     Args:
-        hanger: where it is hung.
+        builder: where it is hung.
         spring: a law that `check_coupled` has let pass, over joints that all move.
         connectors: of the joints; those that it is about have one that reads the turn.
 
     Raises:
         SpringError: a joint of several turns that starts at 180 deg.
     """
-    figure = hanger.placement.tree.figure
+    figure = builder.placement.tree.figure
     joints = [figure.joints[name] for name in dict.fromkeys(axis.joint for axis in spring.axes)]
     bodies = list(dict.fromkeys(ref.segment for joint in joints for ref in joint.ends))
     bodies = [name for name in bodies if name not in figure.ground]
-    nodes = [hanger.mbs.GetObject(hanger.bodies[name])["nodeNumber"] for name in bodies]
-    places = {name: k * _COORDINATES for k, name in enumerate(bodies)}
+    nodes = [builder.mbs.GetObject(builder.bodies[name])["nodeNumber"] for name in bodies]
+    places = {name: k * _COORDINATES_PER_BODY for k, name in enumerate(bodies)}
 
-    def end(ref: SiteRef) -> End:
+    def end(ref: SiteRef) -> JointEnd:
         place, rest = places.get(ref.segment), (0.0, 0.0, 0.0, 0.0)
         if place is not None:
-            node = hanger.mbs.GetNode(nodes[place // _COORDINATES])
+            node = builder.mbs.GetNode(nodes[place // _COORDINATES_PER_BODY])
             w, x, y, z = (float(node["referenceCoordinates"][k]) for k in range(3, 7))
             rest = (w, x, y, z)
-        return end_of(figure, hanger.placement.poses, ref, place, rest)
+        return build_joint_end(figure, builder.placement.poses, ref, place, rest)
 
-    parts: list[_Part] = []
+    parts: list[_JointTerm] = []
     for joint in joints:
         mine = tuple(k for k, axis in enumerate(spring.axes) if axis.joint == joint.name)
-        turn_axes = hanger.placement.tree.chains[joint.name].turn_axes
+        turn_axes = builder.placement.tree.chains[joint.name].rotation_axes
         counter = None
         if len(turn_axes) == 1:
-            signs = tuple(sign_about(spring.axes[k], turn_axes[0]) for k in mine)
-            x, y, z = unit(turn_axes[0]).tolist()
-            angles = HingeAngles((x, y, z), signs)
-            counter = turn_reader(connectors[joint.name]).counter
+            signs = tuple(axis_sign(spring.axes[k], turn_axes[0]) for k in mine)
+            x, y, z = unit_vector(turn_axes[0]).tolist()
+            angles = RevoluteAngles((x, y, z), signs)
+            counter = rotation_connector(connectors[joint.name]).angle_node
         else:
-            refuse_half_turn(hanger, joint)
-            angles = BallAngles(tuple(spring.axes[k].direction for k in mine))
-        turn = RelativeTurn(end(joint.parent), end(joint.child))
-        parts.append(_Part(turn, angles, mine, counter))
-    law = _Law(spring, tuple(parts), len(bodies) * _COORDINATES)
-    item = hanger.mbs.AddObject(
+            check_half_turn(builder, joint)
+            angles = SphericalAngles(tuple(spring.axes[k].direction for k in mine))
+        turn = RelativeRotation(end(joint.parent), end(joint.child))
+        parts.append(_JointTerm(turn, angles, mine, counter))
+    law = _CoupledUserFunctions(spring, tuple(parts), len(bodies) * _COORDINATES_PER_BODY)
+    item = builder.mbs.AddObject(
         items.ObjectGenericODE2(
-            name=unused_name(hanger.mbs, " ".join([*(j.name for j in joints), "spring"])),
+            name=unused_name(builder.mbs, " ".join([*(j.name for j in joints), "spring"])),
             nodeNumbers=nodes,
             forceUserFunction=law.forces,
             jacobianUserFunction=law.jacobian,
@@ -141,47 +141,47 @@ def hang_coupled(
     return CoupledObject(item, spring, functions, spring.law.is_conservative)
 
 
-def sign_about(axis: CoupledAxis, turn_axis: tuple[float, float, float]) -> float:
+def axis_sign(axis: CoupledAxis, turn_axis: tuple[float, float, float]) -> float:
     """1 where a coordinate grows with turns about a hinge's axis, else -1."""
     return float(np.sign(np.dot(axis.direction, turn_axis)))
 
 
-def turn_reader(connectors: Sequence[Connector]) -> Connector:
+def rotation_connector(connectors: Sequence[Connector]) -> Connector:
     """The connector among a joint's own that reads its turn."""
     return next(connector for connector in connectors if connector.kind != "slide")
 
 
 @dataclass(frozen=True)
-class _Part:
+class _JointTerm:
     """A joint of a coupled law: its turn, the coordinates it gives, what counts whole turns."""
 
-    turn: RelativeTurn
-    angles: Angles
-    places: tuple[int, ...]
-    counter: Index | None
+    rotation: RelativeRotation
+    angles: JointAngles
+    coordinate_indices: tuple[int, ...]
+    angle_node: Index | None
 
-    def near(self, mbs: Any) -> float:
+    def last_angle(self, mbs: Any) -> float:
         """The joint's angle at the last step, to tell whole turns [rad]."""
-        if self.counter is None:
+        if self.angle_node is None:
             return 0.0
-        return float(mbs.GetNodeOutput(self.counter, exu.OutputVariableType.Coordinates))
+        return float(mbs.GetNodeOutput(self.angle_node, exu.OutputVariableType.Coordinates))
 
-    def push(
+    def add_forces(
         self,
         forces: list[float],
         ends: tuple[Quaternion, Quaternion, Quaternion],
         torques: Sequence[float],
     ) -> None:
         """Add what torques per radian of the angles [N m] are to the bodies' Euler parameters."""
-        self.turn.spread(forces, ends, self.angles.gradient(ends[2], torques))
+        self.rotation.add_forces(forces, ends, self.angles.gradient(ends[2], torques))
 
 
 @dataclass(frozen=True)
-class _Law:
+class _CoupledUserFunctions:
     """The user functions of a coupled law."""
 
     spring: CoupledSpring
-    parts: tuple[_Part, ...]
+    joint_terms: tuple[_JointTerm, ...]
     size: int
 
     def _angles(
@@ -189,10 +189,10 @@ class _Law:
     ) -> tuple[list[float], list[tuple[Quaternion, Quaternion, Quaternion]]]:
         """The law's angles [rad], and the orientations of each part's ends."""
         angles = [0.0] * len(self.spring.axes)
-        ends = [part.turn.ends(q) for part in self.parts]
-        for part, (_, _, turn) in zip(self.parts, ends, strict=True):
-            values = part.angles.values(turn, part.near(mbs))
-            for place, value in zip(part.places, values, strict=True):
+        ends = [part.rotation.orientations(q) for part in self.joint_terms]
+        for part, (_, _, turn) in zip(self.joint_terms, ends, strict=True):
+            values = part.angles.values(turn, part.last_angle(mbs))
+            for place, value in zip(part.coordinate_indices, values, strict=True):
                 angles[place] = value
         return angles, ends
 
@@ -201,8 +201,8 @@ class _Law:
         angles, ends = self._angles(mbs, q)
         torques = self.spring.law.torques(angles, FLOATS)
         forces = [0.0] * self.size
-        for part, its in zip(self.parts, ends, strict=True):
-            part.push(forces, its, [torques[k] for k in part.places])
+        for part, its in zip(self.joint_terms, ends, strict=True):
+            part.add_forces(forces, its, [torques[k] for k in part.coordinate_indices])
         return forces
 
     def jacobian(
@@ -215,60 +215,71 @@ class _Law:
         """
         angles, ends = self._angles(mbs, q)
         gradients = np.zeros((len(angles), self.size))
-        for part, its in zip(self.parts, ends, strict=True):
-            for k in part.places:
+        for part, its in zip(self.joint_terms, ends, strict=True):
+            for k in part.coordinate_indices:
                 forces = [0.0] * self.size
-                part.push(forces, its, [float(k == place) for place in part.places])
+                part.add_forces(
+                    forces, its, [float(k == place) for place in part.coordinate_indices]
+                )
                 gradients[k] = forces
         matrix = exu.MatrixContainer()
-        slopes = np.array(self.spring.law.slopes(angles))
+        slopes = np.array(self.spring.law.torque_jacobian(angles))
         dense = -fODE2 * gradients.T @ slopes @ gradients
         matrix.SetWithDenseMatrix(dense, useDenseMatrix=False)
         return matrix
 
 
-Turned = Mapping[str, Array]
+JointRotations = Mapping[str, Array]
 """By joint n turns: of a hinge the unwrapped angle, shape (n,) [rad]; else the rotation vector of
 the child's site in the parent's, shape (n, 3) [rad]."""
 
 
 def coupled_angles(
-    spring: CoupledSpring, chains: Mapping[str, Chain], turned: Turned
+    spring: CoupledSpring, chains: Mapping[str, Chain], rotations: JointRotations
 ) -> list[Array]:
     """The law's angles, in the order of its coordinates, shape (n,) each [rad]."""
-    return [_factor(axis, chains) * _component(axis, turned[axis.joint]) for axis in spring.axes]
+    return [
+        _rotation_sign(axis, chains) * _rotation_component(axis, rotations[axis.joint])
+        for axis in spring.axes
+    ]
 
 
 def coupled_torques(
-    spring: CoupledSpring, chains: Mapping[str, Chain], turned: Turned
+    spring: CoupledSpring, chains: Mapping[str, Chain], rotations: JointRotations
 ) -> dict[str, Array]:
     """Torque on the child of each joint concerned [N m].
 
     Of a hinge about its axis, shape (n,); of a ball in the half-way frame, shape (n, 3).
     """
     sums: dict[str, Array] = {}
-    sizes = spring.law.torques(coupled_angles(spring, chains, turned))
+    sizes = spring.law.torques(coupled_angles(spring, chains, rotations))
     for axis, size in zip(spring.axes, sizes, strict=True):
-        turn = turned[axis.joint]
+        turn = rotations[axis.joint]
         size = np.broadcast_to(size, turn.shape[:1])
-        one = size * _factor(axis, chains) if turn.ndim == 1 else np.outer(size, axis.direction)
+        one = (
+            size * _rotation_sign(axis, chains)
+            if turn.ndim == 1
+            else np.outer(size, axis.direction)
+        )
         sums[axis.joint] = sums[axis.joint] + one if axis.joint in sums else one
     return {
-        name: one if one.ndim == 1 else group_torque(one, turned[name])
+        name: one if one.ndim == 1 else group_torque(one, rotations[name])
         for name, one in sums.items()
     }
 
 
-def coupled_energy(spring: CoupledSpring, chains: Mapping[str, Chain], turned: Turned) -> Array:
+def coupled_energy(
+    spring: CoupledSpring, chains: Mapping[str, Chain], rotations: JointRotations
+) -> Array:
     """Stored energy of a law that has one, shape (n,) [J]."""
-    return np.asarray(spring.law.energy(coupled_angles(spring, chains, turned)))
+    return np.asarray(spring.law.energy(coupled_angles(spring, chains, rotations)))
 
 
-def _component(axis: CoupledAxis, turn: Array) -> Array:
-    return turn if turn.ndim == 1 else turn @ np.asarray(axis.direction)
+def _rotation_component(axis: CoupledAxis, rotation: Array) -> Array:
+    return rotation if rotation.ndim == 1 else rotation @ np.asarray(axis.direction)
 
 
-def _factor(axis: CoupledAxis, chains: Mapping[str, Chain]) -> float:
+def _rotation_sign(axis: CoupledAxis, chains: Mapping[str, Chain]) -> float:
     """The sense in which a hinge's angle is counted; 1 for a ball."""
-    axes = chains[axis.joint].turn_axes
-    return sign_about(axis, axes[0]) if len(axes) == 1 else 1.0
+    axes = chains[axis.joint].rotation_axes
+    return axis_sign(axis, axes[0]) if len(axes) == 1 else 1.0

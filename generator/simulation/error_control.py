@@ -15,10 +15,10 @@ import numpy as np
 
 from generator.figure import Figure
 from generator.recording import Accuracy, Ending, Outcome
-from generator.rotations import Array, homogeneous, inverse_pose, rotation_vector_from_matrix
-from generator.simulation.integrate import Pass
-from generator.simulation.states import Trace, extrapolated
-from generator.simulation.step_schedule import Guide
+from generator.rotations import Array, inverse_pose, pose_matrix, rotation_vector_from_matrix
+from generator.simulation.integrate import IntegrationPass
+from generator.simulation.states import Trace, richardson_extrapolation
+from generator.simulation.step_schedule import StepHints
 
 LONGEST_STEP = 5e-3
 """Longest step of the first pass at the default tolerance [s]."""
@@ -26,12 +26,12 @@ LONGEST_STEP = 5e-3
 SHORTEST_FIRST_STEP = 2.5e-3
 """So short may a smaller tolerance make it [s]."""
 
-LEAST, MOST = 1.5, 2.0
+MIN_SUBDIVISION_RATIO, MAX_SUBDIVISION_RATIO = 1.5, 2.0
 """A pass cuts the first step into so many times the parts of the pass before: at least, at most.
 Nearer passes make a limit that magnifies what is not smooth in their errors, and an estimate that
 does not see it. Whole parts give steps of one ratio everywhere, also where frames are cut."""
 
-CAUTION = 0.75
+ERROR_SAFETY_FACTOR = 0.75
 """The estimate is so much of the distance between the last two limits. Theory has the last one far
 nearer, but corners that were found late, and falls that amplify errors a hundred times a second,
 let it come as far off as this; the worst case tried was off by 1.7 times the estimate."""
@@ -39,18 +39,18 @@ let it come as far off as this; the worst case tried was off by 1.7 times the es
 SMALLEST_STEP = 6e-5
 """Smallest step that the default tolerance may ask for [s]; it shrinks with the tolerance."""
 
-SURE_STEP = 4e-4
+RELIABLE_STEP = 4e-4
 """Passes that fail alike with a longer step than this may have failed for the step [s]."""
 
-PARTED_PASSES = 0.1
+MAX_PASS_DIVERGENCE = 0.1
 """Passes farther apart than this go different ways [rad]."""
 
-CUT_SHORT = (Ending.INTERRUPTED, Ending.TOO_LONG)
+EARLY_STOP_ENDINGS = (Ending.INTERRUPTED, Ending.TOO_LONG)
 """Endings of a pass that say nothing against the passes before it."""
 
 
 @dataclass(frozen=True)
-class Refined:
+class RefinedRun:
     """The best motion that the passes give, with what is known of its error."""
 
     trace: Trace
@@ -59,19 +59,19 @@ class Refined:
     wall_time: float
 
 
-def refine(
+def refine_until_converged(
     figure: Figure,
     tolerance: float,
-    run: Callable[[int, Guide | None], Pass],
+    run_pass: Callable[[int, StepHints | None], IntegrationPass],
     longest_step: float,
     deadline: float,
-) -> Refined:
+) -> RefinedRun:
     """Repeat a run with smaller steps until its estimated error is below the tolerance.
 
     Args:
         figure: whose joint angles the error is measured in.
         tolerance: largest joint-angle error [rad].
-        run: makes one pass whose steps are the longest one cut into so many parts, guided by an
+        run_pass: makes one pass whose steps are the longest one cut into so many parts, guided by an
             earlier pass.
         longest_step: step of the first pass [s].
         deadline: `time.monotonic()` after which no pass is begun.
@@ -81,32 +81,32 @@ def refine(
         the run fails when the finest passes fail.
     """
     floor = SMALLEST_STEP * min(1.0, (tolerance / 1e-3) ** 0.25)
-    done: list[Pass] = []
+    done: list[IntegrationPass] = []
     tried: list[int] = []
     errors = np.zeros(0)
     while True:
-        parts = _next_parts(tried, float(errors[-1]) / tolerance if errors.size else None)
+        parts = _next_subdivision(tried, float(errors[-1]) / tolerance if errors.size else None)
         tried.append(parts)
         step = longest_step / parts
         if len(done) >= 3 and step < floor:
             break
-        if len(done) >= 2 and time.monotonic() + _next_cost(done, step) > deadline:
+        if len(done) >= 2 and time.monotonic() + _estimated_wall_time(done, step) > deadline:
             break
-        latest = run(parts, done[-1].guide if done else None)
+        latest = run_pass(parts, done[-1].step_hints if done else None)
         if latest.outcome.ending is Ending.INTERRUPTED and len(done) >= 2:
-            return _result(figure, tolerance, done, latest.outcome)
+            return _build_refined_run(figure, tolerance, done, latest.outcome)
         done.append(latest)
-        if latest.outcome.ending in CUT_SHORT:
+        if latest.outcome.ending in EARLY_STOP_ENDINGS:
             break
-        errors = estimated_errors(figure, _furthest(done))
+        errors = estimated_errors(figure, _longest_passes(done))
         if latest.outcome.succeeded and errors.size and errors[-1] <= tolerance:
             break
-        if latest.step <= SURE_STEP and _hopeless(done):
+        if latest.step <= RELIABLE_STEP and _is_failure_reproducible(done):
             break
-    return _result(figure, tolerance, done, done[-1].outcome)
+    return _build_refined_run(figure, tolerance, done, done[-1].outcome)
 
 
-def _next_parts(tried: list[int], excess: float | None) -> int:
+def _next_subdivision(previous: list[int], error_ratio: float | None) -> int:
     """Into how many parts the next pass cuts the first step.
 
     The limit of passes of a and b parts has an error of fourth order, in proportion to 1/(a b)^2.
@@ -114,15 +114,15 @@ def _next_parts(tried: list[int], excess: float | None) -> int:
     the one after next, that of the limit of c and n, comes out at half the tolerance, n is chosen.
 
     Args:
-        tried: parts of the passes so far.
-        excess: the last estimate over the tolerance, or None where there is no estimate.
+        previous: parts of the passes so far.
+        error_ratio: the last estimate over the tolerance, or None where there is no estimate.
     """
-    if len(tried) < 3:
-        return len(tried) + 1
-    a, b, c = tried[-3:]
-    known = excess is not None and isfinite(excess)
-    wanted = a * b / c * sqrt(2.0 * (excess or 0.0)) if known else inf
-    return ceil(c * float(np.clip(wanted / c, LEAST, MOST)))
+    if len(previous) < 3:
+        return len(previous) + 1
+    a, b, c = previous[-3:]
+    known = error_ratio is not None and isfinite(error_ratio)
+    wanted = a * b / c * sqrt(2.0 * (error_ratio or 0.0)) if known else inf
+    return ceil(c * float(np.clip(wanted / c, MIN_SUBDIVISION_RATIO, MAX_SUBDIVISION_RATIO)))
 
 
 def first_step(frame: float, tolerance: float) -> float:
@@ -137,7 +137,7 @@ def first_step(frame: float, tolerance: float) -> float:
     return frame if frame <= wanted else frame / (2 * ceil(frame / (2.0 * wanted) - 1e-9))
 
 
-def estimated_errors(figure: Figure, passes: list[Pass]) -> Array:
+def estimated_errors(figure: Figure, passes: list[IntegrationPass]) -> Array:
     """Estimated largest joint-angle error up to each frame [rad] of the limit of the last two.
 
     Empty with fewer than three passes.
@@ -145,9 +145,9 @@ def estimated_errors(figure: Figure, passes: list[Pass]) -> Array:
     if len(passes) < 3:
         return np.zeros(0)
     first, second, third = passes[-3:]
-    one = extrapolated(first.trace, second.trace, first.step / second.step)
-    two = extrapolated(second.trace, third.trace, second.step / third.step)
-    return np.maximum.accumulate(CAUTION * joint_differences(figure, one, two))
+    one = richardson_extrapolation(first.trace, second.trace, first.step / second.step)
+    two = richardson_extrapolation(second.trace, third.trace, second.step / third.step)
+    return np.maximum.accumulate(ERROR_SAFETY_FACTOR * joint_differences(figure, one, two))
 
 
 def joint_differences(figure: Figure, one: Trace, other: Trace) -> Array:
@@ -161,7 +161,9 @@ def joint_differences(figure: Figure, one: Trace, other: Trace) -> Array:
     for joint in figure.joints.values():
         between: list[Array] = []
         for trace in (one, other):
-            parent, child = (_poses(trace, places.get(ref.segment), count) for ref in joint.ends)
+            parent, child = (
+                _body_poses(trace, places.get(ref.segment), count) for ref in joint.ends
+            )
             between.append(inverse_pose(parent) @ child)
         apart = inverse_pose(between[0]) @ between[1]
         turn = np.linalg.norm(rotation_vector_from_matrix(apart[:, :3, :3]), axis=-1)
@@ -171,31 +173,33 @@ def joint_differences(figure: Figure, one: Trace, other: Trace) -> Array:
     return worst
 
 
-def _poses(trace: Trace, place: int | None, count: int) -> Array:
+def _body_poses(trace: Trace, index: int | None, count: int) -> Array:
     """Poses of a body's axes at its centre of mass; of the ground, the identity; (count, 4, 4)."""
-    if place is None:
+    if index is None:
         return np.broadcast_to(np.eye(4), (count, 4, 4))
-    return homogeneous(trace.rotations[:count, place], trace.positions[:count, place])
+    return pose_matrix(trace.rotations[:count, index], trace.positions[:count, index])
 
 
-def _furthest(done: list[Pass]) -> list[Pass]:
+def _longest_passes(done: list[IntegrationPass]) -> list[IntegrationPass]:
     """The passes that got as far as any: a pass that fell behind has nothing to say of the rest."""
     longest = max(len(one.trace) for one in done)
     return [one for one in done if len(one.trace) == longest]
 
 
-def _up_to_the_last(done: list[Pass]) -> list[Pass]:
+def _truncate_to_last_pass(done: list[IntegrationPass]) -> list[IntegrationPass]:
     """The passes that got as far as the last one, up to there: coarse steps may miss a failure."""
     reached = len(done[-1].trace)
-    return [replace(p, trace=p.trace.first(reached)) for p in done if len(p.trace) >= reached]
+    return [
+        replace(p, trace=p.trace.first_frames(reached)) for p in done if len(p.trace) >= reached
+    ]
 
 
-def _next_cost(done: list[Pass], step: float) -> float:
+def _estimated_wall_time(done: list[IntegrationPass], step: float) -> float:
     """Wall time that a pass with a step will take [s], judged by the last one."""
     return done[-1].wall_time * done[-1].step / step
 
 
-def _hopeless(done: list[Pass]) -> bool:
+def _is_failure_reproducible(done: list[IntegrationPass]) -> bool:
     """Whether the last two passes failed alike: the fault is the model's, not the step's."""
     if len(done) < 3 or done[-1].outcome.succeeded or done[-2].outcome.succeeded:
         return False
@@ -204,12 +208,18 @@ def _hopeless(done: list[Pass]) -> bool:
     return last.ending is before.ending and last.joint == before.joint and near
 
 
-def _result(figure: Figure, tolerance: float, done: list[Pass], outcome: Outcome) -> Refined:
+def _build_refined_run(
+    figure: Figure, tolerance: float, done: list[IntegrationPass], outcome: Outcome
+) -> RefinedRun:
     """What the passes amount to."""
     steps = sum(one.steps for one in done)
     wall_time = sum(one.wall_time for one in done)
-    used = _furthest(done) if outcome.ending in CUT_SHORT else _up_to_the_last(done)
-    trace = used[-1].trace if len(used) == 1 else _limit(figure, *used[-2:])
+    used = (
+        _longest_passes(done)
+        if outcome.ending in EARLY_STOP_ENDINGS
+        else _truncate_to_last_pass(done)
+    )
+    trace = used[-1].trace if len(used) == 1 else _extrapolate_until_divergence(figure, *used[-2:])
     errors = estimated_errors(figure, used)
     if not errors.size:
         errors = np.full(len(trace), np.inf)
@@ -217,25 +227,29 @@ def _result(figure: Figure, tolerance: float, done: list[Pass], outcome: Outcome
     held_until = float(held[-1]) if held.size else float(trace.times[0])
     accuracy = Accuracy(float(errors[-1]), tolerance, held_until, done[-1].step, steps, errors)
     last = float(trace.times[-1])
-    message = outcome.message or _sentence(accuracy, last)
+    message = outcome.message or _accuracy_message(accuracy, last)
     if outcome.last_time < last:
         message += " of a finer pass"
-    return Refined(trace, replace(outcome, message=message, last_time=last), accuracy, wall_time)
+    return RefinedRun(trace, replace(outcome, message=message, last_time=last), accuracy, wall_time)
 
 
-def _limit(figure: Figure, coarse: Pass, fine: Pass) -> Trace:
+def _extrapolate_until_divergence(
+    figure: Figure, coarse: IntegrationPass, fine: IntegrationPass
+) -> Trace:
     """The limit of two passes as long as they go together, and from there on the finer one.
 
     Passes that have parted have no limit: what would be extrapolated is no motion of the figure.
     """
-    limit = extrapolated(coarse.trace, fine.trace, coarse.step / fine.step)
-    parted = joint_differences(figure, coarse.trace, fine.trace) > PARTED_PASSES
+    limit = richardson_extrapolation(coarse.trace, fine.trace, coarse.step / fine.step)
+    parted = joint_differences(figure, coarse.trace, fine.trace) > MAX_PASS_DIVERGENCE
     if not np.any(parted):
         return limit
-    return limit.first(int(np.argmax(parted))).then(fine.trace.first(len(limit)))
+    return limit.first_frames(int(np.argmax(parted))).extend_from(
+        fine.trace.first_frames(len(limit))
+    )
 
 
-def _sentence(accuracy: Accuracy, last: float) -> str:
+def _accuracy_message(accuracy: Accuracy, last: float) -> str:
     """What a run that is done says of its error."""
     asked, estimate = accuracy.asked, accuracy.estimate
     if asked is None or estimate is None:

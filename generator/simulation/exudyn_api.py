@@ -74,7 +74,7 @@ def unused_name(mbs: MainSystem, name: str) -> str:
     return tried
 
 
-def _symbol(value: Real) -> Real:
+def _as_symbol(value: Real) -> Real:
     """A constant as a symbol; symbols pass."""
     return symbols.Real(float(value)) if isinstance(value, float | int) else value
 
@@ -83,7 +83,7 @@ class _Symbolic:
     """Expression trees; conditions become `IfThenElse`, both branches are recorded."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
-        return symbols.IfThenElse(condition, _symbol(yes), _symbol(no))
+        return symbols.IfThenElse(condition, _as_symbol(yes), _as_symbol(no))
 
     def sin(self, value: Real) -> Real:
         return symbols.sin(value)
@@ -97,7 +97,7 @@ class _Symbolic:
     def vector(self, parts: Sequence[Real]) -> Vector:
         if all(isinstance(part, float | int) for part in parts):
             return symbols.Vector([float(part) for part in parts])
-        return symbols.Vector([_symbol(part) for part in parts])
+        return symbols.Vector([_as_symbol(part) for part in parts])
 
     def part(self, vector: Vector, index: int) -> Real:
         return vector[index]

@@ -11,7 +11,7 @@ class NoExudynError(MoverError):
     """Exudyn is not there, or a library of the system that it needs is not."""
 
 
-def open_exudyn() -> None:
+def import_exudyn() -> None:
     """Load Exudyn before anything else does, in its build without range checks if there is one.
 
     That build is a sixth faster and gives the same numbers; a program that has loaded Exudyn keeps
@@ -26,10 +26,10 @@ def open_exudyn() -> None:
         with redirect_stdout(StringIO()):
             import exudyn as _  # noqa: F401
     except ImportError as failure:
-        raise NoExudynError(_sentence(str(failure))) from None
+        raise NoExudynError(_import_error_message(str(failure))) from None
 
 
-def _sentence(failure: str) -> str:
+def _import_error_message(failure: str) -> str:
     """What is missing, and where it comes from."""
     library = failure.split(":")[0]
     if not library.startswith("lib"):

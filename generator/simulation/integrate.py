@@ -20,31 +20,35 @@ from generator.recording import Ending, Outcome
 from generator.rotations import Array
 from generator.simulation.exudyn_api import SolverError, exu, set_times
 from generator.simulation.joints import Constraint
-from generator.simulation.model import Assembly
-from generator.simulation.sensors import Flip, Meters
-from generator.simulation.states import Trace, rotations_from_parameters, spins_from_parameters
+from generator.simulation.model import ExudynModel
+from generator.simulation.sensors import HalfTurnCrossing, SensorLog
+from generator.simulation.states import (
+    Trace,
+    angular_velocities_from_parameters,
+    rotations_from_parameters,
+)
 from generator.simulation.step_schedule import (
-    STEPS_A_BITE,
-    Guide,
-    bites,
+    MAX_STEPS_PER_CHUNK,
+    StepHints,
     count_steps,
-    end_of_leg,
-    jumps_of,
-    stretches,
+    last_frame_of_batch,
+    load_discontinuities,
+    step_chunks,
+    subintervals,
 )
 
-_MOMENT = 1e-8
+_NEGLIGIBLE_STEP = 1e-8
 """A step so short that nothing moves in it [s]."""
 
-FRAMES_A_READING = 20
+FRAMES_PER_SENSOR_READ = 20
 """Frames between two readings of the meters: reading each costs as much as many steps."""
 
-_HALF_TURN_SUSPECT = 2.8
+_MIN_SUSPECT_ANGLE = 2.8
 """A solver that fails with a sprung joint beyond this angle [rad] failed for that joint."""
 
 
 @dataclass(frozen=True)
-class Pass:
+class IntegrationPass:
     """What one pass left, and how it ended.
 
     Attributes:
@@ -53,7 +57,7 @@ class Pass:
         step: the step of a frame that is not cut [s].
         steps: number of steps taken.
         wall_time: time spent stepping [s].
-        guide: what it tells the next pass of corners of spring laws.
+        step_hints: what it tells the next pass of corners of spring laws.
     """
 
     trace: Trace
@@ -61,10 +65,10 @@ class Pass:
     step: float
     steps: int
     wall_time: float
-    guide: Guide
+    step_hints: StepHints
 
 
-Watch = Callable[[float], None]
+FrameCallback = Callable[[float], None]
 """Called with the simulated time [s] after every frame."""
 
 
@@ -74,111 +78,111 @@ def frame_times(start: float, stop: float, frame: float) -> Array:
     return np.append(start + frame * np.arange(count), stop)
 
 
-def march(
-    assembly: Assembly,
+def integrate(
+    assembly: ExudynModel,
     times: Array,
     step: float,
-    newton: float,
+    newton_tolerance: float,
     deadline: float,
-    watch: Watch,
-    guide: Guide | None = None,
-    parts: int = 1,
-) -> Pass:
+    on_frame: FrameCallback,
+    hints: StepHints | None = None,
+    subdivision: int = 1,
+) -> IntegrationPass:
     """Integrate an assembly over the frames.
 
     Args:
         assembly: a fresh one; it is used up.
         times: of the frames [s], shape (n,).
         step: largest step [s]; each frame interval is cut into equal steps not longer than it.
-        newton: relative tolerance of Newton's method.
+        newton_tolerance: relative tolerance of Newton's method.
         deadline: `time.monotonic()` after which the pass stops.
-        watch: told the time after each frame.
-        guide: an earlier pass over the same frames, which tells where steps shall end.
-        parts: into how many each step is cut again: two passes that differ in it alone have steps
+        on_frame: told the time after each frame.
+        hints: an earlier pass over the same frames, which tells where steps shall end.
+        subdivision: into how many each step is cut again: two passes that differ in it alone have steps
             in this ratio everywhere, also where a frame is cut at corners.
 
     Returns:
         The pass; a failure is its outcome, never an exception.
     """
     begun = time.monotonic()
-    settings = _settings(newton)
-    first = _start_multipliers(assembly, settings, float(times[0]))
-    meters = Meters(assembly)
-    log = _Log(assembly, float(times[0]), first)
+    settings = _settings(newton_tolerance)
+    first = _initial_multipliers(assembly, settings, float(times[0]))
+    meters = SensorLog(assembly)
+    log = _StateLog(assembly, float(times[0]), first)
     steps, read, k = 0, 0, 0
-    guide, jumps = guide or Guide(), jumps_of(assembly)
+    hints, jumps = hints or StepHints(), load_discontinuities(assembly)
     outcome = Outcome(Ending.DONE, "", float(times[-1]))
-    passing = _Passing(log, watch, deadline)
-    a_frame = parts * count_steps(float(times[1] - times[0]), step)
+    passing = _StepCallback(log, on_frame, deadline)
+    a_frame = subdivision * count_steps(float(times[1] - times[0]), step)
     try:
         while k + 1 < times.size:
-            most = min(read + FRAMES_A_READING - k, STEPS_A_BITE // a_frame)
-            last = end_of_leg(times, k, most, jumps, guide)
+            most = min(read + FRAMES_PER_SENSOR_READ - k, MAX_STEPS_PER_CHUNK // a_frame)
+            last = last_frame_of_batch(times, k, most, jumps, hints)
             here, there = float(times[k]), float(times[last])
             try:
                 if last > k + 1:
                     count = (last - k) * a_frame
-                    with passing.over(assembly.mbs, times[k + 1 : last], a_frame):
+                    with passing.track_frames(assembly.mbs, times[k + 1 : last], a_frame):
                         _advance(assembly, settings, (here, there), count, read < k)
                     steps += count
                     if passing.stopped:
                         raise TimeoutError
                 else:
-                    corners = guide.cuts(k, here, there, meters.now)
-                    for interval in stretches(here, there, jumps, corners, step / parts):
-                        count = parts * count_steps(interval[1] - interval[0], step)
-                        for bite, some in bites(interval, count):
+                    corners = hints.crossing_times(k, here, there, meters.current_displacement)
+                    for interval in subintervals(here, there, jumps, corners, step / subdivision):
+                        count = subdivision * count_steps(interval[1] - interval[0], step)
+                        for bite, some in step_chunks(interval, count):
                             if time.monotonic() > deadline and bite[0] > here:
                                 raise TimeoutError
                             _advance(assembly, settings, bite, some, read < k or bite[0] > here)
                             steps += some
             except SolverError:
-                outcome = _failure(assembly, log, meters)
+                outcome = _solver_failure_outcome(assembly, log, meters)
                 break
             except TimeoutError:
-                outcome = _too_long(log.last_time)
+                outcome = _timeout_outcome(log.last_time)
                 break
-            log.take(there)
+            log.record(there)
             k = last
-            if k - read == FRAMES_A_READING or there == times[-1]:
+            if k - read == FRAMES_PER_SENSOR_READ or there == times[-1]:
                 flip = meters.read(times[read + 1 : k + 1])
                 read = k
                 if flip is not None:
-                    outcome = _turned_over(flip)
+                    outcome = _half_turn_outcome(flip)
                     break
-            watch(there)
+            on_frame(there)
             if time.monotonic() > deadline and there < times[-1]:
-                outcome = _too_long(there)
+                outcome = _timeout_outcome(there)
                 break
     except KeyboardInterrupt:
-        outcome = _interrupted(log.last_time)
+        outcome = _interruption_outcome(log.last_time)
     reached = len(log)
     if read + 1 < reached:
         flip = meters.read(times[read + 1 : reached])
-        outcome = outcome if flip is None else _turned_over(flip)
+        outcome = outcome if flip is None else _half_turn_outcome(flip)
     spent = time.monotonic() - begun
-    trace = log.trace(meters)
+    trace = log.build_trace(meters)
     if outcome.ending is Ending.TURNED_OVER:
         # The first frame stays, also where a fast joint turns over before the second.
-        trace = trace.first(max(1, int(np.searchsorted(times, outcome.last_time))))
+        trace = trace.first_frames(max(1, int(np.searchsorted(times, outcome.last_time))))
     last = float(trace.times[-1])
     outcome = replace(outcome, last_time=last)
     frame = float(times[1] - times[0])
     used = frame / a_frame
-    return Pass(trace, outcome, used, steps, spent, meters.guide)
+    return IntegrationPass(trace, outcome, used, steps, spent, meters.step_hints)
 
 
-class _Passing:
+class _StepCallback:
     """Takes the frames that the integrator passes without a stop; Exudyn calls it at every step."""
 
-    def __init__(self, log: "_Log", watch: Watch, deadline: float) -> None:
-        self._log, self._watch, self._deadline = log, watch, deadline
+    def __init__(self, log: "_StateLog", on_frame: FrameCallback, deadline: float) -> None:
+        self._log, self._watch, self._deadline = log, on_frame, deadline
         self._waiting: list[float] = []
         self.stopped = False
         self._every, self._steps, self._taken, self._told = 1, 0, 0, 0
 
     @contextmanager
-    def over(self, mbs: Any, times: Array, every: int) -> Generator[None]:
+    def track_frames(self, mbs: Any, times: Array, every: int) -> Generator[None]:
         """While a leg is integrated that passes frames [s], one after each `every` steps."""
         self._waiting, self._every = times.tolist(), every
         self._steps, self._taken, self._told = -1, 0, 0
@@ -198,7 +202,7 @@ class _Passing:
             self._watch(self._waiting[self._told - 1])
         here = self._steps > 0 and self._steps % self._every == 0
         if here and self._taken < len(self._waiting):
-            self._log.take(self._waiting[self._taken])
+            self._log.record(self._waiting[self._taken])
             self._taken += 1
             self.stopped = time.monotonic() > self._deadline
         return not self.stopped
@@ -219,11 +223,11 @@ def _settings(newton: float) -> Any:
 
 
 def _advance(
-    assembly: Assembly,
+    assembly: ExudynModel,
     settings: Any,
     interval: tuple[float, float],
     count: int,
-    goes_on: bool,
+    is_continuation: bool,
     keep: bool = True,
 ) -> None:
     """Take `count` steps from one frame to the next, and start from there next time if `keep`.
@@ -234,8 +238,10 @@ def _advance(
     set_times(integration, *interval)
     integration.numberOfSteps = count
     settings.solution.sensors.writePeriod = (interval[1] - interval[0]) / count / 2.0
-    settings.solution.sensors.append = goes_on
-    settings.solution.file.writeInitialValues = not goes_on and interval[0] == assembly.plan.start
+    settings.solution.sensors.append = is_continuation
+    settings.solution.file.writeInitialValues = (
+        not is_continuation and interval[0] == assembly.plan.start
+    )
     try:
         assembly.mbs.SolveDynamic(
             settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=keep
@@ -248,10 +254,10 @@ def _advance(
         raise
 
 
-class _Log:
+class _StateLog:
     """The states at the frames of a pass."""
 
-    def __init__(self, assembly: Assembly, start: float, multipliers: "_Multipliers") -> None:
+    def __init__(self, assembly: ExudynModel, start: float, multipliers: "_Multipliers") -> None:
         """Begin with the state at the start, and the multipliers there."""
         self._assembly = assembly
         # The bodies come first; a clock may stand behind them.
@@ -264,7 +270,7 @@ class _Log:
         self._times: list[float] = []
         self._states: list[tuple[Array, Array]] = []
         self._multipliers: list[_Multipliers] = []
-        self.take(start, multipliers)
+        self.record(start, multipliers)
 
     def __len__(self) -> int:
         return len(self._multipliers)
@@ -274,14 +280,14 @@ class _Log:
         """Time of the last state [s]."""
         return self._times[len(self) - 1]
 
-    def take(self, now: float, multipliers: "_Multipliers | None" = None) -> None:
+    def record(self, now: float, multipliers: "_Multipliers | None" = None) -> None:
         """Keep the current state, with its multipliers unless others are given."""
         data = self._assembly.mbs.systemData
         coordinates = np.array(data.GetODE2Coordinates())[: self._count]
         rates = np.array(data.GetODE2Coordinates_t())[: self._count]
         self._times.append(now)
         self._states.append((coordinates, rates))
-        self._multipliers.append(multipliers or _all_multipliers(self._assembly))
+        self._multipliers.append(multipliers or _current_multipliers(self._assembly))
 
     def fastest_joint(self) -> str:
         """The joint whose segments turn fastest against each other at the last state."""
@@ -290,7 +296,11 @@ class _Log:
         parameters = (coordinates + self._reference.reshape(-1, 7))[:, 3:]
         spins = dict.fromkeys(figure.ground, np.zeros(3))
         spins.update(
-            zip(figure.bodies, spins_from_parameters(parameters, rates[:, 3:]), strict=True)
+            zip(
+                figure.bodies,
+                angular_velocities_from_parameters(parameters, rates[:, 3:]),
+                strict=True,
+            )
         )
         speeds = {
             name: float(np.linalg.norm(spins[joint.child.segment] - spins[joint.parent.segment]))
@@ -298,22 +308,22 @@ class _Log:
         }
         return max(speeds, key=lambda name: speeds[name])
 
-    def trace(self, meters: Meters) -> Trace:
+    def build_trace(self, sensors: SensorLog) -> Trace:
         """All states that are complete."""
-        count = min(len(self), len(meters.work))
+        count = min(len(self), len(sensors.work))
         bodies = len(self._assembly.figure.bodies)
         q, rates = (
             np.array([state[k] for state in self._states[:count]]).reshape(count, bodies, 7)
             for k in range(2)
         )
         q = q + self._reference.reshape(bodies, 7)
-        work = np.array(meters.work[:count])
+        work = np.array(sensors.work[:count])
         return Trace(
             np.array(self._times[:count]),
             q[..., :3],
             rotations_from_parameters(q[..., 3:]),
             rates[..., :3],
-            spins_from_parameters(q[..., 3:], rates[..., 3:]),
+            angular_velocities_from_parameters(q[..., 3:], rates[..., 3:]),
             {
                 name: np.array([row.joints[name] for row in self._multipliers[:count]])
                 for name in self._assembly.joints
@@ -321,7 +331,7 @@ class _Log:
             work[:, 0],
             work[:, 1],
             work[:, 2],
-            np.array([row.servos for row in self._multipliers[:count]]),
+            np.array([row.coordinates for row in self._multipliers[:count]]),
         )
 
 
@@ -330,49 +340,49 @@ class _Multipliers:
     """Those of the joints' constraint items, shape (items, 6), and of all servos' rows, (rows,)."""
 
     joints: dict[str, Array]
-    servos: Array
+    coordinates: Array
 
 
-def _start_multipliers(assembly: Assembly, settings: Any, start: float) -> _Multipliers:
+def _initial_multipliers(assembly: ExudynModel, settings: Any, start: float) -> _Multipliers:
     """The multipliers at the start, which Exudyn leaves zero: those after a step of no account.
 
     The assembly is back at its start when it is assembled anew. A solver that fails here will fail
     in the first step of the pass as well, and be told of there.
     """
     with suppress(SolverError):
-        _advance(assembly, settings, (start, start + _MOMENT), 1, False, keep=False)
-    return _all_multipliers(assembly)
+        _advance(assembly, settings, (start, start + _NEGLIGIBLE_STEP), 1, False, keep=False)
+    return _current_multipliers(assembly)
 
 
-def _all_multipliers(assembly: Assembly) -> _Multipliers:
+def _current_multipliers(assembly: ExudynModel) -> _Multipliers:
     """The multipliers of all constraints now."""
     joints = {
-        name: np.array([_multipliers(assembly.mbs, c) for c in constraints])
+        name: np.array([_joint_multipliers(assembly.mbs, c) for c in constraints])
         for name, constraints in assembly.joints.items()
     }
     kind = exu.OutputVariableType.Force
     servos = [
         np.atleast_1d(np.asarray(assembly.mbs.GetObjectOutput(servo.item, kind), dtype=float))
-        for servo in assembly.servos
+        for servo in assembly.coordinate_constraints
     ]
     return _Multipliers(joints, np.concatenate([np.zeros(0), *servos]))
 
 
-def _multipliers(mbs: Any, constraint: Constraint) -> Array:
+def _joint_multipliers(mbs: Any, constraint: Constraint) -> Array:
     """Force (of a ball joint in world axes) and rotation multipliers of a joint, shape (6,)."""
     kinds = exu.OutputVariableType
-    if constraint.is_ball:
+    if constraint.is_spherical:
         return np.append(np.asarray(mbs.GetObjectOutput(constraint.item, kinds.Force)), np.zeros(3))
     force = mbs.GetObjectOutput(constraint.item, kinds.ForceLocal)
     about = mbs.GetObjectOutput(constraint.item, kinds.TorqueLocal)
     return np.concatenate([np.asarray(force), np.asarray(about)])
 
 
-def _failure(assembly: Assembly, log: _Log, meters: Meters) -> Outcome:
+def _solver_failure_outcome(assembly: ExudynModel, log: _StateLog, sensors: SensorLog) -> Outcome:
     """The solver gave up: which joint was worst."""
-    near = meters.nearest_half_turn()
-    if near is not None and near[1] > _HALF_TURN_SUSPECT:
-        return _turned_over(Flip(near[0], log.last_time))
+    near = sensors.nearest_half_turn()
+    if near is not None and near[1] > _MIN_SUSPECT_ANGLE:
+        return _half_turn_outcome(HalfTurnCrossing(near[0], log.last_time))
     joint = log.fastest_joint()
     return Outcome(
         Ending.SOLVER_FAILED,
@@ -382,19 +392,19 @@ def _failure(assembly: Assembly, log: _Log, meters: Meters) -> Outcome:
     )
 
 
-def _turned_over(flip: Flip) -> Outcome:
+def _half_turn_outcome(crossing: HalfTurnCrossing) -> Outcome:
     return Outcome(
         Ending.TURNED_OVER,
-        f"joint {flip.joint} turned through 180 deg at {flip.time:.4g} s, where "
+        f"joint {crossing.joint} turned through 180 deg at {crossing.time:.4g} s, where "
         "the torque of its springs is not defined",
-        flip.time,
-        flip.joint,
+        crossing.time,
+        crossing.joint,
     )
 
 
-def _too_long(now: float) -> Outcome:
+def _timeout_outcome(now: float) -> Outcome:
     return Outcome(Ending.TOO_LONG, f"the wall time allowed was used up at {now:.4g} s", now)
 
 
-def _interrupted(now: float) -> Outcome:
+def _interruption_outcome(now: float) -> Outcome:
     return Outcome(Ending.INTERRUPTED, f"interrupted at {now:.4g} s", now)

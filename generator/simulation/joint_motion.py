@@ -14,16 +14,16 @@ from generator.figure import Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.rotations import (
     Array,
-    homogeneous,
     inverse_pose,
     matrix_from_rotation_vector,
+    pose_matrix,
     rotation_vector_from_matrix,
-    unit,
+    unit_vector,
 )
-from generator.simulation.constraints import Term
+from generator.simulation.constraints import RateTerm
 from generator.simulation.coupled_springs import coupled_energy, coupled_torques
-from generator.simulation.model import Assembly
-from generator.simulation.springs import one_axis
+from generator.simulation.model import ExudynModel
+from generator.simulation.springs import generalized_force
 from generator.simulation.states import Trace
 from springs import (
     NUMPY,
@@ -41,29 +41,31 @@ class JointMotion:
     """How a joint moved; n frames.
 
     Attributes:
-        between: pose of the child's site in the parent's, shape (n, 4, 4).
-        motion: (angular, linear) velocity of the child's site relative to the parent's, in the
+        pose_in_parent: pose of the child's site in the parent's, shape (n, 4, 4).
+        relative_velocity: (angular, linear) velocity of the child's site relative to the parent's, in the
             parent's site axes, shape (n, 6).
         displacements: shape (n, dof) [rad or m].
         rates: of the displacements, shape (n, dof).
     """
 
-    between: Array
-    motion: Array
+    pose_in_parent: Array
+    relative_velocity: Array
     displacements: Array
     rates: Array
 
     @property
     def rotation_vectors(self) -> Array:
         """Rotation vectors of the child's site in the parent's, shape (n, 3) [rad]."""
-        return rotation_vector_from_matrix(self.between[:, :3, :3])
+        return rotation_vector_from_matrix(self.pose_in_parent[:, :3, :3])
 
 
-def turned_joints(assembly: Assembly, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+def coupled_joint_rotations(
+    assembly: ExudynModel, joints: Mapping[str, JointMotion]
+) -> dict[str, Array]:
     """The turns of the joints that coupled laws are about, as `coupled_torques` takes them."""
     turned: dict[str, Array] = {}
     for name in {axis.joint for one in assembly.coupled for axis in one.spring.axes}:
-        turns = assembly.placement.tree.chains[name].turns
+        turns = assembly.placement.tree.chains[name].rotations
         moved = joints[name]
         turned[name] = (
             moved.displacements[:, turns[0]] if len(turns) == 1 else moved.rotation_vectors
@@ -71,10 +73,10 @@ def turned_joints(assembly: Assembly, joints: Mapping[str, JointMotion]) -> dict
     return turned
 
 
-class Motion:
+class SegmentMotion:
     """Poses and velocities of segments and joints over a trace."""
 
-    def __init__(self, assembly: Assembly, trace: Trace) -> None:
+    def __init__(self, assembly: ExudynModel, trace: Trace) -> None:
         """Place the segments at every frame."""
         self._figure = assembly.figure
         self._trace = trace
@@ -91,14 +93,14 @@ class Motion:
         centre = self._figure.segments[segment].centre_of_mass
         assert centre is not None
         rotation = self._trace.rotations[:, k]
-        return homogeneous(rotation, self._trace.positions[:, k] - rotation @ centre)
+        return pose_matrix(rotation, self._trace.positions[:, k] - rotation @ centre)
 
     def _velocity(self, segment: str, point: Array) -> tuple[Array, Array]:
         """Angular velocity, and velocity of the material point at `point` (n, 3), world axes."""
         if segment not in self._places:
             return np.zeros_like(point), np.zeros_like(point)
         k = self._places[segment]
-        spin = self._trace.spins[:, k]
+        spin = self._trace.angular_velocities[:, k]
         arm = point - self._trace.positions[:, k]
         return spin, self._trace.velocities[:, k] + np.cross(spin, arm)
 
@@ -118,9 +120,12 @@ class Motion:
         linear = (turn @ (velocity - base_velocity)[..., None])[..., 0]
         motion = np.concatenate([angular, linear], axis=1)
         chain = self._assembly.placement.tree.chains[joint.name]
-        displacements = _track(chain, between, start)
+        displacements = _continuous_displacements(chain, between, start)
         return JointMotion(
-            between, motion, displacements, _rates(chain, displacements, between, motion)
+            between,
+            motion,
+            displacements,
+            _displacement_rates(chain, displacements, between, motion),
         )
 
     def passive_torques(self, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
@@ -130,53 +135,55 @@ class Motion:
             joints: the motion of every joint.
         """
         torques = {
-            name: self._own_torque(self._figure.joints[name], moved)
+            name: self._uncoupled_torque(self._figure.joints[name], moved)
             for name, moved in joints.items()
         }
         chains = self._assembly.placement.tree.chains
-        turned = turned_joints(self._assembly, joints)
+        turned = coupled_joint_rotations(self._assembly, joints)
         for one in self._assembly.coupled:
             for name, torque in coupled_torques(one.spring, chains, turned).items():
                 if torque.ndim == 1:
-                    torques[name] += np.outer(torque, unit(chains[name].turn_axes[0]))
+                    torques[name] += np.outer(torque, unit_vector(chains[name].rotation_axes[0]))
                 else:
                     half = matrix_from_rotation_vector(0.5 * turned[name])
                     torques[name] += (half @ torque[..., None])[..., 0]
         return torques
 
-    def _own_torque(self, joint: Joint, moved: JointMotion) -> Array:
+    def _uncoupled_torque(self, joint: Joint, joint_motion: JointMotion) -> Array:
         """Torque of the springs and damping of one joint alone, as `passive_torques`."""
         springs = self._assembly.spring_set.joints.get(joint.name, JointSprings(joint.name))
         chain = self._assembly.placement.tree.chains[joint.name]
         if not springs.axes or joint.name not in self._assembly.springs:
             return np.zeros((len(self._trace), 3))
-        if len(chain.turns) == 1:
+        if len(chain.rotations) == 1:
             spring = springs.axes[0]
             axis = np.asarray(spring.direction)
-            sign = float(np.sign(axis @ np.asarray(chain.turn_axes[0])))
-            angle = sign * moved.displacements[:, chain.turns[0]]
-            size = one_axis(spring, angle, moved.motion[:, :3] @ axis, NUMPY)
+            sign = float(np.sign(axis @ np.asarray(chain.rotation_axes[0])))
+            angle = sign * joint_motion.displacements[:, chain.rotations[0]]
+            size = generalized_force(
+                spring, angle, joint_motion.relative_velocity[:, :3] @ axis, NUMPY
+            )
             return np.asarray(size)[:, None] * axis
         joining = self._assembly.plan.joining or self._assembly.spring_set.joining
-        r = moved.rotation_vectors
+        r = joint_motion.rotation_vectors
         half = matrix_from_rotation_vector(0.5 * r)
-        rate = (np.swapaxes(half, -1, -2) @ moved.motion[:, :3, None])[..., 0]
+        rate = (np.swapaxes(half, -1, -2) @ joint_motion.relative_velocity[:, :3, None])[..., 0]
         torque = elastic_torque(joining, springs.axes, r) + damping_torque(springs.axes, r, rate)
         return (half @ torque[..., None])[..., 0]
 
-    def reaction(self, joint: Joint, moved: JointMotion) -> Array:
+    def reaction(self, joint: Joint, joint_motion: JointMotion) -> Array:
         """Force and moment of the constraints on the child at its site, shape (n, 6) [N, N m]."""
         total = np.zeros((len(self._trace), 6))
         constraints = self._assembly.joints.get(joint.name, ())
         for number, constraint in enumerate(constraints):
             multipliers = self._trace.multipliers[joint.name][:, number]
-            lock = constraint.lock
-            turn = moved.between[:, :3, :3]
-            rest = inverse_pose(lock.rest)
+            lock = constraint.locked_axes
+            turn = joint_motion.pose_in_parent[:, :3, :3]
+            rest = inverse_pose(lock.zero_pose)
             child = turn @ rest[:3, :3] @ lock.frame
             parent = np.broadcast_to(lock.frame, child.shape)
             first, second = (child, parent) if lock.from_child else (parent, child)
-            if constraint.is_ball:
+            if constraint.is_spherical:
                 first = np.swapaxes(self.site(joint.parent)[:, :3, :3], -1, -2)
             force = -(first @ multipliers[:, :3, None])[..., 0]
             moment = np.zeros_like(force)
@@ -186,7 +193,7 @@ class Motion:
             if lock.from_child:
                 # The second marker is the parent's: turn the pair round, and move its point.
                 force, moment = -force, -moment
-                moment += np.cross(-moved.between[:, :3, 3], force)
+                moment += np.cross(-joint_motion.pose_in_parent[:, :3, 3], force)
             moment += np.cross(turn @ rest[:3, 3], force)
             total += np.concatenate([force, moment], axis=1)
         return total
@@ -208,31 +215,33 @@ def _rotation_equations(locks: tuple[int, int, int]) -> list[tuple[int, int, int
     return table[locks]
 
 
-def _track(chain: Chain, between: Array, start: Array) -> Array:
+def _continuous_displacements(chain: Chain, pose_in_parent: Array, start: Array) -> Array:
     """Displacements of a chain over the frames, continuous from one to the next, (n, dof)."""
     rows: list[Array] = []
-    near: Array | None = None if _starts_at_pole(chain, between[0]) else start
-    for pose in between:
+    near: Array | None = None if _starts_at_singularity(chain, pose_in_parent[0]) else start
+    for pose in pose_in_parent:
         near = chain.displacements(pose, near)
         rows.append(near)
-    return np.array(rows).reshape(len(between), len(chain.factors))
+    return np.array(rows).reshape(len(pose_in_parent), len(chain.joint_axes))
 
 
-def _starts_at_pole(chain: Chain, pose: Array) -> bool:
+def _starts_at_singularity(chain: Chain, pose: Array) -> bool:
     """Whether the first frame leaves the outer angles open (eq. 3.14 and 3.15 then share them)."""
-    return chain.sequence is not None and chain.sequence.at_pole(pose[:3, :3])
+    return chain.sequence is not None and chain.sequence.is_singular(pose[:3, :3])
 
 
-def _rates(chain: Chain, displacements: Array, between: Array, motion: Array) -> Array:
+def _displacement_rates(
+    chain: Chain, displacements: Array, pose_in_parent: Array, motion: Array
+) -> Array:
     """Displacement rates of a relative motion, shape (n, dof)."""
     columns = chain.twists(displacements)
-    columns[..., 3:] += np.cross(columns[..., :3], between[:, None, :3, 3])
+    columns[..., 3:] += np.cross(columns[..., :3], pose_in_parent[:, None, :3, 3])
     inverse = np.linalg.pinv(np.swapaxes(columns, -1, -2), rcond=1e-10)
     return np.asarray((inverse @ motion[..., None])[..., 0])
 
 
-def energy_book(
-    assembly: Assembly, trace: Trace, joints: Mapping[str, JointMotion]
+def energy_by_kind(
+    assembly: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
     """Energy by kind at every frame, shape (n,) each [J].
 
@@ -243,7 +252,7 @@ def energy_book(
     bodies = list(assembly.figure.bodies.values())
     masses = np.array([body.mass for body in bodies], dtype=float)
     inertias = np.array([body.inertia for body in bodies], dtype=float)
-    own_spins = (np.swapaxes(trace.rotations, -1, -2) @ trace.spins[..., None])[..., 0]
+    own_spins = (np.swapaxes(trace.rotations, -1, -2) @ trace.angular_velocities[..., None])[..., 0]
     kinetic = 0.5 * np.sum(masses * np.sum(trace.velocities**2, axis=-1), axis=-1)
     kinetic += 0.5 * np.sum(inertias * own_spins**2, axis=(-1, -2))
     gravity = -np.sum(masses * (trace.positions @ np.asarray(assembly.plan.gravity)), axis=-1)
@@ -256,7 +265,7 @@ def energy_book(
     }
 
 
-def _spring_energy(assembly: Assembly, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
+def _spring_energy(assembly: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
     joining = assembly.plan.joining or assembly.spring_set.joining
     weighted = joining is Joining.WEIGHTED
     stored = trace.spring_work.copy()
@@ -264,20 +273,20 @@ def _spring_energy(assembly: Assembly, trace: Trace, joints: Mapping[str, JointM
         moved = joints[name]
         for connector in connectors:
             if connector.kind != "ball":
-                along = moved.displacements[:, connector.place]
+                along = moved.displacements[:, connector.axis_index]
                 for spring in connector.springs:
                     stored += total_energy(spring.elastic, along)
             elif not weighted:
                 stored += conservative_energy(connector.springs, moved.rotation_vectors)
     chains = assembly.placement.tree.chains
     for one in assembly.coupled:
-        if one.stores:
-            stored += coupled_energy(one.spring, chains, turned_joints(assembly, joints))
+        if one.is_conservative:
+            stored += coupled_energy(one.spring, chains, coupled_joint_rotations(assembly, joints))
     return stored
 
 
-def servo_torques(
-    assembly: Assembly, trace: Trace, joints: Mapping[str, JointMotion]
+def constraint_torques(
+    assembly: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
     """Torque of all links and drives on the child of each joint concerned.
 
@@ -291,19 +300,19 @@ def servo_torques(
     """
     torques: dict[str, Array] = {}
     column = 0
-    for servo in assembly.servos:
-        for row in servo.rows:
+    for servo in assembly.coordinate_constraints:
+        for row in servo.equations:
             for term in row:
-                size = -term.factor * trace.pulls[:, column]
+                size = -term.factor * trace.coordinate_multipliers[:, column]
                 chain = assembly.placement.tree.chains[term.joint]
-                torque = size[:, None] * _axis(term, chain, joints[term.joint].displacements)
+                torque = size[:, None] * _rate_axis(term, chain, joints[term.joint].displacements)
                 torques[term.joint] = torques.get(term.joint, 0.0) + torque
             column += 1
     return torques
 
 
 def drive_torques(
-    assembly: Assembly, torques: Mapping[str, Array], joints: Mapping[str, JointMotion]
+    assembly: ExudynModel, torques: Mapping[str, Array], joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
     """Torque of each drive about the axis of each displacement, whose power is torque times rate.
 
@@ -322,10 +331,10 @@ def drive_torques(
     return found
 
 
-def _axis(term: Term, chain: Chain, displacements: Array) -> Array:
+def _rate_axis(term: RateTerm, chain: Chain, displacements: Array) -> Array:
     """What a term's rate is of the angular velocity in the parent's axes, shape (n, 3) or (3,)."""
-    if not isinstance(term.of, int):
-        return np.asarray(term.of)
-    axes = chain.twists(displacements)[:, list(chain.turns), :3]
+    if not isinstance(term.component, int):
+        return np.asarray(term.component)
+    axes = chain.twists(displacements)[:, list(chain.rotations), :3]
     duals = np.linalg.pinv(np.swapaxes(axes, -1, -2))
-    return np.asarray(duals[:, chain.turns.index(term.of)], dtype=float)
+    return np.asarray(duals[:, chain.rotations.index(term.component)], dtype=float)

@@ -18,20 +18,20 @@ import numpy as np
 
 from generator.figure import Joint
 from generator.joint_chain import Chain
-from generator.kinematics.loops import OpenLoopError, assemble
-from generator.kinematics.placement import Placement, motion_maps, relative_motion_map
-from generator.rotations import Array, frame_with_z, homogeneous, inverse_pose, unit
+from generator.kinematics.loops import OpenLoopError, close_loops
+from generator.kinematics.placement import Placement, relative_jacobian, segment_jacobians
+from generator.rotations import Array, inverse_pose, pose_matrix, rotation_with_z_axis, unit_vector
 from generator.simulation.bodies import add_marker
 from generator.simulation.exudyn_api import Index, MainSystem, items, unused_name
 
-Locks = tuple[int, int, int]
+AxisFlags = tuple[int, int, int]
 
-FREE: Locks = (0, 0, 0)
-LOCKED: Locks = (1, 1, 1)
+FREE: AxisFlags = (0, 0, 0)
+LOCKED: AxisFlags = (1, 1, 1)
 
 
 @dataclass(frozen=True)
-class Lock:
+class LockedAxes:
     """What one generic joint locks, in a frame common to both sites at zero displacement.
 
     Attributes:
@@ -39,40 +39,43 @@ class Lock:
         translations: locked along x, y, z of the frame of the first marker.
         rotations: locked about x, y, z.
         from_child: whether the first marker is the child's, so that slides are along its axes.
-        rest: pose (4, 4) of the child's site in the parent's in which the locked ones are zero.
+        zero_pose: pose (4, 4) of the child's site in the parent's in which the locked ones are zero.
     """
 
     frame: Array
-    translations: Locks
-    rotations: Locks
+    translations: AxisFlags
+    rotations: AxisFlags
     from_child: bool = False
-    rest: Array = field(default_factory=lambda: np.eye(4))
+    zero_pose: Array = field(default_factory=lambda: np.eye(4))
 
 
-def whole_lock(between: Array) -> Lock:
+def lock_all_axes(pose_in_parent: Array) -> LockedAxes:
     """The lock of a joint that stays in the pose (4, 4) of the child's site in the parent's."""
-    return Lock(np.eye(3), LOCKED, LOCKED, rest=between)
+    return LockedAxes(np.eye(3), LOCKED, LOCKED, zero_pose=pose_in_parent)
 
 
-def locks_of(chain: Chain) -> tuple[Lock, ...]:
+def locked_axes_from_chain(chain: Chain) -> tuple[LockedAxes, ...]:
     """The locks that leave just the chain's freedoms."""
-    turn_frame, rotations = _rotation_lock(chain)
-    slide_frame, translations = _translation_lock(chain)
-    inside = not chain.slides_are_outside
+    turn_frame, rotations = _locked_rotations(chain)
+    slide_frame, translations = _locked_translations(chain)
+    inside = not chain.translations_are_outer
     if translations in (FREE, LOCKED):
-        lock = Lock(turn_frame, translations, rotations)
+        lock = LockedAxes(turn_frame, translations, rotations)
         return () if lock.translations == lock.rotations == FREE else (lock,)
     if rotations in (FREE, LOCKED):
-        return (Lock(slide_frame, translations, rotations, inside),)
-    return (Lock(slide_frame, translations, FREE, inside), Lock(turn_frame, FREE, rotations))
+        return (LockedAxes(slide_frame, translations, rotations, inside),)
+    return (
+        LockedAxes(slide_frame, translations, FREE, inside),
+        LockedAxes(turn_frame, FREE, rotations),
+    )
 
 
-def _rotation_lock(chain: Chain) -> tuple[Array, Locks]:
-    axes = [unit(axis) for axis in chain.turn_axes]
+def _locked_rotations(chain: Chain) -> tuple[Array, AxisFlags]:
+    axes = [unit_vector(axis) for axis in chain.rotation_axes]
     if len(axes) == 0:
         return np.eye(3), LOCKED
     if len(axes) == 1:
-        return frame_with_z(axes[0]), (1, 1, 0)
+        return rotation_with_z_axis(axes[0]), (1, 1, 0)
     if len(axes) == 2:
         # Exudyn's third rotation lock alone keeps the first marker's x across the second's y.
         inner, outer = axes
@@ -80,27 +83,27 @@ def _rotation_lock(chain: Chain) -> tuple[Array, Locks]:
     return np.eye(3), FREE
 
 
-def _translation_lock(chain: Chain) -> tuple[Array, Locks]:
-    axes = [unit(chain.factors[k].axis) for k in chain.slides]
+def _locked_translations(chain: Chain) -> tuple[Array, AxisFlags]:
+    axes = [unit_vector(chain.joint_axes[k].axis) for k in chain.translations]
     if len(axes) == 0:
         return np.eye(3), LOCKED
     if len(axes) == 1:
-        return frame_with_z(axes[0]), (1, 1, 0)
+        return rotation_with_z_axis(axes[0]), (1, 1, 0)
     if len(axes) == 2:
-        return frame_with_z(np.cross(axes[0], axes[1])), (0, 0, 1)
+        return rotation_with_z_axis(np.cross(axes[0], axes[1])), (0, 0, 1)
     return np.eye(3), FREE
 
 
-def lock_rows(lock: Lock, between: Array) -> Array:
+def constraint_jacobian(lock: LockedAxes, pose_in_parent: Array) -> Array:
     """Rows (n, 6) that give the rates of the locked motions from (angular, linear) motion.
 
     The motion is the child's relative to the parent in the parent's site axes, linear at the
-    child's site; `between` is the pose of the child's site in the parent's.
+    child's site; `pose_in_parent` is the pose of the child's site in the parent's.
     """
-    first = between[:3, :3] @ lock.frame if lock.from_child else lock.frame
-    second = lock.frame if lock.from_child else between[:3, :3] @ lock.frame
+    first = pose_in_parent[:3, :3] @ lock.frame if lock.from_child else lock.frame
+    second = lock.frame if lock.from_child else pose_in_parent[:3, :3] @ lock.frame
     rows: list[Array] = []
-    offset = between[:3, 3]
+    offset = pose_in_parent[:3, 3]
     for k in range(3):
         if lock.translations[k]:
             axis = first[:, k]
@@ -116,12 +119,12 @@ def lock_rows(lock: Lock, between: Array) -> Array:
     return np.array(rows).reshape(-1, 6)
 
 
-def thinned(lock: Lock, keep: list[bool]) -> Lock:
+def without(lock: LockedAxes, keep: list[bool]) -> LockedAxes:
     """The lock without the rows (in the order of `lock_rows`) that are not kept."""
     flags = iter(keep)
     x, y, z = (int(bool(on) and next(flags)) for on in lock.translations)
     a, b, c = (int(bool(on) and next(flags)) for on in lock.rotations)
-    return Lock(lock.frame, (x, y, z), (a, b, c), lock.from_child)
+    return LockedAxes(lock.frame, (x, y, z), (a, b, c), lock.from_child)
 
 
 @dataclass(frozen=True)
@@ -129,12 +132,12 @@ class Constraint:
     """A lock as it stands in the system: the Exudyn item and what it locks."""
 
     item: Index
-    lock: Lock
+    locked_axes: LockedAxes
 
     @property
-    def is_ball(self) -> bool:
+    def is_spherical(self) -> bool:
         """Whether the item is Exudyn's spherical joint, which tells its force in world axes."""
-        return (self.lock.translations, self.lock.rotations) == (LOCKED, FREE)
+        return (self.locked_axes.translations, self.locked_axes.rotations) == (LOCKED, FREE)
 
 
 def add_constraints(
@@ -142,27 +145,27 @@ def add_constraints(
     placement: Placement,
     bodies: Mapping[str, Index],
     joint: Joint,
-    locks: tuple[Lock, ...],
+    locks: tuple[LockedAxes, ...],
 ) -> tuple[Constraint, ...]:
     """The constraint items of one joint: Exudyn's own spherical and revolute where they fit."""
     figure = placement.tree.figure
     added: list[Constraint] = []
     for lock in locks:
-        turn = homogeneous(lock.frame, np.zeros(3))
+        turn = pose_matrix(lock.frame, np.zeros(3))
         poses = {
             joint.parent: figure.site(joint.parent).pose_in_segment,
-            joint.child: figure.site(joint.child).pose_in_segment @ inverse_pose(lock.rest),
+            joint.child: figure.site(joint.child).pose_in_segment @ inverse_pose(lock.zero_pose),
         }
         ends = (joint.child, joint.parent) if lock.from_child else (joint.parent, joint.child)
         markers = [
             add_marker(mbs, placement, bodies, ref.segment, poses[ref] @ turn) for ref in ends
         ]
         name = unused_name(mbs, joint.name)
-        added.append(Constraint(mbs.AddObject(_item(name, markers, lock)), lock))
+        added.append(Constraint(mbs.AddObject(_build_exudyn_joint(name, markers, lock)), lock))
     return tuple(added)
 
 
-def _item(name: str, markers: list[Index], lock: Lock) -> Any:
+def _build_exudyn_joint(name: str, markers: list[Index], lock: LockedAxes) -> Any:
     """The Exudyn joint that locks just this, with as few equations as there are."""
     if lock.translations == LOCKED and lock.rotations == FREE:
         return items.ObjectJointSpherical(name=name, markerNumbers=markers)
@@ -175,65 +178,71 @@ def _item(name: str, markers: list[Index], lock: Lock) -> Any:
     )
 
 
-_DEPENDENT = 1e-7
+_INDEPENDENCE_TOLERANCE = 1e-7
 """What is left of a row across the others when they imply it [m or 1]."""
 
-_TRIES = (0.0, 0.13, -0.17)
+_DISPLACEMENT_OFFSETS = (0.0, 0.13, -0.17)
 """Turns of all displacements from which closed poses near by are looked for [rad or m]: at a dead
 point of the loop rows depend on each other only for a moment."""
 
 
-def needed_locks(placement: Placement) -> dict[str, tuple[Lock, ...]]:
+def independent_constraints(placement: Placement) -> dict[str, tuple[LockedAxes, ...]]:
     """The locks of every joint; of closing joints only those that are independent."""
     tree = placement.tree
-    locks = {name: locks_of(chain) for name, chain in tree.chains.items()}
+    locks = {name: locked_axes_from_chain(chain) for name, chain in tree.chains.items()}
     if not tree.closures:
         return locks
-    best = max((_independent(pose) for pose in _closed_poses(placement)), key=_count)
+    best = max(
+        (_independent_rows(pose) for pose in _nearby_closed_placements(placement)),
+        key=_count_kept_rows,
+    )
     for joint in tree.closures:
         keep = best[joint.name]
-        cut: list[Lock] = []
+        cut: list[LockedAxes] = []
         for lock in locks[joint.name]:
             width = sum(lock.translations) + sum(lock.rotations)
-            cut.append(thinned(lock, keep[:width]))
+            cut.append(without(lock, keep[:width]))
             keep = keep[width:]
         locks[joint.name] = tuple(lock for lock in cut if any(lock.translations + lock.rotations))
     return locks
 
 
-def _count(keep: dict[str, list[bool]]) -> int:
+def _count_kept_rows(keep: dict[str, list[bool]]) -> int:
     return sum(sum(flags) for flags in keep.values())
 
 
-def _closed_poses(placement: Placement) -> list[Placement]:
+def _nearby_closed_placements(placement: Placement) -> list[Placement]:
     """Poses in which the loops are closed, near the given one."""
     tree = placement.tree
     poses: list[Placement] = []
-    for turn in _TRIES:
+    for turn in _DISPLACEMENT_OFFSETS:
         moved = {
             name: values + turn * np.cos(1.0 + np.arange(values.size))
             for name, values in placement.displacements.items()
         }
         try:
-            poses.append(assemble(tree, moved) if turn else placement)
+            poses.append(close_loops(tree, moved) if turn else placement)
         except OpenLoopError:
             continue
     return poses
 
 
-def _independent(placement: Placement) -> dict[str, list[bool]]:
+def _independent_rows(placement: Placement) -> dict[str, list[bool]]:
     """For each closing joint, which of its rows no other row implies."""
     tree = placement.tree
-    maps = motion_maps(placement)
+    maps = segment_jacobians(placement)
     basis = np.zeros((0, next(iter(maps.values())).shape[1]))
     keep: dict[str, list[bool]] = {}
     for joint in tree.closures:
-        motion = relative_motion_map(placement, maps, joint)
-        left = _all_rows(tree.chains[joint.name], placement.between(joint)) @ motion
+        motion = relative_jacobian(placement, maps, joint)
+        left = (
+            _chain_constraint_jacobian(tree.chains[joint.name], placement.pose_in_parent(joint))
+            @ motion
+        )
         left = left - left @ basis.T @ basis
         keep[joint.name] = [False] * len(left)
         # The row with most to say comes first: it is the last to fall silent in other poses.
-        while left.size and np.max(sizes := np.linalg.norm(left, axis=1)) > _DEPENDENT:
+        while left.size and np.max(sizes := np.linalg.norm(left, axis=1)) > _INDEPENDENCE_TOLERANCE:
             most = int(np.argmax(sizes))
             keep[joint.name][most] = True
             basis = np.vstack([basis, left[most] / sizes[most]])
@@ -241,6 +250,6 @@ def _independent(placement: Placement) -> dict[str, list[bool]]:
     return keep
 
 
-def _all_rows(chain: Chain, between: Array) -> Array:
-    rows = [lock_rows(lock, between) for lock in locks_of(chain)]
+def _chain_constraint_jacobian(chain: Chain, pose_in_parent: Array) -> Array:
+    rows = [constraint_jacobian(lock, pose_in_parent) for lock in locked_axes_from_chain(chain)]
     return np.vstack(rows) if rows else np.zeros((0, 6))

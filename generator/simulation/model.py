@@ -8,20 +8,25 @@ import numpy as np
 
 from generator.diagnostics import MoverError
 from generator.figure import Figure
-from generator.kinematics.free_root import let_go
-from generator.kinematics.loops import assemble as close_loops
+from generator.kinematics.free_root import detach_root
+from generator.kinematics.loops import close_loops as close_loops
 from generator.kinematics.loops import consistent_rates
-from generator.kinematics.placement import Displacements, Placement, drawn_displacements
-from generator.kinematics.prescribed import Prescribed, PrescriptionError
-from generator.kinematics.tree import Tree, hang
+from generator.kinematics.placement import Displacements, Placement, initial_displacements
+from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
+from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
-from generator.simulation.bodies import add_bodies, add_loads, add_marker, written_loads
-from generator.simulation.constraints import Servo, add_servos
-from generator.simulation.coupled_springs import CoupledObject, check_coupled, hang_coupled
+from generator.simulation.bodies import add_bodies, add_loads, add_marker, constant_site_loads
+from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
+from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring, check_coupled
 from generator.simulation.exudyn_api import Index, MainSystem, exu
-from generator.simulation.joints import Constraint, add_constraints, needed_locks, whole_lock
-from generator.simulation.plan import Plan, springs_of
-from generator.simulation.springs import Connector, Hanger, add_springs
+from generator.simulation.joints import (
+    Constraint,
+    add_constraints,
+    independent_constraints,
+    lock_all_axes,
+)
+from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.springs import Connector, SpringBuilder, add_joint_springs
 from springs import JointSprings, SpringSet
 
 
@@ -30,7 +35,7 @@ class UnknownJointError(MoverError):
 
 
 @dataclass(frozen=True)
-class Assembly:
+class ExudynModel:
     """A figure built into an Exudyn system, before its first step.
 
     Attributes:
@@ -43,7 +48,7 @@ class Assembly:
             rest of a loop implies).
         springs: connectors of each joint that has springs, or an angle of a coupled law.
         coupled: the objects of the laws over several joints.
-        servos: the constraints of links and drives.
+        coordinate_constraints: the constraints of links and drives.
         prescribed: what is locked, linked and driven.
         loads: each load with its marker.
         spring_set: the springs that were built.
@@ -58,8 +63,8 @@ class Assembly:
     joints: Mapping[str, tuple[Constraint, ...]]
     springs: Mapping[str, tuple[Connector, ...]]
     coupled: tuple[CoupledObject, ...]
-    servos: tuple[Servo, ...]
-    prescribed: Prescribed
+    coordinate_constraints: tuple[CoordinateConstraint, ...]
+    prescribed: PrescribedMotion
     loads: tuple[tuple[TimedLoad, Index, Any], ...]
     spring_set: SpringSet
     plan: Plan
@@ -67,10 +72,10 @@ class Assembly:
     @classmethod
     def of(
         cls, figure: Figure, plan: Plan | None = None, mbs: MainSystem | None = None
-    ) -> "Assembly":
+    ) -> "ExudynModel":
         """Build a figure with the springs that the plan chooses; see `build`."""
         plan = plan or Plan()
-        return build(figure, plan, springs_of(figure, plan), mbs)
+        return build_model(figure, plan, resolve_springs(figure, plan), mbs)
 
     @property
     def figure(self) -> Figure:
@@ -79,7 +84,7 @@ class Assembly:
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialState:
     """Where a run starts.
 
     Attributes:
@@ -90,10 +95,10 @@ class Start:
 
     placement: Placement
     rates: Displacements
-    prescribed: Prescribed
+    prescribed: PrescribedMotion
 
 
-def start_of(figure: Figure, plan: Plan) -> Start:
+def initial_state(figure: Figure, plan: Plan) -> InitialState:
     """Where a run starts.
 
     Raises:
@@ -102,32 +107,35 @@ def start_of(figure: Figure, plan: Plan) -> Start:
         OpenLoopError: the pose opens a loop that cannot be closed.
         ChainError: a joint's chain is none that one joint can hold.
     """
-    tree = hang(figure)
-    displacements = {**drawn_displacements(tree), **_by_joint(figure, plan.displacements)}
-    prescribed = _prescribed(tree, plan, displacements)
-    displacements = prescribed.displacements(displacements, plan.start)
+    tree = build_tree(figure)
+    displacements = {
+        **initial_displacements(tree),
+        **_checked_joint_values(figure, plan.displacements),
+    }
+    prescribed = _build_prescribed_motion(tree, plan, displacements)
+    displacements = prescribed.impose_displacements(displacements, plan.start)
     held = set(plan.displacements) | prescribed.held
     placement = close_loops(tree, displacements, held=held)
     if plan.free_root:
-        freed, moved = let_go(figure, placement.displacements)
-        placement = close_loops(hang(freed), moved, held=set(moved))
-        _insist_on_kept(prescribed, freed)
-        prescribed = _prescribed(placement.tree, plan, moved)
-    prescribed.insist_on_loops(placement)
+        freed, moved = detach_root(figure, placement.displacements)
+        placement = close_loops(build_tree(freed), moved, held=set(moved))
+        _check_prescribed_joints_kept(prescribed, freed)
+        prescribed = _build_prescribed_motion(placement.tree, plan, moved)
+    prescribed.check_loops(placement)
     rates = {
         name: np.zeros(j.degrees_of_freedom) for name, j in placement.tree.figure.joints.items()
     }
-    rates.update(_by_joint(placement.tree.figure, plan.velocities))
-    put_in = prescribed.rates(rates, plan.start)
+    rates.update(_checked_joint_values(placement.tree.figure, plan.velocities))
+    put_in = prescribed.impose_rates(rates, plan.start)
     for name in plan.velocities:
         if not np.allclose(rates[name], put_in[name], rtol=1e-9, atol=1e-9):
             raise PrescriptionError(
                 f"joint {name} is locked, linked or driven, and cannot start with another velocity"
             )
-    return Start(placement, put_in, prescribed)
+    return InitialState(placement, put_in, prescribed)
 
 
-def _insist_on_kept(prescribed: Prescribed, freed: Figure) -> None:
+def _check_prescribed_joints_kept(prescribed: PrescribedMotion, freed: Figure) -> None:
     """Raise PrescriptionError for a joint that letting the root go has taken away."""
     for name in sorted(prescribed.held - freed.joints.keys()):
         raise PrescriptionError(
@@ -136,13 +144,15 @@ def _insist_on_kept(prescribed: Prescribed, freed: Figure) -> None:
         )
 
 
-def _prescribed(tree: Tree, plan: Plan, displacements: Displacements) -> Prescribed:
+def _build_prescribed_motion(
+    tree: Tree, plan: Plan, displacements: Displacements
+) -> PrescribedMotion:
     """What the plan prescribes; `displacements` tell where locked joints stay."""
     locked = {name: displacements.get(name, np.zeros(0)) for name in plan.locked}
-    return Prescribed(tree, plan.links, locked, plan.drives)
+    return PrescribedMotion(tree, plan.links, locked, plan.drives)
 
 
-def _by_joint(figure: Figure, values: Mapping[str, Any]) -> dict[str, Any]:
+def _checked_joint_values(figure: Figure, values: Mapping[str, Any]) -> dict[str, Any]:
     """The values as arrays, checked against the joints."""
     checked: dict[str, Any] = {}
     for name, numbers in values.items():
@@ -160,12 +170,12 @@ def _by_joint(figure: Figure, values: Mapping[str, Any]) -> dict[str, Any]:
     return checked
 
 
-def build(
+def build_model(
     figure: Figure,
     plan: Plan,
     springs: SpringSet,
     mbs: MainSystem | None = None,
-) -> Assembly:
+) -> ExudynModel:
     """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads.
 
     Args:
@@ -180,15 +190,15 @@ def build(
         MoverError: the figure or the plan cannot be built; the message says why.
     """
     check_coupled(figure, springs.coupled)
-    return _build(start_of(figure, plan), plan, springs, mbs)
+    return _build_from_initial_state(initial_state(figure, plan), plan, springs, mbs)
 
 
-def _build(
-    start: Start,
+def _build_from_initial_state(
+    start: InitialState,
     plan: Plan,
     springs: SpringSet,
     mbs: MainSystem | None,
-) -> Assembly:
+) -> ExudynModel:
     placement, prescribed = start.placement, start.prescribed
     figure = placement.tree.figure
     container = None
@@ -205,9 +215,12 @@ def _build(
         for segment in figure.segments.values()
         for site in segment.sites.values()
     }
-    locks = needed_locks(placement)
+    locks = independent_constraints(placement)
     locks.update(
-        {name: (whole_lock(placement.between(figure.joints[name])),) for name in prescribed.locked}
+        {
+            name: (lock_all_axes(placement.pose_in_parent(figure.joints[name])),)
+            for name in prescribed.locked
+        }
     )
     moving = {
         name: joint
@@ -218,28 +231,28 @@ def _build(
         name: add_constraints(mbs, placement, bodies, joint, locks[name])
         for name, joint in moving.items()
     }
-    hanger = Hanger(mbs, placement, bodies, plan.python_torques)
+    hanger = SpringBuilder(mbs, placement, bodies, plan.python_torques)
     held = [spring for spring in springs.coupled if all(a.joint in moving for a in spring.axes)]
     read = dict.fromkeys(axis.joint for spring in held for axis in spring.axes)
     connectors = {
-        name: add_springs(
+        name: add_joint_springs(
             hanger,
             moving[name],
             springs.joints.get(name, JointSprings(name)),
             plan.joining or springs.joining,
-            read=name in read,
+            read_rotation=name in read,
         )
         for name in dict.fromkeys([*springs.joints, *read])
         if name in moving
     }
-    coupled = tuple(hang_coupled(hanger, spring, connectors) for spring in held)
-    servos = add_servos(hanger, prescribed, plan.start)
-    loads = [*written_loads(figure, plan.start, plan.stop), *plan.loads]
+    coupled = tuple(add_coupled_spring(hanger, spring, connectors) for spring in held)
+    servos = add_coordinate_constraints(hanger, prescribed, plan.start)
+    loads = [*constant_site_loads(figure, plan.start, plan.stop), *plan.loads]
     moved = [load for load in loads if load.site.segment not in figure.ground]
     added = add_loads(mbs, placement, bodies, moved)
     if container is not None:
         cast("Any", mbs).Assemble()
-    return Assembly(
+    return ExudynModel(
         mbs,
         container,
         placement,

@@ -13,14 +13,14 @@ from generator.drive import Drive
 from generator.figure import Figure
 from generator.kinematics.links import Links
 from generator.loads import TimedLoad
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import Joining, SpringSet
 
 Vector = tuple[float, float, float]
 
 STANDARD_GRAVITY: Vector = (0.0, -9.81, 0.0)
 
-_ROUNDING = 1e-9
+_TIME_TOLERANCE = 1e-9
 """By so much a run may go beyond a drive [s]."""
 
 
@@ -90,14 +90,17 @@ class Plan:
         if self.step is not None and not self.step > 0.0:
             raise ValueError(f"the step must be positive, not {self.step:g} s")
         for name, drive in self.drives.items():
-            if self.start < drive.start - _ROUNDING or self.stop > drive.stop + _ROUNDING:
+            if (
+                self.start < drive.start - _TIME_TOLERANCE
+                or self.stop > drive.stop + _TIME_TOLERANCE
+            ):
                 raise ValueError(
                     f"the run goes from {self.start:g} s to {self.stop:g} s, but the drive of "
                     f"{name} only from {drive.start:g} s to {drive.stop:g} s"
                 )
 
 
-def springs_of(figure: Figure, plan: Plan) -> SpringSet:
+def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:
     """The plan's own springs, else those that its choice finds beside the figure's file.
 
     Raises:
@@ -106,7 +109,7 @@ def springs_of(figure: Figure, plan: Plan) -> SpringSet:
     if plan.springs is not None:
         return plan.springs
     folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    reading = springs_for(figure, folder, stem, plan.spring_choice, plan.joining)
+    reading = load_springs(figure, folder, stem, plan.spring_choice, plan.joining)
     if reading.springs is None:
         raise InputError(reading.faults)
     return reading.springs

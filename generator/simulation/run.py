@@ -9,26 +9,36 @@ import numpy as np
 from generator.figure import Figure
 from generator.recording import Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
-from generator.simulation.error_control import CUT_SHORT, Refined, first_step, refine
-from generator.simulation.integrate import Pass, frame_times, march
+from generator.simulation.error_control import (
+    EARLY_STOP_ENDINGS,
+    RefinedRun,
+    first_step,
+    refine_until_converged,
+)
+from generator.simulation.integrate import IntegrationPass, frame_times, integrate
 from generator.simulation.joint_motion import (
     JointMotion,
-    Motion,
+    SegmentMotion,
+    constraint_torques,
     drive_torques,
-    energy_book,
-    servo_torques,
+    energy_by_kind,
 )
-from generator.simulation.model import Assembly, build
-from generator.simulation.plan import Plan, springs_of
-from generator.simulation.projection import put_right, strays, told_of_dead_points, told_of_poles
+from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.projection import (
+    constraint_drift,
+    explain_dead_point,
+    explain_singularity,
+    project_to_constraints,
+)
 from generator.simulation.states import Trace
-from generator.simulation.step_schedule import Guide
+from generator.simulation.step_schedule import StepHints
 from springs import SpringSet
 
-PARTED = 0.01
+MAX_JOINT_GAP = 0.01
 """A run in which a joint's sites part by more than this has blown up [m]."""
 
-STRAYED = 0.01
+MAX_CONSTRAINT_DRIFT = 0.01
 """So has one in which a locked, linked or driven joint is off by more than this [rad or m]; it may
 have come to where the rates of its displacements are not defined."""
 
@@ -65,20 +75,24 @@ def simulate(
         MoverError: the figure or the plan cannot be built: the message says why.
     """
     plan = plan or Plan()
-    springs = springs_of(figure, plan)
+    springs = resolve_springs(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
     deadline = time.monotonic() + plan.wall_limit
-    runner = _Runner(figure, plan, springs, times, deadline, watch)
+    runner = _PassRunner(figure, plan, springs, times, deadline, watch)
     if plan.step is None:
-        refined = refine(
-            runner.first.figure, plan.tolerance, runner.run, runner.longest_step, deadline
+        refined = refine_until_converged(
+            runner.first_model.figure,
+            plan.tolerance,
+            runner.run_pass,
+            runner.longest_step,
+            deadline,
         )
     else:
-        refined = _fixed(runner.run())
-    return _record(runner, refined)
+        refined = _fixed_step_run(runner.run_pass())
+    return _build_recording(runner, refined)
 
 
-class _Runner:
+class _PassRunner:
     """Makes passes of one run, each on an assembly of its own."""
 
     def __init__(
@@ -94,11 +108,11 @@ class _Runner:
         self._times, self._deadline, self._watch = times, deadline, watch
         self._passes = 0
         begun = time.monotonic()
-        self.first: Assembly = build(figure, plan, springs)
+        self.first_model: ExudynModel = build_model(figure, plan, springs)
         self.build_time = time.monotonic() - begun
 
     @property
-    def _newton(self) -> float:
+    def _newton_tolerance(self) -> float:
         """Relative tolerance of Newton's method in the next pass.
 
         Well below what the extrapolation must see, and smaller with each pass: what Newton's method
@@ -115,58 +129,58 @@ class _Runner:
         frame = float(self._times[1] - self._times[0])
         return self._plan.step or first_step(frame, self._plan.tolerance)
 
-    def run(self, parts: int = 1, guide: Guide | None = None) -> Pass:
+    def run_pass(self, subdivision: int = 1, hints: StepHints | None = None) -> IntegrationPass:
         """One pass with the longest step cut into parts, guided by an earlier one."""
-        assembly, newton = self.first, self._newton
+        assembly, newton = self.first_model, self._newton_tolerance
         if self._passes:
             begun = time.monotonic()
-            assembly = build(self._figure, self._plan, self._springs)
+            assembly = build_model(self._figure, self._plan, self._springs)
             self.build_time += time.monotonic() - begun
         self._passes += 1
         number, watch = self._passes, self._watch
 
         def told(now: float) -> None:
             if watch is not None:
-                watch(Progress(number, self.longest_step / parts, now))
+                watch(Progress(number, self.longest_step / subdivision, now))
 
-        return march(
+        return integrate(
             assembly,
             self._times,
             self.longest_step,
             newton,
             self._deadline,
             told,
-            guide,
-            parts,
+            hints,
+            subdivision,
         )
 
 
-def _fixed(one: Pass) -> Refined:
+def _fixed_step_run(one: IntegrationPass) -> RefinedRun:
     """The result of a run whose step was given."""
     last = float(one.trace.times[-1])
     message = one.outcome.message or f"done at {last:.4g} s with a fixed step of {one.step:.3g} s"
     accuracy = Accuracy(None, None, last, one.step, one.steps, np.full(len(one.trace), np.nan))
-    return Refined(one.trace, replace(one.outcome, message=message), accuracy, one.wall_time)
+    return RefinedRun(one.trace, replace(one.outcome, message=message), accuracy, one.wall_time)
 
 
-def _record(runner: _Runner, refined: Refined) -> Recording:
+def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
     """The motion in the figure's terms."""
-    assembly, trace = runner.first, refined.trace
+    assembly, trace = runner.first_model, refined.trace
     figure = assembly.figure
-    motion = Motion(assembly, trace)
+    motion = SegmentMotion(assembly, trace)
     starts = assembly.placement.displacements
     joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
-    drifts, strayed = _drifts(assembly, joints), {}
+    drifts, strayed = _joint_gaps(assembly, joints), {}
     if assembly.prescribed:
-        strayed = strays(assembly, trace, joints)
-    torn = _torn(refined, drifts, strayed) if len(trace) > 1 else None
+        strayed = constraint_drift(assembly, trace, joints)
+    torn = _truncate_at_separation(refined, drifts, strayed) if len(trace) > 1 else None
     if torn is not None:
-        return _record(runner, torn)
+        return _build_recording(runner, torn)
     if assembly.prescribed:
-        trace = put_right(assembly, trace, joints)
-        motion = Motion(assembly, trace)
+        trace = project_to_constraints(assembly, trace, joints)
+        motion = SegmentMotion(assembly, trace)
         joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
-    pulled = servo_torques(assembly, trace, joints)
+    pulled = constraint_torques(assembly, trace, joints)
     reactions = {name: motion.reaction(one, joints[name]) for name, one in figure.joints.items()}
     for name, torque in pulled.items():
         reactions[name][:, 3:] += torque
@@ -179,14 +193,14 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
         rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()},
         reactions=reactions,
         passive_torques=motion.passive_torques(joints),
-        centre_of_mass=_centre_of_mass(figure, trace),
-        energy=energy_book(assembly, trace, joints),
-        outcome=told_of_poles(
-            assembly, told_of_dead_points(assembly, refined.outcome, joints), joints
+        centre_of_mass=_centre_of_mass_path(figure, trace),
+        energy=energy_by_kind(assembly, trace, joints),
+        outcome=explain_singularity(
+            assembly, explain_dead_point(assembly, refined.outcome, joints), joints
         ),
         accuracy=refined.accuracy,
-        constraint_drift=_largest(drifts),
-        strayed=_largest(strayed),
+        constraint_drift=_max_over_joints(drifts),
+        strayed=_max_over_joints(strayed),
         drive_torques=drive_torques(assembly, pulled, joints),
         wall_time=refined.wall_time,
         build_time=runner.build_time,
@@ -195,38 +209,38 @@ def _record(runner: _Runner, refined: Refined) -> Recording:
     )
 
 
-def _centre_of_mass(figure: Figure, trace: Trace) -> Array:
+def _centre_of_mass_path(figure: Figure, trace: Trace) -> Array:
     """Of all that moves (eq. 5.1), shape (n, 3) [m]."""
     masses = np.array([body.mass for body in figure.bodies.values()], dtype=float)
     return np.asarray(np.einsum("b,nbk->nk", masses, trace.positions) / np.sum(masses))
 
 
-def _drifts(assembly: Assembly, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+def _joint_gaps(assembly: ExudynModel, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
     """Distance by which each joint's sites have parted that it should hold, shape (n,) [m]."""
     drifts: dict[str, Array] = {}
     for name, moved in joints.items():
         chain = assembly.placement.tree.chains[name]
-        if not chain.slides:
-            drifts[name] = np.linalg.norm(moved.between[:, :3, 3], axis=1)
-        elif len(chain.slides) < 3:
-            gaps = [np.linalg.norm(chain.gap(pose)[3:]) for pose in moved.between]
+        if not chain.translations:
+            drifts[name] = np.linalg.norm(moved.pose_in_parent[:, :3, 3], axis=1)
+        elif len(chain.translations) < 3:
+            gaps = [np.linalg.norm(chain.pose_residual(pose)[3:]) for pose in moved.pose_in_parent]
             drifts[name] = np.array(gaps, dtype=float)
     return drifts
 
 
-def _largest(by_joint: Mapping[str, Array]) -> float:
+def _max_over_joints(by_joint: Mapping[str, Array]) -> float:
     return max((float(np.max(drift)) for drift in by_joint.values()), default=0.0)
 
 
-def _torn(
-    refined: Refined, drifts: Mapping[str, Array], strayed: Mapping[str, Array]
-) -> Refined | None:
+def _truncate_at_separation(
+    refined: RefinedRun, gaps: Mapping[str, Array], constraint_drifts: Mapping[str, Array]
+) -> RefinedRun | None:
     """The run up to where a joint came apart or strayed, as a failure; None where all held."""
     first = {
         (joint, what): int(np.argmax(~(drift <= bound)))
         for what, bound, by_joint in (
-            ("came apart", PARTED, drifts),
-            ("left where it is held", STRAYED, strayed),
+            ("came apart", MAX_JOINT_GAP, gaps),
+            ("left where it is held", MAX_CONSTRAINT_DRIFT, constraint_drifts),
         )
         for joint, drift in by_joint.items()
         if not np.all(drift <= bound)
@@ -239,7 +253,7 @@ def _torn(
     message = f"joint {joint} {what} after {last:.4g} s: the step is too long for what acts there"
     outcome = Outcome(Ending.SOLVER_FAILED, message, last, joint)
     by_frame, estimate = refined.accuracy.by_frame[:count], refined.accuracy.estimate
-    if refined.outcome.ending in CUT_SHORT and estimate == np.inf:
+    if refined.outcome.ending in EARLY_STOP_ENDINGS and estimate == np.inf:
         # The passes that there was time for were coarse: finer ones would have held.
         outcome = replace(refined.outcome, last_time=last)
     accuracy = replace(
@@ -250,7 +264,7 @@ def _torn(
     )
     return replace(
         refined,
-        trace=refined.trace.first(count),
+        trace=refined.trace.first_frames(count),
         outcome=outcome,
         accuracy=accuracy,
     )

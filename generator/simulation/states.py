@@ -17,41 +17,47 @@ class Trace:
         positions: of the centres of mass, shape (n, B, 3) [m].
         rotations: of the segment axes, shape (n, B, 3, 3).
         velocities: of the centres of mass, shape (n, B, 3) [m/s].
-        spins: angular velocities, shape (n, B, 3) [rad/s].
+        angular_velocities: angular velocities, shape (n, B, 3) [rad/s].
         multipliers: of each constraint item of each joint, shape (n, items, 6), as Exudyn tells
             them.
         dissipated: energy taken by damping since the start, shape (n,) [J].
         spring_work: work done since the start against springs that have no energy, shape (n,) [J].
         load_work: work done by loads and drives since the start, shape (n,) [J].
-        pulls: multipliers of the servos' rows, shape (n, rows) [N m]: minus the torques.
+        coordinate_multipliers: multipliers of the servos' rows, shape (n, rows) [N m]: minus the torques.
     """
 
     times: Array
     positions: Array
     rotations: Array
     velocities: Array
-    spins: Array
+    angular_velocities: Array
     multipliers: Mapping[str, Array]
     dissipated: Array
     spring_work: Array
     load_work: Array
-    pulls: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    coordinate_multipliers: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __len__(self) -> int:
         """Number of frames."""
         return self.times.size
 
-    def first(self, count: int) -> "Trace":
+    def first_frames(self, count: int) -> "Trace":
         """The first `count` frames."""
-        return self._each(lambda values: values[:count])
+        return self._map_arrays(lambda values: values[:count])
 
-    def moved(self, positions: Array, rotations: Array, velocities: Array, spins: Array) -> "Trace":
+    def with_motion(
+        self, positions: Array, rotations: Array, velocities: Array, angular_velocities: Array
+    ) -> "Trace":
         """The same with the bodies elsewhere; shapes and axes as those of the attributes."""
         return replace(
-            self, positions=positions, rotations=rotations, velocities=velocities, spins=spins
+            self,
+            positions=positions,
+            rotations=rotations,
+            velocities=velocities,
+            angular_velocities=angular_velocities,
         )
 
-    def then(self, longer: "Trace") -> "Trace":
+    def extend_from(self, longer: "Trace") -> "Trace":
         """These frames, and after them those that another trace has more."""
         count = len(self)
 
@@ -63,38 +69,38 @@ class Trace:
             after(self.positions, longer.positions),
             after(self.rotations, longer.rotations),
             after(self.velocities, longer.velocities),
-            after(self.spins, longer.spins),
+            after(self.angular_velocities, longer.angular_velocities),
             {name: after(m, longer.multipliers[name]) for name, m in self.multipliers.items()},
             after(self.dissipated, longer.dissipated),
             after(self.spring_work, longer.spring_work),
             after(self.load_work, longer.load_work),
-            after(self.pulls, longer.pulls),
+            after(self.coordinate_multipliers, longer.coordinate_multipliers),
         )
 
-    def _each(self, change: Callable[[Array], Array]) -> "Trace":
+    def _map_arrays(self, change: Callable[[Array], Array]) -> "Trace":
         multipliers = {name: change(values) for name, values in self.multipliers.items()}
         return Trace(
             change(self.times),
             change(self.positions),
             change(self.rotations),
             change(self.velocities),
-            change(self.spins),
+            change(self.angular_velocities),
             multipliers,
             change(self.dissipated),
             change(self.spring_work),
             change(self.load_work),
-            change(self.pulls),
+            change(self.coordinate_multipliers),
         )
 
 
-def extrapolated(coarse: Trace, fine: Trace, ratio: float) -> Trace:
+def richardson_extrapolation(coarse: Trace, fine: Trace, ratio: float) -> Trace:
     """Richardson's limit of two passes of a second-order method with steps `ratio` to 1.
 
     Vectors are extrapolated as they are, rotations along the shortest way from the coarse to the
     fine one. Frames that only one pass has are left out.
     """
     count = min(len(coarse), len(fine))
-    coarse, fine = coarse.first(count), fine.first(count)
+    coarse, fine = coarse.first_frames(count), fine.first_frames(count)
     gain = 1.0 / (ratio**2 - 1.0)
 
     def limit(one: Array, other: Array) -> Array:
@@ -106,12 +112,12 @@ def extrapolated(coarse: Trace, fine: Trace, ratio: float) -> Trace:
         limit(coarse.positions, fine.positions),
         fine.rotations @ matrix_from_rotation_vector(gain * step),
         limit(coarse.velocities, fine.velocities),
-        limit(coarse.spins, fine.spins),
+        limit(coarse.angular_velocities, fine.angular_velocities),
         {name: limit(coarse.multipliers[name], m) for name, m in fine.multipliers.items()},
         limit(coarse.dissipated, fine.dissipated),
         limit(coarse.spring_work, fine.spring_work),
         limit(coarse.load_work, fine.load_work),
-        limit(coarse.pulls, fine.pulls),
+        limit(coarse.coordinate_multipliers, fine.coordinate_multipliers),
     )
 
 
@@ -127,7 +133,7 @@ def rotations_from_parameters(parameters: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def spins_from_parameters(parameters: Array, rates: Array) -> Array:
+def angular_velocities_from_parameters(parameters: Array, rates: Array) -> Array:
     """Angular velocities in world axes [rad/s] of Euler parameters and rates: (..., 4) each."""
     scalar, vector = parameters[..., :1], parameters[..., 1:]
     scalar_rate, vector_rate = rates[..., :1], rates[..., 1:]

@@ -22,9 +22,9 @@ from generator.kinematics.links import Links
 from generator.kinematics.placement import (
     Displacements,
     Placement,
-    motion_maps,
-    place,
-    relative_motion_map,
+    forward_kinematics,
+    relative_jacobian,
+    segment_jacobians,
     site_pose,
 )
 from generator.loads import LoadKind, TimedLoad
@@ -32,15 +32,20 @@ from generator.rotations import Array, matrix_from_rotation_vector, rotation_vec
 from generator.simulation.bodies import body_pose
 from generator.simulation.coupled_springs import coupled_torques
 from generator.simulation.exudyn_api import exu, rigid
-from generator.simulation.joint_motion import JointMotion, Motion, energy_book, turned_joints
-from generator.simulation.model import Assembly, build, start_of
-from generator.simulation.plan import Plan, springs_of
+from generator.simulation.joint_motion import (
+    JointMotion,
+    SegmentMotion,
+    coupled_joint_rotations,
+    energy_by_kind,
+)
+from generator.simulation.model import ExudynModel, build_model, initial_state
+from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.states import Trace
 from springs import elastic_torque, total_torque
 
 
 @dataclass(frozen=True)
-class Still:
+class StaticState:
     """Poses of an assembly at rest; n of them.
 
     Attributes:
@@ -51,23 +56,25 @@ class Still:
         trace: the same as states of the bodies.
     """
 
-    assembly: Assembly
+    assembly: ExudynModel
     values: Array
     poses: Mapping[str, Array]
     joints: Mapping[str, JointMotion]
     trace: Trace
 
     @classmethod
-    def of(cls, assembly: Assembly, values: Array) -> "Still":
+    def from_displacements(cls, assembly: ExudynModel, values: Array) -> "StaticState":
         """Place a figure at displacements of its tree, shape (n, m), in which its loops close."""
         tree, bodies = assembly.placement.tree, assembly.figure.bodies
         poses, count = tree.kinematics.poses(values), len(values)
         turns = np.stack([poses[name][:, :3, :3] for name in bodies], axis=1)
-        centres = [poses[name] @ _homogeneous(body.centre_of_mass) for name, body in bodies.items()]
+        centres = [
+            poses[name] @ _homogeneous_point(body.centre_of_mass) for name, body in bodies.items()
+        ]
         places = np.stack([centre[:, :3] for centre in centres], axis=1)
         still, none = np.zeros_like(places), np.zeros(count)
         trace = Trace(np.arange(float(count)), places, turns, still, still, {}, none, none, none)
-        motion = Motion(assembly, trace)
+        motion = SegmentMotion(assembly, trace)
         joints: dict[str, JointMotion] = {}
         for name, joint in assembly.figure.joints.items():
             if name not in tree.kinematics.columns:
@@ -80,18 +87,18 @@ class Still:
 
     def energy(self) -> Array:
         """Gravity's and the springs', without what the weighted law would need, shape (n,) [J]."""
-        book = energy_book(self.assembly, self.trace, self.joints)
+        book = energy_by_kind(self.assembly, self.trace, self.joints)
         return book["gravity"] + book["spring"]
 
     def forces(self) -> Array:
         """Forces of all kinds on the tree's displacements, shape (n, m) [N m or N]."""
         kinematics = self.assembly.placement.tree.kinematics
-        forces = self._pushes()
-        for name, pushed in self._springs().items():
+        forces = self._external_forces()
+        for name, pushed in self._elastic_forces().items():
             if name in kinematics.columns:
                 forces[:, kinematics.columns[name]] += pushed
             else:
-                forces += self._from_closure(name, pushed)
+                forces += self._closure_forces(name, pushed)
         return forces
 
     def inertia(self) -> Array:
@@ -100,7 +107,7 @@ class Still:
         twists = kinematics.twists(self.values[0])
         total = np.zeros((kinematics.size, kinematics.size))
         for k, (name, body) in enumerate(self.assembly.figure.bodies.items()):
-            moved = twists * kinematics.moves[name][:, None]
+            moved = twists * kinematics.motion_masks[name][:, None]
             speeds = moved[:, 3:] + np.cross(moved[:, :3], self.trace.positions[0, k])
             turned = moved[:, :3] @ self.trace.rotations[0, k]
             assert body.mass is not None
@@ -108,7 +115,7 @@ class Still:
             total += body.mass * speeds @ speeds.T + (turned * np.asarray(body.inertia)) @ turned.T
         return total
 
-    def _pushes(self) -> Array:
+    def _external_forces(self) -> Array:
         """Gravity and loads on the tree's displacements, shape (n, m)."""
         kinematics = self.assembly.placement.tree.kinematics
         twists = kinematics.twists(self.values)
@@ -116,27 +123,27 @@ class Still:
         gravity = np.asarray(self.assembly.plan.gravity)
         for k, (name, body) in enumerate(self.assembly.figure.bodies.items()):
             assert body.mass is not None
-            _act(wrenches[name], body.mass * gravity, self.trace.positions[:, k])
+            _add_force(wrenches[name], body.mass * gravity, self.trace.positions[:, k])
         for load, *_ in self.assembly.loads:
-            self._load(load, wrenches[load.site.segment])
+            self._add_load(load, wrenches[load.site.segment])
         forces = np.zeros_like(self.values)
         for name, wrench in wrenches.items():
-            forces += (twists @ wrench[..., None])[..., 0] * kinematics.moves[name]
+            forces += (twists @ wrench[..., None])[..., 0] * kinematics.motion_masks[name]
         return forces
 
-    def _load(self, load: TimedLoad, wrench: Array) -> None:
+    def _add_load(self, load: TimedLoad, wrench: Array) -> None:
         """Add a load as it is at the start of the plan."""
-        value = load.at(self.assembly.plan.start)
+        value = load.components(self.assembly.plan.start)
         pose = self.poses[load.site.segment]
         if load.kind.is_local:
             value = pose[:, :3, :3] @ value
         if load.kind in (LoadKind.GLOBAL_FORCE, LoadKind.LOCAL_FORCE):
             site = self.assembly.figure.site(load.site).pose_in_segment
-            _act(wrench, value, (pose @ site)[:, :3, 3])
+            _add_force(wrench, value, (pose @ site)[:, :3, 3])
         else:
             wrench[:, :3] += value
 
-    def _springs(self) -> dict[str, Array]:
+    def _elastic_forces(self) -> dict[str, Array]:
         """Elastic forces on the displacements of each joint that has any, shape (n, dof)."""
         chains = self.assembly.placement.tree.chains
         joining = self.assembly.plan.joining or self.assembly.spring_set.joining
@@ -147,59 +154,61 @@ class Still:
             for one in connectors:
                 if one.kind == "ball":
                     torque = elastic_torque(joining, one.springs, moved.rotation_vectors)
-                    forces[name] += self._about_axes(name, torque)
+                    forces[name] += self._project_onto_axes(name, torque)
                     continue
-                along = moved.displacements[:, one.place]
+                along = moved.displacements[:, one.axis_index]
                 for spring in one.springs:
-                    forces[name][:, one.place] += total_torque(spring.elastic, along)
-        turned = turned_joints(self.assembly, self.joints)
+                    forces[name][:, one.axis_index] += total_torque(spring.elastic, along)
+        turned = coupled_joint_rotations(self.assembly, self.joints)
         for one in self.assembly.coupled:
             for name, torque in coupled_torques(one.spring, chains, turned).items():
                 if torque.ndim == 1:
-                    forces[name][:, chains[name].turns[0]] += torque
+                    forces[name][:, chains[name].rotations[0]] += torque
                 else:
-                    forces[name] += self._about_axes(name, torque)
+                    forces[name] += self._project_onto_axes(name, torque)
         return forces
 
-    def _about_axes(self, name: str, torque: Array) -> Array:
+    def _project_onto_axes(self, name: str, torque: Array) -> Array:
         """A torque (n, 3) in the half-way frame as forces on the displacements, shape (n, dof)."""
         moved = self.joints[name]
         half = matrix_from_rotation_vector(0.5 * moved.rotation_vectors)
         axes = self.assembly.placement.tree.chains[name].twists(moved.displacements)[..., :3]
         return np.asarray((axes @ (half @ torque[..., None]))[..., 0])
 
-    def _from_closure(self, name: str, pushed: Array) -> Array:
+    def _closure_forces(self, name: str, closure_forces: Array) -> Array:
         """Forces on the displacements of a closing joint as forces on the tree's, shape (n, m)."""
         tree, joint = self.assembly.placement.tree, self.assembly.figure.joints[name]
         forces = np.zeros_like(self.values)
         for k, placement in enumerate(self.placements()):
-            motion = relative_motion_map(placement, motion_maps(placement), joint)
+            motion = relative_jacobian(placement, segment_jacobians(placement), joint)
             columns = tree.chains[name].twists(self.joints[name].displacements[k])
-            columns[:, 3:] += np.cross(columns[:, :3], self.joints[name].between[k, :3, 3])
-            forces[k] = (np.linalg.pinv(columns.T) @ motion).T @ pushed[k]
+            columns[:, 3:] += np.cross(columns[:, :3], self.joints[name].pose_in_parent[k, :3, 3])
+            forces[k] = (np.linalg.pinv(columns.T) @ motion).T @ closure_forces[k]
         return forces
 
     def placements(self) -> list[Placement]:
         """Each pose by itself."""
         tree = self.assembly.placement.tree
         return [
-            place(tree, {name: moved.displacements[k] for name, moved in self.joints.items()})
+            forward_kinematics(
+                tree, {name: moved.displacements[k] for name, moved in self.joints.items()}
+            )
             for k in range(len(self.values))
         ]
 
 
-def _homogeneous(point: Array | None) -> Array:
+def _homogeneous_point(point: Array | None) -> Array:
     assert point is not None
     return np.append(point, 1.0)
 
 
-def _act(wrench: Array, force: Array, point: Array) -> None:
+def _add_force(wrench: Array, force: Array, point: Array) -> None:
     """Add a force at points (n, 3) to wrenches (n, 6): moment about the origin, force."""
     wrench[:, :3] += np.cross(point, force)
     wrench[:, 3:] += force
 
 
-_HALF_TURN_SLACK = 1e-6
+_HALF_TURN_TOLERANCE = 1e-6
 """A rotation vector nearer than this to 180 deg points either way by its rounding [rad]."""
 
 
@@ -236,10 +245,12 @@ def static_torques(
         locked=(),
         drives={},
     )
-    unloaded = _without_loads(figure)
-    model = _Model.of(build(unloaded, still, springs_of(figure, still)))
+    unloaded = _remove_loads(figure)
+    model = _StaticModel.from_assembly(build_model(unloaded, still, resolve_springs(figure, still)))
     placements = [
-        start_of(unloaded, replace(still, displacements={**still.displacements, **pose})).placement
+        initial_state(
+            unloaded, replace(still, displacements={**still.displacements, **pose})
+        ).placement
         for pose in poses
     ]
     torques = {name: np.zeros((len(placements), 3)) for name in model.assembly.figure.joints}
@@ -250,28 +261,28 @@ def static_torques(
 
 
 @dataclass(frozen=True)
-class _Model:
+class _StaticModel:
     """An assembly whose equations of motion are evaluated at poses.
 
     Attributes:
         assembly: built without gravity and loads.
         solver: evaluates the right-hand side; it never takes a step.
         coordinates: places of each body's position and Euler parameters among all coordinates.
-        turns: for each hinge with a spring its joint, the factor of the joint's chain, and the
+        revolute_springs: for each hinge with a spring its joint, the factor of the joint's chain, and the
             place where Exudyn keeps the last angle, from which it counts whole turns.
-        balls: names of the joints whose springs see a rotation vector.
+        spherical_joints: names of the joints whose springs see a rotation vector.
         reference: what Exudyn adds to its coordinates.
     """
 
-    assembly: Assembly
+    assembly: ExudynModel
     solver: Any
     coordinates: Mapping[str, Sequence[int]]
-    turns: tuple[tuple[str, int, Sequence[int]], ...]
-    balls: tuple[str, ...]
+    revolute_springs: tuple[tuple[str, int, Sequence[int]], ...]
+    spherical_joints: tuple[str, ...]
     reference: Array
 
     @classmethod
-    def of(cls, assembly: Assembly) -> "_Model":
+    def from_assembly(cls, assembly: ExudynModel) -> "_StaticModel":
         """Prepare an assembly. Raises StaticsError for loops."""
         closures = assembly.placement.tree.closures
         if closures:
@@ -291,7 +302,7 @@ class _Model:
             solver,
             {name: data.GetObjectLTGODE2(assembly.bodies[name]) for name in assembly.figure.bodies},
             tuple(
-                (name, one.place, data.GetObjectLTGData(one.item))
+                (name, one.axis_index, data.GetObjectLTGData(one.item))
                 for name, one in connectors
                 if one.kind == "hinge"
             ),
@@ -301,31 +312,31 @@ class _Model:
 
     def torques(self, placement: Placement) -> dict[str, Array]:
         """Torque of each joint on its child about the child's site, parent's axes, (3,) [N m]."""
-        self._insist_on_rotation_vectors(placement)
-        pushes = self._pushes(placement)
+        self._check_half_turn(placement)
+        pushes = self._body_wrenches(placement)
         torques: dict[str, Array] = {}
-        for branch in reversed(placement.tree.branches):
-            push, joint = pushes[branch.tip], branch.joint
-            if branch.base in pushes:
-                pushes[branch.base] = pushes[branch.base] + push
+        for branch in reversed(placement.tree.joints):
+            push, joint = pushes[branch.outboard], branch.joint
+            if branch.inboard in pushes:
+                pushes[branch.inboard] = pushes[branch.inboard] + push
             child = site_pose(placement, joint, "child")
             about_child = push[3:] - np.cross(child[:3, 3], push[:3])
             turned = site_pose(placement, joint, "parent")[:3, :3].T @ about_child
-            torques[joint.name] = turned if branch.forward else -turned
+            torques[joint.name] = turned if branch.parent_is_inboard else -turned
         return torques
 
-    def _insist_on_rotation_vectors(self, placement: Placement) -> None:
+    def _check_half_turn(self, placement: Placement) -> None:
         """Raise StaticsError where springs see a rotation vector that may point either way."""
-        for name in self.balls:
-            between = placement.between(placement.tree.figure.joints[name])[:3, :3]
+        for name in self.spherical_joints:
+            between = placement.pose_in_parent(placement.tree.figure.joints[name])[:3, :3]
             angle = np.linalg.norm(rotation_vector_from_matrix(between))
-            if angle > np.pi - _HALF_TURN_SLACK:
+            if angle > np.pi - _HALF_TURN_TOLERANCE:
                 raise StaticsError(
                     f"joint {name} is turned by 180 deg, where the torque of its springs is not "
                     "defined"
                 )
 
-    def _pushes(self, placement: Placement) -> dict[str, Array]:
+    def _body_wrenches(self, placement: Placement) -> dict[str, Array]:
         """Force on each body, and moment about the world's origin, world axes, (6,) [N, N m]."""
         data = self.assembly.mbs.systemData
         coordinates = np.zeros_like(self.reference)
@@ -336,7 +347,7 @@ class _Model:
             coordinates[places] = [*pose[:3, 3], *parameters]
         data.SetODE2Coordinates(coordinates - self.reference)
         counted = np.array(data.GetDataCoordinates())
-        for name, factor, places in self.turns:
+        for name, factor, places in self.revolute_springs:
             counted[places] = placement.displacements[name][factor]
         data.SetDataCoordinates(counted)
         self.solver.ComputeODE2RHS(self.assembly.mbs)
@@ -352,7 +363,7 @@ class _Model:
         return pushes
 
 
-def _without_loads(figure: Figure) -> Figure:
+def _remove_loads(figure: Figure) -> Figure:
     """The figure without the forces and moments written at its sites."""
 
     def bare(site: Site) -> Site:

@@ -20,69 +20,76 @@ from math import ceil
 import numpy as np
 
 from generator.rotations import Array
-from generator.simulation.model import Assembly
+from generator.simulation.model import ExudynModel
 
 
 @dataclass(frozen=True)
-class Passage:
+class BreakpointCrossing:
     """A spring's displacement passes a corner of its law.
 
     Attributes:
-        track: which spring, as `Guide.tracks` names it.
+        spring_label: which spring, as `Guide.tracks` names it.
         time: when [s].
         speed: rate of the displacement there [rad/s or m/s].
     """
 
-    track: str
+    spring_label: str
     time: float
     speed: float
 
 
 @dataclass(frozen=True)
-class Guide:
+class StepHints:
     """What a pass tells the next one.
 
     Attributes:
-        passages: in the order of time.
-        tracks: displacement of each spring at the frames [rad or m], shape (n,).
+        crossings: in the order of time.
+        tracked_displacements: displacement of each spring at the frames [rad or m], shape (n,).
     """
 
-    passages: Sequence[Passage] = ()
-    tracks: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
+    crossings: Sequence[BreakpointCrossing] = ()
+    tracked_displacements: Mapping[str, Sequence[float]] = field(
+        default_factory=dict[str, Sequence[float]]
+    )
 
     @cached_property
     def _times(self) -> Array:
-        return np.array([passage.time for passage in self.passages])
+        return np.array([passage.time for passage in self.crossings])
 
-    def passes(self, here: float, there: float) -> bool:
+    def has_crossing(self, start: float, stop: float) -> bool:
         """Whether a corner is passed between two times [s]."""
-        first, last = np.searchsorted(self._times, [here, there])
+        first, last = np.searchsorted(self._times, [start, stop])
         return bool(first < last)
 
-    def cuts(self, frame: int, here: float, there: float, now: Callable[[str], float]) -> Array:
+    def crossing_times(
+        self, frame: int, start: float, stop: float, current_displacement: Callable[[str], float]
+    ) -> Array:
         """Times between two frames at which steps should end [s], sorted.
 
         Args:
-            frame: number of the frame at `here`.
-            here: its time [s].
-            there: time of the next frame [s].
-            now: the displacement of a spring at `here` in the pass that is guided.
+            frame: number of the frame at `start`.
+            start: its time [s].
+            stop: time of the next frame [s].
+            current_displacement: the displacement of a spring at `start` in the pass that is guided.
         """
         times: list[float] = []
-        first, last = np.searchsorted(self._times, [here, there])
-        for passage in self.passages[int(first) : int(last)]:
-            drift = now(passage.track) - self.tracks[passage.track][frame]
+        first, last = np.searchsorted(self._times, [start, stop])
+        for passage in self.crossings[int(first) : int(last)]:
+            drift = (
+                current_displacement(passage.spring_label)
+                - self.tracked_displacements[passage.spring_label][frame]
+            )
             times.append(passage.time - drift / passage.speed)
-        return np.array(sorted(time for time in times if here < time < there))
+        return np.array(sorted(time for time in times if start < time < stop))
 
 
-_SHORTEST = 0.05
+_MIN_STEP_FRACTION = 0.05
 """Cuts nearer to each other than this part of a step are not worth a step of their own."""
 
-_JUMP = 1e-9
+_DISCONTINUITY_HALF_WIDTH = 1e-9
 """Half the length of the step that takes in the jump of a load [s]."""
 
-STEPS_A_BITE = 500
+MAX_STEPS_PER_CHUNK = 500
 """Largest number of steps that Exudyn takes before it is asked again."""
 
 
@@ -91,67 +98,84 @@ def count_steps(length: float, step: float) -> int:
     return max(1, ceil(length / step - 1e-9))
 
 
-def jumps_of(assembly: Assembly) -> Array:
+def load_discontinuities(assembly: ExudynModel) -> Array:
     """Times just before and just after the jumps of loads [s].
 
     A load that jumps within a step, or at its very end, would make the step one of first order.
     """
-    times = {time for load, *_ in assembly.loads for time in load.jumps}
-    return np.array(sorted(time + side for time in times for side in (-_JUMP, _JUMP)))
+    times = {time for load, *_ in assembly.loads for time in load.discontinuities}
+    return np.array(
+        sorted(
+            time + side
+            for time in times
+            for side in (-_DISCONTINUITY_HALF_WIDTH, _DISCONTINUITY_HALF_WIDTH)
+        )
+    )
 
 
-def end_of_leg(times: Array, first: int, most: int, jumps: Array, guide: Guide) -> int:
+def last_frame_of_batch(
+    times: Array, first: int, max_frames: int, discontinuities: Array, hints: StepHints
+) -> int:
     """The frame at which the leg from a frame ends.
 
     Args:
         times: of the frames [s].
         first: number of the frame at its start.
-        most: largest number of frames that it goes over.
-        jumps: of loads [s], sorted.
-        guide: an earlier pass, which met corners of spring laws.
+        max_frames: largest number of frames that it goes over.
+        discontinuities: of loads [s], sorted.
+        hints: an earlier pass, which met corners of spring laws.
     """
     last = first + 1
-    if _is_plain(times, first, jumps, guide):
+    if _is_regular_interval(times, first, discontinuities, hints):
         while (
-            last - first < most and last + 1 < times.size and _is_plain(times, last, jumps, guide)
+            last - first < max_frames
+            and last + 1 < times.size
+            and _is_regular_interval(times, last, discontinuities, hints)
         ):
             last += 1
     return last
 
 
-def _is_plain(times: Array, frame: int, jumps: Array, guide: Guide) -> bool:
+def _is_regular_interval(
+    times: Array, frame: int, discontinuities: Array, hints: StepHints
+) -> bool:
     """Whether nothing cuts the interval after a frame, and it is as long as the first one."""
     here, there = float(times[frame]), float(times[frame + 1])
     if abs((there - here) - float(times[1] - times[0])) > 1e-9 * (there - here):
         return False
-    return not _within(jumps, here, there) and not guide.passes(here, there)
+    return not _times_between(discontinuities, here, there) and not hints.has_crossing(here, there)
 
 
-def stretches(
-    here: float, there: float, jumps: Array, corners: Array, step: float
+def subintervals(
+    start: float, stop: float, discontinuities: Array, crossings: Array, step: float
 ) -> list[tuple[float, float]]:
     """A frame interval cut at jumps, and at the corners that are not too near to another cut."""
-    ends = [here, *_within(jumps, here, there), there]
-    cuts = [here]
+    ends = [start, *_times_between(discontinuities, start, stop), stop]
+    cuts = [start]
     for end in ends[1:]:
-        for corner in _within(corners, cuts[-1], end):
-            if corner - cuts[-1] > _SHORTEST * step and end - corner > _SHORTEST * step:
+        for corner in _times_between(crossings, cuts[-1], end):
+            if (
+                corner - cuts[-1] > _MIN_STEP_FRACTION * step
+                and end - corner > _MIN_STEP_FRACTION * step
+            ):
                 cuts.append(corner)
         cuts.append(end)
     return list(pairwise(cuts))
 
 
-def bites(interval: tuple[float, float], count: int) -> Iterator[tuple[tuple[float, float], int]]:
+def step_chunks(
+    interval: tuple[float, float], count: int
+) -> Iterator[tuple[tuple[float, float], int]]:
     """An interval of equal steps in parts of so few that the clock and Ctrl-C are heard."""
     start, stop = interval
     here = start
-    for place in range(0, count, STEPS_A_BITE):
-        some = min(STEPS_A_BITE, count - place)
+    for place in range(0, count, MAX_STEPS_PER_CHUNK):
+        some = min(MAX_STEPS_PER_CHUNK, count - place)
         there = stop if place + some == count else start + (stop - start) * (place + some) / count
         yield (here, there), some
         here = there
 
 
-def _within(times: Array, here: float, there: float) -> list[float]:
+def _times_between(times: Array, start: float, stop: float) -> list[float]:
     """The sorted times that are between two others."""
-    return [float(t) for t in times[np.searchsorted(times, here) : np.searchsorted(times, there)]]
+    return [float(t) for t in times[np.searchsorted(times, start) : np.searchsorted(times, stop)]]

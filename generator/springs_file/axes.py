@@ -10,12 +10,12 @@ import numpy as np
 
 from generator.diagnostics import shorten
 from generator.figure import Joint, Vector
-from generator.rotations import PERPENDICULAR, unit
+from generator.rotations import PERPENDICULAR_TOLERANCE, unit_vector
 
-AXES = ("x", "y", "z")
+AXIS_NAMES = ("x", "y", "z")
 """Axes of the joint frame, which is the frame of the site after `connect`."""
 
-REVOLUTE_AXIS = 3
+REVOLUTE_AXIS_NUMBER = 3
 """Axis number of a revolute's spring in an `optional` file: the joint was made a z joint."""
 
 
@@ -28,25 +28,25 @@ class AxisError(ValueError):
         self.hint = hint
 
 
-def turn_axes(joint: Joint) -> tuple[Vector, ...]:
+def rotation_axes(joint: Joint) -> tuple[Vector, ...]:
     """Unit axes of the rotations of a joint's chain, in its order."""
     return tuple(unit_axis(factor.axis) for factor in joint.chain if factor.kind == "R")
 
 
 def unit_axis(axis: Vector) -> Vector:
     """The axis of a factor with length one."""
-    x, y, z = unit(axis)
+    x, y, z = unit_vector(axis)
     return float(x), float(y), float(z)
 
 
-def sign_along(direction: Vector, axis: Vector) -> int:
+def parallel_sign(direction: Vector, axis: Vector) -> int:
     """+1 or -1 where two unit vectors are parallel or opposite, 0 where they are neither."""
-    if np.linalg.norm(np.cross(direction, axis)) > PERPENDICULAR:
+    if np.linalg.norm(np.cross(direction, axis)) > PERPENDICULAR_TOLERANCE:
         return 0
     return 1 if np.dot(direction, axis) > 0.0 else -1
 
 
-def axis_named(joint: Joint, name: str | None) -> Vector:
+def axis_by_name(joint: Joint, name: str | None) -> Vector:
     """The axis about which a spring's positive angle turns, in the joint's frame.
 
     It is the axis that the joint's chain declares, with its sign; a spherical joint whose chain
@@ -59,50 +59,50 @@ def axis_named(joint: Joint, name: str | None) -> Vector:
     Raises:
         AxisError: the joint does not turn about that axis.
     """
-    turns, who = turn_axes(joint), f"joint `{shorten(joint.name)}`"
+    turns, who = rotation_axes(joint), f"joint `{shorten(joint.name)}`"
     if not turns:
         raise AxisError(f"{who} does not turn", "only turning joints have such springs")
     if name is None:
         if len(turns) == 1:
             return turns[0]
         raise AxisError(f"{who} turns about {len(turns)} axes", "say which: x, y or z")
-    x, y, z = (float(letter == name) for letter in AXES)
-    declared = list(compress(turns, [sign_along((x, y, z), turn) for turn in turns]))
+    x, y, z = (float(letter == name) for letter in AXIS_NAMES)
+    declared = list(compress(turns, [parallel_sign((x, y, z), turn) for turn in turns]))
     if declared:
         return declared[0]
     if len(turns) == 3:
         return x, y, z
-    raise AxisError(f"{who} does not turn about {name}", f"it turns about {_listed(turns)}")
+    raise AxisError(f"{who} does not turn about {name}", f"it turns about {_format_axes(turns)}")
 
 
-def axis_numbered(joint: Joint, number: int) -> Vector:
+def axis_by_number(joint: Joint, number: int) -> Vector:
     """As `axis_named`, for the axis numbers of an `optional` file.
 
     1, 2 and 3 are x, y and z of the joint frame; the only axis of a revolute is 3.
     """
-    if len(turn_axes(joint)) != 1:
-        return axis_named(joint, AXES[number - 1])
-    if number != REVOLUTE_AXIS:
+    if len(rotation_axes(joint)) != 1:
+        return axis_by_name(joint, AXIS_NAMES[number - 1])
+    if number != REVOLUTE_AXIS_NUMBER:
         raise AxisError(
             f"joint `{shorten(joint.name)}` turns about one axis, and that has the number "
-            f"{REVOLUTE_AXIS}",
-            f"write {REVOLUTE_AXIS} instead of {number}",
+            f"{REVOLUTE_AXIS_NUMBER}",
+            f"write {REVOLUTE_AXIS_NUMBER} instead of {number}",
         )
-    return axis_named(joint, None)
+    return axis_by_name(joint, None)
 
 
 def is_bounded(joint: Joint, direction: Vector) -> bool:
     """Whether the joint's limits bound its range about an axis on both sides."""
     if joint.lower_limit is None or joint.upper_limit is None:
         return False
-    return any(sign_along(direction, turn) for turn in turn_axes(joint))
+    return any(parallel_sign(direction, turn) for turn in rotation_axes(joint))
 
 
-def _listed(axes: tuple[Vector, ...]) -> str:
+def _format_axes(axes: tuple[Vector, ...]) -> str:
     return " and ".join(f"({x:g}, {y:g}, {z:g})" for x, y, z in axes)
 
 
-_PARTS: Mapping[str, str] = {
+_BODY_PARTS: Mapping[str, str] = {
     **{part: part for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist", "neck")},
     "foot": "ankle",
     "arm": "shoulder",
@@ -111,16 +111,19 @@ _PARTS: Mapping[str, str] = {
 """Words of motions and of joints' names, and the joint that each means."""
 
 
-def is_elsewhere(motion: str, joint: str) -> bool:
+def names_other_joint(motion: str, joint: str) -> bool:
     """Whether a motion is that of another joint; not where either does not say which it is.
 
     Args:
         motion: its name, such as "knee flexion".
         joint: name of a joint, such as "left_hip_joint".
     """
-    moved, named = _part(motion.lower().split()), _part(joint.lower().split("_"))
+    moved, named = (
+        _find_body_part(motion.lower().split()),
+        _find_body_part(joint.lower().split("_")),
+    )
     return moved is not None and named is not None and moved != named
 
 
-def _part(words: Iterable[str]) -> str | None:
-    return next((_PARTS[word] for word in words if word in _PARTS), None)
+def _find_body_part(words: Iterable[str]) -> str | None:
+    return next((_BODY_PARTS[word] for word in words if word in _BODY_PARTS), None)

@@ -5,17 +5,17 @@ from dataclasses import dataclass, replace
 from math import degrees
 from pathlib import Path
 
-from generator.diagnostics import Findings, Span, nearest, shorten
+from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
 from generator.figure import Figure, Joint, Vector
 from generator.springs_file.axes import (
     AxisError,
-    axis_named,
-    axis_numbered,
+    axis_by_name,
+    axis_by_number,
     is_bounded,
-    sign_along,
-    turn_axes,
+    parallel_sign,
+    rotation_axes,
 )
-from generator.springs_file.laws import ELASTIC_KEYS, PublishedLaw, changed_law, is_finite
+from generator.springs_file.laws import ELASTIC_KEYS, PublishedLaw, apply_modifiers, is_finite
 from generator.springs_file.optional import OptionalRecord
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from springs import (
@@ -28,11 +28,11 @@ from springs import (
     NotRestoringError,
     passive_cubic,
 )
-from springs.stop import ONSET, STIFFNESS
+from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 
 @dataclass(frozen=True)
-class GivenSpring:
+class BoundSpring:
     """A spring that a file gives one axis of one joint; the stops are at the figure's limits.
 
     stop_stiffness [N m/rad], stop_onset [rad].
@@ -40,14 +40,17 @@ class GivenSpring:
 
     joint: str
     spring: AxisSpring
-    place: Span | None
-    stop_stiffness: float = STIFFNESS
-    stop_onset: float = ONSET
+    span: Span | None
+    stop_stiffness: float = DEFAULT_STOP_STIFFNESS
+    stop_onset: float = DEFAULT_STOP_ONSET
 
 
-def from_records(
-    figure: Figure, records: Iterable[OptionalRecord], printed: bool, findings: Findings
-) -> list[GivenSpring]:
+def bind_optional_records(
+    figure: Figure,
+    records: Iterable[OptionalRecord],
+    use_printed_values: bool,
+    diagnostics: Diagnostics,
+) -> list[BoundSpring]:
     """The springs of an `optional` file.
 
     The tables give the moment about the positive axis at the angle about the declared one, so a
@@ -57,74 +60,78 @@ def from_records(
     Args:
         figure: the figure whose joints the records count.
         records: as read.
-        printed: take every moment as the resisting one and no dead zone from roots.
-        findings: for faults.
+        use_printed_values: take every moment as the resisting one and no dead zone from roots.
+        diagnostics: for faults.
     """
-    given: list[GivenSpring] = []
+    given: list[BoundSpring] = []
     for record in records:
         place = record.origins.get("axis")
-        joint = _joint_numbered(figure, record.joint, place, findings)
+        joint = _joint_by_number(figure, record.joint, place, diagnostics)
         if joint is None:
             continue
         try:
-            direction = axis_numbered(joint, record.axis)
+            direction = axis_by_number(joint, record.axis)
         except AxisError as fault:
-            findings.error(str(fault), place, fault.hint)
+            diagnostics.error(str(fault), place, fault.hint)
             continue
-        spring = _record_spring(joint, record, direction, printed, findings)
+        spring = _spring_from_record(joint, record, direction, use_printed_values, diagnostics)
         if spring is not None:
-            given.append(GivenSpring(joint.name, spring, place))
-    return without_repeats(given, findings)
+            given.append(BoundSpring(joint.name, spring, place))
+    return drop_duplicates(given, diagnostics)
 
 
-def from_springs_file(
-    figure: Figure, content: SpringsFile, findings: Findings
-) -> list[GivenSpring]:
+def bind_springs_file(
+    figure: Figure, content: SpringsFile, diagnostics: Diagnostics
+) -> list[BoundSpring]:
     """The springs of a springs file; what it states wins over the rule."""
-    given: list[GivenSpring] = []
+    given: list[BoundSpring] = []
     for entry in content.entries:
         for k, name in enumerate(entry.joints):
             place = entry.origins.get(f"joints.{k}")
             joint = figure.joints.get(name)
             if joint is None:
-                findings.error(
+                diagnostics.error(
                     f"the figure has no joint `{shorten(name)}`",
                     place,
-                    nearest(name, figure.joints),
+                    spelling_hint(name, figure.joints),
                 )
                 continue
             try:
-                direction = axis_named(joint, entry.axis)
+                direction = axis_by_name(joint, entry.axis)
             except AxisError as fault:
-                findings.error(str(fault), entry.origins.get("axis") or place, fault.hint)
+                diagnostics.error(str(fault), entry.origins.get("axis") or place, fault.hint)
                 continue
             bounded = is_bounded(joint, direction)
-            spring = entry_spring(name, entry, direction, findings, bounded=bounded)
+            spring = spring_from_entry(name, entry, direction, diagnostics, bounded=bounded)
             if spring is not None:
                 stop = (entry.stop_stiffness, entry.stop_onset)
-                given.append(GivenSpring(name, spring, place, *stop))
-    return without_repeats(given, findings)
+                given.append(BoundSpring(name, spring, place, *stop))
+    return drop_duplicates(given, diagnostics)
 
 
-def _joint_numbered(
-    figure: Figure, number: int, place: Span | None, findings: Findings
+def _joint_by_number(
+    figure: Figure, number: int, span: Span | None, diagnostics: Diagnostics
 ) -> Joint | None:
     names = list(figure.joints)
     if number <= len(names):
         return figure.joints[names[number - 1]]
     has = "1 joint" if len(names) == 1 else f"{len(names)} joints"
-    findings.error(
-        f"there is no joint number {number}", place, f"the figure has {has}, counted from 1"
+    diagnostics.error(
+        f"there is no joint number {number}", span, f"the figure has {has}, counted from 1"
     )
     return None
 
 
-def _record_spring(
-    joint: Joint, record: OptionalRecord, direction: Vector, printed: bool, findings: Findings
+def _spring_from_record(
+    joint: Joint,
+    record: OptionalRecord,
+    direction: Vector,
+    use_printed_values: bool,
+    diagnostics: Diagnostics,
 ) -> AxisSpring | None:
     """The law of one record; None, with a fault noted, when it is none."""
     coefficients, rest, zone = record.coefficients, 0.0, None
-    is_revolute, negated = len(turn_axes(joint)) == 1, sum(direction) < 0.0
+    is_revolute, negated = len(rotation_axes(joint)) == 1, sum(direction) < 0.0
     if is_revolute:
         rest = record.rest
         if record.dead_zone != (0.0, 0.0):
@@ -134,25 +141,27 @@ def _record_spring(
         coefficients = (-c0, -c1, -c2, -c3)
     place = record.origins.get("dead_zone")
     if zone is not None and zone[0] > zone[1]:
-        findings.error("the dead zone ends before it begins", place, "alpha_0 alpha_l alpha_u")
+        diagnostics.error("the dead zone ends before it begins", place, "alpha_0 alpha_l alpha_u")
         return None
     if not is_revolute and (record.rest, *record.dead_zone) != (0.0, 0.0, 0.0):
-        findings.warning(
+        diagnostics.warning(
             f"rest and dead zone of `{shorten(joint.name)}` are not used",
             place,
             "these numbers count for revolutes only; a springs file can state them",
         )
-    if printed:
+    if use_printed_values:
         law, why = Cubic(coefficients, -1, zone, rest), "As printed: the moment resists"
-        why += f"; {_zone_said(zone)} is given." if zone else ", without a dead zone."
+        why += f"; {_describe_dead_zone(zone)} is given." if zone else ", without a dead zone."
     else:
         bounded = is_bounded(joint, direction)
         try:
             law = passive_cubic(coefficients, zone, rest, bounded=bounded)
         except NotRestoringError as failure:
-            _refuse(joint.name, failure, record.origins.get("coefficients"), findings)
+            _report_not_restoring(
+                joint.name, failure, record.origins.get("coefficients"), diagnostics
+            )
             return None
-        why = rule_said(coefficients, law, zone_given=zone is not None)
+        why = describe_sense_rule(coefficients, law, zone_is_stated=zone is not None)
     if negated and not is_revolute:
         why += " Negated on reading, since the joint declares the axis negative."
     return AxisSpring(
@@ -164,8 +173,8 @@ def _record_spring(
     )
 
 
-def entry_spring(
-    joint: str, entry: SpringEntry, direction: Vector, findings: Findings, *, bounded: bool
+def spring_from_entry(
+    joint: str, entry: SpringEntry, direction: Vector, diagnostics: Diagnostics, *, bounded: bool
 ) -> AxisSpring | None:
     """The law of one table for one joint; None, with a fault noted, when it is none.
 
@@ -173,17 +182,17 @@ def entry_spring(
         joint: its name.
         entry: the table.
         direction: the axis in the joint's frame.
-        findings: for faults.
+        diagnostics: for faults.
         bounded: whether stops bound the range, as for `passive_cubic`.
     """
-    law, why = _main_law(joint, entry, findings, bounded=bounded)
+    law, why = _base_law(joint, entry, diagnostics, bounded=bounded)
     if law is None:
-        return None if entry.coefficients is not None else _damper(direction, entry)
-    changed = changed_law(law, entry.scale, entry.offset, entry.hysteresis, entry.slip)
+        return None if entry.coefficients is not None else _damper_from_entry(direction, entry)
+    changed = apply_modifiers(law, entry.scale, entry.offset, entry.hysteresis, entry.slip_rate)
     if not is_finite(changed):
-        findings.error(
+        diagnostics.error(
             f"the torque of this law of `{shorten(joint)}` is too large for a number within a turn",
-            _law_place(entry),
+            _law_span(entry),
             "are its rates for angles in rad?",
         )
         return None
@@ -192,19 +201,19 @@ def entry_spring(
     )
 
 
-def _damper(direction: Vector, entry: SpringEntry) -> AxisSpring:
+def _damper_from_entry(direction: Vector, entry: SpringEntry) -> AxisSpring:
     """A spring of a table without an elastic law."""
     return AxisSpring(direction, (), entry.damping, entry.motion, entry.reference, entry.why)
 
 
-def _law_place(entry: SpringEntry) -> Span | None:
+def _law_span(entry: SpringEntry) -> Span | None:
     """Where the law of a table is written."""
     found = (entry.origins[key] for key in ELASTIC_KEYS if key in entry.origins)
     return next(found, entry.origins.get("spring"))
 
 
-def _main_law(
-    joint: str, entry: SpringEntry, findings: Findings, *, bounded: bool
+def _base_law(
+    joint: str, entry: SpringEntry, diagnostics: Diagnostics, *, bounded: bool
 ) -> tuple[Elastic | None, str]:
     """The law of a table before it is changed, and why it is read so where the rule reads it."""
     if isinstance(entry.law, PublishedLaw):
@@ -218,51 +227,55 @@ def _main_law(
     try:
         ruled = passive_cubic(entry.coefficients, entry.dead_zone, entry.rest, bounded=bounded)
     except NotRestoringError as failure:
-        _refuse(joint, failure, entry.origins.get("coefficients_Nm_rad"), findings)
+        _report_not_restoring(joint, failure, entry.origins.get("coefficients_Nm_rad"), diagnostics)
         return None, ""
     law = replace(ruled, sense=entry.sense or ruled.sense)
     if entry.dead_zone_stated:
         law = replace(law, dead_zone=entry.dead_zone)
     if law.sense != ruled.sense:
-        findings.warning(
+        diagnostics.warning(
             "in this sense the cubic drives the joint away at both ends",
             entry.origins.get("sense"),
             f"the sense that restores is {ruled.sense:+d}",
         )
     if not entry.why and entry.sense is None:
-        return law, rule_said(entry.coefficients, law, zone_given=entry.dead_zone_stated)
+        return law, describe_sense_rule(
+            entry.coefficients, law, zone_is_stated=entry.dead_zone_stated
+        )
     return law, ""
 
 
-def _refuse(joint: str, failure: NotRestoringError, place: Span | None, findings: Findings) -> None:
-    findings.error(
+def _report_not_restoring(
+    joint: str, failure: NotRestoringError, span: Span | None, diagnostics: Diagnostics
+) -> None:
+    diagnostics.error(
         f"no sense makes this cubic of `{shorten(joint)}` restoring: {failure}",
-        place,
+        span,
         "give the axis limits on both sides (`llimit`, `ulimit`) or another cubic",
     )
 
 
-def without_repeats(given: list[GivenSpring], findings: Findings) -> list[GivenSpring]:
+def drop_duplicates(springs: list[BoundSpring], diagnostics: Diagnostics) -> list[BoundSpring]:
     """Each axis of a joint once; a second spring is a fault."""
-    kept: list[GivenSpring] = []
-    by_joint: dict[str, list[GivenSpring]] = {}
-    for one in given:
+    kept: list[BoundSpring] = []
+    by_joint: dict[str, list[BoundSpring]] = {}
+    for one in springs:
         others = by_joint.setdefault(one.joint, [])
-        same = [o for o in others if sign_along(o.spring.direction, one.spring.direction)]
+        same = [o for o in others if parallel_sign(o.spring.direction, one.spring.direction)]
         if not same:
             others.append(one)
             kept.append(one)
             continue
-        first = same[0].place
-        findings.error(
+        first = same[0].span
+        diagnostics.error(
             f"a second spring about one axis of `{shorten(one.joint)}`",
-            one.place,
+            one.span,
             f"the first stands in line {first.line}" if first else "",
         )
     return kept
 
 
-def rule_said(coefficients: Coefficients, law: Cubic, *, zone_given: bool) -> str:
+def describe_sense_rule(coefficients: Coefficients, law: Cubic, *, zone_is_stated: bool) -> str:
     """In a sentence: how the rule came to the sense and the dead zone of a cubic."""
     _, c1, c2, c3 = coefficients
     acts = "the moment resists" if law.sense == -1 else "the moment acts on the child"
@@ -274,10 +287,10 @@ def rule_said(coefficients: Coefficients, law: Cubic, *, zone_given: bool) -> st
         first = f"No sense restores at both ends; the limits bound the range, and {acts}"
     if law.dead_zone is None:
         return f"{first}; there is no dead zone."
-    origin = "is given" if zone_given else "lies between the outer two of three roots"
-    return f"{first}; {_zone_said(law.dead_zone)} {origin}."
+    origin = "is given" if zone_is_stated else "lies between the outer two of three roots"
+    return f"{first}; {_describe_dead_zone(law.dead_zone)} {origin}."
 
 
-def _zone_said(zone: tuple[float, float]) -> str:
+def _describe_dead_zone(zone: tuple[float, float]) -> str:
     low, high = (degrees(edge) for edge in zone)
     return f"the dead zone, {low:.1f} to {high:.1f} deg,"

@@ -6,148 +6,150 @@ from itertools import combinations
 
 import numpy as np
 
-from generator.diagnostics import Findings, Span, nearest, shorten
+from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
 from generator.figure import Figure, Vector
-from generator.springs_file.axes import AxisError, axis_named, sign_along
+from generator.springs_file.axes import AxisError, axis_by_name, parallel_sign
 from generator.springs_file.coupled import CoupledEntry
-from generator.springs_file.laws import LARGEST
+from generator.springs_file.laws import MAX_LAW_VALUE
 from generator.springs_file.parse import SpringsFile
 from springs import CoupledAxis, CoupledSpring
 from springs.coupled import CoupledExponential
-from springs.lint.report import Replaced
+from springs.lint.report import LawReplacement
 
-_FARTHEST = np.radians([-200.0, 200.0])
+_TEST_ANGLES = np.radians([-200.0, 200.0])
 """Angles that a joint may reach [rad]."""
 
 
 @dataclass(frozen=True)
-class Hung:
+class CoordinateBinding:
     """Where a coordinate is hung: its joint, the name of its axis, and where both are written."""
 
     joint: str
     axis: str | None
-    place: Span | None
-    axis_place: Span | None
+    span: Span | None
+    axis_span: Span | None
 
 
-Directions = Callable[[Hung, Findings], Vector | None]
+AxisResolver = Callable[[CoordinateBinding, Diagnostics], Vector | None]
 """Finds the axis of a joint in its frame; None with a fault noted."""
 
 
-def coupled_of_figure(
-    figure: Figure, content: SpringsFile, findings: Findings
+def bind_coupled_springs(
+    figure: Figure, content: SpringsFile, diagnostics: Diagnostics
 ) -> tuple[CoupledSpring, ...]:
     """The coupled laws of a file, hung on a figure."""
 
-    def direction(hung: Hung, findings: Findings) -> Vector | None:
+    def direction(hung: CoordinateBinding, findings: Diagnostics) -> Vector | None:
         joint = figure.joints.get(hung.joint)
         if joint is None:
             missing = f"the figure has no joint `{shorten(hung.joint)}`"
-            findings.error(missing, hung.place, nearest(hung.joint, figure.joints))
+            findings.error(missing, hung.span, spelling_hint(hung.joint, figure.joints))
             return None
         try:
-            return axis_named(joint, hung.axis)
+            return axis_by_name(joint, hung.axis)
         except AxisError as fault:
-            findings.error(str(fault), hung.axis_place or hung.place, fault.hint)
+            findings.error(str(fault), hung.axis_span or hung.span, fault.hint)
             return None
 
-    return coupled_springs(content, direction, findings)
+    return build_coupled_springs(content, direction, diagnostics)
 
 
-def coupled_springs(
-    content: SpringsFile, direction: Directions, findings: Findings
+def build_coupled_springs(
+    content: SpringsFile, resolve_axis: AxisResolver, diagnostics: Diagnostics
 ) -> tuple[CoupledSpring, ...]:
     """The coupled laws of a file, one spring for each side.
 
     Args:
         content: the file.
-        direction: finds the axes.
-        findings: for faults.
+        resolve_axis: finds the axes.
+        diagnostics: for faults.
     """
     made: list[CoupledSpring] = []
     hung: dict[frozenset[CoupledAxis], CoupledEntry] = {}
     for entry in content.coupled:
-        if not (_is_finite(entry.as_given) and _is_finite(entry.law)):
-            findings.error(
+        if not (_has_finite_torques(entry.unmodified_law) and _has_finite_torques(entry.law)):
+            diagnostics.error(
                 "the torque of this coupled law is too large for a number within a turn",
                 entry.origins.get("terms") or entry.origins.get("coupled"),
                 "are its rates for angles in rad?",
             )
             continue
         for k in range(len(entry.joints)):
-            axes = _side(entry, k, direction, findings)
+            axes = _bind_side(entry, k, resolve_axis, diagnostics)
             if axes is None:
                 continue
             made.append(CoupledSpring(entry.law, axes, entry.reference, entry.why))
-            other = hung.setdefault(frozenset(map(_line, axes)), entry)
+            other = hung.setdefault(frozenset(map(_unsigned_axis, axes)), entry)
             if other is not entry:
-                _note_second(entry, other, axes, k, findings)
+                _report_duplicate(entry, other, axes, k, diagnostics)
     return tuple(made)
 
 
-def _line(axis: CoupledAxis) -> CoupledAxis:
+def _unsigned_axis(axis: CoupledAxis) -> CoupledAxis:
     """An axis told without its sense."""
     x, y, z = (abs(part) for part in axis.direction)
     return CoupledAxis(axis.joint, (x, y, z))
 
 
-def _note_second(
+def _report_duplicate(
     entry: CoupledEntry,
     first: CoupledEntry,
     axes: tuple[CoupledAxis, ...],
     k: int,
-    findings: Findings,
+    diagnostics: Diagnostics,
 ) -> None:
     """Two laws over the same axes add: an error where it is one law, else a warning."""
     named = " and ".join(f"`{shorten(axis.joint)}`" for axis in axes)
-    place = entry.joint_origins[k][0] if entry.joint_origins else None
+    place = entry.joint_spans[k][0] if entry.joint_spans else None
     header = first.origins.get("coupled")
     where = f"the first stands in line {header.line}" if header else ""
-    if entry.is_same(first):
-        findings.error(f"this law hangs on {named} already", place, where)
+    if entry.has_same_law(first):
+        diagnostics.error(f"this law hangs on {named} already", place, where)
     else:
         said = f"a second law over the same axes of {named}: the two add"
-        findings.warning(said, place, where)
+        diagnostics.warning(said, place, where)
 
 
-def replaced_laws(content: SpringsFile) -> tuple[Replaced, ...]:
+def replaced_laws(content: SpringsFile) -> tuple[LawReplacement, ...]:
     """The laws of a file that stand for others, to which they are the nearest conservative ones."""
     return tuple(
-        Replaced(entry.law, original)
+        LawReplacement(entry.law, original)
         for entry in content.coupled
-        if (original := entry.replaced) is not None
+        if (original := entry.original_law) is not None
     )
 
 
-def _side(
-    entry: CoupledEntry, k: int, direction: Directions, findings: Findings
+def _bind_side(
+    entry: CoupledEntry, k: int, resolve_axis: AxisResolver, diagnostics: Diagnostics
 ) -> tuple[CoupledAxis, ...] | None:
     """The axes of one side; None with a fault noted."""
-    places = entry.joint_origins[k] if entry.joint_origins else (None,) * len(entry.joints[k])
+    places = entry.joint_spans[k] if entry.joint_spans else (None,) * len(entry.joints[k])
     axes: list[CoupledAxis] = []
     for name, axis, sense, place in zip(
         entry.joints[k], entry.axes, entry.senses, places, strict=True
     ):
-        found = direction(Hung(name, axis, place, entry.origins.get("axes")), findings)
+        found = resolve_axis(
+            CoordinateBinding(name, axis, place, entry.origins.get("axes")), diagnostics
+        )
         if found is not None:
             x, y, z = found
             axes.append(CoupledAxis(name, found if sense > 0 else (-x, -y, -z)))
     if len(axes) < len(places):
         return None
     for (i, one), (j, other) in combinations(enumerate(axes), 2):
-        if one.joint == other.joint and sign_along(one.direction, other.direction):
+        if one.joint == other.joint and parallel_sign(one.direction, other.direction):
             first, second = entry.coordinates[i], entry.coordinates[j]
             said = (
                 f"`{shorten(first)}` and `{shorten(second)}` are one axis of `{shorten(one.joint)}`"
             )
-            findings.error(said, places[j], "each coordinate has an axis of its own")
+            diagnostics.error(said, places[j], "each coordinate has an axis of its own")
             return None
     return tuple(axes)
 
 
-def _is_finite(law: CoupledExponential) -> bool:
+def _has_finite_torques(law: CoupledExponential) -> bool:
     """Whether the torques of a law are numbers wherever its joints may turn."""
-    corners = np.meshgrid(*(_FARTHEST for _ in law.coordinates))
+    corners = np.meshgrid(*(_TEST_ANGLES for _ in law.coordinates))
     with np.errstate(all="ignore"):
         torques = law.torques(corners)
-    return all(bool(np.all(np.abs(torque) < LARGEST)) for torque in torques)
+    return all(bool(np.all(np.abs(torque) < MAX_LAW_VALUE)) for torque in torques)

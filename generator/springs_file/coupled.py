@@ -9,20 +9,22 @@ from functools import cached_property
 from math import degrees, radians
 from typing import Any, cast
 
-from generator.diagnostics import Span, nearest, shorten
-from generator.springs_file.axes import AXES, is_elsewhere
-from generator.springs_file.laws import PUBLISHED, published_name
+from generator.diagnostics import Span, shorten, spelling_hint
+from generator.springs_file.axes import AXIS_NAMES, names_other_joint
+from generator.springs_file.laws import PUBLISHED_KEY, parse_published_key
 from generator.springs_file.toml_table import Pair, TableReader
 from springs.coupled import CoupledExponential, CoupledTerm
 from springs.elastic import Range
-from springs.published.tables import coupled
-from springs.spherical import nearest_conservative
+from springs.published.tables import coupled_law
+from springs.spherical import nearest_conservative_law
 
-OWN_KEYS = ("terms", "constants_Nm", "measured_deg")
+EXPLICIT_LAW_KEYS = ("terms", "constants_Nm", "measured_deg")
 TERM_KEYS = ("amplitudes_Nm", "rates_1_rad", "exponent")
 
 
-def own_law(table: TableReader, coordinates: tuple[str, ...]) -> CoupledExponential | None:
+def parse_explicit_law(
+    table: TableReader, coordinates: tuple[str, ...]
+) -> CoupledExponential | None:
     """The law of `terms`, `constants_Nm` and `measured_deg`; None with a fault noted."""
     count = len(coordinates)
     items = table.items("terms")
@@ -33,11 +35,11 @@ def own_law(table: TableReader, coordinates: tuple[str, ...]) -> CoupledExponent
     if not count:
         return None
     terms = [
-        _term(_inner(table, cast("Mapping[str, Any]", item), k), count)
+        _parse_term(_term_table(table, cast("Mapping[str, Any]", item), k), count)
         for k, item in enumerate(items)
     ]
     constants = table.numbers("constants_Nm", count)
-    measured = _measured(table, count)
+    measured = _parse_measured_ranges(table, count)
     if None in terms or measured is None:
         return None
     return CoupledExponential(
@@ -48,18 +50,20 @@ def own_law(table: TableReader, coordinates: tuple[str, ...]) -> CoupledExponent
     )
 
 
-def _inner(table: TableReader, content: Mapping[str, Any], k: int) -> TableReader:
+def _term_table(table: TableReader, content: Mapping[str, Any], k: int) -> TableReader:
     """The reader of one table in braces."""
-    return TableReader(content, table.name, table.index, table.places, table.findings, ("terms", k))
+    return TableReader(
+        content, table.name, table.index, table.spans, table.diagnostics, ("terms", k)
+    )
 
 
-def _term(table: TableReader, count: int) -> CoupledTerm | None:
+def _parse_term(table: TableReader, count: int) -> CoupledTerm | None:
     """One exponential: its torques, how they grow with each angle, its exponent at zero."""
-    table.refuse_unknown(TERM_KEYS, "term")
+    table.reject_unknown_keys(TERM_KEYS, "term")
     for key in TERM_KEYS[:2]:
         if key not in table.content:
             hint = f"a list of {count} numbers, one for each coordinate"
-            table.findings.error(f"this term has no `{key}`", table.header, hint)
+            table.diagnostics.error(f"this term has no `{key}`", table.header_span, hint)
     amplitudes = table.numbers("amplitudes_Nm", count)
     rates = table.numbers("rates_1_rad", count)
     exponent = table.number("exponent")
@@ -72,7 +76,7 @@ def _term(table: TableReader, count: int) -> CoupledTerm | None:
     return CoupledTerm(amplitudes, rates, exponent or 0.0)
 
 
-def _measured(table: TableReader, count: int) -> tuple[Pair | None, ...] | None:
+def _parse_measured_ranges(table: TableReader, count: int) -> tuple[Pair | None, ...] | None:
     """For each coordinate its range; None with a fault noted."""
     key = "measured_deg"
     if key not in table.content:
@@ -90,13 +94,13 @@ def _measured(table: TableReader, count: int) -> tuple[Pair | None, ...] | None:
     return pairs
 
 
-PLACE_KEYS = ("joints", "axes", "senses", "coordinates")
+BINDING_KEYS = ("joints", "axes", "senses", "coordinates")
 HELD_KEYS = ("held", "held_deg")
 COUPLED_KEYS = (
-    *PLACE_KEYS,
-    PUBLISHED,
+    *BINDING_KEYS,
+    PUBLISHED_KEY,
     *HELD_KEYS,
-    *OWN_KEYS,
+    *EXPLICIT_LAW_KEYS,
     "conservative",
     "scale",
     "offsets_deg",
@@ -104,22 +108,22 @@ COUPLED_KEYS = (
     "why",
 )
 
-NEAREST = "nearest"
+NEAREST_CONSERVATIVE = "nearest"
 """`conservative = "nearest"` takes the nearest law that is the gradient of an energy."""
 
-MOST = 6
+MAX_COORDINATES = 6
 """Coordinates of a law: looking at it everywhere takes a power of their number."""
 
-_MOST_COORDINATES, _MOST_TERMS = 3, 40
+_MAX_CONSERVATIVE_COORDINATES, _MAX_CONSERVATIVE_TERMS = 3, 40
 """What a nearest conservative law is sought for: the work grows with the power of the first."""
 
-_MENDED = "The nearest conservative law of the same exponentials"
+_CONSERVATIVE_NOTE = "The nearest conservative law of the same exponentials"
 
 _HALF_TURN = radians(180.0)
-_ROUNDING = 1e-9
+_RANGE_TOLERANCE = 1e-9
 """What converting degrees may add to an end of a range [rad]."""
 
-_JOINTS = '["left_hip_joint", "left_knee"]'
+_JOINTS_EXAMPLE = '["left_hip_joint", "left_knee"]'
 
 
 @dataclass(frozen=True)
@@ -132,15 +136,15 @@ class CoupledEntry:
         axes: for each coordinate "x", "y" or "z", or None for the only axis of the joint.
         senses: for each coordinate -1 where the axis's positive angle is against it.
         published: the published law, `publication/name`, or None.
-        own: the law in numbers of the file instead, or None.
+        explicit_law: the law in numbers of the file instead, or None.
         held: the published law's other coordinates and their angles [rad].
-        is_nearest: whether the nearest conservative law takes its place.
+        is_nearest_conservative: whether the nearest conservative law takes its place.
         scale: factor of its torques.
         offsets: how far it is moved towards greater angles, one a coordinate [rad].
         reference: where the numbers are from.
         why: why they are read as they are.
         origins: places of the keys' values; "coupled" is the table.
-        joint_origins: places of the joints, as in `joints`.
+        joint_spans: places of the joints, as in `joints`.
     """
 
     joints: tuple[tuple[str, ...], ...]
@@ -148,125 +152,129 @@ class CoupledEntry:
     axes: tuple[str | None, ...]
     senses: tuple[int, ...]
     published: str | None = None
-    own: CoupledExponential | None = None
+    explicit_law: CoupledExponential | None = None
     held: tuple[tuple[str, float], ...] = ()
-    is_nearest: bool = False
+    is_nearest_conservative: bool = False
     scale: float = 1.0
     offsets: tuple[float, ...] = ()
     reference: str = ""
     why: str = ""
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
-    joint_origins: tuple[tuple[Span, ...], ...] = field(default=(), compare=False, repr=False)
+    joint_spans: tuple[tuple[Span, ...], ...] = field(default=(), compare=False, repr=False)
 
     @cached_property
     def law(self) -> CoupledExponential:
         """Torques on the children [N m] of the coordinates [rad], in their order."""
-        law = self.as_given
-        if self.is_nearest:
-            law = nearest_conservative(law, _box(law)).law
-        return self._changed(law)
+        law = self.unmodified_law
+        if self.is_nearest_conservative:
+            law = nearest_conservative_law(law, _known_ranges(law)).law
+        return self._apply_modifiers(law)
 
     @property
-    def replaced(self) -> CoupledExponential | None:
+    def original_law(self) -> CoupledExponential | None:
         """The law for which the nearest conservative one stands, or None."""
-        return self._changed(self.as_given) if self.is_nearest else None
+        return self._apply_modifiers(self.unmodified_law) if self.is_nearest_conservative else None
 
-    def _changed(self, law: CoupledExponential) -> CoupledExponential:
+    def _apply_modifiers(self, law: CoupledExponential) -> CoupledExponential:
         """A law with what `scale` and `offsets_deg` do to it."""
         return law.scaled(self.scale, dict(zip(self.coordinates, self.offsets, strict=False)))
 
-    def is_same(self, other: "CoupledEntry") -> bool:
+    def has_same_law(self, other: "CoupledEntry") -> bool:
         """Whether another table has the same law, whatever the order of its coordinates."""
         if set(self.coordinates) != set(other.coordinates):
             return False
-        return self.law == _ordered(other.law, self.coordinates)
+        return self.law == _reorder_coordinates(other.law, self.coordinates)
 
     @property
-    def as_given(self) -> CoupledExponential:
+    def unmodified_law(self) -> CoupledExponential:
         """The law before it is changed, its coordinates in the order of the file."""
         if self.published is None:
-            assert self.own is not None
-            return self.own
-        law = coupled(self.published).law
+            assert self.explicit_law is not None
+            return self.explicit_law
+        law = coupled_law(self.published).law
         for name, angle in self.held:
-            law = law.holding(name, angle)
-        return _ordered(law, self.coordinates)
+            law = law.hold_coordinate(name, angle)
+        return _reorder_coordinates(law, self.coordinates)
 
 
-def coupled_entry(table: TableReader) -> CoupledEntry | None:
+def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
     """One `[[coupled]]`; None, with a fault noted, when it says nothing that can be used."""
-    before = len(table.findings.faults)
-    table.refuse_unknown(COUPLED_KEYS, "coupled law")
+    before = len(table.diagnostics.entries)
+    table.reject_unknown_keys(COUPLED_KEYS, "coupled law")
     coordinates = table.names("coordinates", '["hip flexion", "knee flexion"]', "coupled law")
     if len(coordinates) == 1:
         hint = "a law of one angle is a `[[spring]]`"
         table.error("coordinates", "a coupled law has two coordinates at least", hint)
-    if len(coordinates) > MOST:
-        table.error("coordinates", f"a coupled law has at most {MOST} coordinates")
+    if len(coordinates) > MAX_COORDINATES:
+        table.error("coordinates", f"a coupled law has at most {MAX_COORDINATES} coordinates")
     for k, name in enumerate(coordinates):
         if name in coordinates[:k]:
             table.error("coordinates", f"`{shorten(name)}` stands twice", "", k)
     count = len(coordinates)
-    joints = _joints(table, count)
-    axes = _axes(table, count)
+    joints = _parse_joints(table, count)
+    axes = _parse_axes(table, count)
     senses = table.signs("senses", count)
     offsets = table.numbers("offsets_deg", count)
     scale = table.number("scale", negative=False)
-    wanted = table.choice("conservative", (NEAREST,))
+    wanted = table.choice("conservative", (NEAREST_CONSERVATIVE,))
     said = {key: table.text(key) or "" for key in ("reference", "why")}
-    held, published, own = _held(table), None, None
-    if PUBLISHED in table.content:
-        published = published_name(table, PUBLISHED, "coupled law")
-        _refuse_beside(table, OWN_KEYS, "own numbers", f"without `{PUBLISHED}`")
+    held, published, own = _parse_held(table), None, None
+    if PUBLISHED_KEY in table.content:
+        published = parse_published_key(table, PUBLISHED_KEY, "coupled law")
+        _reject_keys(table, EXPLICIT_LAW_KEYS, "own numbers", f"without `{PUBLISHED_KEY}`")
         if published is not None and coordinates:
             _check_coordinates(table, published, coordinates, held)
     elif "terms" in table.content:
-        own = own_law(table, coordinates)
-        _refuse_beside(table, HELD_KEYS, "a published law", f"with `{PUBLISHED}`")
+        own = parse_explicit_law(table, coordinates)
+        _reject_keys(table, HELD_KEYS, "a published law", f"with `{PUBLISHED_KEY}`")
     else:
-        hint = f"it needs one of: {PUBLISHED}, terms"
-        table.findings.error("this coupled law has no law", table.header, hint)
-    if len(table.findings.faults) > before:
+        hint = f"it needs one of: {PUBLISHED_KEY}, terms"
+        table.diagnostics.error("this coupled law has no law", table.header_span, hint)
+    if len(table.diagnostics.entries) > before:
         return None
     if published is not None:
-        row = coupled(published)
-        _doubt_held(table, row.law, held)
-        first = "As published." if wanted is None else f"{_MENDED} is taken."
+        row = coupled_law(published)
+        _warn_held_out_of_range(table, row.law, held)
+        first = "As published." if wanted is None else f"{_CONSERVATIVE_NOTE} is taken."
         note = " ".join(part for part in (first, row.note.strip()) if part)
         said = {"reference": said["reference"] or str(row.reference), "why": said["why"] or note}
-    origins = {key: table.place(key) for key in table.content} | {"coupled": table.header}
-    places = _joint_places(table, joints)
-    _doubt_joints(table, coordinates, joints, places)
+    origins = {key: table.span(key) for key in table.content} | {"coupled": table.header_span}
+    places = _joint_spans(table, joints)
+    _warn_joint_mismatch(table, coordinates, joints, places)
     entry = CoupledEntry(
         joints=joints,
         coordinates=coordinates,
         axes=axes or (None,) * count,
         senses=senses or (1,) * count,
         published=published,
-        own=own,
+        explicit_law=own,
         held=held,
-        is_nearest=wanted is not None,
+        is_nearest_conservative=wanted is not None,
         scale=1.0 if scale is None else scale,
         offsets=offsets or (0.0,) * count,
         reference=said["reference"],
         why=said["why"],
         origins=origins,
-        joint_origins=places,
+        joint_spans=places,
     )
-    return entry if not entry.is_nearest or _can_be_nearest(table, entry) else None
+    return (
+        entry
+        if not entry.is_nearest_conservative or _has_nearest_conservative(table, entry)
+        else None
+    )
 
 
-def _joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]:
+def _parse_joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]:
     """The joints of the coordinates, a list for each side; empty with a fault noted."""
     if "joints" not in table.content:
-        hint = f"write `joints = {_JOINTS}`, or a list of such lists, one a side"
-        table.findings.error("this coupled law has no `joints`", table.header, hint)
+        hint = f"write `joints = {_JOINTS_EXAMPLE}`, or a list of such lists, one a side"
+        table.diagnostics.error("this coupled law has no `joints`", table.header_span, hint)
         return ()
     items = table.items("joints") or []
     is_flat = bool(items) and all(isinstance(item, str) for item in items)
     sides = [items] if is_flat else items
-    if not sides or not all(map(_is_names, sides)):
-        hint = f"as in `{_JOINTS}`, or a list of such lists, one a side"
+    if not sides or not all(map(_is_name_list, sides)):
+        hint = f"as in `{_JOINTS_EXAMPLE}`, or a list of such lists, one a side"
         table.error("joints", "`joints` must be a list of names", hint)
         return ()
     for k, side in enumerate(sides):
@@ -279,7 +287,7 @@ def _joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(side) for side in sides)
 
 
-def _is_names(value: Any) -> bool:
+def _is_name_list(value: Any) -> bool:
     """Whether a value is a list of names, at least one."""
     return (
         bool(value)
@@ -288,26 +296,26 @@ def _is_names(value: Any) -> bool:
     )
 
 
-def _joint_places(
+def _joint_spans(
     table: TableReader, joints: tuple[tuple[str, ...], ...]
 ) -> tuple[tuple[Span, ...], ...]:
     """Where each joint is written."""
     is_flat = isinstance((table.items("joints") or [None])[0], str)
     return tuple(
         tuple(
-            table.place("joints", j) if is_flat else table.place("joints", k, j)
+            table.span("joints", j) if is_flat else table.span("joints", k, j)
             for j in range(len(side))
         )
         for k, side in enumerate(joints)
     )
 
 
-def _axes(table: TableReader, count: int) -> tuple[str | None, ...] | None:
+def _parse_axes(table: TableReader, count: int) -> tuple[str | None, ...] | None:
     """For each coordinate the axis of its joint; None where they are left out, or wrong."""
     if "axes" not in table.content:
         return None
     names = table.names("axes", '["y", "joint"]')
-    known = (*AXES, "joint")
+    known = (*AXIS_NAMES, "joint")
     for k, name in enumerate(names):
         if name not in known:
             hint = f"it is one of: {', '.join(known)}"
@@ -317,7 +325,7 @@ def _axes(table: TableReader, count: int) -> tuple[str | None, ...] | None:
     return tuple(None if name == "joint" else name for name in names)
 
 
-def _held(table: TableReader) -> tuple[tuple[str, float], ...]:
+def _parse_held(table: TableReader) -> tuple[tuple[str, float], ...]:
     """The coordinates that are held, with their angles [rad]."""
     present = [key for key in HELD_KEYS if key in table.content]
     if len(present) == 1:
@@ -334,31 +342,34 @@ def _held(table: TableReader) -> tuple[tuple[str, float], ...]:
     return tuple(zip(names, angles, strict=True)) if angles is not None else ()
 
 
-def _doubt_held(
+def _warn_held_out_of_range(
     table: TableReader, law: CoupledExponential, held: tuple[tuple[str, float], ...]
 ) -> None:
     """Note a warning for each coordinate that is held where the law is not known."""
     for k, (name, angle) in enumerate(held):
-        known = law.measured[law.coordinates.index(name)]
-        if known is not None and not known[0] - _ROUNDING <= angle <= known[1] + _ROUNDING:
+        known = law.valid_ranges[law.coordinates.index(name)]
+        if (
+            known is not None
+            and not known[0] - _RANGE_TOLERANCE <= angle <= known[1] + _RANGE_TOLERANCE
+        ):
             low, high = (f"{degrees(end):.4g}" for end in known)
             said = f"`{shorten(name)}` is held at {degrees(angle):.6g} deg, beyond what is known"
             hint = f"the law is known for {low} .. {high} deg"
-            table.findings.warning(said, table.place("held_deg", k), hint)
+            table.diagnostics.warning(said, table.span("held_deg", k), hint)
 
 
-def _doubt_joints(
+def _warn_joint_mismatch(
     table: TableReader,
     coordinates: tuple[str, ...],
     joints: tuple[tuple[str, ...], ...],
-    places: tuple[tuple[Span, ...], ...],
+    joint_spans: tuple[tuple[Span, ...], ...],
 ) -> None:
     """Note a warning for each coordinate that hangs on a joint of which it is not."""
-    for side, spans in zip(joints, places, strict=True):
+    for side, spans in zip(joints, joint_spans, strict=True):
         for name, joint, span in zip(coordinates, side, spans, strict=True):
-            if is_elsewhere(name, joint):
+            if names_other_joint(name, joint):
                 said = f"`{shorten(name)}` hangs on `{shorten(joint)}`"
-                table.findings.warning(said, span, "joints stand in the order of `coordinates`")
+                table.diagnostics.warning(said, span, "joints stand in the order of `coordinates`")
 
 
 def _check_coordinates(
@@ -368,13 +379,13 @@ def _check_coordinates(
     held: tuple[tuple[str, float], ...],
 ) -> None:
     """Every coordinate of a published law is hung on a joint or held, and only one of the two."""
-    known = coupled(published).law.coordinates
+    known = coupled_law(published).law.coordinates
     names = [name for name, _ in held]
     for key, said in (("coordinates", coordinates), ("held", names)):
         for k, name in enumerate(said):
             if name not in known:
                 missing = f"`{published}` has no coordinate `{shorten(name)}`"
-                table.error(key, missing, nearest(name, known), k)
+                table.error(key, missing, spelling_hint(name, known), k)
     for k, name in enumerate(names):
         if name in coordinates or name in names[:k]:
             both = "hung on a joint and held" if name in coordinates else "held twice"
@@ -386,39 +397,44 @@ def _check_coordinates(
         listed = ", ".join(f'"{name}"' for name in (*names, *missing))
         angles = ", ".join("0.0" for _ in (*names, *missing))
         table.error(
-            PUBLISHED,
+            PUBLISHED_KEY,
             f"`{published}` depends on `{missing[0]}` too, and nothing says where that is",
             f"hold it: `held = [{listed}]` and `held_deg = [{angles}]`",
         )
 
 
-def _refuse_beside(table: TableReader, keys: tuple[str, ...], owner: str, hint: str) -> None:
+def _reject_keys(table: TableReader, keys: tuple[str, ...], owner: str, hint: str) -> None:
     for key in keys:
         if key in table.content:
             table.error(key, f"`{key}` belongs to {owner}", hint)
 
 
-def _can_be_nearest(table: TableReader, entry: CoupledEntry) -> bool:
+def _has_nearest_conservative(table: TableReader, entry: CoupledEntry) -> bool:
     """Whether a nearest conservative law can be sought; else the fault is noted."""
-    law = entry.as_given
-    for name, known in zip(law.coordinates, law.measured, strict=True):
+    law = entry.unmodified_law
+    for name, known in zip(law.coordinates, law.valid_ranges, strict=True):
         if known is None or not known[0] < known[1]:
             said = f"the range over which to come near is not known for `{shorten(name)}`"
             table.error("conservative", said, "`measured_deg` gives it, a pair for each coordinate")
             return False
-    if len(law.coordinates) > _MOST_COORDINATES or len(law.terms) > _MOST_TERMS:
-        most = f"{_MOST_COORDINATES} coordinates and {_MOST_TERMS} terms"
+    if (
+        len(law.coordinates) > _MAX_CONSERVATIVE_COORDINATES
+        or len(law.terms) > _MAX_CONSERVATIVE_TERMS
+    ):
+        most = f"{_MAX_CONSERVATIVE_COORDINATES} coordinates and {_MAX_CONSERVATIVE_TERMS} terms"
         table.error("conservative", f"a nearest law is sought for at most {most}")
         return False
     return True
 
 
-def _box(law: CoupledExponential) -> list[Range]:
+def _known_ranges(law: CoupledExponential) -> list[Range]:
     """The ranges in which a law is known, all of them there."""
-    return [cast("Range", known) for known in law.measured]
+    return [cast("Range", known) for known in law.valid_ranges]
 
 
-def _ordered(law: CoupledExponential, coordinates: tuple[str, ...]) -> CoupledExponential:
+def _reorder_coordinates(
+    law: CoupledExponential, coordinates: tuple[str, ...]
+) -> CoupledExponential:
     """The same law with its coordinates in another order."""
     places = [law.coordinates.index(name) for name in coordinates]
 
@@ -429,5 +445,5 @@ def _ordered(law: CoupledExponential, coordinates: tuple[str, ...]) -> CoupledEx
         coordinates,
         tuple(CoupledTerm(put(t.amplitudes), put(t.rates), t.exponent) for t in law.terms),
         put(law.constants),
-        tuple(law.measured[place] for place in places),
+        tuple(law.valid_ranges[place] for place in places),
     )

@@ -13,23 +13,23 @@ from decimal import Decimal
 from fractions import Fraction
 from math import isfinite
 
-from generator.diagnostics import EnoughFaults, Fault, Findings, Source, Span, shorten
-from generator.figure_file.lexer import LONGEST_WORD
-from generator.text_io import unified
-from generator.units import Dimension, bare_factor, converted
+from generator.diagnostics import Diagnostic, Diagnostics, Source, Span, TooManyErrors, shorten
+from generator.figure_file.lexer import MAX_WORD_LENGTH
+from generator.text_io import normalise_newlines
+from generator.units import Dimension, convert_to_si, default_unit_factor
 from springs import Coefficients
 
-_PLAIN = Fraction(1)
-_MOMENT = bare_factor(Dimension.MOMENT)
-_LINES = (
-    ("joint and axis number", (_PLAIN,) * 2),
-    ("c0 c1 c2 c3", (_MOMENT,) * 4),
-    ("b_v b_coul", (bare_factor(Dimension.ANGULAR_DAMPING), _MOMENT)),
-    ("alpha_0 alpha_l alpha_u", (_PLAIN,) * 3),
+_DIMENSIONLESS_FACTOR = Fraction(1)
+_MOMENT_FACTOR = default_unit_factor(Dimension.MOMENT)
+_RECORD_LINES = (
+    ("joint and axis number", (_DIMENSIONLESS_FACTOR,) * 2),
+    ("c0 c1 c2 c3", (_MOMENT_FACTOR,) * 4),
+    ("b_v b_coul", (default_unit_factor(Dimension.ANGULAR_DAMPING), _MOMENT_FACTOR)),
+    ("alpha_0 alpha_l alpha_u", (_DIMENSIONLESS_FACTOR,) * 3),
 )
 """The lines of a record: what stands in them, and the SI value of the number 1 in each place."""
 
-MOST_JOINTS = 1_000_000
+MAX_JOINT_NUMBER = 1_000_000
 """No figure has so many."""
 
 _WORD = re.compile(r"\S++")
@@ -76,7 +76,7 @@ class OptionalReading:
     """What came of reading an `optional` file: the sound records, and all faults."""
 
     records: tuple[OptionalRecord, ...]
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 @dataclass(frozen=True)
@@ -87,28 +87,30 @@ class _Line:
 
     @property
     def span(self) -> Span:
-        return self.words[0].to(self.words[-1])
+        return self.words[0].extend_to(self.words[-1])
 
 
 def parse_optional(text: str, name: str = "<text>") -> OptionalReading:
     """The records that `text` holds, with all faults; `name` is what they call the text."""
-    findings = Findings()
+    findings = Diagnostics()
     records: tuple[OptionalRecord, ...] = ()
-    with suppress(EnoughFaults):
-        records = records_in(Source(name, unified(text)), findings)
-    return OptionalReading(records, findings.in_order())
+    with suppress(TooManyErrors):
+        records = parse_records(Source(name, normalise_newlines(text)), findings)
+    return OptionalReading(records, findings.sorted_by_position())
 
 
-def records_in(source: Source, findings: Findings) -> tuple[OptionalRecord, ...]:
-    """The sound records of a text; faults go to `findings`, which may raise EnoughFaults."""
-    read = [_record(group, findings) for group in _groups(_lines(source), findings)]
+def parse_records(source: Source, diagnostics: Diagnostics) -> tuple[OptionalRecord, ...]:
+    """The sound records of a text; faults go to `diagnostics`, which may raise EnoughFaults."""
+    read = [
+        _parse_record(group, diagnostics) for group in _group_lines(_lines(source), diagnostics)
+    ]
     if not read:
-        findings.error("there is no record in this file", Span(source, 0, 1), _whole_form())
+        diagnostics.error("there is no record in this file", Span(source, 0, 1), _record_form())
     first: dict[tuple[int, int], OptionalRecord] = {}
     for record in filter(None, read):
         earlier = first.setdefault((record.joint, record.axis), record)
         if earlier is not record:
-            findings.error(
+            diagnostics.error(
                 f"a second record of joint {record.joint}, axis {record.axis}",
                 record.origins["axis"],
                 f"the first stands in line {earlier.origins['axis'].line}",
@@ -122,9 +124,9 @@ def write_optional(records: Iterable[OptionalRecord]) -> str:
     for record in records:
         damping, angles = (record.viscous, record.coulomb), (record.rest, *record.dead_zone)
         lines.append(f"{record.joint} {record.axis}")
-        lines.append(" ".join(_shifted(c, 7) for c in record.coefficients))
-        lines.append(" ".join(_shifted(value, 7) for value in damping))
-        lines.append(" ".join(_shifted(value, 0) for value in angles))
+        lines.append(" ".join(_format_scaled(c, 7) for c in record.coefficients))
+        lines.append(" ".join(_format_scaled(value, 7) for value in damping))
+        lines.append(" ".join(_format_scaled(value, 0) for value in angles))
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -142,7 +144,7 @@ def _lines(source: Source) -> Iterator[_Line]:
         start += len(line) + 1
 
 
-def _groups(lines: Iterable[_Line], findings: Findings) -> Iterable[dict[int, _Line]]:
+def _group_lines(lines: Iterable[_Line], diagnostics: Diagnostics) -> Iterable[dict[int, _Line]]:
     """The lines of each record by their place in it.
 
     A line with the wrong number of words that would suit as the next one means a lost line.
@@ -151,20 +153,26 @@ def _groups(lines: Iterable[_Line], findings: Findings) -> Iterable[dict[int, _L
     place, last = 0, None
     for line in lines:
         last = line
-        count, expected, after = len(line.words), _words(place), _words(place + 1)
+        count, expected, after = (
+            len(line.words),
+            _expected_word_count(place),
+            _expected_word_count(place + 1),
+        )
         if count != expected and count == after:
-            findings.error(
-                f"the line {_form(place)} is missing before this one", line.span, _whole_form()
+            diagnostics.error(
+                f"the line {_line_form(place)} is missing before this one",
+                line.span,
+                _record_form(),
             )
             if place == 3:
                 yield group
                 group = {}
             place = (place + 1) % 4
         elif count != expected:
-            findings.error(
+            diagnostics.error(
                 f"{count} value{'s' if count > 1 else ''} instead of {expected}",
                 line.span,
-                f"this line is {_form(place)}",
+                f"this line is {_line_form(place)}",
             )
         group[place] = line
         place = (place + 1) % 4
@@ -173,30 +181,32 @@ def _groups(lines: Iterable[_Line], findings: Findings) -> Iterable[dict[int, _L
             group = {}
     if last is not None and place:
         yield group
-        findings.error(
-            f"the last record ends before its line {_form(place)}",
+        diagnostics.error(
+            f"the last record ends before its line {_line_form(place)}",
             last.span,
-            _whole_form(),
+            _record_form(),
         )
 
 
-def _words(place: int) -> int:
-    return len(_LINES[place % 4][1])
+def _expected_word_count(place: int) -> int:
+    return len(_RECORD_LINES[place % 4][1])
 
 
-def _form(place: int) -> str:
-    return f"`{_LINES[place][0]}`"
+def _line_form(place: int) -> str:
+    return f"`{_RECORD_LINES[place][0]}`"
 
 
-def _whole_form() -> str:
-    return "a record has four lines: " + "; ".join(what for what, _ in _LINES)
+def _record_form() -> str:
+    return "a record has four lines: " + "; ".join(what for what, _ in _RECORD_LINES)
 
 
-def _record(group: Mapping[int, _Line], findings: Findings) -> OptionalRecord | None:
+def _parse_record(group: Mapping[int, _Line], diagnostics: Diagnostics) -> OptionalRecord | None:
     """A record of four good lines, else None."""
-    rows = {place: _numbers(line, place, findings) for place, line in group.items()}
+    rows = {place: _parse_numbers(line, place, diagnostics) for place, line in group.items()}
     axis, coefficients, damping, angles = (rows.get(place) for place in range(4))
-    sound = _is_sound_axis(axis, group, findings) & _is_sound_damping(damping, group, findings)
+    sound = _is_valid_axis(axis, group, diagnostics) & _is_valid_damping(
+        damping, group, diagnostics
+    )
     if not (axis and coefficients and damping and angles and sound):
         return None
     c0, c1, c2, c3 = coefficients
@@ -213,8 +223,8 @@ def _record(group: Mapping[int, _Line], findings: Findings) -> OptionalRecord | 
     )
 
 
-def _is_sound_axis(
-    numbers: tuple[float, ...] | None, group: Mapping[int, _Line], findings: Findings
+def _is_valid_axis(
+    numbers: tuple[float, ...] | None, group: Mapping[int, _Line], diagnostics: Diagnostics
 ) -> bool:
     """Whether joint and axis are whole numbers in their range."""
     if numbers is None:
@@ -222,15 +232,15 @@ def _is_sound_axis(
     sound = True
     hints = ("joints are counted from 1, as in the figure file", "it is 1 to 3")
     for k, what in enumerate(("joint", "axis")):
-        if not numbers[k].is_integer() or not 1 <= numbers[k] <= (MOST_JOINTS, 3)[k]:
+        if not numbers[k].is_integer() or not 1 <= numbers[k] <= (MAX_JOINT_NUMBER, 3)[k]:
             word = group[0].words[k]
-            findings.error(f"the {what} number is `{shorten(word.text)}`", word, hints[k])
+            diagnostics.error(f"the {what} number is `{shorten(word.text)}`", word, hints[k])
             sound = False
     return sound
 
 
-def _is_sound_damping(
-    numbers: tuple[float, ...] | None, group: Mapping[int, _Line], findings: Findings
+def _is_valid_damping(
+    numbers: tuple[float, ...] | None, group: Mapping[int, _Line], diagnostics: Diagnostics
 ) -> bool:
     """Whether damping and friction take energy."""
     if numbers is None:
@@ -238,35 +248,36 @@ def _is_sound_damping(
     wrong = [k for k, value in enumerate(numbers) if value < 0.0]
     for k in wrong:
         what = ("damping", "friction")[k]
-        findings.error(f"{what} is negative", group[2].words[k], "it would feed energy")
+        diagnostics.error(f"{what} is negative", group[2].words[k], "it would feed energy")
     return not wrong
 
 
-def _numbers(line: _Line, place: int, findings: Findings) -> tuple[float, ...] | None:
+def _parse_numbers(line: _Line, place: int, diagnostics: Diagnostics) -> tuple[float, ...] | None:
     """The numbers of a line in SI; None, with a fault noted, when it has others."""
-    factors = _LINES[place][1]
+    factors = _RECORD_LINES[place][1]
     if len(line.words) != len(factors):
         return None
     read = [
-        _number(word, factor, findings) for word, factor in zip(line.words, factors, strict=True)
+        _parse_number(word, factor, diagnostics)
+        for word, factor in zip(line.words, factors, strict=True)
     ]
     values = tuple(value for value in read if value is not None)
     return values if len(values) == len(read) else None
 
 
-def _number(word: Span, factor: Fraction, findings: Findings) -> float | None:
-    if word.end - word.start > LONGEST_WORD or not _NUMBER.fullmatch(word.text):
+def _parse_number(word: Span, factor: Fraction, diagnostics: Diagnostics) -> float | None:
+    if word.end - word.start > MAX_WORD_LENGTH or not _NUMBER.fullmatch(word.text):
         hint = "a number looks like `12`, `-0.5` or `2.41e+09`, without a unit"
-        findings.error(f"`{shorten(word.text)}` is not a number", word, hint)
+        diagnostics.error(f"`{shorten(word.text)}` is not a number", word, hint)
         return None
     try:
-        return converted(word.text.lower().replace("d", "e"), factor)
+        return convert_to_si(word.text.lower().replace("d", "e"), factor)
     except OverflowError:
-        findings.error(f"`{shorten(word.text)}` is too large", word, "a number must be finite")
+        diagnostics.error(f"`{shorten(word.text)}` is too large", word, "a number must be finite")
         return None
 
 
-def _shifted(value: float, places: int) -> str:
+def _format_scaled(value: float, places: int) -> str:
     """The shortest decimal of `value` times 10^places."""
     exact = Decimal(repr(value)).scaleb(places).normalize()
     if exact == 0:

@@ -10,31 +10,44 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from generator.diagnostics import EnoughFaults, Fault, Findings, Source, Span, nearest, shorten
-from generator.springs_file.axes import AXES, is_elsewhere
-from generator.springs_file.coupled import CoupledEntry, coupled_entry
+from generator.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    Source,
+    Span,
+    TooManyErrors,
+    shorten,
+    spelling_hint,
+)
+from generator.springs_file.axes import AXIS_NAMES, names_other_joint
+from generator.springs_file.coupled import CoupledEntry, parse_coupled_entry
 from generator.springs_file.laws import (
-    HYSTERESIS,
+    HYSTERESIS_KEY,
     LAW_KEYS,
     PublishedLaw,
-    Written,
+    StandaloneLaw,
     check_combination,
-    slip_rate,
-    written_law,
+    parse_law,
+    parse_slip_rate,
 )
-from generator.springs_file.toml_spans import Places, locate
-from generator.springs_file.toml_table import COUPLED, TABLE, TableReader, document_in
-from generator.text_io import unified
+from generator.springs_file.toml_spans import TomlSpans, locate_keys
+from generator.springs_file.toml_table import (
+    COUPLED_TABLE,
+    SPRING_TABLE,
+    TableReader,
+    parse_document,
+)
+from generator.text_io import normalise_newlines
 from springs import Coefficients, Damping, Joining
-from springs.damping import SLIP
-from springs.stop import ONSET, STIFFNESS
+from springs.damping import DEFAULT_SLIP_RATE
+from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 SPRINGS_SUFFIX = ".springs.toml"
 
 TEXT_KEYS = ("motion", "reference", "why")
-OTHER_LAW_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
-SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *OTHER_LAW_KEYS, *TEXT_KEYS)
-FILE_KEYS = ("figure", "law", TABLE, COUPLED)
+DAMPING_AND_STOP_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
+SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *DAMPING_AND_STOP_KEYS, *TEXT_KEYS)
+SPRINGS_FILE_KEYS = ("figure", "law", SPRING_TABLE, COUPLED_TABLE)
 
 NO_DEAD_ZONE = "none"
 """`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
@@ -59,7 +72,7 @@ class SpringEntry:
         scale: factor of the elastic torque.
         offset: how far the elastic curve is moved towards greater angles [rad].
         hysteresis: distance of the curves of a growing and a falling angle [N m].
-        slip: rate at which the hysteresis tells the direction [rad/s].
+        slip_rate: rate at which the hysteresis tells the direction [rad/s].
         damping: viscous and Coulomb damping.
         stop_stiffness: of the stops at the figure's limits [N m/rad].
         stop_onset: angle over which they grow [rad].
@@ -77,14 +90,14 @@ class SpringEntry:
     dead_zone_stated: bool = False
     stiffness: float | None = None
     rest: float = 0.0
-    law: Written | None = None
+    law: StandaloneLaw | None = None
     scale: float = 1.0
     offset: float = 0.0
     hysteresis: float = 0.0
-    slip: float = SLIP
+    slip_rate: float = DEFAULT_SLIP_RATE
     damping: Damping = field(default_factory=Damping)
-    stop_stiffness: float = STIFFNESS
-    stop_onset: float = ONSET
+    stop_stiffness: float = DEFAULT_STOP_STIFFNESS
+    stop_onset: float = DEFAULT_STOP_ONSET
     motion: str = ""
     reference: str = ""
     why: str = ""
@@ -97,7 +110,7 @@ class SpringsFile:
 
     entries: tuple[SpringEntry, ...]
     figure: str | None = None
-    law: Joining | None = None
+    joining: Joining | None = None
     coupled: tuple[CoupledEntry, ...] = ()
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
@@ -111,39 +124,43 @@ class SpringsReading:
     """
 
     content: SpringsFile | None
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
 
 def parse_springs(text: str, name: str = "<text>") -> SpringsReading:
     """The springs that `text` describes, with all faults; `name` is what they call the text."""
-    findings = Findings()
+    findings = Diagnostics()
     content = None
-    with suppress(EnoughFaults):
-        content = springs_in(Source(name, unified(text)), findings)
-    return SpringsReading(content, findings.in_order())
+    with suppress(TooManyErrors):
+        content = parse_springs_source(Source(name, normalise_newlines(text)), findings)
+    return SpringsReading(content, findings.sorted_by_position())
 
 
-def springs_in(source: Source, findings: Findings) -> SpringsFile | None:
-    """The springs of a text; faults go to `findings`, which may raise EnoughFaults."""
-    document = document_in(source, "springs file", findings)
-    return None if document is None else _content(document, locate(source), findings)
+def parse_springs_source(source: Source, diagnostics: Diagnostics) -> SpringsFile | None:
+    """The springs of a text; faults go to `diagnostics`, which may raise EnoughFaults."""
+    document = parse_document(source, "springs file", diagnostics)
+    return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
 
 
-def _content(document: Mapping[str, Any], places: Places, findings: Findings) -> SpringsFile:
-    top = TableReader(document, "", 0, places, findings)
-    top.refuse_unknown(FILE_KEYS, "springs file")
+def _parse_content(
+    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
+) -> SpringsFile:
+    top = TableReader(document, "", 0, spans, diagnostics)
+    top.reject_unknown_keys(SPRINGS_FILE_KEYS, "springs file")
     figure, law = top.text("figure"), None
     if (said := top.text("law")) is not None:
         laws = [joining.value for joining in Joining]
         if said in laws:
             law = Joining(said)
         else:
-            findings.error(f"unknown law `{shorten(said)}`", top.place("law"), nearest(said, laws))
-    entries = [_entry(table) for table in _tables(document, TABLE, top)]
-    coupled = [coupled_entry(table) for table in _tables(document, COUPLED, top)]
-    if not entries and not coupled and not findings.has_errors:
-        findings.error("there is no spring in this file", places.table(""), "write `[[spring]]`")
-    origins = {key: top.place(key) for key in FILE_KEYS if key in document}
+            diagnostics.error(
+                f"unknown law `{shorten(said)}`", top.span("law"), spelling_hint(said, laws)
+            )
+    entries = [_parse_entry(table) for table in _table_readers(document, SPRING_TABLE, top)]
+    coupled = [parse_coupled_entry(table) for table in _table_readers(document, COUPLED_TABLE, top)]
+    if not entries and not coupled and not diagnostics.has_errors:
+        diagnostics.error("there is no spring in this file", spans.table(""), "write `[[spring]]`")
+    origins = {key: top.span(key) for key in SPRINGS_FILE_KEYS if key in document}
     return SpringsFile(
         tuple(entry for entry in entries if entry),
         figure,
@@ -153,37 +170,39 @@ def _content(document: Mapping[str, Any], places: Places, findings: Findings) ->
     )
 
 
-def _tables(document: Mapping[str, Any], name: str, top: TableReader) -> list[TableReader]:
+def _table_readers(document: Mapping[str, Any], name: str, top: TableReader) -> list[TableReader]:
     """All tables of one name."""
     tables: Any = document.get(name, [])
     if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        what = "springs" if name == TABLE else "coupled laws"
-        top.findings.error(f"{what} are tables", top.place(name), f"write `[[{name}]]` above each")
+        what = "springs" if name == SPRING_TABLE else "coupled laws"
+        top.diagnostics.error(
+            f"{what} are tables", top.span(name), f"write `[[{name}]]` above each"
+        )
         return []
     return [
-        TableReader(table, name, index, top.places, top.findings)
+        TableReader(table, name, index, top.spans, top.diagnostics)
         for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
     ]
 
 
-def _entry(table: TableReader) -> SpringEntry | None:
+def _parse_entry(table: TableReader) -> SpringEntry | None:
     """One `[[spring]]`; None, with a fault noted, when it says nothing that can be used."""
-    table.refuse_unknown(SPRING_KEYS, "spring")
+    table.reject_unknown_keys(SPRING_KEYS, "spring")
     joints = table.names("joints")
-    axis = table.choice("axis", (*AXES, "joint"))
+    axis = table.choice("axis", (*AXIS_NAMES, "joint"))
     coefficients = table.numbers("coefficients_Nm_rad", 4)
     stiffness = table.number("stiffness_Nm_rad", negative=False)
-    check_combination(table, OTHER_LAW_KEYS)
+    check_combination(table, DAMPING_AND_STOP_KEYS)
     zone = None
     if table.content.get("dead_zone_deg") != NO_DEAD_ZONE:
         zone = table.numbers("dead_zone_deg", 2)
     if zone is not None and zone[0] > zone[1]:
         table.error("dead_zone_deg", "the dead zone ends before it begins", "[lower, upper]")
     sense = table.sign("sense")
-    law = written_law(table)
+    law = parse_law(table)
     scale = table.number("scale", negative=False)
     offset = table.number("offset_deg")
-    hysteresis = table.number(HYSTERESIS, negative=False)
+    hysteresis = table.number(HYSTERESIS_KEY, negative=False)
     viscous = table.number("viscous_Nms_rad", negative=False)
     coulomb = table.number("coulomb_Nm", negative=False)
     stop_stiffness = table.number("stop_stiffness_Nm_rad", negative=False, zero=False)
@@ -195,10 +214,10 @@ def _entry(table: TableReader) -> SpringEntry | None:
     if isinstance(law, PublishedLaw):
         if viscous is None:
             viscous = law.row.damping
-        said = _with_published(said, law, joints)
-        _doubt_joints(table, law, joints)
-    origins = {key: table.place(key) for key in table.content} | {"spring": table.header}
-    origins |= {f"joints.{k}": table.place("joints", k) for k in range(len(joints))}
+        said = _fill_from_published(said, law, joints)
+        _warn_joint_mismatch(table, law, joints)
+    origins = {key: table.span(key) for key in table.content} | {"spring": table.header_span}
+    origins |= {f"joints.{k}": table.span("joints", k) for k in range(len(joints))}
     return SpringEntry(
         joints=joints,
         axis=None if axis == "joint" else axis,
@@ -212,10 +231,10 @@ def _entry(table: TableReader) -> SpringEntry | None:
         scale=1.0 if scale is None else scale,
         offset=offset or 0.0,
         hysteresis=hysteresis or 0.0,
-        slip=slip_rate(table),
+        slip_rate=parse_slip_rate(table),
         damping=Damping(viscous or 0.0, coulomb or 0.0),
-        stop_stiffness=stop_stiffness or STIFFNESS,
-        stop_onset=stop_onset or ONSET,
+        stop_stiffness=stop_stiffness or DEFAULT_STOP_STIFFNESS,
+        stop_onset=stop_onset or DEFAULT_STOP_ONSET,
         motion=said["motion"],
         reference=said["reference"],
         why=said["why"],
@@ -223,17 +242,19 @@ def _entry(table: TableReader) -> SpringEntry | None:
     )
 
 
-def _doubt_joints(table: TableReader, law: PublishedLaw, joints: tuple[str, ...]) -> None:
+def _warn_joint_mismatch(table: TableReader, law: PublishedLaw, joints: tuple[str, ...]) -> None:
     """Note a warning for each joint of which a published curve is not."""
     for k, joint in enumerate(joints):
-        if is_elsewhere(law.row.motion, joint):
+        if names_other_joint(law.row.motion, joint):
             said = f"`{law.key}` is a curve of {law.row.motion}, and hangs on `{shorten(joint)}`"
-            table.findings.warning(said, table.place("joints", k), "is it meant for another joint?")
+            table.diagnostics.warning(
+                said, table.span("joints", k), "is it meant for another joint?"
+            )
 
 
-def _with_published(
-    said: Mapping[str, str], law: PublishedLaw, joints: tuple[str, ...]
+def _fill_from_published(
+    texts: Mapping[str, str], law: PublishedLaw, joints: tuple[str, ...]
 ) -> dict[str, str]:
     """What the table says, and what the published row says where the table is silent."""
-    row = {"motion": law.motion_at(joints), "reference": str(law.row.reference), "why": law.why}
-    return {key: said[key] or row[key] for key in TEXT_KEYS}
+    row = {"motion": law.motion_name(joints), "reference": str(law.row.reference), "why": law.why}
+    return {key: texts[key] or row[key] for key in TEXT_KEYS}

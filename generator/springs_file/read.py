@@ -10,38 +10,55 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from generator.diagnostics import EnoughFaults, Fault, Findings, InputError, Source, error, shorten
-from generator.figure import Figure, Joint, Vector
-from generator.figure_file.read import FIGURE_SUFFIX, examine_figure, shipped_figures
-from generator.figure_file.resolve import place_of
-from generator.springs_file.axes import sign_along, unit_axis
-from generator.springs_file.bind import (
-    GivenSpring,
-    entry_spring,
-    from_records,
-    from_springs_file,
-    without_repeats,
+from generator.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    InputError,
+    Source,
+    TooManyErrors,
+    error,
+    shorten,
 )
-from generator.springs_file.bind_coupled import coupled_of_figure, coupled_springs, replaced_laws
-from generator.springs_file.optional import records_in
-from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile, springs_in
-from generator.text_io import read_text
+from generator.figure import Figure, Joint, Vector
+from generator.figure_file.read import FIGURE_SUFFIX, parse_figure_file, shipped_figures
+from generator.figure_file.resolve import origin_span
+from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.springs_file.bind import (
+    BoundSpring,
+    bind_optional_records,
+    bind_springs_file,
+    drop_duplicates,
+    spring_from_entry,
+)
+from generator.springs_file.bind_coupled import (
+    bind_coupled_springs,
+    build_coupled_springs,
+    replaced_laws,
+)
+from generator.springs_file.optional import parse_records
+from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile, parse_springs_source
+from generator.text_io import load_text
 from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
 from springs.joint import UNKNOWN_AXIS
-from springs.lint.report import Replaced
-from springs.stop import ONSET, SLIDE_ONSET, SLIDE_STIFFNESS, STIFFNESS
+from springs.lint.report import LawReplacement
+from springs.stop import (
+    DEFAULT_STOP_ONSET,
+    DEFAULT_STOP_STIFFNESS,
+    DEFAULT_TRANSLATION_STOP_ONSET,
+    DEFAULT_TRANSLATION_STOP_STIFFNESS,
+)
 
 OPTIONAL_SUFFIX = ".optional"
 
-NONE = "none"
-PRINTED = "printed"
+NO_SPRINGS = "none"
+PRINTED_SPRINGS = "printed"
 
 _FILE_SUFFIXES = (".toml", OPTIONAL_SUFFIX)
 
 
-def find_springs(
+def find_springs_file(
     directory: Path | None, stem: str | None, choice: str | Path | None
-) -> tuple[Path | None, Fault | None]:
+) -> tuple[Path | None, Diagnostic | None]:
     """The file to read, None where the figure speaks for itself; or the fault that there is none.
 
     Args:
@@ -51,24 +68,24 @@ def find_springs(
             path of a file; or NAME for `STEM.NAME.springs.toml` beside the figure.
     """
     if choice is None:
-        return _beside(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX)), None
+        return _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX)), None
     name = str(choice)
-    if name == PRINTED:
-        path = _beside(directory, stem, (OPTIONAL_SUFFIX,))
-        return path, None if path is not None else _no_printed_values(stem)
+    if name == PRINTED_SPRINGS:
+        path = _find_sibling(directory, stem, (OPTIONAL_SUFFIX,))
+        return path, None if path is not None else _no_printed_values_error(stem)
     if directory is None or stem is None or not _is_name(choice):
         return Path(choice), None
     for full in (f"{stem}.{name}{SPRINGS_SUFFIX}", f"{name}{SPRINGS_SUFFIX}"):
         if _is_file(directory / full):
             return directory / full, None
-    known = (*named_springs(directory, stem), NONE, PRINTED)
+    known = (*springs_names(directory, stem), NO_SPRINGS, PRINTED_SPRINGS)
     return None, error(
         f"there are no springs `{shorten(name)}` beside the figure `{shorten(stem)}`",
         hint=f"there are {', '.join(known)}; else name a file",
     )
 
 
-def named_springs(directory: Path, stem: str) -> tuple[str, ...]:
+def springs_names(directory: Path, stem: str) -> tuple[str, ...]:
     """The names that choose springs beside a figure."""
     paths = directory.glob("*" + SPRINGS_SUFFIX)
     names = (path.name.removesuffix(SPRINGS_SUFFIX) for path in paths)
@@ -89,7 +106,9 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _beside(directory: Path | None, stem: str | None, suffixes: tuple[str, ...]) -> Path | None:
+def _find_sibling(
+    directory: Path | None, stem: str | None, suffixes: tuple[str, ...]
+) -> Path | None:
     """The first file with one of these endings beside a figure."""
     if directory is None or stem is None:
         return None
@@ -97,7 +116,7 @@ def _beside(directory: Path | None, stem: str | None, suffixes: tuple[str, ...])
     return next((path for path in paths if path.exists()), None)
 
 
-def _no_printed_values(stem: str | None) -> Fault:
+def _no_printed_values_error(stem: str | None) -> Diagnostic:
     if stem is None:
         return error("a figure from no file has no printed values", hint="name a file of springs")
     name = f"{shorten(stem)}{OPTIONAL_SUFFIX}"
@@ -106,7 +125,7 @@ def _no_printed_values(stem: str | None) -> Fault:
     )
 
 
-OWN = "figure's own stiff/rest/damp"
+FIGURE_ORIGIN = "figure's own stiff/rest/damp"
 
 
 @dataclass(frozen=True)
@@ -120,11 +139,11 @@ class PassiveReading:
     """
 
     springs: SpringSet | None
-    faults: tuple[Fault, ...]
-    replaced: tuple[Replaced, ...] = ()
+    faults: tuple[Diagnostic, ...]
+    replaced: tuple[LawReplacement, ...] = ()
 
 
-def springs_for(
+def load_springs(
     figure: Figure,
     directory: Path | None = None,
     stem: str | None = None,
@@ -147,21 +166,23 @@ def springs_for(
         joining: how the axes of a spherical joint join; None for what the file says, else
             conservative.
     """
-    if choice is not None and str(choice) == NONE:
-        return PassiveReading(SpringSet({}, joining or Joining.CONSERVATIVE, NONE), ())
-    path, missing = find_springs(directory, stem, choice)
+    if choice is not None and str(choice) == NO_SPRINGS:
+        return PassiveReading(SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS), ())
+    path, missing = find_springs_file(directory, stem, choice)
     if missing is not None:
         return PassiveReading(None, (missing,))
-    findings, springs, content = Findings(), None, None
-    with suppress(EnoughFaults):
+    findings, springs, content = Diagnostics(), None, None
+    with suppress(TooManyErrors):
         given = []
         if path is not None:
-            given, content = _given_by(figure, path, stem, str(choice) == PRINTED, findings)
-        springs = _spring_set(figure, path, given, content, joining, findings)
+            given, content = _bind_file(
+                figure, path, stem, str(choice) == PRINTED_SPRINGS, findings
+            )
+        springs = _build_spring_set(figure, path, given, content, joining, findings)
     if findings.has_errors:
-        return PassiveReading(None, findings.in_order())
+        return PassiveReading(None, findings.sorted_by_position())
     replaced = () if content is None else replaced_laws(content)
-    return PassiveReading(springs, findings.in_order(), replaced)
+    return PassiveReading(springs, findings.sorted_by_position(), replaced)
 
 
 def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
@@ -179,51 +200,55 @@ def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
         InputError: anything is wrong; it holds all faults. Warnings pass.
     """
     folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    reading = springs_for(figure, folder, stem, path_or_name)
+    reading = load_springs(figure, folder, stem, path_or_name)
     if reading.springs is None:
         raise InputError(reading.faults)
     return reading.springs
 
 
-def _given_by(
-    figure: Figure, path: Path, stem: str | None, printed: bool, findings: Findings
-) -> tuple[list[GivenSpring], SpringsFile | None]:
+def _bind_file(
+    figure: Figure, path: Path, stem: str | None, use_printed_values: bool, diagnostics: Diagnostics
+) -> tuple[list[BoundSpring], SpringsFile | None]:
     """What the file at `path` gives the axes of a figure; its content if it is a springs file."""
-    source, fault = read_text(path, str(path))
+    source, fault = load_text(path, str(path))
     if fault is not None:
-        findings.error(fault.message, fault.span, fault.hint)
+        diagnostics.error(fault.message, fault.span, fault.hint)
         return [], None
     if path.suffix != ".toml":
-        return from_records(figure, records_in(source, findings), printed, findings), None
-    content = _content(source, stem, findings)
-    return [] if content is None else from_springs_file(figure, content, findings), content
+        return bind_optional_records(
+            figure, parse_records(source, diagnostics), use_printed_values, diagnostics
+        ), None
+    content = _parse_content(source, stem, diagnostics)
+    return [] if content is None else bind_springs_file(figure, content, diagnostics), content
 
 
-def _spring_set(
+def _build_spring_set(
     figure: Figure,
     path: Path | None,
-    given: Sequence[GivenSpring],
+    bound_springs: Sequence[BoundSpring],
     content: SpringsFile | None,
     joining: Joining | None,
-    findings: Findings,
+    diagnostics: Diagnostics,
 ) -> SpringSet:
     """The springs that a file gives and the figure's own."""
     joints = {
         name: springs
         for name, joint in figure.joints.items()
-        if (springs := _combined(joint, given, findings)) is not None
+        if (springs := _combine_springs(joint, bound_springs, diagnostics)) is not None
     }
-    law = None if content is None else content.law
-    coupled = () if content is None else coupled_of_figure(figure, content, findings)
-    origin = OWN if path is None else path.name
+    law = None if content is None else content.joining
+    coupled = () if content is None else bind_coupled_springs(figure, content, diagnostics)
+    origin = FIGURE_ORIGIN if path is None else path.name
     return SpringSet(joints, joining or law or Joining.CONSERVATIVE, origin, coupled)
 
 
-def _content(source: Source, stem: str | None, findings: Findings) -> SpringsFile | None:
+def _parse_content(
+    source: Source, stem: str | None, diagnostics: Diagnostics
+) -> SpringsFile | None:
     """What a springs file says, with a warning when that is meant for another figure."""
-    content = springs_in(source, findings)
+    content = parse_springs_source(source, diagnostics)
     if content is not None and content.figure and stem and content.figure != stem:
-        findings.warning(
+        diagnostics.warning(
             f"these springs were written for the figure `{shorten(content.figure)}`",
             content.origins.get("figure"),
             f"they are used for `{shorten(stem)}`",
@@ -231,70 +256,80 @@ def _content(source: Source, stem: str | None, findings: Findings) -> SpringsFil
     return content
 
 
-def _combined(
-    joint: Joint, all_given: Sequence[GivenSpring], findings: Findings
+def _combine_springs(
+    joint: Joint, bound_springs: Sequence[BoundSpring], diagnostics: Diagnostics
 ) -> JointSprings | None:
     """The springs of a joint in the order of its chain, then those about axes it does not name.
 
     None for a joint without any.
     """
-    given = [one for one in all_given if one.joint == joint.name]
-    used: list[GivenSpring] = []
+    given = [one for one in bound_springs if one.joint == joint.name]
+    used: list[BoundSpring] = []
     axes: list[AxisSpring] = []
     slides: list[AxisSpring] = []
     for k, factor in enumerate(joint.chain):
         axis = unit_axis(factor.axis)
         if factor.kind == "T":
-            slides += _own_spring(joint, k, axis, (SLIDE_STIFFNESS, SLIDE_ONSET), findings)
+            slides += _figure_spring(
+                joint,
+                k,
+                axis,
+                (DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET),
+                diagnostics,
+            )
             continue
-        match = next((one for one in given if sign_along(one.spring.direction, axis)), None)
+        match = next((one for one in given if parallel_sign(one.spring.direction, axis)), None)
         if match is None:
-            axes += _own_spring(joint, k, axis, (STIFFNESS, ONSET), findings)
+            axes += _figure_spring(
+                joint, k, axis, (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET), diagnostics
+            )
         elif match not in used:
             used.append(match)
-            axes.append(_with_stops(joint, match))
+            axes.append(_add_stops(joint, match))
     axes += [one.spring for one in given if one not in used]
     return JointSprings(joint.name, tuple(axes), tuple(slides)) if axes or slides else None
 
 
-def _with_stops(joint: Joint, given: GivenSpring) -> AxisSpring:
+def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
     """A given spring and the stops of all the joint's factors about its axis."""
-    laws: list[Elastic] = list(given.spring.elastic)
+    laws: list[Elastic] = list(bound_spring.spring.elastic)
     for k, factor in enumerate(joint.chain):
-        sign = sign_along(given.spring.direction, factor.axis) if factor.kind == "R" else 0
+        sign = (
+            parallel_sign(bound_spring.spring.direction, factor.axis) if factor.kind == "R" else 0
+        )
         if sign:
-            stops = _stops(joint, k, given.stop_stiffness, given.stop_onset)
+            stops = _build_stops(joint, k, bound_spring.stop_stiffness, bound_spring.stop_onset)
             laws += stops if sign > 0 else [stop.mirrored() for stop in stops]
-    return replace(given.spring, elastic=tuple(laws))
+    return replace(bound_spring.spring, elastic=tuple(laws))
 
 
-def _own_spring(
-    joint: Joint, k: int, axis: Vector, stop: tuple[float, float], findings: Findings
+def _figure_spring(
+    joint: Joint, k: int, axis: Vector, stop: tuple[float, float], diagnostics: Diagnostics
 ) -> list[AxisSpring]:
     """What the figure says of factor `k`: one spring, or nothing."""
     laws: list[Elastic] = []
     if joint.stiff is not None and joint.stiff[k] != 0.0:
         laws.append(Linear(joint.stiff[k], joint.rest[k] if joint.rest is not None else 0.0))
-    laws += _stops(joint, k, *stop)
+    laws += _build_stops(joint, k, *stop)
     viscous = joint.damp[k] if joint.damp is not None else 0.0
     if viscous < 0.0:
-        findings.error(
+        diagnostics.error(
             f"the damping of `{shorten(joint.name)}` is negative",
-            place_of(joint.origins, "damp"),
+            origin_span(joint.origins, "damp"),
             "it would feed energy",
         )
         return []
     return [AxisSpring(axis, tuple(laws), Damping(viscous))] if laws or viscous else []
 
 
-def _stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[Stop]:
+def _build_stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[Stop]:
     """The stop at the limits of factor `k`, if it has any."""
     lower = None if joint.lower_limit is None else joint.lower_limit[k]
     upper = None if joint.upper_limit is None else joint.upper_limit[k]
     return [] if lower is None and upper is None else [Stop(lower, upper, stiffness, onset)]
 
 
-_AXES: Mapping[str | None, Vector] = {
+_AXIS_DIRECTIONS: Mapping[str | None, Vector] = {
     "x": (1.0, 0.0, 0.0),
     "y": (0.0, 1.0, 0.0),
     "z": (0.0, 0.0, 1.0),
@@ -315,27 +350,27 @@ class BareReading:
 
     springs: SpringSet | None
     figure: str | None
-    faults: tuple[Fault, ...]
-    replaced: tuple[Replaced, ...] = ()
+    faults: tuple[Diagnostic, ...]
+    replaced: tuple[LawReplacement, ...] = ()
 
 
-def examine_springs(path: Path) -> BareReading:
+def parse_springs_file(path: Path) -> BareReading:
     """The springs in a file, with all faults; bad input raises nothing.
 
     The figure that the file names is looked for beside it and among the shipped ones. Without one,
     joints and their axes are taken as the file has them.
     """
-    source, fault = read_text(path, str(path))
+    source, fault = load_text(path, str(path))
     if fault is not None:
         return BareReading(None, None, (fault,))
-    findings, springs, content = Findings(), None, None
-    with suppress(EnoughFaults):
-        content = springs_in(source, findings)
+    findings, springs, content = Diagnostics(), None, None
+    with suppress(TooManyErrors):
+        content = parse_springs_source(source, findings)
         if content is not None and not findings.has_errors:
-            file = _figure_file(content, path.parent)
-            reading = None if file is None else examine_figure(file)
+            file = _find_figure_file(content, path.parent)
+            reading = None if file is None else parse_figure_file(file)
             if reading is not None and reading.figure is not None:
-                given = springs_for(reading.figure, path.parent, content.figure, path)
+                given = load_springs(reading.figure, path.parent, content.figure, path)
                 return BareReading(given.springs, content.figure, given.faults, given.replaced)
             if content.figure is not None:
                 findings.warning(
@@ -343,13 +378,13 @@ def examine_springs(path: Path) -> BareReading:
                     content.origins.get("figure"),
                     "joints and axes are taken as they stand here",
                 )
-            springs = _springs_alone(content, path.name, findings)
+            springs = _springs_without_figure(content, path.name, findings)
     if findings.has_errors or content is None:
-        return BareReading(None, None, findings.in_order())
-    return BareReading(springs, None, findings.in_order(), replaced_laws(content))
+        return BareReading(None, None, findings.sorted_by_position())
+    return BareReading(springs, None, findings.sorted_by_position(), replaced_laws(content))
 
 
-def _figure_file(content: SpringsFile, folder: Path) -> Path | None:
+def _find_figure_file(content: SpringsFile, folder: Path) -> Path | None:
     """The file of the figure for which springs were written."""
     if content.figure is None:
         return None
@@ -357,20 +392,26 @@ def _figure_file(content: SpringsFile, folder: Path) -> Path | None:
     return beside if beside.is_file() else shipped_figures().get(content.figure)
 
 
-def _springs_alone(content: SpringsFile, origin: str, findings: Findings) -> SpringSet:
+def _springs_without_figure(
+    content: SpringsFile, origin: str, diagnostics: Diagnostics
+) -> SpringSet:
     """The springs without a figure: no limits bound an axis, and which is the only one is unknown.
 
     Whatever that is, a second spring about it is one too many, and so is one about another axis.
     """
-    given: list[GivenSpring] = []
+    given: list[BoundSpring] = []
     for entry in content.entries:
         for k, name in enumerate(entry.joints):
-            spring = entry_spring(name, entry, _AXES[entry.axis], findings, bounded=False)
+            spring = spring_from_entry(
+                name, entry, _AXIS_DIRECTIONS[entry.axis], diagnostics, bounded=False
+            )
             if spring is not None:
-                given.append(GivenSpring(name, spring, entry.origins.get(f"joints.{k}")))
+                given.append(BoundSpring(name, spring, entry.origins.get(f"joints.{k}")))
     axes: dict[str, list[AxisSpring]] = {}
-    for one in without_repeats(given, findings):
+    for one in drop_duplicates(given, diagnostics):
         axes.setdefault(one.joint, []).append(one.spring)
     joints = {name: JointSprings(name, tuple(springs)) for name, springs in axes.items()}
-    coupled = coupled_springs(content, lambda hung, _: _AXES[hung.axis], findings)
-    return SpringSet(joints, content.law or Joining.CONSERVATIVE, origin, coupled)
+    coupled = build_coupled_springs(
+        content, lambda hung, _: _AXIS_DIRECTIONS[hung.axis], diagnostics
+    )
+    return SpringSet(joints, content.joining or Joining.CONSERVATIVE, origin, coupled)

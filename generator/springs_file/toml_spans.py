@@ -35,7 +35,7 @@ class _Token:
 
 
 @dataclass
-class Places:
+class TomlSpans:
     """Places of the tables and keys of one text; `index` counts the `[[table]]` of one name."""
 
     source: Source
@@ -75,15 +75,15 @@ class Places:
         return self.values.get(place) or self.key(table, index, key)
 
 
-def locate(source: Source) -> Places:
+def locate_keys(source: Source) -> TomlSpans:
     """The places of all tables and keys of a text that is known to be TOML."""
-    places = Places(source)
+    places = TomlSpans(source)
     table, index = "", 0
     count: Counter[str] = Counter()
     for statement in _statements(source):
         if statement[0].is_mark("["):
             names = _key_parts(statement)
-            span = statement[0].span.to(statement[-1].span)
+            span = statement[0].span.extend_to(statement[-1].span)
             if len(names) > 1:  # a table within a table counts as a key of the outer one
                 outer = max(count[names[0]] - 1, 0)
                 places.keys.setdefault((names[0], outer, names[1]), span)
@@ -96,8 +96,8 @@ def locate(source: Source) -> Places:
         head = list(takewhile(lambda token: not token.is_mark("="), statement))
         names, value = _key_parts(head), statement[len(head) + 1 :]
         place = (table, index, names[0])
-        places.keys.setdefault(place, head[0].span.to(head[-1].span))
-        places.values.setdefault(place, value[0].span.to(value[-1].span))
+        places.keys.setdefault(place, head[0].span.extend_to(head[-1].span))
+        places.values.setdefault(place, value[0].span.extend_to(value[-1].span))
         if value[0].is_mark("["):
             items = list(_items(value[1:-1]))
             places.items.setdefault(place, [_span(item) for item in items])
@@ -136,7 +136,7 @@ def _depth_change(token: _Token) -> int:
 
 
 def _span(tokens: list[_Token]) -> Span:
-    return tokens[0].span.to(tokens[-1].span)
+    return tokens[0].span.extend_to(tokens[-1].span)
 
 
 def _items(tokens: list[_Token]) -> Iterator[list[_Token]]:

@@ -11,22 +11,22 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, cast
 
-from generator.diagnostics import Findings, Source, Span, nearest, shorten
-from generator.figure_file.lexer import LONGEST_WORD
-from generator.springs_file.toml_spans import Places
-from generator.units import converted, unit_named
+from generator.diagnostics import Diagnostics, Source, Span, shorten, spelling_hint
+from generator.figure_file.lexer import MAX_WORD_LENGTH
+from generator.springs_file.toml_spans import TomlSpans
+from generator.units import convert_to_si, parse_unit
 
-TABLE = "spring"
+SPRING_TABLE = "spring"
 """Name of the tables of springs about one axis in a springs file."""
 
-COUPLED = "coupled"
+COUPLED_TABLE = "coupled"
 """Name of the tables of laws over several joints."""
 
-FEEDS = "a passive joint feeds no energy"
+ENERGY_HINT = "a passive joint feeds no energy"
 
 Pair = tuple[float, float]
 
-_FACTORS: Mapping[str, Fraction] = {"deg": unit_named("deg").factor}
+_UNIT_FACTORS: Mapping[str, Fraction] = {"deg": parse_unit("deg").factor}
 """SI value of 1 for keys that end in `_deg`; the other keys are in SI already."""
 
 
@@ -49,23 +49,23 @@ class TableReader:
     content: Mapping[str, Any]
     name: str
     index: int
-    places: Places
-    findings: Findings
-    within: tuple[str, int] | None = None
+    spans: TomlSpans
+    diagnostics: Diagnostics
+    parent_item: tuple[str, int] | None = None
     """Of a table in braces, the key and the place in its list: its own keys have no place."""
 
     @property
-    def header(self) -> Span:
+    def header_span(self) -> Span:
         """Where the table begins."""
-        if self.within is not None:
-            return self.places.value(self.name, self.index, *self.within)
-        return self.places.table(self.name, self.index)
+        if self.parent_item is not None:
+            return self.spans.value(self.name, self.index, *self.parent_item)
+        return self.spans.table(self.name, self.index)
 
-    def place(self, key: str, item: int | None = None, part: int | None = None) -> Span:
+    def span(self, key: str, item: int | None = None, part: int | None = None) -> Span:
         """Where a value, or one item of an array, or one part of such an item, is written."""
-        if self.within is not None:
-            return self.header
-        return self.places.value(self.name, self.index, key, item, part)
+        if self.parent_item is not None:
+            return self.header_span
+        return self.spans.value(self.name, self.index, key, item, part)
 
     def error(
         self,
@@ -76,18 +76,18 @@ class TableReader:
         part: int | None = None,
     ) -> None:
         """Note an error of a value."""
-        self.findings.error(message, self.place(key, item, part), hint)
+        self.diagnostics.error(message, self.span(key, item, part), hint)
 
-    def refuse_unknown(self, known: Iterable[str], what: str) -> None:
+    def reject_unknown_keys(self, known: Iterable[str], noun: str) -> None:
         """Note an error for each key that is none of `known`."""
         names = tuple(known)
         for key in self.content:
             if key not in names:
-                place = self.header
-                if self.within is None:
-                    place = self.places.key(self.name, self.index, key)
-                message = f"unknown key `{shorten(key)}` in a {what}"
-                self.findings.error(message, place, nearest(key, names))
+                place = self.header_span
+                if self.parent_item is None:
+                    place = self.spans.key(self.name, self.index, key)
+                message = f"unknown key `{shorten(key)}` in a {noun}"
+                self.diagnostics.error(message, place, spelling_hint(key, names))
 
     def text(self, key: str) -> str | None:
         """A string."""
@@ -102,17 +102,17 @@ class TableReader:
         value = self.content.get(key)
         if value is None or value in known:
             return value
-        said = shorten(value) if isinstance(value, str) else self.place(key).text
+        said = shorten(value) if isinstance(value, str) else self.span(key).text
         self.error(key, f"`{key}` cannot be `{said}`", f"it is one of: {', '.join(known)}")
         return None
 
     def names(
-        self, key: str, example: str = '["left_knee", "right_knee"]', what: str = "spring"
+        self, key: str, example: str = '["left_knee", "right_knee"]', noun: str = "spring"
     ) -> tuple[str, ...]:
         """A list of names, at least one; empty, with a fault noted, when it is none."""
         if key not in self.content:
             hint = f"write `{key} = {example}`"
-            self.findings.error(f"this {what} has no `{key}`", self.header, hint)
+            self.diagnostics.error(f"this {noun} has no `{key}`", self.header_span, hint)
             return ()
         items = self.items(key)
         if not items or not all(isinstance(item, str) for item in items):
@@ -121,7 +121,7 @@ class TableReader:
         return tuple(items)
 
     def number(
-        self, key: str, *, negative: bool = True, zero: bool = True, hint: str = FEEDS
+        self, key: str, *, negative: bool = True, zero: bool = True, hint: str = ENERGY_HINT
     ) -> float | None:
         """A number in SI; None when there is none or, with a fault noted, a wrong one."""
         if key not in self.content:
@@ -156,12 +156,14 @@ class TableReader:
             return None
         return cast("Pair | None", values)
 
-    def pairs(self, key: str, least: int, units: tuple[str, str] = ("", "")) -> tuple[Pair, ...]:
-        """A list of pairs of numbers in SI, `least` or more; empty as None for `number`.
+    def pairs(
+        self, key: str, min_count: int, units: tuple[str, str] = ("", "")
+    ) -> tuple[Pair, ...]:
+        """A list of pairs of numbers in SI, `min_count` or more; empty as None for `number`.
 
         Args:
             key: its name.
-            least: how many there are at least.
+            min_count: how many there are at least.
             units: "deg" for a number of each pair in degrees.
         """
         if key not in self.content:
@@ -172,9 +174,9 @@ class TableReader:
                 key, f"`{key}` must be a list of pairs of numbers", "as in `[[0, 1.5], [10, 2]]`"
             )
             return ()
-        if len(items) < least:
+        if len(items) < min_count:
             noun = "pair" if len(items) == 1 else "pairs"
-            self.error(key, f"`{key}` has {len(items)} {noun} and needs {least} at least")
+            self.error(key, f"`{key}` has {len(items)} {noun} and needs {min_count} at least")
             return ()
         read: list[Pair] = []
         for k, item in enumerate(items):
@@ -230,69 +232,73 @@ class TableReader:
         unit: str = "",
     ) -> float | None:
         """One finite number in SI."""
-        factor = _FACTORS.get(unit or key.rpartition("_")[2], Fraction(1))
+        factor = _UNIT_FACTORS.get(unit or key.rpartition("_")[2], Fraction(1))
         text = value.text if isinstance(value, NumberText) else None
         if type(value) is int:
-            text = str(value) if value.bit_length() < 8 * LONGEST_WORD else "inf"
+            text = str(value) if value.bit_length() < 8 * MAX_WORD_LENGTH else "inf"
         message, hint = "", ""
         if text is None:
             message, hint = "a number is expected here", "without quotes and without a unit"
-        elif len(text) > LONGEST_WORD or "n" in text:
+        elif len(text) > MAX_WORD_LENGTH or "n" in text:
             message, hint = "this number is not finite", "a number is written in digits"
         else:
             with suppress(OverflowError):
-                return converted(text, factor)
+                return convert_to_si(text, factor)
             message, hint = "this number is too large", "a number must be finite"
         self.error(key, message, hint, item, part)
         return None
 
 
-LONGEST_TEXT = 100_000
-LONGEST_LINE = 1_000
+MAX_TEXT_LENGTH = 100_000
+MAX_LINE_LENGTH = 1_000
 """Bounds on what is read: `tomllib` needs minutes for some longer texts (`a.a.a. ... = 1`)."""
 
 _POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of document)\)$")
 
 
-def document_in(source: Source, what: str, findings: Findings) -> Mapping[str, Any] | None:
+def parse_document(
+    source: Source, file_kind: str, diagnostics: Diagnostics
+) -> Mapping[str, Any] | None:
     """The document that a text holds; None, with the fault noted, when it holds none.
 
     Args:
         source: the text.
-        what: what the text should be, as part of a sentence ("links file").
-        findings: for faults.
+        file_kind: what the text should be, as part of a sentence ("links file").
+        diagnostics: for faults.
     """
-    place = _excess(source)
+    place = _find_excess(source)
     if place is not None:
-        findings.error(
-            f"this is too long for a {what}",
+        diagnostics.error(
+            f"this is too long for a {file_kind}",
             place,
-            f"at most {LONGEST_TEXT:,} characters in all and {LONGEST_LINE:,} in a line",
+            f"at most {MAX_TEXT_LENGTH:,} characters in all and {MAX_LINE_LENGTH:,} in a line",
         )
         return None
     try:
         return tomllib.loads(source.text, parse_float=number_text)
     except RecursionError:
-        findings.error("brackets are nested too deeply", Span(source, 0, 1), "a list holds no list")
+        diagnostics.error(
+            "brackets are nested too deeply", Span(source, 0, 1), "a list holds no list"
+        )
     except tomllib.TOMLDecodeError as failure:
-        message, span = _syntax_fault(str(failure), source)
-        findings.error(message, span, f"a {what} is written in TOML")
+        message, span = _syntax_error(str(failure), source)
+        diagnostics.error(message, span, f"a {file_kind} is written in TOML")
     return None
 
 
-def _excess(source: Source) -> Span | None:
+def _find_excess(source: Source) -> Span | None:
     """Where the text becomes longer than is read."""
-    if len(source.text) > LONGEST_TEXT:
-        return Span(source, LONGEST_TEXT, LONGEST_TEXT + 1)
+    if len(source.text) > MAX_TEXT_LENGTH:
+        return Span(source, MAX_TEXT_LENGTH, MAX_TEXT_LENGTH + 1)
     start = 0
     for line in source.text.split("\n"):
-        if len(line) > LONGEST_LINE:
-            return Span(source, start + LONGEST_LINE, start + LONGEST_LINE + 1)
+        if len(line) > MAX_LINE_LENGTH:
+            return Span(source, start + MAX_LINE_LENGTH, start + MAX_LINE_LENGTH + 1)
         start += len(line) + 1
     return None
 
 
-def _syntax_fault(message: str, source: Source) -> tuple[str, Span]:
+def _syntax_error(message: str, source: Source) -> tuple[str, Span]:
     """What `tomllib` says, without its position, and the position as a span."""
     match = _POSITION.search(message)
     said = _POSITION.sub("", message)
@@ -302,5 +308,5 @@ def _syntax_fault(message: str, source: Source) -> tuple[str, Span]:
         return said, Span(source, max(end - 1, 0), max(end, 1))
     line, column = int(match[1]), int(match[2])
     before = sum(len(text) + 1 for text in source.text.split("\n")[: line - 1])
-    offset = before + min(column - 1, max(len(source.line(line)) - 1, 0))
+    offset = before + min(column - 1, max(len(source.line_text(line)) - 1, 0))
     return said, Span(source, offset, offset + 1)

@@ -11,31 +11,44 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.canvas import BLUE, PENS, THESIS, Pen, draw_points, sheet, styled, write_foot, zero_line
+from plots.canvas import (
+    BLUE,
+    LINE_STYLES,
+    THESIS_STYLE,
+    LineStyle,
+    add_footer,
+    create_panels,
+    draw_points,
+    draw_zero_line,
+    plot_style,
+)
 from plots.plate import Claim, Plate
 from springs.backends import Array
 from springs.published import tables as published
-from springs.published.rows import Rhythm
-from springs.published.shoulder_rhythm import Lines, Readings
+from springs.published.rows import PublishedRhythm
+from springs.published.shoulder_rhythm import DigitisedPoints, PiecewiseLinear
 
 PLANES = {"frontal": 0.0, "sagittal": np.pi / 2.0}
 """Angle of the plane of elevation [rad]."""
 
-FROM, TO = np.radians(30.0), np.radians(120.0)
+MIN_ELEVATION, MAX_ELEVATION = np.radians(30.0), np.radians(120.0)
 """Arm elevations between which all sets were measured [rad]."""
 
-AT = (0.0, 90.0, 131.4, 150.0)
-BY_HAND = {"frontal": (1.076, 23.702, 34.110, 33.450), "sagittal": (2.348, 21.307, 30.0, 30.0)}
+CHECKED_ELEVATIONS = (0.0, 90.0, 131.4, 150.0)
+HAND_CALCULATED_ELEVATIONS = {
+    "frontal": (1.076, 23.702, 34.110, 33.450),
+    "sagittal": (2.348, 21.307, 30.0, 30.0),
+}
 """Eq. 5.42 and 5.44 less 90 deg, worked by hand at the arm elevations `AT` [deg]."""
 
-ROUNDING = {"frontal": 0.123, "sagittal": 0.051}
+ROUNDING_BOUND = {"frontal": 0.123, "sagittal": 0.051}
 """What half a unit in the last printed digits can move the two pieces apart [deg].
 
 Frontal 131.4 (0.00005 + 0.0005) + 0.0005 + 0.05, sagittal 130 (0.000005) + 0.0005 + 0.05.
 """
 
 _GRID = np.radians(np.arange(0.0, 181.0, 1.0))
-_REGRESSION = Pen(BLUE, ":")
+_REGRESSION_STYLE = LineStyle(BLUE, ":")
 _INMAN = (
     "V. T. Inman, J. B. Saunders & L. C. Abbott, Observations on the Function of the Shoulder "
     "Joint, J. Bone Jt. Surg. 26A:1-30, 1944 (the thesis's source; its graph is not public)"
@@ -49,7 +62,7 @@ _SIGN = (
 def clavicle() -> Plate:
     """Draw the plate."""
     lines = {plane: published.rhythm(f"otani_1989/clavicle_{plane}") for plane in PLANES}
-    sets = {plane: _sets(plane) for plane in PLANES}
+    sets = {plane: _measured_sets(plane) for plane in PLANES}
     regression = published.rhythm("de_groot_brand_2001/clavicle_elevation")
     thesis = published.publication("otani_1989").reference
     references = (
@@ -83,35 +96,37 @@ _CAPTION = (
 )
 
 
-def rise(rhythm: Rhythm, plane: str) -> float:
+def mean_slope(rhythm: PublishedRhythm, plane: str) -> float:
     """Mean slope of a bone's elevation between 30 and 120 deg of arm elevation [deg/deg]."""
-    low, high = rhythm.law.angle(np.array([FROM, TO]), PLANES[plane])
-    return float((high - low) / (TO - FROM))
+    low, high = rhythm.law.angle(np.array([MIN_ELEVATION, MAX_ELEVATION]), PLANES[plane])
+    return float((high - low) / (MAX_ELEVATION - MIN_ELEVATION))
 
 
-def jump(rhythm: Rhythm) -> float:
+def piece_offset(rhythm: PublishedRhythm) -> float:
     """How far the two pieces of a line are apart where they meet [deg], upwards positive."""
-    assert isinstance(rhythm.law, Lines)
+    assert isinstance(rhythm.law, PiecewiseLinear)
     end = rhythm.law.pieces[0][0]
     below, above = rhythm.law.angle(np.array([end, nextafter(end, np.pi)]))
     return float(np.degrees(above - below))
 
 
-def _sets(plane: str) -> dict[str, Rhythm]:
+def _measured_sets(plane: str) -> dict[str, PublishedRhythm]:
     rows = published.publication("spartacus").rhythms.values()
     return {row.name.rpartition("_")[0]: row for row in rows if row.plane == plane}
 
 
-def _claims(lines: Mapping[str, Rhythm], sets: Mapping[str, Mapping[str, Rhythm]]) -> list[Claim]:
+def _claims(
+    lines: Mapping[str, PublishedRhythm], sets: Mapping[str, Mapping[str, PublishedRhythm]]
+) -> list[Claim]:
     claims: list[Claim] = []
     for plane, line in lines.items():
-        slopes = {_called(name): rise(row, plane) for name, row in sets[plane].items()}
+        slopes = {_format_name(name): mean_slope(row, plane) for name, row in sets[plane].items()}
         steepest = max(slopes, key=lambda name: slopes[name])
         claims.append(
             Claim(
                 f"From 30 to 120 deg of arm elevation in the {plane} plane the thesis's line is no "
                 f"steeper than the steepest measured set ({steepest})",
-                rise(line, plane),
+                mean_slope(line, plane),
                 "deg/deg",
                 at_most=slopes[steepest],
                 remark="the lines follow Inman's graph of 1944; no later measurement listed here "
@@ -119,13 +134,13 @@ def _claims(lines: Mapping[str, Rhythm], sets: Mapping[str, Mapping[str, Rhythm]
             )
         )
     for plane, line in lines.items():
-        found = np.degrees(line.law.angle(np.radians(AT)))
-        where = ", ".join(f"{at:g}" for at in AT[:-1])
+        found = np.degrees(line.law.angle(np.radians(CHECKED_ELEVATIONS)))
+        where = ", ".join(f"{at:g}" for at in CHECKED_ELEVATIONS[:-1])
         claims.append(
             Claim(
-                f"In the {plane} plane the elevation at {where} and {AT[-1]:g} deg is as worked by "
-                f"hand: {', '.join(f'{value:.3f}' for value in BY_HAND[plane])} deg",
-                float(np.abs(found - BY_HAND[plane]).max()),
+                f"In the {plane} plane the elevation at {where} and {CHECKED_ELEVATIONS[-1]:g} deg is as worked by "
+                f"hand: {', '.join(f'{value:.3f}' for value in HAND_CALCULATED_ELEVATIONS[plane])} deg",
+                float(np.abs(found - HAND_CALCULATED_ELEVATIONS[plane]).max()),
                 "deg",
                 at_most=0.0005,
             )
@@ -135,9 +150,9 @@ def _claims(lines: Mapping[str, Rhythm], sets: Mapping[str, Mapping[str, Rhythm]
             Claim(
                 f"The two pieces of the {plane} line meet, within the rounding of their printed "
                 "digits",
-                abs(jump(line)),
+                abs(piece_offset(line)),
                 "deg",
-                at_most=ROUNDING[plane],
+                at_most=ROUNDING_BOUND[plane],
                 remark="eq. 5.44 jumps at 130 deg as it is printed, and is kept so"
                 if plane == "sagittal"
                 else "",
@@ -146,45 +161,54 @@ def _claims(lines: Mapping[str, Rhythm], sets: Mapping[str, Mapping[str, Rhythm]
     return claims
 
 
-def _called(name: str) -> str:
+def _format_name(name: str) -> str:
     """`ludewig_2009` as `Ludewig 2009`."""
     return name.replace("_", " ").capitalize()
 
 
 def _draw(
-    lines: Mapping[str, Rhythm],
-    sets: Mapping[str, Mapping[str, Rhythm]],
-    regression: Rhythm,
+    lines: Mapping[str, PublishedRhythm],
+    sets: Mapping[str, Mapping[str, PublishedRhythm]],
+    regression: PublishedRhythm,
     references: tuple[str, ...],
 ) -> Figure:
     pens = {
-        name: PENS[k] for k, name in enumerate(dict.fromkeys([*sets["frontal"], *sets["sagittal"]]))
+        name: LINE_STYLES[k]
+        for k, name in enumerate(dict.fromkeys([*sets["frontal"], *sets["sagittal"]]))
     }
-    with styled():
-        figure, (upper, lower) = sheet(6.6, 2, 2, (3.0, 1.3))
+    with plot_style():
+        figure, (upper, lower) = create_panels(6.6, 2, 2, (3.0, 1.3))
         for axes, rest, plane in zip(upper, lower, PLANES, strict=True):
             grid = np.degrees(_GRID)
             law = lines[plane].law
-            assert isinstance(law, Lines)
+            assert isinstance(law, PiecewiseLinear)
             axes.plot(
-                grid, _degrees(lines[plane], _GRID), color=THESIS.colour, lw=2.2, label="thesis [1]"
+                grid,
+                _bone_angle_degrees(lines[plane], _GRID),
+                color=THESIS_STYLE.colour,
+                lw=2.2,
+                label="thesis [1]",
             )
             axes.plot(
                 grid,
-                _degrees(regression, _GRID, PLANES[plane]),
-                _REGRESSION.dash,
-                color=_REGRESSION.colour,
+                _bone_angle_degrees(regression, _GRID, PLANES[plane]),
+                _REGRESSION_STYLE.dash,
+                color=_REGRESSION_STYLE.colour,
                 label="substitute: de Groot & Brand [4]",
             )
             for name, row in sets[plane].items():
-                assert isinstance(row.law, Readings)
+                assert isinstance(row.law, DigitisedPoints)
                 at, found = np.degrees(np.array(row.law.points)).T
-                draw_points(axes, at, found, pens[name], f"substitute: {_called(name)} [3]")
+                draw_points(axes, at, found, pens[name], f"substitute: {_format_name(name)} [3]")
                 draw_points(
-                    rest, at, found - _degrees(lines[plane], np.radians(at)), pens[name], "_"
+                    rest,
+                    at,
+                    found - _bone_angle_degrees(lines[plane], np.radians(at)),
+                    pens[name],
+                    "_",
                 )
             _mark_jump(axes, lines[plane])
-            zero_line(rest)
+            draw_zero_line(rest)
             axes.set_title(f"arm raised in the {plane} plane", loc="left")
             axes.legend(loc="upper left", fontsize=7.0)
             rest.set_xlabel("arm elevation [deg]")
@@ -192,16 +216,16 @@ def _draw(
         upper[0].set_ylabel("clavicle elevation [deg]")
         upper[0].set_ylim(0.0, 52.0)
         lower[0].set_ylabel("set - thesis [deg]")
-        write_foot(figure, _SIGN, references)
+        add_footer(figure, _SIGN, references)
     return figure
 
 
-def _mark_jump(axes: Axes, line: Rhythm) -> None:
-    assert isinstance(line.law, Lines)
+def _mark_jump(axes: Axes, line: PublishedRhythm) -> None:
+    assert isinstance(line.law, PiecewiseLinear)
     end = line.law.pieces[0][0]
-    height = _degrees(line, np.array([end]))[0]
+    height = _bone_angle_degrees(line, np.array([end]))[0]
     axes.annotate(
-        f"jumps by {jump(line):+.2f} deg\nat {np.degrees(end):.4g} deg",
+        f"jumps by {piece_offset(line):+.2f} deg\nat {np.degrees(end):.4g} deg",
         (float(np.degrees(end)), float(height)),
         xytext=(112.0, 41.0),
         fontsize=7.0,
@@ -209,32 +233,32 @@ def _mark_jump(axes: Axes, line: Rhythm) -> None:
     )
 
 
-def _degrees(rhythm: Rhythm, elevation: Array, plane: float = 0.0) -> Array:
+def _bone_angle_degrees(rhythm: PublishedRhythm, elevation: Array, plane: float = 0.0) -> Array:
     return np.degrees(rhythm.law.angle(elevation, plane))
 
 
 def _tables(
-    lines: Mapping[str, Rhythm],
-    sets: Mapping[str, Mapping[str, Rhythm]],
-    regression: Rhythm,
+    lines: Mapping[str, PublishedRhythm],
+    sets: Mapping[str, Mapping[str, PublishedRhythm]],
+    regression: PublishedRhythm,
 ) -> dict[str, dict[str, Array]]:
     """The lines on a grid, and the sets at the elevations of their points, nan where none is."""
     tables: dict[str, dict[str, Array]] = {"lines": {"arm elevation [deg]": np.degrees(_GRID)}}
     for plane, line in lines.items():
-        found = _degrees(line, _GRID)
+        found = _bone_angle_degrees(line, _GRID)
         tables["lines"][f"thesis, {plane} [deg]"] = found
-        fitted = _degrees(regression, _GRID, PLANES[plane])
+        fitted = _bone_angle_degrees(regression, _GRID, PLANES[plane])
         tables["lines"][f"de Groot & Brand 2001, {plane} [deg]"] = fitted
         at = np.unique([x for row in sets[plane].values() for x, _ in _points(row)])
         tables[plane] = {"arm elevation [deg]": np.degrees(at)}
         for name, row in sets[plane].items():
             known = dict(_points(row))
             values = np.degrees([known.get(float(x), np.nan) for x in at])
-            tables[plane][f"{_called(name)} [deg]"] = values
-        tables[plane]["thesis [deg]"] = _degrees(line, at)
+            tables[plane][f"{_format_name(name)} [deg]"] = values
+        tables[plane]["thesis [deg]"] = _bone_angle_degrees(line, at)
     return tables
 
 
-def _points(row: Rhythm) -> tuple[tuple[float, float], ...]:
-    assert isinstance(row.law, Readings)
+def _points(row: PublishedRhythm) -> tuple[tuple[float, float], ...]:
+    assert isinstance(row.law, DigitisedPoints)
     return row.law.points

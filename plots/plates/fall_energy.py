@@ -14,20 +14,29 @@ from matplotlib.figure import Figure
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure as Body
 from generator.recording import ENERGY_KINDS
-from generator.simulation.plan import springs_of
-from plots.canvas import BLACK, GREY, PENS, THESIS, Pen, sheet, styled, write_foot
+from generator.simulation.plan import resolve_springs
+from plots.canvas import (
+    BLACK,
+    GREY,
+    LINE_STYLES,
+    THESIS_STYLE,
+    LineStyle,
+    add_footer,
+    create_panels,
+    plot_style,
+)
 from plots.plate import Claim, Plate
 from springs import SpringSet
 from springs.backends import Array
 from springs.published import tables as published
 
-STEPS = (2e-3, 1e-3, 5e-4)
+STEP_SIZES = (2e-3, 1e-3, 5e-4)
 """Of the runs [s]."""
 
-STOP, FRAME = 1.5, 0.01
+STOP_TIME, FRAME_INTERVAL = 1.5, 0.01
 """Of every run [s]."""
 
-_BENT: Mapping[str, tuple[float, ...]] = {
+_INITIAL_ANGLES: Mapping[str, tuple[float, ...]] = {
     "shoulder": (0.0, 20.0, 20.0),
     "hip_joint": (0.0, 5.0, 20.0),
     "elbow": (30.0,),
@@ -42,7 +51,7 @@ the edge of their dead zones.
 ENERGY_BOUND = 1e-4
 """Share of the energy exchanged; the bound that docs/simulation.md and its tests hold runs to."""
 
-SECOND_ORDER = (3.5, 4.5)
+ERROR_RATIO_BOUNDS = (3.5, 4.5)
 """Bounds of the ratio of errors at two steps, one twice the other; 4 for small steps."""
 
 _SIGN = (
@@ -66,54 +75,59 @@ class Falls:
 
     Attributes:
         runs: by step [s].
-        corner: last frame before any joint reaches a corner of its curve.
+        breakpoint_frame: last frame before any joint reaches a corner of its curve.
     """
 
     runs: Mapping[float, Recording]
-    corner: int
+    breakpoint_frame: int
 
     @property
-    def finest(self) -> Recording:
+    def finest_run(self) -> Recording:
         """The run with the smallest step."""
         return self.runs[min(self.runs)]
 
     @property
-    def exchanged(self) -> float:
+    def exchanged_energy(self) -> float:
         """Range of the potential energies over the run, and what damping took [J]."""
-        energy = self.finest.energy
+        energy = self.finest_run.energy
         return float(np.ptp(energy["gravity"] + energy["spring"]) + energy["dissipated"][-1])
 
-    def errors(self, step: float) -> Array:
+    def energy_errors(self, step: float) -> Array:
         """Energy made since the start, shape (n,) [J]."""
         balance = self.runs[step].energy_balance
         return balance - balance[0]
 
-    def ratio(self, step: float, last: int | None = None) -> float:
+    def error_ratio(self, step: float, last: int | None = None) -> float:
         """Greatest error with `step` over that with half of it, up to a frame."""
-        coarse, fine = (float(np.abs(self.errors(one)[:last]).max()) for one in (step, 0.5 * step))
+        coarse, fine = (
+            float(np.abs(self.energy_errors(one)[:last]).max()) for one in (step, 0.5 * step)
+        )
         return coarse / fine
 
 
-def falls() -> Falls:
+def simulate_falls() -> Falls:
     """Let the prototype fall."""
     body = read_figure("prototype")
     start = {
         name: tuple(map(radians, angles))
-        for joint, angles in _BENT.items()
+        for joint, angles in _INITIAL_ANGLES.items()
         for name in (f"left_{joint}", f"right_{joint}")
     }
-    plans = {step: Plan(stop=STOP, frame=FRAME, step=step, displacements=start) for step in STEPS}
+    plans = {
+        step: Plan(stop=STOP_TIME, frame=FRAME_INTERVAL, step=step, displacements=start)
+        for step in STEP_SIZES
+    }
     runs = {step: simulate(body, plan) for step, plan in plans.items()}
-    springs = springs_of(body, plans[min(STEPS)])
-    return Falls(runs, _first_corner(body, springs, runs[min(STEPS)]))
+    springs = resolve_springs(body, plans[min(STEP_SIZES)])
+    return Falls(runs, _first_breakpoint_frame(body, springs, runs[min(STEP_SIZES)]))
 
 
 def fall_energy() -> Plate:
     """Draw the plate."""
-    return plate_of(falls())
+    return build_plate(simulate_falls())
 
 
-def plate_of(made: Falls) -> Plate:
+def build_plate(falls: Falls) -> Plate:
     """Draw the plate of these falls."""
     thesis = published.publication("otani_1989").reference
     references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
@@ -122,14 +136,14 @@ def plate_of(made: Falls) -> Plate:
         title="Energy of the falling prototype",
         caption=_CAPTION,
         sign=_SIGN,
-        figure=_draw(made, references),
-        claims=tuple(_claims(made)),
-        tables=_tables(made),
+        figure=_draw(falls, references),
+        claims=tuple(_claims(falls)),
+        tables=_tables(falls),
         references=references,
     )
 
 
-def _first_corner(body: Body, springs: SpringSet, run: Recording) -> int:
+def _first_breakpoint_frame(body: Body, springs: SpringSet, run: Recording) -> int:
     """The last frame before a spring's angle passes a corner of its law."""
     first = len(run.times)
     for name, joint in springs.joints.items():
@@ -140,22 +154,22 @@ def _first_corner(body: Body, springs: SpringSet, run: Recording) -> int:
                 angle = along * run.displacements[name][:, 0]
             else:
                 angle = run.rotation_vectors[name] @ np.array(spring.direction)
-            for corner in {corner for law in spring.elastic for corner in law.corners}:
+            for corner in {corner for law in spring.elastic for corner in law.breakpoints}:
                 passed = np.flatnonzero((angle[1:] - corner) * (angle[:-1] - corner) <= 0.0)
                 first = min([first, *passed.tolist()])
     return first
 
 
-def _claims(made: Falls) -> list[Claim]:
-    finest, exchanged = min(STEPS), made.exchanged
-    mechanical = np.sum([made.finest.energy[kind] for kind in ENERGY_KINDS[:3]], axis=0)
-    low, high = SECOND_ORDER
-    corner = made.finest.times[made.corner]
+def _claims(falls: Falls) -> list[Claim]:
+    finest, exchanged = min(STEP_SIZES), falls.exchanged_energy
+    mechanical = np.sum([falls.finest_run.energy[kind] for kind in ENERGY_KINDS[:3]], axis=0)
+    low, high = ERROR_RATIO_BOUNDS
+    corner = falls.finest_run.times[falls.breakpoint_frame]
     claims = [
         Claim(
             f"With steps of {1e3 * finest:g} ms the energy error stays below 1e-4 of the energy "
             f"exchanged, {exchanged:.4g} J",
-            float(np.abs(made.errors(finest)).max()),
+            float(np.abs(falls.energy_errors(finest)).max()),
             "J",
             at_most=ENERGY_BOUND * exchanged,
         ),
@@ -168,28 +182,28 @@ def _claims(made: Falls) -> list[Claim]:
         ),
         Claim(
             "What damping has taken never falls",
-            float(np.diff(made.finest.energy["dissipated"]).min()),
+            float(np.diff(falls.finest_run.energy["dissipated"]).min()),
             "J",
             at_least=0.0,
         ),
     ]
-    for step in STEPS[:-1]:
+    for step in STEP_SIZES[:-1]:
         halved = f"Halving the step from {1e3 * step:g} ms divides the greatest energy error by 4"
         claims.append(
             Claim(
                 f"{halved}, up to {corner:.2f} s, where the first joint reaches a corner of its "
                 "curve",
-                made.ratio(step, made.corner + 1),
+                falls.error_ratio(step, falls.breakpoint_frame + 1),
                 at_least=low,
                 at_most=high,
             )
         )
-    for step in STEPS[:-1]:
+    for step in STEP_SIZES[:-1]:
         halved = f"Halving the step from {1e3 * step:g} ms divides the greatest energy error by 4"
         claims.append(
             Claim(
                 f"{halved}, over the whole fall, corners included",
-                made.ratio(step),
+                falls.error_ratio(step),
                 at_least=low,
                 at_most=high,
                 remark="a step across a corner of a curve has an error of its own; runs with a "
@@ -199,44 +213,48 @@ def _claims(made: Falls) -> list[Claim]:
     return claims
 
 
-_LOOKS: Mapping[str, Pen] = {
-    "kinetic": Pen(PENS[0].colour, "-"),
-    "gravity": Pen(PENS[1].colour, "--"),
-    "spring": Pen(PENS[2].colour, "-."),
-    "dissipated": Pen(GREY, ":"),
+_LINE_STYLES: Mapping[str, LineStyle] = {
+    "kinetic": LineStyle(LINE_STYLES[0].colour, "-"),
+    "gravity": LineStyle(LINE_STYLES[1].colour, "--"),
+    "spring": LineStyle(LINE_STYLES[2].colour, "-."),
+    "dissipated": LineStyle(GREY, ":"),
 }
 
 
-def _draw(made: Falls, references: tuple[str, ...]) -> Figure:
-    times = made.finest.times
-    with styled():
-        figure, ((upper,), (lower,)) = sheet(6.4, 2, 1, (1.4, 1.0))
-        for kind, pen in _LOOKS.items():
-            energy = _shown(made.finest, kind)
+def _draw(falls: Falls, references: tuple[str, ...]) -> Figure:
+    times = falls.finest_run.times
+    with plot_style():
+        figure, ((upper,), (lower,)) = create_panels(6.4, 2, 1, (1.4, 1.0))
+        for kind, pen in _LINE_STYLES.items():
+            energy = _energy_change(falls.finest_run, kind)
             upper.plot(times, energy, pen.dash, color=pen.colour, label=kind)
         upper.plot(
-            times, made.errors(min(STEPS)), color=THESIS.colour, lw=2.2, label="sum: the error"
+            times,
+            falls.energy_errors(min(STEP_SIZES)),
+            color=THESIS_STYLE.colour,
+            lw=2.2,
+            label="sum: the error",
         )
         upper.set_ylabel("change of energy [J]")
-        upper.set_title(f"Exudyn, steps of {1e3 * min(STEPS):g} ms", loc="left")
+        upper.set_title(f"Exudyn, steps of {1e3 * min(STEP_SIZES):g} ms", loc="left")
         upper.legend(loc="lower left", ncols=2)
-        for step, pen in zip(STEPS, PENS, strict=False):
-            error = np.abs(made.errors(step))
+        for step, pen in zip(STEP_SIZES, LINE_STYLES, strict=False):
+            error = np.abs(falls.energy_errors(step))
             label = f"steps of {1e3 * step:g} ms"
             lower.semilogy(times[1:], error[1:], pen.dash, color=pen.colour, lw=1.2, label=label)
-        bound = ENERGY_BOUND * made.exchanged
+        bound = ENERGY_BOUND * falls.exchanged_energy
         lower.axhline(bound, color=BLACK, lw=1.0, ls=(0, (1, 1)), label=f"bound, {bound:.2g} J")
         for axes in (upper, lower):
-            _mark_corner(axes, float(times[made.corner]))
+            _mark_breakpoint(axes, float(times[falls.breakpoint_frame]))
         lower.set_ylim(1e-7, 1.0)
         lower.set_ylabel("size of the error [J]")
         lower.set_xlabel("time [s]")
         lower.legend(loc="lower right", ncols=4)
-        write_foot(figure, _SIGN, references)
+        add_footer(figure, _SIGN, references)
     return figure
 
 
-def _mark_corner(axes: Axes, time: float) -> None:
+def _mark_breakpoint(axes: Axes, time: float) -> None:
     axes.axvline(time, color=GREY, lw=0.8)
     axes.annotate(
         " first corner of a curve",
@@ -248,13 +266,15 @@ def _mark_corner(axes: Axes, time: float) -> None:
     )
 
 
-def _shown(run: Recording, kind: str) -> Array:
+def _energy_change(run: Recording, kind: str) -> Array:
     """The change of an energy since the start [J]."""
     return run.energy[kind] - run.energy[kind][0]
 
 
-def _tables(made: Falls) -> dict[str, dict[str, Array]]:
-    time = {"time [s]": made.finest.times}
-    energies = {f"{kind} [J]": _shown(made.finest, kind) for kind in ENERGY_KINDS}
-    errors = {f"energy error, {1e3 * step:g} ms [J]": made.errors(step) for step in made.runs}
+def _tables(falls: Falls) -> dict[str, dict[str, Array]]:
+    time = {"time [s]": falls.finest_run.times}
+    energies = {f"{kind} [J]": _energy_change(falls.finest_run, kind) for kind in ENERGY_KINDS}
+    errors = {
+        f"energy error, {1e3 * step:g} ms [J]": falls.energy_errors(step) for step in falls.runs
+    }
     return {"energy": time | energies, "error": time | errors}

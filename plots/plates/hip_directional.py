@@ -12,21 +12,31 @@ from matplotlib.figure import Figure as Picture
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
-from plots.canvas import BLUE, PALE, PENS, THESIS, draw_points, sheet, styled, write_foot, zero_line
+from plots.canvas import (
+    BLUE,
+    LINE_STYLES,
+    PALE,
+    THESIS_STYLE,
+    add_footer,
+    create_panels,
+    draw_points,
+    draw_zero_line,
+    plot_style,
+)
 from plots.plate import Claim, Plate
 from springs import AxisSpring, Damping, JointSprings, SpringSet
 from springs.backends import Array
-from springs.elastic import extrapolation
-from springs.hysteresis import Directional
+from springs.elastic import describe_extrapolation
+from springs.hysteresis import Hysteresis
 from springs.published import tables as published
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 
 _HIP = "left_hip_joint"
 _PELVIS, _THIGH = "lower_torso", "left_upper_leg"
 _PERIOD = 8.0
 _FRAMES = 800
 _STEP = 1e-3
-_BRAKE = 10.0
+_BRAKE_DAMPING = 10.0
 """Of the drive [N m s/rad]: it holds the speed down, and is taken off what is measured."""
 
 
@@ -36,15 +46,15 @@ class Cycle:
 
     Attributes:
         angle: hip flexion in the middle of each stretch, shape (n,) [rad].
-        turned: by how much the angle grows along it, shape (n,) [rad].
+        angle_change: by how much the angle grows along it, shape (n,) [rad].
         torque: passive torque on the thigh, without the brake's, shape (n,) [N m].
-        dissipated: by the joint, the brake's share taken off, in Exudyn's energy book [J].
+        dissipated_energy: by the joint, the brake's share taken off, in Exudyn's energy book [J].
     """
 
     angle: Array
-    turned: Array
+    angle_change: Array
     torque: Array
-    dissipated: float
+    dissipated_energy: float
 
     @property
     def low(self) -> float:
@@ -57,18 +67,18 @@ class Cycle:
         return float(self.angle.max())
 
     @property
-    def loss(self) -> float:
+    def energy_loss(self) -> float:
         """Area within the loop of torque against angle [J]; positive where energy is lost."""
-        return -float(np.sum(self.torque * self.turned))
+        return -float(np.sum(self.torque * self.angle_change))
 
-    def branch(self, angles: Array, sign: int) -> Array:
+    def torque_on_branch(self, angles: Array, sign: int) -> Array:
         """Torque at angles [rad] while the angle grows (+1) or falls (-1) [N m]."""
-        chosen = np.flatnonzero(np.sign(self.turned) == sign)
+        chosen = np.flatnonzero(np.sign(self.angle_change) == sign)
         chosen = chosen[np.argsort(self.angle[chosen])]
         return np.interp(angles, self.angle[chosen], self.torque[chosen])
 
 
-def drive(law: Directional, low: float, high: float) -> Cycle:
+def drive_hip(law: Hysteresis, low: float, high: float) -> Cycle:
     """Drive the prototype's thigh slowly from about `low` to `high` [rad] and back.
 
     The thigh hangs alone on the fixed pelvis by its flexion axis, without gravity. A moment that
@@ -76,8 +86,8 @@ def drive(law: Directional, low: float, high: float) -> Cycle:
     of two cycles is taken. The passive torque is inertia times acceleration less the drive: it
     comes from the motion, not from the law.
     """
-    figure = _thigh()
-    spring = AxisSpring((0.0, 1.0, 0.0), (law,), Damping(viscous=_BRAKE))
+    figure = _build_thigh_figure()
+    spring = AxisSpring((0.0, 1.0, 0.0), (law,), Damping(viscous=_BRAKE_DAMPING))
     times = np.linspace(0.0, 2.0 * _PERIOD, 2 * _FRAMES + 1)
     least, most = -float(law.decreasing.torque(low)), -float(law.increasing.torque(high))
     swing = 0.5 * (most - least) * np.cos(2.0 * np.pi * times / _PERIOD)
@@ -92,10 +102,10 @@ def drive(law: Directional, low: float, high: float) -> Cycle:
         displacements={_HIP: (low,)},
         loads=(load,),
     )
-    return _measured(simulate(figure, plan), load)
+    return _last_cycle(simulate(figure, plan), load)
 
 
-def _thigh() -> Figure:
+def _build_thigh_figure() -> Figure:
     """The prototype's left thigh on its pelvis, which is the ground, by the axis of flexion."""
     body = read_figure("prototype")
     hip = body.joints[_HIP]
@@ -109,26 +119,28 @@ def _thigh() -> Figure:
     )
 
 
-def _measured(run: Recording, load: TimedLoad) -> Cycle:
+def _last_cycle(run: Recording, load: TimedLoad) -> Cycle:
     """The last cycle of a run."""
     times, angle = run.times, run.displacements[_HIP][:, 0]
     rate = run.velocities[_HIP][:, 0]
     fastest = int(np.argmax(np.abs(rate)))
     inertia = 2.0 * run.energy["kinetic"][fastest] / rate[fastest] ** 2
-    driven = load.at(times)[:, 1]
+    driven = load.components(times)[:, 1]
     spans = np.diff(times)
-    torque = inertia * np.diff(rate) / spans - _middle(driven) + _BRAKE * _middle(rate)
-    braked = _BRAKE * float(np.sum((_middle(rate**2) * spans)[-_FRAMES:]))
+    torque = (
+        inertia * np.diff(rate) / spans - _midpoints(driven) + _BRAKE_DAMPING * _midpoints(rate)
+    )
+    braked = _BRAKE_DAMPING * float(np.sum((_midpoints(rate**2) * spans)[-_FRAMES:]))
     dissipated = run.energy["dissipated"]
     return Cycle(
-        _middle(angle)[-_FRAMES:],
+        _midpoints(angle)[-_FRAMES:],
         np.diff(angle)[-_FRAMES:],
         torque[-_FRAMES:],
         float(dissipated[-1] - dissipated[-1 - _FRAMES]) - braked,
     )
 
 
-def _middle(values: Array) -> Array:
+def _midpoints(values: Array) -> Array:
     """Means of neighbours, shape (n - 1,)."""
     return 0.5 * (values[1:] + values[:-1])
 
@@ -137,16 +149,16 @@ def _middle(values: Array) -> Array:
 # pyright: reportUnknownMemberType=false
 
 
-APART = (5.0, 10.0)
+CURVE_DISTANCE_RANGE = (5.0, 10.0)
 """Between these the thesis gives the distance of the two curves [N m]."""
 
-WIDTH = 7.5
+HYSTERESIS_WIDTH = 7.5
 """The middle of that range [N m]."""
 
-LOW, HIGH = 0.0, 80.0
+MIN_ANGLE, MAX_ANGLE = 0.0, 80.0
 """Hip angles between which the leg is driven, about [deg]."""
 
-_BETWEEN = np.arange(10.0, 70.1, 1.0)
+_COMPARED_ANGLES = np.arange(10.0, 70.1, 1.0)
 """Hip angles away from both reversals [deg]."""
 
 AREA_BOUND = 0.01
@@ -176,23 +188,23 @@ _CAPTION = (
 )
 
 
-def law() -> Directional:
+def hysteresis_law() -> Hysteresis:
     """The thesis's cubic for increasing extension, and below it one for increasing flexion."""
     thesis = published.curve("otani_1989/hip_y").law
-    return Directional(Scaled(thesis, constant=-WIDTH), thesis)
+    return Hysteresis(Transformed(thesis, constant=-HYSTERESIS_WIDTH), thesis)
 
 
-def cycle() -> Cycle:
+def simulate_cycle() -> Cycle:
     """The leg driven to and fro in Exudyn."""
-    return drive(law(), np.radians(LOW), np.radians(HIGH))
+    return drive_hip(hysteresis_law(), np.radians(MIN_ANGLE), np.radians(MAX_ANGLE))
 
 
 def hip_directional() -> Plate:
     """Draw the plate."""
-    return plate_of(cycle())
+    return build_plate(simulate_cycle())
 
 
-def plate_of(made: Cycle) -> Plate:
+def build_plate(cycle: Cycle) -> Plate:
     """Draw the plate of this cycle."""
     thesis = published.publication("otani_1989").reference
     references = (
@@ -201,25 +213,25 @@ def plate_of(made: Cycle) -> Plate:
         "15:905-910, 1982 (the thesis's source; its data are not public)",
         str(published.curve("silder_2007/hip_knee_15").reference),
     )
-    known = published.curve("otani_1989/hip_y").measured
+    known = published.curve("otani_1989/hip_y").valid_range
     return Plate(
         name="hip_directional",
         title="Hip moment towards flexion and extension (the thesis's figure 4.7)",
-        caption=_CAPTION.format(known=extrapolation(known, made.low, made.high)),
+        caption=_CAPTION.format(known=describe_extrapolation(known, cycle.low, cycle.high)),
         sign=_SIGN,
-        figure=_draw(made, references),
-        claims=tuple(_claims(made)),
-        tables=_tables(made),
+        figure=_draw(cycle, references),
+        claims=tuple(_claims(cycle)),
+        tables=_tables(cycle),
         references=references,
     )
 
 
-def _claims(made: Cycle) -> list[Claim]:
-    at = np.radians(_BETWEEN)
-    apart = made.branch(at, -1) - made.branch(at, +1)
-    loss = law().loss(made.low, made.high)
-    low, high = APART
-    where = f"from {_BETWEEN[0]:g} to {_BETWEEN[-1]:g} deg of hip flexion"
+def _claims(cycle: Cycle) -> list[Claim]:
+    at = np.radians(_COMPARED_ANGLES)
+    apart = cycle.torque_on_branch(at, -1) - cycle.torque_on_branch(at, +1)
+    loss = hysteresis_law().cycle_loss(cycle.low, cycle.high)
+    low, high = CURVE_DISTANCE_RANGE
+    where = f"from {_COMPARED_ANGLES[0]:g} to {_COMPARED_ANGLES[-1]:g} deg of hip flexion"
     return [
         Claim(
             f"Least distance {where} of the moments towards extension and towards flexion",
@@ -235,50 +247,56 @@ def _claims(made: Cycle) -> list[Claim]:
             at_least=low,
             at_most=high,
         ),
-        Claim("A cycle of the hip takes energy and gives none", made.loss, "J", at_least=0.0),
+        Claim(
+            "A cycle of the hip takes energy and gives none", cycle.energy_loss, "J", at_least=0.0
+        ),
         Claim(
             f"The area of the loop is the energy that lies between the two curves, {loss:.2f} J",
-            made.loss,
+            cycle.energy_loss,
             "J",
             at_least=(1.0 - AREA_BOUND) * loss,
             at_most=(1.0 + AREA_BOUND) * loss,
         ),
         Claim(
             "It is what Exudyn's run counts as dissipated by the joint, in percent of it",
-            100.0 * abs(made.dissipated / made.loss - 1.0),
+            100.0 * abs(cycle.dissipated_energy / cycle.energy_loss - 1.0),
             "%",
             at_most=100.0 * AREA_BOUND,
         ),
         Claim(
             "The median of both moments is off either by less than 8 % of the total range, as the "
             "thesis expects",
-            100.0 * 0.5 * float(apart.max()) / float(np.ptp(made.torque)),
+            100.0 * 0.5 * float(apart.max()) / float(np.ptp(cycle.torque)),
             "%",
             at_most=MEDIAN_BOUND,
         ),
     ]
 
 
-def _draw(made: Cycle, references: tuple[str, ...]) -> Picture:
-    both = law()
+def _draw(cycle: Cycle, references: tuple[str, ...]) -> Picture:
+    both = hysteresis_law()
     angles = np.radians(np.arange(-10.0, 90.1, 0.5))
     at = np.degrees(angles)
     extension = np.asarray(both.decreasing.torque(angles))
     flexion = np.asarray(both.increasing.torque(angles))
     hip, silder = np.array(published.curve("silder_2007/hip_knee_15").printed.points).T
     inside = (hip >= at[0]) & (hip <= at[-1])
-    with styled():
-        figure, ((upper,), (lower,)) = sheet(6.6, 2, 1, (3.0, 1.0))
+    with plot_style():
+        figure, ((upper,), (lower,)) = create_panels(6.6, 2, 1, (3.0, 1.0))
         upper.plot(
-            at, extension, color=THESIS.colour, lw=2.2, label="thesis [1]: increasing extension"
+            at,
+            extension,
+            color=THESIS_STYLE.colour,
+            lw=2.2,
+            label="thesis [1]: increasing extension",
         )
-        label = f"{WIDTH:g} N m below: increasing flexion"
-        upper.plot(at, flexion, "--", color=THESIS.colour, lw=1.4, label=label)
-        order = np.append(np.arange(len(made.angle)), 0)
-        upper.fill(np.degrees(made.angle), made.torque, color=PALE, lw=0.0)
+        label = f"{HYSTERESIS_WIDTH:g} N m below: increasing flexion"
+        upper.plot(at, flexion, "--", color=THESIS_STYLE.colour, lw=1.4, label=label)
+        order = np.append(np.arange(len(cycle.angle)), 0)
+        upper.fill(np.degrees(cycle.angle), cycle.torque, color=PALE, lw=0.0)
         upper.plot(
-            np.degrees(made.angle)[order],
-            made.torque[order],
+            np.degrees(cycle.angle)[order],
+            cycle.torque[order],
             "-",
             marker="o",
             markevery=25,
@@ -286,51 +304,57 @@ def _draw(made: Cycle, references: tuple[str, ...]) -> Picture:
             mfc="white",
             lw=1.0,
             color=BLUE,
-            label=f"Exudyn, one cycle: {made.loss:.1f} J lost",
+            label=f"Exudyn, one cycle: {cycle.energy_loss:.1f} J lost",
         )
         draw_points(
-            upper, hip[inside], silder[inside], PENS[1], "substitute [3]: Silder, knee at 15 deg"
+            upper,
+            hip[inside],
+            silder[inside],
+            LINE_STYLES[1],
+            "substitute [3]: Silder, knee at 15 deg",
         )
-        _mark_directions(upper, made)
-        zero_line(upper)
+        _mark_directions(upper, cycle)
+        draw_zero_line(upper)
         upper.set_ylabel("hip moment [N m]")
         upper.legend(loc="upper right")
         for sign, dash, name in ((-1, "-", "extension"), (+1, "--", "flexion")):
-            chosen = np.sign(made.turned) == sign
-            rest = np.where(chosen, made.torque - _curve(made), np.nan)
-            lower.plot(np.degrees(made.angle), rest, dash, color=BLUE, label=f"increasing {name}")
-        zero_line(lower)
+            chosen = np.sign(cycle.angle_change) == sign
+            rest = np.where(chosen, cycle.torque - _curve_of_direction(cycle), np.nan)
+            lower.plot(np.degrees(cycle.angle), rest, dash, color=BLUE, label=f"increasing {name}")
+        draw_zero_line(lower)
         lower.set_ylabel("Exudyn - curve [N m]")
         lower.set_xlabel("hip flexion [deg]")
         lower.legend(loc="upper center")
-        write_foot(figure, _SIGN, references)
+        add_footer(figure, _SIGN, references)
     return figure
 
 
-def _mark_directions(axes: Axes, made: Cycle) -> None:
+def _mark_directions(axes: Axes, cycle: Cycle) -> None:
     """An arrow beside each branch of the loop."""
     for sign, start, word, aside in ((+1, 36.0, "flexing", -6.0), (-1, 56.0, "extending", 8.0)):
         ends = np.array([start, start + 16.0 * sign])
-        (x0, x1), (y0, y1) = ends, made.branch(np.radians(ends), sign) + aside
+        (x0, x1), (y0, y1) = ends, cycle.torque_on_branch(np.radians(ends), sign) + aside
         looks = {"arrowstyle": "-|>", "color": BLUE, "mutation_scale": 14.0, "lw": 1.4}
         axes.annotate("", (x1, y1), (x0, y0), arrowprops=looks)
         place = (0.5 * (x0 + x1), 0.5 * (y0 + y1) + 0.2 * aside)
         axes.annotate(word, place, ha="center", va="top" if aside < 0.0 else "bottom", color=BLUE)
 
 
-def _curve(made: Cycle) -> Array:
+def _curve_of_direction(cycle: Cycle) -> Array:
     """The curve of the direction of motion at each stretch of a cycle [N m]."""
-    both = law()
-    growing = np.asarray(both.increasing.torque(made.angle))
-    return np.where(made.turned > 0.0, growing, np.asarray(both.decreasing.torque(made.angle)))
+    both = hysteresis_law()
+    growing = np.asarray(both.increasing.torque(cycle.angle))
+    return np.where(
+        cycle.angle_change > 0.0, growing, np.asarray(both.decreasing.torque(cycle.angle))
+    )
 
 
-def _tables(made: Cycle) -> dict[str, dict[str, Array]]:
+def _tables(cycle: Cycle) -> dict[str, dict[str, Array]]:
     return {
         "loop": {
-            "hip flexion [deg]": np.degrees(made.angle),
-            "direction": np.sign(made.turned),
-            "Exudyn [N m]": made.torque,
-            "curve of the direction [N m]": _curve(made),
+            "hip flexion [deg]": np.degrees(cycle.angle),
+            "direction": np.sign(cycle.angle_change),
+            "Exudyn [N m]": cycle.torque,
+            "curve of the direction [N m]": _curve_of_direction(cycle),
         }
     }

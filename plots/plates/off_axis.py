@@ -12,27 +12,35 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, read_figure, static_torques
-from generator.rotations import Sequence3, cross_matrix, matrix_from_rotation_vector
-from generator.simulation.plan import springs_of
-from plots.canvas import GREY, PENS, THESIS, blank, styled, write_foot, zero_line
+from generator.rotations import RotationSequence, cross_matrix, matrix_from_rotation_vector
+from generator.simulation.plan import resolve_springs
+from plots.canvas import (
+    GREY,
+    LINE_STYLES,
+    THESIS_STYLE,
+    add_footer,
+    create_canvas,
+    draw_zero_line,
+    plot_style,
+)
 from plots.plate import Claim, Plate
 from springs import AxisSpring, Cubic, Joining, SpringSet, total_torque
 from springs.backends import Array
 from springs.cubic import polynomial
-from springs.elastic import extrapolation
+from springs.elastic import describe_extrapolation
 from springs.published import tables as published
 
-JOINT = "left_hip_joint"
+HIP_JOINT = "left_hip_joint"
 
-_NODES = 4
+_GAUSS_NODES = 4
 """Gauss-Legendre nodes of a piece of a loop: exact for cubics and beyond."""
 
-_PIECES = 6
+_MIN_PIECES_PER_SIDE = 6
 """Of a side of a loop, at least."""
 
 
 @dataclass(frozen=True)
-class Oblique:
+class ObliqueTorques:
     """Torques on the leg for turns of one size about several axes, shape (n,) each [N m].
 
     Attributes:
@@ -45,15 +53,15 @@ class Oblique:
 
 
 @dataclass(frozen=True)
-class Work:
+class PathWork:
     """Work of a joint that is carried along a way, shape (n,) each.
 
     Attributes:
-        way: length covered in the space of rotation vectors [rad].
+        path_length: length covered in the space of rotation vectors [rad].
         work: done on the leg since the start [J].
     """
 
-    way: Array
+    path_length: Array
     work: Array
 
 
@@ -63,75 +71,79 @@ class ObliqueHip:
     def __init__(self) -> None:
         """Take the figure, and the springs of this joint alone."""
         self._body = read_figure("prototype")
-        self._springs = springs_of(self._body, Plan()).joints[JOINT]
-        self._sequence = Sequence3(tuple(one.axis for one in self._body.joints[JOINT].chain))
-        self._plane = np.array([self.about(m).direction for m in ("abduction", "flexion")])
+        self._springs = resolve_springs(self._body, Plan()).joints[HIP_JOINT]
+        self._sequence = RotationSequence(
+            tuple(one.axis for one in self._body.joints[HIP_JOINT].chain)
+        )
+        self._plane = np.array([self.spring_about(m).direction for m in ("abduction", "flexion")])
 
     @property
     def axes(self) -> tuple[AxisSpring, ...]:
         """The springs about the joint's axes."""
         return self._springs.axes
 
-    def about(self, motion: str) -> AxisSpring:
+    def spring_about(self, motion: str) -> AxisSpring:
         """The spring about one axis: `abduction`, `flexion` or `medial rotation`."""
         return next(spring for spring in self.axes if spring.motion == motion)
 
-    def torques(self, turns: Array, joining: Joining) -> Array:
+    def torques(self, rotation_vectors: Array, joining: Joining) -> Array:
         """Torque on the leg [N m] at rotation vectors [rad], pelvis's site axes, (n, 3) each."""
-        matrices = matrix_from_rotation_vector(turns)
-        poses = [{JOINT: self._sequence.angles(matrix)} for matrix in matrices]
-        plan = Plan(springs=SpringSet({JOINT: self._springs}, joining))
-        return static_torques(self._body, poses, plan)[JOINT]
+        matrices = matrix_from_rotation_vector(rotation_vectors)
+        poses = [{HIP_JOINT: self._sequence.angles(matrix)} for matrix in matrices]
+        plan = Plan(springs=SpringSet({HIP_JOINT: self._springs}, joining))
+        return static_torques(self._body, poses, plan)[HIP_JOINT]
 
-    def oblique(self, turn: float, directions: Array, joining: Joining) -> Oblique:
+    def oblique_torques(self, angle: float, directions: Array, joining: Joining) -> ObliqueTorques:
         """Torques of a turn [rad] about axes at `directions` from abduction to flexion [rad]."""
         axes = np.stack([np.cos(directions), np.sin(directions)], axis=1) @ self._plane
         across = np.stack([-np.sin(directions), np.cos(directions)], axis=1) @ self._plane
-        half = matrix_from_rotation_vector(0.5 * turn * axes)
-        torques = np.einsum("nji,nj->ni", half, self.torques(turn * axes, joining))
-        return Oblique(np.sum(torques * axes, axis=1), np.sum(torques * across, axis=1))
+        half = matrix_from_rotation_vector(0.5 * angle * axes)
+        torques = np.einsum("nji,nj->ni", half, self.torques(angle * axes, joining))
+        return ObliqueTorques(np.sum(torques * axes, axis=1), np.sum(torques * across, axis=1))
 
-    def carried(self, corners: Sequence[tuple[float, float]], joining: Joining) -> Work:
+    def work_along_path(
+        self, vertices: Sequence[tuple[float, float]], joining: Joining
+    ) -> PathWork:
         """Work on the leg carried along straight sides from corner to corner [rad].
 
         The torque is read at Gauss-Legendre nodes of pieces of the sides, which end where a law has
         a corner, and multiplied with the turn of the leg that belongs to the step between them.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_NODES)
         turns: list[Array] = []
         steps: list[Array] = []
         way = [0.0]
-        for start, end in pairwise(np.array(corners)):
-            for low, high in pairwise(self._cuts(start, end)):
+        for start, end in pairwise(np.array(vertices)):
+            for low, high in pairwise(self._piece_ends(start, end)):
                 share = low + 0.5 * (high - low) * (nodes + 1.0)
                 turns.append((start + share[:, None] * (end - start)) @ self._plane)
                 lengths: Array = 0.5 * (high - low) * weights
                 steps.append(lengths[:, None] * ((end - start) @ self._plane))
                 way.append(way[-1] + (high - low) * float(np.linalg.norm(end - start)))
         at = np.concatenate(turns)
-        turned = np.einsum("nij,nj->ni", _turn_map(at), np.concatenate(steps))
+        turned = np.einsum("nij,nj->ni", _rotation_jacobian(at), np.concatenate(steps))
         work = np.sum(self.torques(at, joining) * turned, axis=1)
-        pieces = np.sum(work.reshape(-1, _NODES), axis=1)
-        return Work(np.array(way), np.concatenate([[0.0], np.cumsum(pieces)]))
+        pieces = np.sum(work.reshape(-1, _GAUSS_NODES), axis=1)
+        return PathWork(np.array(way), np.concatenate([[0.0], np.cumsum(pieces)]))
 
-    def _cuts(self, start: Array, end: Array) -> list[float]:
+    def _piece_ends(self, start: Array, end: Array) -> list[float]:
         """Where a side is cut into pieces, from 0 to 1."""
-        cuts = {k / _PIECES for k in range(_PIECES + 1)}
+        cuts = {k / _MIN_PIECES_PER_SIDE for k in range(_MIN_PIECES_PER_SIDE + 1)}
         for spring in self.axes:
             first, last = (float(p @ self._plane @ spring.direction) for p in (start, end))
-            for corner in (corner for law in spring.elastic for corner in law.corners):
+            for corner in (corner for law in spring.elastic for corner in law.breakpoints):
                 if min(first, last) < corner < max(first, last):
                     cuts.add((corner - first) / (last - first))
         return sorted(cuts)
 
 
-def _turn_map(turns: Array) -> Array:
+def _rotation_jacobian(rotation_vectors: Array) -> Array:
     """What makes the turn of a body out of the change of its rotation vector, (n, 3, 3).
 
     1 + (1 - cos a)/a^2 [r]x + (a - sin a)/a^3 [r]x^2, in the axes of what it turns against.
     """
-    a = np.linalg.norm(turns, axis=1)[:, None, None]
-    k = cross_matrix(turns)
+    a = np.linalg.norm(rotation_vectors, axis=1)[:, None, None]
+    k = cross_matrix(rotation_vectors)
     return np.eye(3) + (1.0 - np.cos(a)) / a**2 * k + (a - np.sin(a)) / a**3 * (k @ k)
 
 
@@ -139,10 +151,16 @@ def _turn_map(turns: Array) -> Array:
 # pyright: reportUnknownMemberType=false
 
 
-TURN = np.radians(60.0)
+ROTATION_ANGLE = np.radians(60.0)
 """By which the leg is turned about axes between abduction and flexion [rad]."""
 
-LOOP = ((0.0, 0.0), (TURN, 0.0), (TURN, TURN), (0.0, TURN), (0.0, 0.0))
+LOOP = (
+    (0.0, 0.0),
+    (ROTATION_ANGLE, 0.0),
+    (ROTATION_ANGLE, ROTATION_ANGLE),
+    (0.0, ROTATION_ANGLE),
+    (0.0, 0.0),
+)
 """A closed loop: corners in abduction and flexion, components of the rotation vector [rad]."""
 
 TORQUE_BOUND = 1e-6
@@ -152,8 +170,8 @@ WORK_BOUND = 1e-6
 """Work below which nothing but rounding is left [J]."""
 
 _DIRECTIONS = np.radians(np.linspace(0.0, 90.0, 37))
-_ON_AXIS = np.radians(np.arange(-90.0, 91.0, 15.0))
-_PENS = {Joining.CONSERVATIVE: PENS[0], Joining.WEIGHTED: PENS[1]}
+_ON_AXIS_ANGLES = np.radians(np.arange(-90.0, 91.0, 15.0))
+_LINE_STYLES = {Joining.CONSERVATIVE: LINE_STYLES[0], Joining.WEIGHTED: LINE_STYLES[1]}
 _SIGN = (
     "Torques act on the leg: along the axis of the turn positive in its sense, across it positive "
     "from abduction towards flexion, in the frame half-way between pelvis and leg. Work is "
@@ -175,20 +193,22 @@ _CAPTION = (
 def off_axis() -> Plate:
     """Draw the plate."""
     hip = ObliqueHip()
-    turned = {joining: hip.oblique(TURN, _DIRECTIONS, joining) for joining in Joining}
-    carried = {joining: hip.carried(LOOP, joining) for joining in Joining}
+    turned = {
+        joining: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, joining) for joining in Joining
+    }
+    carried = {joining: hip.work_along_path(LOOP, joining) for joining in Joining}
     thesis = published.publication("otani_1989").reference
     references = (
         str(replace(thesis, place="eq. 4.4, and appendix A, records of the left hip")),
-        hip.about("flexion").reference,
-        hip.about("abduction").reference,
+        hip.spring_about("flexion").reference,
+        hip.spring_about("abduction").reference,
     )
-    as_printed = printed(hip)
-    known = published.curve("otani_1989/hip_y").measured
+    as_printed = printed_torques(hip)
+    known = published.curve("otani_1989/hip_y").valid_range
     return Plate(
         name="off_axis",
         title="A hip turned about oblique axes (the thesis's eq. 4.4)",
-        caption=_CAPTION.format(known=extrapolation(known, 0.0, TURN)),
+        caption=_CAPTION.format(known=describe_extrapolation(known, 0.0, ROTATION_ANGLE)),
         sign=_SIGN,
         figure=_draw(turned, as_printed, carried, references),
         claims=tuple(_claims(hip, carried)),
@@ -197,47 +217,47 @@ def off_axis() -> Plate:
     )
 
 
-def printed(hip: ObliqueHip) -> Oblique:
+def printed_torques(hip: ObliqueHip) -> ObliqueTorques:
     """Eq. 4.4 as printed, M_i = A_i M_i(a), in the sense in which each cubic restores."""
     weights = np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)
     x, y = (
-        weight * _as_printed(hip.about(motion))
+        weight * _printed_cubic_torque(hip.spring_about(motion))
         for weight, motion in zip(weights, ("abduction", "flexion"), strict=True)
     )
-    return Oblique(weights[0] * x + weights[1] * y, weights[0] * y - weights[1] * x)
+    return ObliqueTorques(weights[0] * x + weights[1] * y, weights[0] * y - weights[1] * x)
 
 
-def _as_printed(spring: AxisSpring) -> float:
+def _printed_cubic_torque(spring: AxisSpring) -> float:
     """A cubic at the turn, without its dead zone [N m]."""
     (cubic,) = spring.elastic
     assert isinstance(cubic, Cubic)
-    return cubic.sense * float(polynomial(cubic.coefficients, TURN))
+    return cubic.sense * float(polynomial(cubic.coefficients, ROTATION_ANGLE))
 
 
-def off_the_axis_laws(hip: ObliqueHip, joining: Joining) -> float:
+def max_on_axis_difference(hip: ObliqueHip, joining: Joining) -> float:
     """Greatest difference from an axis's own law about it, turned about each both ways [N m]."""
     differences: list[float] = []
     for spring in hip.axes:
         direction = np.array(spring.direction)
-        about = hip.torques(np.outer(_ON_AXIS, direction), joining) @ direction
-        own = np.asarray(total_torque(spring.elastic, _ON_AXIS))
+        about = hip.torques(np.outer(_ON_AXIS_ANGLES, direction), joining) @ direction
+        own = np.asarray(total_torque(spring.elastic, _ON_AXIS_ANGLES))
         differences.append(float(np.abs(about - own).max()))
     return max(differences)
 
 
-def _claims(hip: ObliqueHip, carried: Mapping[Joining, Work]) -> list[Claim]:
+def _claims(hip: ObliqueHip, path_work: Mapping[Joining, PathWork]) -> list[Claim]:
     claims = [
         Claim(
             f"Turned by -90 to 90 deg about each of its axes, the {joining.value} law in Exudyn "
             "has about this axis the torque of the axis's own law",
-            off_the_axis_laws(hip, joining),
+            max_on_axis_difference(hip, joining),
             "N m",
             at_most=TORQUE_BOUND,
         )
         for joining in Joining
     ]
     for joining in Joining:
-        work = float(carried[joining].work[-1])
+        work = float(path_work[joining].work[-1])
         claims.append(
             Claim(
                 f"The {joining.value} law does no work on a leg that is carried round a closed "
@@ -256,50 +276,50 @@ def _claims(hip: ObliqueHip, carried: Mapping[Joining, Work]) -> list[Claim]:
 
 
 def _draw(
-    turned: Mapping[Joining, Oblique],
-    as_printed: Oblique,
-    carried: Mapping[Joining, Work],
+    torques: Mapping[Joining, ObliqueTorques],
+    as_printed: ObliqueTorques,
+    path_work: Mapping[Joining, PathWork],
     references: tuple[str, ...],
 ) -> Figure:
-    with styled():
-        figure = blank(7.0)
+    with plot_style():
+        figure = create_canvas(7.0)
         panels = figure.subplot_mosaic(
             [["along", "loop"], ["across", "work"], ["difference", "work"]],
             height_ratios=(1.2, 1.2, 0.9),
         )
         for name in ("along", "across"):
-            _draw_torques(panels[name], turned, as_printed, name)
-        _draw_difference(panels["difference"], turned)
+            _draw_torques(panels[name], torques, as_printed, name)
+        _draw_difference(panels["difference"], torques)
         for name in ("along", "across", "difference"):
             panels[name].set_xticks(range(0, 91, 15))
             panels[name].tick_params(labelbottom=name == "difference")
-            zero_line(panels[name])
+            draw_zero_line(panels[name])
         panels["difference"].set_xlabel("axis of the turn [deg]: 0 abduction, 90 flexion")
         panels["along"].set_title("turned by 60 deg", loc="left")
         panels["along"].legend(loc="lower right")
         _draw_loop(panels["loop"])
-        _draw_work(panels["work"], carried)
-        write_foot(figure, _SIGN, references)
+        _draw_work(panels["work"], path_work)
+        add_footer(figure, _SIGN, references)
     return figure
 
 
 def _draw_torques(
-    axes: Axes, turned: Mapping[Joining, Oblique], as_printed: Oblique, name: str
+    axes: Axes, torques: Mapping[Joining, ObliqueTorques], as_printed: ObliqueTorques, name: str
 ) -> None:
     at = np.degrees(_DIRECTIONS)
     axes.plot(
         at,
         getattr(as_printed, name),
-        color=THESIS.colour,
+        color=THESIS_STYLE.colour,
         lw=0.9,
         label="thesis, eq. 4.4 as printed",
     )
-    for joining, pen in _PENS.items():
+    for joining, pen in _LINE_STYLES.items():
         axes.plot(
             at,
-            getattr(turned[joining], name),
+            getattr(torques[joining], name),
             pen.dash,
-            marker=pen.mark,
+            marker=pen.marker,
             markevery=3,
             ms=4.0,
             mfc="white",
@@ -309,9 +329,9 @@ def _draw_torques(
     axes.set_ylabel(f"torque {name} [N m]")
 
 
-def _draw_difference(axes: Axes, turned: Mapping[Joining, Oblique]) -> None:
+def _draw_difference(axes: Axes, torques: Mapping[Joining, ObliqueTorques]) -> None:
     at = np.degrees(_DIRECTIONS)
-    weighted, conservative = turned[Joining.WEIGHTED], turned[Joining.CONSERVATIVE]
+    weighted, conservative = torques[Joining.WEIGHTED], torques[Joining.CONSERVATIVE]
     along = weighted.along - conservative.along
     across = weighted.across - conservative.across
     axes.plot(at, along, "-", color=GREY, label="along")
@@ -343,42 +363,44 @@ def _draw_loop(axes: Axes) -> None:
     axes.set_title("the loop of rotation vectors", loc="left")
 
 
-def _draw_work(axes: Axes, carried: Mapping[Joining, Work]) -> None:
-    for joining, pen in _PENS.items():
-        way, work = np.degrees(carried[joining].way), carried[joining].work
+def _draw_work(axes: Axes, path_work: Mapping[Joining, PathWork]) -> None:
+    for joining, pen in _LINE_STYLES.items():
+        way, work = np.degrees(path_work[joining].path_length), path_work[joining].work
         axes.plot(
             way,
             work,
             pen.dash,
-            marker=pen.mark,
+            marker=pen.marker,
             ms=3.5,
             mfc="white",
             color=pen.colour,
-            label=f"{joining.value}, Exudyn:\n{_in_all(float(work[-1]))}",
+            label=f"{joining.value}, Exudyn:\n{_format_total_work(float(work[-1]))}",
         )
-    for number, end in enumerate(np.degrees(TURN) * np.arange(1, len(LOOP)), start=1):
+    for number, end in enumerate(np.degrees(ROTATION_ANGLE) * np.arange(1, len(LOOP)), start=1):
         axes.axvline(end, color=GREY, lw=0.8)
-        place = (end - 0.5 * np.degrees(TURN), 0.02)
+        place = (end - 0.5 * np.degrees(ROTATION_ANGLE), 0.02)
         axes.annotate(str(number), place, xycoords=("data", "axes fraction"), ha="center")
-    zero_line(axes)
+    draw_zero_line(axes)
     axes.set_xticks(range(0, 241, 60))
     axes.set_xlabel("way round the loop [deg]")
     axes.set_ylabel("work on the leg [J]")
     axes.legend(loc="upper left")
 
 
-def _in_all(work: float) -> str:
+def _format_total_work(work: float) -> str:
     return f"{work:+.2f} J in all" if abs(work) > WORK_BOUND else "none in all"
 
 
 def _tables(
-    turned: Mapping[Joining, Oblique], as_printed: Oblique, carried: Mapping[Joining, Work]
+    torques: Mapping[Joining, ObliqueTorques],
+    as_printed: ObliqueTorques,
+    path_work: Mapping[Joining, PathWork],
 ) -> dict[str, dict[str, Array]]:
     oblique = {"axis from abduction to flexion [deg]": np.degrees(_DIRECTIONS)}
     oblique |= {"eq. 4.4 along [N m]": as_printed.along, "eq. 4.4 across [N m]": as_printed.across}
-    loop = {"way [deg]": np.degrees(carried[Joining.CONSERVATIVE].way)}
+    loop = {"way [deg]": np.degrees(path_work[Joining.CONSERVATIVE].path_length)}
     for joining in Joining:
-        oblique[f"{joining.value} along [N m]"] = turned[joining].along
-        oblique[f"{joining.value} across [N m]"] = turned[joining].across
-        loop[f"work, {joining.value} [J]"] = carried[joining].work
+        oblique[f"{joining.value} along [N m]"] = torques[joining].along
+        oblique[f"{joining.value} across [N m]"] = torques[joining].across
+        loop[f"work, {joining.value} [J]"] = path_work[joining].work
     return {"oblique": oblique, "loop": loop}

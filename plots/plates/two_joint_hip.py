@@ -13,27 +13,27 @@ from matplotlib.figure import Figure
 from generator import Plan, read_figure, static_torques
 from plots.canvas import (
     GREY,
-    PENS,
-    THESIS,
-    draw_known,
+    LINE_STYLES,
+    THESIS_STYLE,
+    add_footer,
+    create_panels,
+    draw_curve,
     draw_points,
-    sheet,
-    styled,
-    write_foot,
-    zero_line,
+    draw_zero_line,
+    plot_style,
 )
 from plots.plate import Claim, Plate
 from springs import CoupledAxis, CoupledSpring, SpringSet
 from springs.backends import Array
 from springs.coupled import CoupledExponential
-from springs.elastic import Range, extrapolation
+from springs.elastic import Range, describe_extrapolation
 from springs.published import tables as published
-from springs.spherical import Nearest, nearest_conservative
+from springs.spherical import ConservativeFit, nearest_conservative_law
 
 HIP, KNEE = "left_hip_joint", "left_knee"
 
-_FLEXION = (CoupledAxis(HIP, (0.0, 1.0, 0.0)), CoupledAxis(KNEE, (0.0, -1.0, 0.0)))
-_NODES = 32
+_FLEXION_AXES = (CoupledAxis(HIP, (0.0, 1.0, 0.0)), CoupledAxis(KNEE, (0.0, -1.0, 0.0)))
+_GAUSS_NODES = 32
 """Gauss-Legendre nodes of a side of a loop."""
 
 
@@ -43,7 +43,7 @@ class TwoJointLeg:
     def __init__(self, law: CoupledExponential) -> None:
         """Hang the law on the leg."""
         self._body = read_figure("prototype")
-        self._plan = Plan(springs=SpringSet(coupled=(CoupledSpring(law, _FLEXION),)))
+        self._plan = Plan(springs=SpringSet(coupled=(CoupledSpring(law, _FLEXION_AXES),)))
 
     def torques(self, hip: Array, knee: Array) -> Array:
         """Torques [N m] on thigh and shank, in the sense of flexion, shape (n, 2).
@@ -57,7 +57,9 @@ class TwoJointLeg:
             for h, k in zip(hip, knee, strict=True)
         ]
         read = static_torques(self._body, poses, self._plan)
-        return np.stack([read[axis.joint] @ np.array(axis.direction) for axis in _FLEXION], axis=1)
+        return np.stack(
+            [read[axis.joint] @ np.array(axis.direction) for axis in _FLEXION_AXES], axis=1
+        )
 
     def loop_work(self, rectangle: tuple[Range, Range]) -> float:
         """Work of both torques once round a rectangle of hip and knee flexion [rad], in J.
@@ -66,12 +68,12 @@ class TwoJointLeg:
         """
         (hip_low, hip_high), (knee_low, knee_high) = rectangle
         corners = ((hip_low, knee_low), (hip_high, knee_low), (hip_high, knee_high))
-        return self._work((*corners, (hip_low, knee_high), (hip_low, knee_low)))
+        return self._path_work((*corners, (hip_low, knee_high), (hip_low, knee_low)))
 
-    def _work(self, corners: Sequence[tuple[float, float]]) -> float:
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    def _path_work(self, vertices: Sequence[tuple[float, float]]) -> float:
+        nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_NODES)
         share, part = 0.5 * (nodes + 1.0), 0.5 * weights
-        ends = np.array(corners)
+        ends = np.array(vertices)
         sides = np.diff(ends, axis=0)
         at = ends[:-1, None] + share[:, None] * sides[:, None]
         steps = part[:, None] * sides[:, None]
@@ -83,20 +85,23 @@ class TwoJointLeg:
 # pyright: reportUnknownMemberType=false
 
 
-KNEES = (15.0, 60.0, 90.0, 110.0)
+KNEE_ANGLES = (15.0, 60.0, 90.0, 110.0)
 """Knee angles at which Silder et al. measured the hip [deg]."""
 
-EXTENDED, FLEXED = -15.0, 80.0
+EXTENDED_ANGLE, FLEXED_ANGLE = -15.0, 80.0
 """The hip angles at both ends of all of their curves [deg]."""
 
-BOX: tuple[Range, Range] = ((np.radians(-15.0), np.radians(100.0)), (0.0, np.radians(135.0)))
+USABLE_RANGES: tuple[Range, Range] = (
+    (np.radians(-15.0), np.radians(100.0)),
+    (0.0, np.radians(135.0)),
+)
 """Hip and knee angles in which Riener & Edrich's equations are used [rad]."""
 
 WORK_BOUND = 0.01
 """Work round a loop that counts as none [J]."""
 
-_HIP = np.arange(-30.0, 110.1, 1.0)
-_READ = np.arange(-15.0, 100.1, 5.0)
+_HIP_ANGLES = np.arange(-30.0, 110.1, 1.0)
+_SAMPLE_ANGLES = np.arange(-15.0, 100.1, 5.0)
 _SIGN = (
     "The moment acts on the thigh and is positive towards flexion: positive in extension and "
     "negative in flexion means that it resists. Hip angle: 0 standing, flexion positive; knee "
@@ -117,59 +122,61 @@ _CAPTION = (
 
 
 @dataclass(frozen=True)
-class Moments:
+class HipMoments:
     """Hip moments by knee angle [deg].
 
     Attributes:
         silder: (hip angle [deg], moment [N m]) of each point, shape (n, 2).
         riener: read out of Exudyn at the hip angles of Silder's points [N m], shape (n,).
-        marks: read out of Exudyn at the hip angles `_READ` [N m].
+        at_sample_angles: read out of Exudyn at the hip angles `_READ` [N m].
     """
 
     silder: Mapping[float, Array]
     riener: Mapping[float, Array]
-    marks: Mapping[float, Array]
+    at_sample_angles: Mapping[float, Array]
 
 
-def pair() -> CoupledExponential:
+def hip_knee_law() -> CoupledExponential:
     """Riener & Edrich's law of hip and knee, the ankle held at 0 deg."""
-    return published.coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
+    return published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate(
+        "ankle dorsiflexion", 0.0
+    )
 
 
-def moments(leg: TwoJointLeg) -> Moments:
+def collect_hip_moments(leg: TwoJointLeg) -> HipMoments:
     """Silder's points, and the moments of a leg at the same angles."""
     silder = {
         knee: np.array(published.curve(f"silder_2007/hip_knee_{knee:.0f}").printed.points)
-        for knee in KNEES
+        for knee in KNEE_ANGLES
     }
-    return Moments(
+    return HipMoments(
         silder,
-        {knee: _hip(leg, points[:, 0], knee) for knee, points in silder.items()},
-        {knee: _hip(leg, _READ, knee) for knee in KNEES},
+        {knee: _simulate_hip_moments(leg, points[:, 0], knee) for knee, points in silder.items()},
+        {knee: _simulate_hip_moments(leg, _SAMPLE_ANGLES, knee) for knee in KNEE_ANGLES},
     )
 
 
 def two_joint_hip() -> Plate:
     """Draw the plate."""
-    law = pair()
+    law = hip_knee_law()
     leg = TwoJointLeg(law)
-    found = moments(leg)
-    nearest = nearest_conservative(law, BOX)
+    found = collect_hip_moments(leg)
+    nearest = nearest_conservative_law(law, USABLE_RANGES)
     thesis = published.publication("otani_1989").reference
     references = (
         str(replace(thesis, place="section 4.2.4 and appendix A")),
         "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
         "15:905-910, 1982 (the thesis's source; its data are not public)",
         str(published.curve("silder_2007/hip_knee_15").reference),
-        str(published.coupled("riener_edrich_1999/leg").reference),
+        str(published.coupled_law("riener_edrich_1999/leg").reference),
     )
     return Plate(
         name="two_joint_hip",
         title="Hip moment at several knee angles (the thesis's section 4.2.4)",
         caption=_CAPTION.format(
-            beyond=extrapolation(BOX[0], *np.radians(_HIP[[0, -1]])),
-            hip=nearest.rms[0],
-            knee=nearest.rms[1],
+            beyond=describe_extrapolation(USABLE_RANGES[0], *np.radians(_HIP_ANGLES[[0, -1]])),
+            hip=nearest.rms_difference[0],
+            knee=nearest.rms_difference[1],
         ),
         sign=_SIGN,
         figure=_draw(law, found, nearest, references),
@@ -179,14 +186,16 @@ def two_joint_hip() -> Plate:
     )
 
 
-def _hip(leg: TwoJointLeg, hip: Array, knee: float) -> Array:
+def _simulate_hip_moments(leg: TwoJointLeg, hip: Array, knee: float) -> Array:
     """Hip moments [N m] of a leg at angles [deg]."""
     at = np.radians(hip)
     return leg.torques(at, np.full_like(at, np.radians(knee)))[:, 0]
 
 
-def _claims(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]:
-    flexed = {knee: float(_hip(leg, np.array([90.0]), knee)[0]) for knee in (15.0, 90.0)}
+def _claims(leg: TwoJointLeg, found: HipMoments, nearest: ConservativeFit) -> list[Claim]:
+    flexed = {
+        knee: float(_simulate_hip_moments(leg, np.array([90.0]), knee)[0]) for knee in (15.0, 90.0)
+    }
     claims = [
         Claim(
             "With the hip flexed by 90 deg and the knee by 15 deg Riener & Edrich's equations in "
@@ -205,28 +214,30 @@ def _claims(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]:
         ),
     ]
     measured = {knee: dict(points) for knee, points in found.silder.items()}
-    silder = {end: {k: measured[k][end] for k in KNEES} for end in (EXTENDED, FLEXED)}
-    knees = (0.0, *KNEES)
+    silder = {
+        end: {k: measured[k][end] for k in KNEE_ANGLES} for end in (EXTENDED_ANGLE, FLEXED_ANGLE)
+    }
+    knees = (0.0, *KNEE_ANGLES)
     riener = {
-        end: {knee: float(_hip(leg, np.array([end]), knee)[0]) for knee in knees}
-        for end in (EXTENDED, FLEXED)
+        end: {knee: float(_simulate_hip_moments(leg, np.array([end]), knee)[0]) for knee in knees}
+        for end in (EXTENDED_ANGLE, FLEXED_ANGLE)
     }
     for name, ends in (("Silder's points", silder), ("Riener & Edrich's equations", riener)):
-        claims += _footnote(name, ends)
-    claims += _gradient(leg, found, nearest)
+        claims += _footnote_claims(name, ends)
+    claims += _gradient_claims(leg, found, nearest)
     return claims
 
 
-def _footnote(name: str, ends: Mapping[float, Mapping[float, float]]) -> list[Claim]:
+def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> list[Claim]:
     """The thesis's third footnote of chapter 4, as margins by which it holds."""
-    extended, flexed = ends[EXTENDED], ends[FLEXED]
+    extended, flexed = ends[EXTENDED_ANGLE], ends[FLEXED_ANGLE]
     straight, bent = min(extended), max(extended)
     return [
         Claim(
-            f"{name}: extended, at {EXTENDED:g} deg, the hip resists most with the knee most "
+            f"{name}: extended, at {EXTENDED_ANGLE:g} deg, the hip resists most with the knee most "
             f"flexed ({bent:g} deg) and least with it straightest ({straight:g} deg): smaller of "
             "the two margins",
-            min(_margin(extended, bent), _margin(_opposite(extended), straight)),
+            min(_margin(extended, bent), _margin(_negated(extended), straight)),
             "N m",
             at_least=0.0,
             remark=""
@@ -236,10 +247,10 @@ def _footnote(name: str, ends: Mapping[float, Mapping[float, float]]) -> list[Cl
             "muscle that a bent knee stretches over the extended hip",
         ),
         Claim(
-            f"{name}: flexed, at {FLEXED:g} deg, the hip resists least with the knee most flexed "
+            f"{name}: flexed, at {FLEXED_ANGLE:g} deg, the hip resists least with the knee most flexed "
             f"({bent:g} deg) and most with it straightest ({straight:g} deg): smaller of the two "
             "margins",
-            min(_margin(flexed, bent), _margin(_opposite(flexed), straight)),
+            min(_margin(flexed, bent), _margin(_negated(flexed), straight)),
             "N m",
             at_least=0.0,
         ),
@@ -251,17 +262,17 @@ def _margin(moments: Mapping[float, float], knee: float) -> float:
     return moments[knee] - max(moment for other, moment in moments.items() if other != knee)
 
 
-def _opposite(moments: Mapping[float, float]) -> dict[float, float]:
+def _negated(moments: Mapping[float, float]) -> dict[float, float]:
     return {knee: -moment for knee, moment in moments.items()}
 
 
-def _gradient(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]:
-    off = np.concatenate([found.riener[knee] - found.silder[knee][:, 1] for knee in KNEES])
+def _gradient_claims(leg: TwoJointLeg, found: HipMoments, nearest: ConservativeFit) -> list[Claim]:
+    off = np.concatenate([found.riener[knee] - found.silder[knee][:, 1] for knee in KNEE_ANGLES])
     loop = "round hip -15 to 100 and knee 0 to 135 deg"
     return [
         Claim(
             f"Riener & Edrich's hip and knee in Exudyn do no work {loop}",
-            leg.loop_work(BOX),
+            leg.loop_work(USABLE_RANGES),
             "J",
             at_least=-WORK_BOUND,
             at_most=WORK_BOUND,
@@ -270,7 +281,7 @@ def _gradient(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]
         Claim(
             f"The nearest pair of the same exponentials that is a gradient does no work in Exudyn "
             f"{loop}",
-            TwoJointLeg(nearest.law).loop_work(BOX),
+            TwoJointLeg(nearest.law).loop_work(USABLE_RANGES),
             "J",
             at_least=-WORK_BOUND,
             at_most=WORK_BOUND,
@@ -278,7 +289,7 @@ def _gradient(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]
         Claim(
             "That pair differs from Riener & Edrich's hip moment less than theirs does from "
             "Silder's points (root mean square)",
-            nearest.rms[0],
+            nearest.rms_difference[0],
             "N m",
             at_most=float(np.sqrt(np.mean(off**2))),
         ),
@@ -286,43 +297,46 @@ def _gradient(leg: TwoJointLeg, found: Moments, nearest: Nearest) -> list[Claim]
 
 
 def _draw(
-    law: CoupledExponential, found: Moments, nearest: Nearest, references: tuple[str, ...]
+    law: CoupledExponential,
+    found: HipMoments,
+    nearest: ConservativeFit,
+    references: tuple[str, ...],
 ) -> Figure:
-    with styled():
-        figure, ((points, equations), (residual, gradient)) = sheet(7.2, 2, 2, (2.2, 1.0))
-        at = np.radians(_HIP)
+    with plot_style():
+        figure, ((points, equations), (residual, gradient)) = create_panels(7.2, 2, 2, (2.2, 1.0))
+        at = np.radians(_HIP_ANGLES)
         thesis = np.asarray(published.curve("otani_1989/hip_y").law.torque(at))
         label = "thesis [1]: knee at 15 deg"
         equations.plot([], [], ":", color=GREY, lw=0.8, label="beyond the usable range")
-        points.plot(_HIP, thesis, color=THESIS.colour, lw=2.2, label=label)
-        for knee, pen in zip(KNEES, PENS, strict=False):
+        points.plot(_HIP_ANGLES, thesis, color=THESIS_STYLE.colour, lw=2.2, label=label)
+        for knee, pen in zip(KNEE_ANGLES, LINE_STYLES, strict=False):
             hip, moment = found.silder[knee].T
             draw_points(points, hip, moment, pen, f"substitute [3]: knee at {knee:g} deg")
             draw_points(residual, hip, found.riener[knee] - moment, pen, "_")
             here = (at, np.full_like(at, np.radians(knee)))
             torque = np.asarray(law.torques(here)[0])
-            draw_known(equations, _HIP, torque, BOX[0], pen, "_", 1.0)
+            draw_curve(equations, _HIP_ANGLES, torque, USABLE_RANGES[0], pen, "_", 1.0)
             equations.plot(
-                _READ,
-                found.marks[knee],
-                pen.mark,
+                _SAMPLE_ANGLES,
+                found.at_sample_angles[knee],
+                pen.marker,
                 ms=4.0,
                 mfc="white",
                 color=pen.colour,
                 label=f"Exudyn, knee at {knee:g} deg",
             )
             change = np.asarray(nearest.law.torques(here)[0]) - torque
-            draw_known(gradient, _HIP, change, BOX[0], pen, "_", 1.0)
+            draw_curve(gradient, _HIP_ANGLES, change, USABLE_RANGES[0], pen, "_", 1.0)
         points.set_title("thesis, and Silder's points", loc="left")
         equations.set_title("substitute [4]: Riener & Edrich", loc="left")
-        _finish(points, residual, equations, gradient)
-        write_foot(figure, _SIGN, references)
+        _format_axes(points, residual, equations, gradient)
+        add_footer(figure, _SIGN, references)
     return figure
 
 
-def _finish(points: Axes, residual: Axes, equations: Axes, gradient: Axes) -> None:
+def _format_axes(points: Axes, residual: Axes, equations: Axes, gradient: Axes) -> None:
     for axes in (points, residual, equations, gradient):
-        zero_line(axes)
+        draw_zero_line(axes)
         axes.set_xticks(range(-30, 121, 30))
     for axes in (points, equations):
         axes.set_ylim(-70.0, 100.0)
@@ -336,13 +350,13 @@ def _finish(points: Axes, residual: Axes, equations: Axes, gradient: Axes) -> No
 
 
 def _tables(
-    law: CoupledExponential, found: Moments, nearest: Nearest
+    law: CoupledExponential, found: HipMoments, nearest: ConservativeFit
 ) -> dict[str, dict[str, Array]]:
-    tables: dict[str, dict[str, Array]] = {"exudyn": {"hip flexion [deg]": _READ}}
-    for knee in KNEES:
-        at = (np.radians(_READ), np.full_like(_READ, np.radians(knee)))
+    tables: dict[str, dict[str, Array]] = {"exudyn": {"hip flexion [deg]": _SAMPLE_ANGLES}}
+    for knee in KNEE_ANGLES:
+        at = (np.radians(_SAMPLE_ANGLES), np.full_like(_SAMPLE_ANGLES, np.radians(knee)))
         named = f"knee {knee:g} deg [N m]"
-        tables["exudyn"][f"Exudyn, {named}"] = found.marks[knee]
+        tables["exudyn"][f"Exudyn, {named}"] = found.at_sample_angles[knee]
         tables["exudyn"][f"equations, {named}"] = np.asarray(law.torques(at)[0])
         tables["exudyn"][f"nearest gradient of its form, {named}"] = np.asarray(
             nearest.law.torques(at)[0]

@@ -10,16 +10,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.canvas import BLACK, PENS, Pen, sheet, styled, write_foot
-from plots.literature import Measurements, measurements
+from plots.canvas import BLACK, LINE_STYLES, LineStyle, add_footer, create_panels, plot_style
+from plots.literature import Measurements, read_measurements
 from plots.plate import Claim, Plate
 from springs.backends import Array
 from springs.published import tables as published
 
-AGREEMENT = 1e-6
+AGREEMENT_TOLERANCE = 1e-6
 """By which all are to agree: joint angles [rad], centre of mass [m], energy [J]."""
 
-_OURS = "Exudyn"
+_OWN_ENGINE = "Exudyn"
 
 _SIGN = (
     "Differences are from Pinocchio's accelerations integrated by DOP853 at 1e-13, a finer setting "
@@ -38,13 +38,18 @@ _CAPTION = (
     "the reference. From the striding start the reference itself is the one that is off, by 4e-9 "
     "rad: the others agree with each other more closely than with it. "
 )
-_SHOWN = {"right_elbow": "-", "left_shoulder": "--", "right_hip_joint": "-.", "left_knee": ":"}
+_JOINT_DASHES = {
+    "right_elbow": "-",
+    "left_shoulder": "--",
+    "right_hip_joint": "-.",
+    "left_knee": ":",
+}
 """Joints whose angles are drawn, with their lines."""
 
 
 def verification() -> Plate:
     """Draw the plate."""
-    runs, motion = measurements("verification"), measurements("verification_motion")
+    runs, motion = read_measurements("verification"), read_measurements("verification_motion")
     thesis = published.publication("otani_1989").reference
     references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
     return Plate(
@@ -65,9 +70,9 @@ def _claims(runs: Measurements) -> list[Claim]:
     claims = [
         Claim(
             f"{named} agree in every joint's angle at every frame, from the {start} start",
-            max(_finest(runs, start, engine, "joints [rad]") for engine in engines),
+            max(_finest_value(runs, start, engine, "joints [rad]") for engine in engines),
             "rad",
-            at_most=AGREEMENT,
+            at_most=AGREEMENT_TOLERANCE,
         )
         for start in runs.values("start")
     ]
@@ -76,12 +81,12 @@ def _claims(runs: Measurements) -> list[Claim]:
             Claim(
                 f"They agree in the {what}, from all starts",
                 max(
-                    _finest(runs, start, engine, f"{what} [{unit}]")
+                    _finest_value(runs, start, engine, f"{what} [{unit}]")
                     for start in runs.values("start")
                     for engine in engines
                 ),
                 unit,
-                at_most=AGREEMENT,
+                at_most=AGREEMENT_TOLERANCE,
             )
         )
     claims.append(
@@ -89,15 +94,15 @@ def _claims(runs: Measurements) -> list[Claim]:
             "Each engine is converged by itself: its joint angles move by no more when it is made "
             "finer for the last time",
             max(
-                float(_rows(runs, start, engine).column("change to next [rad]")[-2])
+                float(_select_runs(runs, start, engine).column("change to next [rad]")[-2])
                 for start in runs.values("start")
                 for engine in engines
             ),
             "rad",
-            at_most=AGREEMENT,
+            at_most=AGREEMENT_TOLERANCE,
         )
     )
-    ours = runs.where(engine=_OURS)
+    ours = runs.select_rows(engine=_OWN_ENGINE)
     claims.append(
         Claim(
             "Runs of this program differ from the reference by no more than the tolerance that "
@@ -109,44 +114,48 @@ def _claims(runs: Measurements) -> list[Claim]:
     return claims
 
 
-def _rows(runs: Measurements, start: str, engine: str) -> Measurements:
-    return runs.where(start=start, engine=engine)
+def _select_runs(runs: Measurements, start: str, engine: str) -> Measurements:
+    return runs.select_rows(start=start, engine=engine)
 
 
-def _finest(runs: Measurements, start: str, engine: str, header: str) -> float:
-    return float(_rows(runs, start, engine).column(header)[-1])
+def _finest_value(runs: Measurements, start: str, engine: str, header: str) -> float:
+    return float(_select_runs(runs, start, engine).column(header)[-1])
 
 
 def _draw(motion: Measurements, references: tuple[str, ...]) -> Figure:
     starts, engines = motion.values("start"), motion.values("engine")
-    with styled():
-        figure, panels = sheet(6.6, 2, len(starts), (1.0, 1.2))
+    with plot_style():
+        figure, panels = create_panels(6.6, 2, len(starts), (1.0, 1.2))
         for (upper, lower), start in zip(zip(*panels, strict=True), starts, strict=True):
             upper.set_title(start, loc="left")
-            for engine, pen in zip(engines, PENS, strict=False):
-                _draw_motion(upper, lower, motion.where(start=start, engine=engine), engine, pen)
-            lower.axhline(AGREEMENT, color=BLACK, lw=1.0, ls=(0, (1, 1)), label="the claim's bound")
+            for engine, pen in zip(engines, LINE_STYLES, strict=False):
+                _draw_motion(
+                    upper, lower, motion.select_rows(start=start, engine=engine), engine, pen
+                )
+            lower.axhline(
+                AGREEMENT_TOLERANCE, color=BLACK, lw=1.0, ls=(0, (1, 1)), label="the claim's bound"
+            )
             lower.set_ylim(1e-16, 1e-5)
             lower.set_xlabel("time [s]")
         panels[0][0].legend(loc="upper left", fontsize=7.0)
         panels[0][0].set_ylabel("angle of four joints [deg]")
         panels[1][0].set_ylabel("largest joint difference [rad]")
         panels[1][-1].legend(loc="lower right", fontsize=7.0)
-        write_foot(figure, _SIGN, references)
+        add_footer(figure, _SIGN, references)
     return figure
 
 
-def _draw_motion(upper: Axes, lower: Axes, one: Measurements, engine: str, pen: Pen) -> None:
+def _draw_motion(upper: Axes, lower: Axes, one: Measurements, engine: str, pen: LineStyle) -> None:
     time = one.column("time [s]")
-    for joint, dash in _SHOWN.items():
-        label = joint.replace("_", " ").removesuffix(" joint") if engine == _OURS else "_"
+    for joint, dash in _JOINT_DASHES.items():
+        label = joint.replace("_", " ").removesuffix(" joint") if engine == _OWN_ENGINE else "_"
         upper.plot(time, one.column(f"{joint} [deg]"), dash, color=pen.colour, lw=1.0, label=label)
     lower.semilogy(
         time[1:],
         one.column("joints [rad]")[1:],
         pen.dash,
         color=pen.colour,
-        marker=pen.mark,
+        marker=pen.marker,
         markevery=10,
         ms=3.0,
         mfc="white",
@@ -160,6 +169,6 @@ def _tables(motion: Measurements) -> dict[str, Mapping[str, Array]]:
     tables: dict[str, Mapping[str, Array]] = {}
     for start in motion.values("start"):
         for engine in motion.values("engine"):
-            one = motion.where(start=start, engine=engine)
+            one = motion.select_rows(start=start, engine=engine)
             tables[f"{start}-{engine.lower()}"] = {key: one.column(key) for key in headers}
     return tables

@@ -12,12 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.canvas import BLACK, GREY, PENS, Pen, sheet, styled, write_foot
-from plots.literature import Measurements, measurements
+from plots.canvas import BLACK, GREY, LINE_STYLES, LineStyle, add_footer, create_panels, plot_style
+from plots.literature import Measurements, read_measurements
 from plots.plate import Claim, Plate
 from springs.backends import Array
 
-_OURS = "Exudyn"
+_OWN_ENGINE = "Exudyn"
 _SIGN = (
     "Wall time is of integration alone, the best of several rounds in which all runs of a kind "
     "take turns; the error is the largest angle of R_a^T R_b over all joints at the end. A cost at "
@@ -34,42 +34,42 @@ _CAPTION = (
     "with linear springs, in steps of 1 ms or to an accuracy of 1e-3. "
 )
 
-_PENS: Mapping[tuple[str, str], Pen] = {
-    (_OURS, "tolerance"): Pen(BLACK, "-", "o"),
-    (_OURS, "fixed step"): Pen(BLACK, "--", "s"),
-    ("MuJoCo", "RK4"): PENS[0],
-    ("MuJoCo", "RK4, split at corners"): Pen(PENS[0].colour, ":", "s"),
-    ("MuJoCo", "Euler"): Pen(PENS[0].colour, "--", "v"),
-    ("MuJoCo", "implicitfast"): Pen(PENS[0].colour, "-.", "^"),
-    ("OpenSim", "Runge-Kutta-Merson"): PENS[1],
-    ("OpenSim", "DOP853 of SciPy"): PENS[1],
-    ("Pinocchio", "DOP853 of SciPy"): PENS[2],
-    ("Drake", "Runge-Kutta 3"): Pen(GREY, "-", "D"),
+_METHOD_STYLES: Mapping[tuple[str, str], LineStyle] = {
+    (_OWN_ENGINE, "tolerance"): LineStyle(BLACK, "-", "o"),
+    (_OWN_ENGINE, "fixed step"): LineStyle(BLACK, "--", "s"),
+    ("MuJoCo", "RK4"): LINE_STYLES[0],
+    ("MuJoCo", "RK4, split at corners"): LineStyle(LINE_STYLES[0].colour, ":", "s"),
+    ("MuJoCo", "Euler"): LineStyle(LINE_STYLES[0].colour, "--", "v"),
+    ("MuJoCo", "implicitfast"): LineStyle(LINE_STYLES[0].colour, "-.", "^"),
+    ("OpenSim", "Runge-Kutta-Merson"): LINE_STYLES[1],
+    ("OpenSim", "DOP853 of SciPy"): LINE_STYLES[1],
+    ("Pinocchio", "DOP853 of SciPy"): LINE_STYLES[2],
+    ("Drake", "Runge-Kutta 3"): LineStyle(GREY, "-", "D"),
 }
 
-_CHAINS: Mapping[str, Pen] = {
-    "Exudyn, fixed step": Pen(BLACK, "--", "s"),
-    "MuJoCo, RK4": PENS[0],
-    "MuJoCo, implicitfast": Pen(PENS[0].colour, "-.", "^"),
-    "OpenSim, Runge-Kutta-Merson": PENS[1],
-    "Drake, Runge-Kutta 3": Pen(GREY, "-", "D"),
+_CHAIN_STYLES: Mapping[str, LineStyle] = {
+    "Exudyn, fixed step": LineStyle(BLACK, "--", "s"),
+    "MuJoCo, RK4": LINE_STYLES[0],
+    "MuJoCo, implicitfast": LineStyle(LINE_STYLES[0].colour, "-.", "^"),
+    "OpenSim, Runge-Kutta-Merson": LINE_STYLES[1],
+    "Drake, Runge-Kutta 3": LineStyle(GREY, "-", "D"),
 }
 
 
 @dataclass(frozen=True)
-class Measured:
+class BenchmarkTables:
     """All that the plate draws or claims."""
 
     costs: Measurements
     chains: Measurements
     startup: Measurements
-    shares: Measurements
+    python_shares: Measurements
 
 
 def work_precision() -> Plate:
     """Draw the plate."""
     names = ("work_precision", "chains", "startup", "python_share")
-    made = Measured(*map(measurements, names))
+    made = BenchmarkTables(*map(read_measurements, names))
     return Plate(
         name="work_precision",
         title="Wall time against error",
@@ -82,28 +82,28 @@ def work_precision() -> Plate:
     )
 
 
-def cheapest(costs: Measurements, target: float) -> float:
+def cheapest_wall_time(costs: Measurements, target: float) -> float:
     """Wall [s] of the cheapest run that errs by no more than `target` [rad]; nan without any."""
     fit = costs.column("wall [s]")[costs.column("error [rad]") <= target]
     return float(fit.min()) if fit.size else nan
 
 
-def _claims(made: Measured) -> list[Claim]:
-    reference = made.costs.where(figure="reference")
+def _claims(data: BenchmarkTables) -> list[Claim]:
+    reference = data.costs.select_rows(figure="reference")
 
     def ratio(target: float, engine: str, method: str) -> float:
-        other = cheapest(reference.where(engine=engine, method=method), target)
-        return cheapest(reference.where(engine=_OURS), target) / other
+        other = cheapest_wall_time(reference.select_rows(engine=engine, method=method), target)
+        return cheapest_wall_time(reference.select_rows(engine=_OWN_ENGINE), target) / other
 
     figure = "on the reference figure"
-    chains = made.chains.where(method="Exudyn, fixed step")
-    startup = {row["engine"]: row for row in made.startup.rows}
+    chains = data.chains.select_rows(method="Exudyn, fixed step")
+    startup = {row["engine"]: row for row in data.startup.rows}
     imports, builds = (
         float(startup["this project"][key]) / float(startup["OpenSim"][key])
         for key in ("import [s]", "build [s]")
     )
     growth = chains.column("over half as many")
-    default = made.shares.where(figure="prototype", run="tolerance 1e-3")
+    default = data.python_shares.select_rows(figure="prototype", run="tolerance 1e-3")
     return [
         Claim(
             f"At 1e-3 rad {figure} this program is no slower than OpenSim's default integrator: "
@@ -144,40 +144,43 @@ def _claims(made: Measured) -> list[Claim]:
     ]
 
 
-def _draw(made: Measured) -> Figure:
-    with styled():
-        figure, ((left, middle, right),) = sheet(4.8, 1, 3)
+def _draw(data: BenchmarkTables) -> Figure:
+    with plot_style():
+        figure, ((left, middle, right),) = create_panels(4.8, 1, 3)
         named: set[str] = set()
         _draw_costs(
-            left, made.costs.where(figure="reference"), "reference figure, native springs", named
+            left,
+            data.costs.select_rows(figure="reference"),
+            "reference figure, native springs",
+            named,
         )
         _draw_costs(
-            middle, made.costs.where(figure="prototype"), "prototype, its own curves", named
+            middle, data.costs.select_rows(figure="prototype"), "prototype, its own curves", named
         )
         left.set_ylabel("wall time [s]")
-        for method, pen in _CHAINS.items():
-            one = made.chains.where(method=method)
+        for method, pen in _CHAIN_STYLES.items():
+            one = data.chains.select_rows(method=method)
             if one.rows:
-                _line(right, one.column("segments"), one.column("wall [s]"), pen, "_")
-        counts = made.chains.where(method="Exudyn, fixed step").column("segments")
+                _draw_line(right, one.column("segments"), one.column("wall [s]"), pen, "_")
+        counts = data.chains.select_rows(method="Exudyn, fixed step").column("segments")
         right.set_xscale("log")
         right.set_xticks(counts, [f"{count:.0f}" for count in counts])
         right.minorticks_off()
         right.set_xlabel("segments of a chain")
         right.set_title("chains, 0.1 s", loc="left", fontsize=8.0)
         figure.legend(loc="outside upper center", ncols=4, fontsize=6.5)
-        write_foot(figure, _SIGN, ())
+        add_footer(figure, _SIGN, ())
     return figure
 
 
 def _draw_costs(axes: Axes, costs: Measurements, title: str, named: set[str]) -> None:
     """Draw the methods; those that the legend has are not named again."""
-    for (engine, method), pen in _PENS.items():
-        one = costs.where(engine=engine, method=method)
+    for (engine, method), pen in _METHOD_STYLES.items():
+        one = costs.select_rows(engine=engine, method=method)
         if one.rows:
             label = f"{engine}, {method}"
             shown = "_" if label in named else label
-            _line(axes, one.column("error [rad]"), one.column("wall [s]"), pen, shown)
+            _draw_line(axes, one.column("error [rad]"), one.column("wall [s]"), pen, shown)
             named.add(label)
     axes.set_xscale("log")
     axes.invert_xaxis()
@@ -185,13 +188,13 @@ def _draw_costs(axes: Axes, costs: Measurements, title: str, named: set[str]) ->
     axes.set_title(title, loc="left", fontsize=8.0)
 
 
-def _line(axes: Axes, x: Array, y: Array, pen: Pen, label: str) -> None:
+def _draw_line(axes: Axes, x: Array, y: Array, style: LineStyle, label: str) -> None:
     axes.plot(
         x,
         y,
-        pen.dash,
-        color=pen.colour,
-        marker=pen.mark,
+        style.dash,
+        color=style.colour,
+        marker=style.marker,
         ms=3.0,
         mfc="white",
         lw=1.0,
@@ -200,17 +203,17 @@ def _line(axes: Axes, x: Array, y: Array, pen: Pen, label: str) -> None:
     axes.set_yscale("log")
 
 
-def _tables(made: Measured) -> dict[str, Mapping[str, Array]]:
+def _tables(data: BenchmarkTables) -> dict[str, Mapping[str, Array]]:
     tables: dict[str, Mapping[str, Array]] = {}
-    for figure in made.costs.values("figure"):
-        for engine, method in _PENS:
-            one = made.costs.where(figure=figure, engine=engine, method=method)
+    for figure in data.costs.values("figure"):
+        for engine, method in _METHOD_STYLES:
+            one = data.costs.select_rows(figure=figure, engine=engine, method=method)
             if one.rows:
                 tables[_slug(f"{figure} {engine} {method}")] = {
                     key: one.column(key) for key in ("setting", "error [rad]", "wall [s]")
                 }
-    for method in made.chains.values("method"):
-        one = made.chains.where(method=method)
+    for method in data.chains.values("method"):
+        one = data.chains.select_rows(method=method)
         headers = ("segments", "wall [s]", "build [s]")
         tables[_slug(f"chains {method}")] = {key: one.column(key) for key in headers}
     return tables

@@ -17,84 +17,84 @@ import numpy as np
 from springs.damping import Damping
 from springs.elastic import (
     Elastic,
-    Measured,
-    extrapolation,
-    measured_range,
+    HasValidRange,
+    describe_extrapolation,
     total_energy,
     total_friction,
     total_torque,
+    valid_range,
 )
-from springs.fit import Run, SampledCurve
-from springs.hysteresis import Directional
+from springs.fit import SampledCurve, SignInterval
+from springs.hysteresis import Hysteresis
 from springs.joint import AxisSpring, JointSprings
-from springs.lint.finding import Finding, Kind
+from springs.lint.finding import Finding, FindingKind
 from springs.published.range_of_motion import RangeEnd
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 
-_EQUAL_RANGE = 1e-6
+_HYSTERESIS_TOLERANCE = 1e-6
 """What rounding may do to the order of two curves [N m]."""
 
 
-def lint_known_range(curve: SampledCurve) -> Iterator[Finding]:
+def lint_valid_range(curve: SampledCurve) -> Iterator[Finding]:
     """Which part of the curve is an extrapolation, for laws that know their range."""
     ends = curve.low, curve.high
     for law in curve.laws:
-        said = extrapolation(measured_range(law), *ends) if _knows_range(law) else ""
+        said = describe_extrapolation(valid_range(law), *ends) if _has_valid_range(law) else ""
         if said:
-            torques = curve.at(curve.low), curve.at(curve.high)
+            torques = curve.torque_at(curve.low), curve.torque_at(curve.high)
             places = " and ".join(
-                f"{torque + 0.0:.4g} N m at {_range_deg(end)} deg"
+                f"{torque + 0.0:.4g} N m at {_format_plain_degrees(end)} deg"
                 for end, torque in zip(ends, torques, strict=True)
             )
-            yield Finding(Kind.KNOWN, False, f"{said}; {places}", ends, torques)
+            yield Finding(FindingKind.VALID_RANGE, False, f"{said}; {places}", ends, torques)
 
 
 def lint_hysteresis(curve: SampledCurve) -> Iterator[Finding]:
     """What the direction of motion takes in a slow cycle, and where it would give instead."""
     for law in curve.laws:
-        if not isinstance(law, Directional):
+        if not isinstance(law, Hysteresis):
             continue
-        lost, ends = law.loss(curve.low, curve.high), (curve.low, curve.high)
-        over = f"{_range_deg(curve.low)} .. {_range_deg(curve.high)} deg"
+        lost, ends = law.cycle_loss(curve.low, curve.high), (curve.low, curve.high)
+        over = f"{_format_plain_degrees(curve.low)} .. {_format_plain_degrees(curve.high)} deg"
         said = f"a slow cycle over {over} loses {lost:.4g} J to the hysteresis"
-        yield Finding(Kind.HYSTERESIS, False, said, ends, (lost,))
+        yield Finding(FindingKind.HYSTERESIS, False, said, ends, (lost,))
         up, down = (
             np.asarray(one.torque(curve.angles)) for one in (law.increasing, law.decreasing)
         )
         excess = up - down
         worst = int(excess.argmax())
-        if excess[worst] > _EQUAL_RANGE * max(1.0, curve.size):
+        if excess[worst] > _HYSTERESIS_TOLERANCE * max(1.0, curve.max_torque):
             angle, much = float(curve.angles[worst]), float(excess[worst])
             said = (
-                f"at {_range_deg(angle)} deg the curve of the growing angle lies {much:.3g} N m "
+                f"at {_format_plain_degrees(angle)} deg the curve of the growing angle lies {much:.3g} N m "
                 "above that of the falling one: a cycle there feeds energy"
             )
-            yield Finding(Kind.HYSTERESIS, True, said, (angle,), (much,))
+            yield Finding(FindingKind.HYSTERESIS, True, said, (angle,), (much,))
 
 
-def _range_deg(angle: float) -> str:
+def _format_plain_degrees(angle: float) -> str:
     return f"{round(degrees(angle), 1) + 0.0:.1f}"
 
 
-def _knows_range(law: Elastic) -> bool:
+def _has_valid_range(law: Elastic) -> bool:
     """Whether a law, whatever is done to it, is of a kind that knows where it was measured."""
-    while isinstance(law, Scaled | Directional):
-        law = law.law if isinstance(law, Scaled) else law.increasing
-    return isinstance(law, Measured)
+    while isinstance(law, Transformed | Hysteresis):
+        law = law.law if isinstance(law, Transformed) else law.increasing
+    return isinstance(law, HasValidRange)
 
 
-UNKNOWN_END = radians(90.0)
+DEFAULT_RANGE_END = radians(90.0)
 """How far a curve is looked at where no normal range is known [rad]."""
 
-BEYOND = radians(10.0)
+RANGE_MARGIN = radians(10.0)
 """How far beyond the normal range a curve is looked at [rad]."""
 
-FIRM = 10.0
+FIRM_TORQUE = 10.0
 """A torque that stops an examiner's hand [N m]: twice what cadaver hips hold at their ends."""
 
-_MARKS = radians(30.0)
-_CLOSE = 1e-5
-_EQUAL = 1e-6
+_MARK_SPACING = radians(30.0)
+_DIFFERENCE_STEP = 1e-5
+_RELATIVE_TOLERANCE = 1e-6
 
 
 def lint_curve(
@@ -107,123 +107,133 @@ def lint_curve(
         low: lower end of the normal range of motion, where one is known.
         high: upper end likewise.
     """
-    first, last = studied_range(low, high)
+    first, last = lint_range(low, high)
     curve = SampledCurve(spring.elastic, first, last)
     found = [
-        *_senses(curve),
-        *_equilibria(curve),
-        *_slopes(curve),
-        *_jumps(curve),
-        *_energies(curve, spring.damping),
+        *_lint_sense(curve),
+        *_lint_equilibria(curve),
+        *_lint_stiffness(curve),
+        *_lint_jumps(curve),
+        *_lint_energy(curve, spring.damping),
         *lint_hysteresis(curve),
-        *lint_known_range(curve),
-        *(_end(curve, low, -1.0) if low is not None else ()),
-        *(_end(curve, high, 1.0) if high is not None else ()),
+        *lint_valid_range(curve),
+        *(_lint_range_end(curve, low, -1.0) if low is not None else ()),
+        *(_lint_range_end(curve, high, 1.0) if high is not None else ()),
     ]
     return tuple(sorted(found, key=lambda finding: not finding.is_doubt))
 
 
-def studied_range(low: RangeEnd | None, high: RangeEnd | None) -> tuple[float, float]:
+def lint_range(low: RangeEnd | None, high: RangeEnd | None) -> tuple[float, float]:
     """The angles at which a curve is looked at [rad]."""
-    first = -UNKNOWN_END if low is None else low.angle - BEYOND
-    return first, UNKNOWN_END if high is None else high.angle + BEYOND
+    first = -DEFAULT_RANGE_END if low is None else low.angle - RANGE_MARGIN
+    return first, DEFAULT_RANGE_END if high is None else high.angle + RANGE_MARGIN
 
 
-def _senses(curve: SampledCurve) -> Iterator[Finding]:
+def _lint_sense(curve: SampledCurve) -> Iterator[Finding]:
     """Whether the torque drives back towards one rest, from both sides of it."""
-    runs, last = curve.runs, curve.runs[-1]
+    runs, last = curve.sign_intervals, curve.sign_intervals[-1]
     acting = [run for run in runs if run.sign]
     fine = True
     for one, other in pairwise(acting):
         if one.sign < 0 < other.sign:
             fine = False
-            push = max(curve.greatest(one), curve.greatest(other))
+            push = max(curve.max_torque_within(one), curve.max_torque_within(other))
             yield Finding(
-                Kind.SENSE,
+                FindingKind.SENSE,
                 True,
-                f"the torque drives away from {_middle(one, other)}, with up to {push:.3g} N m",
+                f"the torque drives away from {_format_gap(one, other)}, with up to {push:.3g} N m",
                 (one.end, other.start),
                 (push,),
             )
     for run, side, outwards in ((runs[0], "lower", -1), (last, "upper", 1)):
         if run.sign == outwards:
             fine = False
-            angle, push = (run.start if outwards < 0 else run.end), curve.greatest(run)
+            angle, push = (run.start if outwards < 0 else run.end), curve.max_torque_within(run)
             yield Finding(
-                Kind.SENSE,
+                FindingKind.SENSE,
                 True,
-                f"at the {side} end, {_deg(angle)}, the torque drives the joint on, "
+                f"at the {side} end, {_format_degrees(angle)}, the torque drives the joint on, "
                 f"with up to {push:.3g} N m",
                 (angle,),
                 (push,),
             )
     if fine:
-        over = f"over {_deg(curve.low, '')} .. {_deg(curve.high)}"
+        over = f"over {_format_degrees(curve.low, '')} .. {_format_degrees(curve.high)}"
         said = f"the torque nowhere drives away, {over}" if acting else f"there is no torque {over}"
-        yield Finding(Kind.SENSE, False, said)
+        yield Finding(FindingKind.SENSE, False, said)
 
 
-def _middle(one: Run, other: Run) -> str:
+def _format_gap(one: SignInterval, other: SignInterval) -> str:
     if one.end == other.start:
-        return _deg(one.end)
-    return f"{_deg(one.end, '')} .. {_deg(other.start)}"
+        return _format_degrees(one.end)
+    return f"{_format_degrees(one.end, '')} .. {_format_degrees(other.start)}"
 
 
-def _equilibria(curve: SampledCurve) -> Iterator[Finding]:
-    for run in curve.runs:
+def _lint_equilibria(curve: SampledCurve) -> Iterator[Finding]:
+    for run in curve.sign_intervals:
         if run.sign == 0 and run.end > run.start:
-            start, end = _deg(run.start), _deg(run.end)
-            where = f"at {end}" if start == end else f"between {_deg(run.start, '')} and {end}"
+            start, end = _format_degrees(run.start), _format_degrees(run.end)
+            where = (
+                f"at {end}"
+                if start == end
+                else f"between {_format_degrees(run.start, '')} and {end}"
+            )
             said = f"there is no torque {where}"
-            yield Finding(Kind.EQUILIBRIUM, False, said, (run.start, run.end))
-    acting = [run for run in curve.runs if run.sign]
+            yield Finding(FindingKind.EQUILIBRIUM, False, said, (run.start, run.end))
+    acting = [run for run in curve.sign_intervals if run.sign]
     for one, other in pairwise(acting):
         if one.sign != other.sign and one.end == other.start:
             stable = one.sign > 0
-            said = f"{'a stable' if stable else 'an unstable'} equilibrium at {_deg(one.end)}"
-            yield Finding(Kind.EQUILIBRIUM, not stable, said, (one.end,))
+            said = f"{'a stable' if stable else 'an unstable'} equilibrium at {_format_degrees(one.end)}"
+            yield Finding(FindingKind.EQUILIBRIUM, not stable, said, (one.end,))
 
 
-def _slopes(curve: SampledCurve) -> Iterator[Finding]:
+def _lint_stiffness(curve: SampledCurve) -> Iterator[Finding]:
     angles, torques = curve.angles, curve.torques
     slopes = np.diff(torques) / np.diff(angles)
     stiffest = int(np.argmin(slopes))
     angle, stiffness = float(angles[stiffest]), -float(slopes[stiffest])
     if stiffness > 0.0:
-        said = f"the stiffness is at most {stiffness:.4g} N m/rad, at {_deg(angle)}"
-        yield Finding(Kind.SLOPE, False, said, (angle,), (stiffness,))
-    growing = np.diff(torques) > curve.rounding
+        said = f"the stiffness is at most {stiffness:.4g} N m/rad, at {_format_degrees(angle)}"
+        yield Finding(FindingKind.SLOPE, False, said, (angle,), (stiffness,))
+    growing = np.diff(torques) > curve.rounding_torque
     edges = np.flatnonzero(np.diff([False, *growing.tolist(), False])).reshape(-1, 2)
     for first, last in edges.tolist():
         start, end = float(angles[first]), float(angles[last])
         rise = float(torques[last] - torques[first])
         yield Finding(
-            Kind.SLOPE,
+            FindingKind.SLOPE,
             True,
-            f"between {_deg(start, '')} and {_deg(end)} the torque grows with the angle, "
+            f"between {_format_degrees(start, '')} and {_format_degrees(end)} the torque grows with the angle, "
             f"by {rise:.3g} N m: a negative stiffness",
             (start, end),
             (rise,),
         )
 
 
-def _jumps(curve: SampledCurve) -> Iterator[Finding]:
+def _lint_jumps(curve: SampledCurve) -> Iterator[Finding]:
     """What the torque and its slope do at corners, from lines through two points on each side."""
-    for corner in curve.corners:
+    for corner in curve.breakpoints:
         (a, b), (c, d) = (
-            (curve.at(corner + side * _CLOSE), curve.at(corner + side * 2.0 * _CLOSE))
+            (
+                curve.torque_at(corner + side * _DIFFERENCE_STEP),
+                curve.torque_at(corner + side * 2.0 * _DIFFERENCE_STEP),
+            )
             for side in (-1.0, 1.0)
         )
-        jump, kink = (2.0 * c - d) - (2.0 * a - b), (d - c) / _CLOSE - (a - b) / _CLOSE
-        if abs(jump) > _EQUAL * max(1.0, curve.size):
-            said = f"at {_deg(corner)} the torque jumps by {jump:.3g} N m"
-            yield Finding(Kind.JUMP, True, said, (corner,), (jump,))
+        jump, kink = (
+            (2.0 * c - d) - (2.0 * a - b),
+            (d - c) / _DIFFERENCE_STEP - (a - b) / _DIFFERENCE_STEP,
+        )
+        if abs(jump) > _RELATIVE_TOLERANCE * max(1.0, curve.max_torque):
+            said = f"at {_format_degrees(corner)} the torque jumps by {jump:.3g} N m"
+            yield Finding(FindingKind.JUMP, True, said, (corner,), (jump,))
         elif abs(kink) > 1.0:
-            said = f"at {_deg(corner)} the stiffness jumps by {abs(kink):.4g} N m/rad"
-            yield Finding(Kind.JUMP, False, said, (corner,), (-kink,))
+            said = f"at {_format_degrees(corner)} the stiffness jumps by {abs(kink):.4g} N m/rad"
+            yield Finding(FindingKind.JUMP, False, said, (corner,), (-kink,))
 
 
-def _energies(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:
+def _lint_energy(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:
     """What a cycle over the range stores, returns and loses.
 
     The work of the torque is compared with the energy: Gauss's rule of three points between
@@ -235,72 +245,79 @@ def _energies(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:
     places = (curve.angles[:-1] + half)[:, None] + half[:, None] * nodes
     work = float(np.sum(np.asarray(total_torque(curve.laws, places)) @ weights * half))
     ends = curve.low, curve.high
-    places = np.array([*ends, *curve.angles, *(run.end for run in curve.runs)])
+    places = np.array([*ends, *curve.angles, *(run.end for run in curve.sign_intervals)])
     energies = np.asarray(total_energy(curve.laws, places))
     gap = work + float(energies[1] - energies[0])
     stored = float(energies.max() - energies.min())
-    if abs(gap) > _EQUAL * max(stored, 1.0):
+    if abs(gap) > _RELATIVE_TOLERANCE * max(stored, 1.0):
         said = f"torque and energy disagree by {gap:.3g} J over the range: it is no elastic law"
-        yield Finding(Kind.ENERGY, True, said, ends, (gap,))
+        yield Finding(FindingKind.ENERGY, True, said, ends, (gap,))
     amplitude = 0.5 * (curve.high - curve.low)
     lost = 2.0 * pi**2 * damping.viscous * amplitude**2 + 4.0 * damping.coulomb * amplitude
-    over = f"a cycle over {_deg(curve.low, '')} .. {_deg(curve.high)} in 1 s"
+    over = f"a cycle over {_format_degrees(curve.low, '')} .. {_format_degrees(curve.high)} in 1 s"
     said = f"{over} stores and returns up to {stored:.4g} J and loses {lost:.3g} J"
-    yield Finding(Kind.ENERGY, False, said, ends, (stored, lost))
+    yield Finding(FindingKind.ENERGY, False, said, ends, (stored, lost))
 
 
-def _end(curve: SampledCurve, end: RangeEnd, side: float) -> Iterator[Finding]:
+def _lint_range_end(curve: SampledCurve, end: RangeEnd, side: float) -> Iterator[Finding]:
     """What the joint does up to the upper (side 1) or lower (side -1) end of its normal range."""
-    torque, where = curve.at(end.angle), f"{end.motion} normally ends at {_deg(end.angle)}"
+    torque, where = (
+        curve.torque_at(end.angle),
+        f"{end.motion} normally ends at {_format_degrees(end.angle)}",
+    )
     said = f"{where} ({end.source}): {torque + 0.0:.4g} N m there"
-    yield Finding(Kind.END, False, said, (end.angle,), (torque,))
-    if -side * torque <= FIRM:
+    yield Finding(FindingKind.RANGE_END, False, said, (end.angle,), (torque,))
+    if -side * torque <= FIRM_TORQUE:
         return
-    edge = _free_edge(curve.runs, side)
+    edge = _free_range_end(curve.sign_intervals, side)
     if edge is not None and side * edge < side * end.angle:
-        said = f"free motion ends at {_deg(edge)}, but {where}"
-        yield Finding(Kind.FREE_MOTION, True, said, (edge, end.angle))
-    firm = _firm_angle(curve, end.angle, side)
-    places = [*_marks_between(firm, end.angle), end.angle]
-    torques = [curve.at(place) for place in places]
+        said = f"free motion ends at {_format_degrees(edge)}, but {where}"
+        yield Finding(FindingKind.FREE_MOTION, True, said, (edge, end.angle))
+    firm = _firm_resistance_angle(curve, end.angle, side)
+    places = [*_round_angles_between(firm, end.angle), end.angle]
+    torques = [curve.torque_at(place) for place in places]
     pairs = zip(places, torques, strict=True)
-    listed = ", ".join(f"{abs(torque):.4g} N m at {_deg(place)}" for place, torque in pairs)
-    where = f"with {FIRM:g} N m from {_deg(firm)} on"
+    listed = ", ".join(
+        f"{abs(torque):.4g} N m at {_format_degrees(place)}" for place, torque in pairs
+    )
+    where = f"with {FIRM_TORQUE:g} N m from {_format_degrees(firm)} on"
     if firm == (curve.low if side > 0.0 else curve.high):
-        where = f"with more than {FIRM:g} N m at all angles from {_deg(firm)} on"
+        where = f"with more than {FIRM_TORQUE:g} N m at all angles from {_format_degrees(firm)} on"
     said = f"it resists {where}: {listed}, the normal end"
-    yield Finding(Kind.EARLY, True, said, (firm, *places), (FIRM, *torques))
+    yield Finding(
+        FindingKind.EARLY_RESISTANCE, True, said, (firm, *places), (FIRM_TORQUE, *torques)
+    )
 
 
-def _free_edge(runs: Sequence[Run], side: float) -> float | None:
+def _free_range_end(runs: Sequence[SignInterval], side: float) -> float | None:
     """The end of the outermost stretch without torque on one side [rad], None without any."""
     edges = [r.end if side > 0.0 else r.start for r in runs if r.sign == 0 and r.end > r.start]
     return max(edges, key=lambda edge: side * edge, default=None)
 
 
-def _firm_angle(curve: SampledCurve, end: float, side: float) -> float:
+def _firm_resistance_angle(curve: SampledCurve, end: float, side: float) -> float:
     """Where the last stretch of firm resistance before an end begins [rad]."""
     before = side * curve.angles < side * end
-    soft = curve.angles[before & (-side * curve.torques < FIRM)]
+    soft = curve.angles[before & (-side * curve.torques < FIRM_TORQUE)]
     return side * float((side * soft).max(initial=side * (curve.low if side > 0 else curve.high)))
 
 
-def _marks_between(start: float, end: float) -> list[float]:
+def _round_angles_between(start: float, end: float) -> list[float]:
     """Round angles after `start` and before `end` [rad]."""
     low, high = sorted((start, end))
-    counts = range(floor(low / _MARKS), ceil(high / _MARKS))
-    found = [count * _MARKS for count in counts if low < count * _MARKS < high]
+    counts = range(floor(low / _MARK_SPACING), ceil(high / _MARK_SPACING))
+    found = [count * _MARK_SPACING for count in counts if low < count * _MARK_SPACING < high]
     return found if end > start else found[::-1]
 
 
-def _deg(angle: float, unit: str = " deg") -> str:
+def _format_degrees(angle: float, unit: str = " deg") -> str:
     return f"{round(degrees(angle), 1) + 0.0:.1f}{unit}"
 
 
-_ANGLES = np.radians(np.linspace(-180.0, 180.0, 721))
-_EQUAL_MIRRORED = 1e-9
+_COMPARED_ANGLES = np.radians(np.linspace(-180.0, 180.0, 721))
+_SYMMETRY_TOLERANCE = 1e-9
 _SIDES = {"left": "right", "right": "left"}
-_PARALLEL = radians(0.01)
+_PARALLEL_ANGLE = radians(0.01)
 
 
 def other_side(joint: str) -> str | None:
@@ -325,29 +342,29 @@ def lint_symmetry(
     if name is None:
         return ()
     others = joints[name].axes if name in joints else ()
-    other = next((one for one in others if _same_axis(one, spring)), None)
+    other = next((one for one in others if _is_same_axis(one, spring)), None)
     if other is None:
-        return (Finding(Kind.SYMMETRY, True, f"`{name}` has no spring about this axis"),)
-    mine, its = (np.asarray(total_torque(one.elastic, _ANGLES)) for one in (spring, other))
+        return (Finding(FindingKind.SYMMETRY, True, f"`{name}` has no spring about this axis"),)
+    mine, its = (np.asarray(total_torque(one.elastic, _COMPARED_ANGLES)) for one in (spring, other))
     differences = np.abs(mine - its)
     worst = int(differences.argmax())
-    angle, much = float(_ANGLES[worst]), float(differences[worst])
-    if much > _EQUAL_MIRRORED * (1.0 + abs(float(mine[worst]))):
+    angle, much = float(_COMPARED_ANGLES[worst]), float(differences[worst])
+    if much > _SYMMETRY_TOLERANCE * (1.0 + abs(float(mine[worst]))):
         said = (
             f"`{name}` differs by up to {much:.3g} N m, at {round(degrees(angle), 1) + 0.0:.1f} deg"
         )
-        return (Finding(Kind.SYMMETRY, True, said, (angle,), (much,)),)
-    frictions = (total_friction(one.elastic, _ANGLES, 1.0) for one in (spring, other))
+        return (Finding(FindingKind.SYMMETRY, True, said, (angle,), (much,)),)
+    frictions = (total_friction(one.elastic, _COMPARED_ANGLES, 1.0) for one in (spring, other))
     mine, its = (np.asarray(0.0 if one is None else one) for one in frictions)
-    if float(np.abs(mine - its).max()) > _EQUAL_MIRRORED * (1.0 + float(np.abs(mine).max())):
+    if float(np.abs(mine - its).max()) > _SYMMETRY_TOLERANCE * (1.0 + float(np.abs(mine).max())):
         said = f"`{name}` has another hysteresis"
-        return (Finding(Kind.SYMMETRY, True, said),)
+        return (Finding(FindingKind.SYMMETRY, True, said),)
     if spring.damping != other.damping:
         said = f"`{name}` has another damping"
-        return (Finding(Kind.SYMMETRY, True, said),)
-    return (Finding(Kind.SYMMETRY, False, "left and right are mirror images"),)
+        return (Finding(FindingKind.SYMMETRY, True, said),)
+    return (Finding(FindingKind.SYMMETRY, False, "left and right are mirror images"),)
 
 
-def _same_axis(one: AxisSpring, other: AxisSpring) -> bool:
+def _is_same_axis(one: AxisSpring, other: AxisSpring) -> bool:
     """Whether two springs are about the same line in their joints' frames."""
-    return float(np.linalg.norm(np.cross(one.direction, other.direction))) < _PARALLEL
+    return float(np.linalg.norm(np.cross(one.direction, other.direction))) < _PARALLEL_ANGLE

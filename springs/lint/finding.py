@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class Kind(Enum):
+class FindingKind(Enum):
     """What a finding is about; with what its `angles` [rad] and `values` are."""
 
     SENSE = "sense"
@@ -23,29 +23,29 @@ class Kind(Enum):
     ENERGY = "energy"
     """Ends of the cycle; values: energies [J]."""
 
-    END = "end of range"
+    RANGE_END = "end of range"
     """Normal end of the motion; values: torque on the child there [N m]."""
 
     FREE_MOTION = "free motion"
     """Where free motion ends, and where the normal range does."""
 
-    EARLY = "early resistance"
+    EARLY_RESISTANCE = "early resistance"
     """Where resistance becomes firm, then angles further on; values: the torques there [N m]."""
 
     SYMMETRY = "symmetry"
     """Angle at which left and right differ most; values: by how much [N m]."""
 
-    KNOWN = "known range"
+    VALID_RANGE = "known range"
     """Angles within or beyond the range in which the law is known; values: torques there [N m]."""
 
     HYSTERESIS = "hysteresis"
     """Ends of a cycle; values: energy lost in it [J]. Or an angle at which the curve of the growing
     angle lies above that of the falling one; values: by how much [N m]."""
 
-    STRENGTH = "strength"
+    MAX_TORQUE = "strength"
     """Angles of all coordinates; values: the greatest torque, which is there [N m]."""
 
-    TWICE = "two laws"
+    DUPLICATE_LAW = "two laws"
     """Values: greatest torques of the joint's own curve and of the law over several [N m]."""
 
 
@@ -61,7 +61,7 @@ class Finding:
         values: how much; see `Kind`.
     """
 
-    kind: Kind
+    kind: FindingKind
     is_doubt: bool
     sentence: str
     angles: tuple[float, ...] = ()

@@ -12,17 +12,17 @@ import numpy as np
 from springs.coupled import CoupledExponential
 from springs.elastic import total_torque
 from springs.joint import AxisSpring, CoupledSpring, SpringSet
-from springs.lint.coupled import UNKNOWN, lint_coupled, lint_replaced
-from springs.lint.curve import FIRM, lint_curve, lint_symmetry, other_side, studied_range
-from springs.lint.finding import Finding, Kind
+from springs.lint.coupled import DEFAULT_RANGE, lint_coupled, lint_original_law
+from springs.lint.curve import FIRM_TORQUE, lint_curve, lint_range, lint_symmetry, other_side
+from springs.lint.finding import Finding, FindingKind
 from springs.published.range_of_motion import RangeEnd, normal_range
 from springs.stop import Stop
 
-_PARALLEL = radians(0.01)
+_PARALLEL_ANGLE = radians(0.01)
 
 
 @dataclass(frozen=True)
-class Replaced:
+class LawReplacement:
     """A conservative law, and the law nearest to which it is and for which it stands."""
 
     law: CoupledExponential
@@ -48,13 +48,13 @@ class CoupledReport:
 
 
 def report_coupled(
-    springs: SpringSet, replaced: Sequence[Replaced] = ()
+    springs: SpringSet, replacements: Sequence[LawReplacement] = ()
 ) -> tuple[CoupledReport, ...]:
     """Lint every law over several joints.
 
     Args:
         springs: of a figure.
-        replaced: laws that stand for others.
+        replacements: laws that stand for others.
     """
     groups: list[list[CoupledSpring]] = []
     for spring in springs.coupled:
@@ -63,27 +63,29 @@ def report_coupled(
             groups.append([spring])
         else:
             group.append(spring)
-    return tuple(_report(group, springs, replaced) for group in groups)
+    return tuple(_build_report(group, springs, replacements) for group in groups)
 
 
-def _report(
-    group: Sequence[CoupledSpring], springs: SpringSet, replaced: Sequence[Replaced]
+def _build_report(
+    group: Sequence[CoupledSpring], springs: SpringSet, replacements: Sequence[LawReplacement]
 ) -> CoupledReport:
-    originals = {pair.original: None for pair in replaced if pair.law == group[0].law}
+    originals = {pair.original: None for pair in replacements if pair.law == group[0].law}
     found = [
         *lint_coupled(group[0].law),
-        *(finding for original in originals for finding in lint_replaced(original)),
-        *_sides(group, springs.coupled),
-        *_twice(group, springs),
+        *(finding for original in originals for finding in lint_original_law(original)),
+        *_lint_sides(group, springs.coupled),
+        *_lint_duplicate_laws(group, springs),
     ]
     ordered = sorted(found, key=lambda finding: not finding.is_doubt)
     return CoupledReport(tuple(group), tuple(ordered))
 
 
-def _sides(group: Sequence[CoupledSpring], everyone: Sequence[CoupledSpring]) -> Iterator[Finding]:
+def _lint_sides(
+    group: Sequence[CoupledSpring], all_springs: Sequence[CoupledSpring]
+) -> Iterator[Finding]:
     """Whether the joints on the other side have the same law."""
     joints = {tuple(axis.joint for axis in spring.axes) for spring in group}
-    elsewhere = {tuple(axis.joint for axis in spring.axes) for spring in everyone}
+    elsewhere = {tuple(axis.joint for axis in spring.axes) for spring in all_springs}
     lone: list[tuple[str, ...]] = []
     for names in sorted(joints):
         other = tuple(other_side(name) or name for name in names)
@@ -94,52 +96,54 @@ def _sides(group: Sequence[CoupledSpring], everyone: Sequence[CoupledSpring]) ->
         listed = " and ".join(f"`{name}`" for name in each)
         law = "another law" if names in elsewhere else "no such law"
         has = "has" if len(each) == 1 else "have"
-        yield Finding(Kind.SYMMETRY, True, f"{listed} {has} {law}")
+        yield Finding(FindingKind.SYMMETRY, True, f"{listed} {has} {law}")
     if not lone and len(joints) > 1:
-        yield Finding(Kind.SYMMETRY, False, "left and right have the same law")
+        yield Finding(FindingKind.SYMMETRY, False, "left and right have the same law")
 
 
-def _twice(group: Sequence[CoupledSpring], springs: SpringSet) -> Iterator[Finding]:
+def _lint_duplicate_laws(group: Sequence[CoupledSpring], springs: SpringSet) -> Iterator[Finding]:
     """Angles that have a curve of their own beside the law: the two add."""
     law = group[0].law
     for i, name in enumerate(law.coordinates):
         own = {
-            axis.joint: _strength(curve, law.measured[i] or UNKNOWN)
+            axis.joint: _max_torque(curve, law.valid_ranges[i] or DEFAULT_RANGE)
             for spring in group
             for axis in (spring.axes[i],)
-            for curve in _curves(springs, axis.joint, axis.direction)
+            for curve in _own_curves(springs, axis.joint, axis.direction)
         }
         if not own:
             continue
         joints = " and ".join(f"`{joint}`" for joint in own)
-        one, both = max(own.values()), _coupled_strength(group[0], i)
+        one, both = max(own.values()), _max_coupled_torque(group[0], i)
         said = (
             f"beside this law, with up to {both:.4g} N m about {name}, {joints} "
             f"{'has' if len(own) == 1 else 'have'} a curve with up to {one:.4g} N m: the two add"
         )
-        yield Finding(Kind.TWICE, min(one, both) > FIRM, said, (), (one, both))
+        yield Finding(
+            FindingKind.DUPLICATE_LAW, min(one, both) > FIRM_TORQUE, said, (), (one, both)
+        )
 
 
-def _curves(
+def _own_curves(
     springs: SpringSet, joint: str, direction: tuple[float, float, float]
 ) -> Iterator[AxisSpring]:
     """The springs about an axis of a joint that are more than stops and damping."""
     for spring in springs.joints[joint].axes if joint in springs.joints else ():
         across = float(np.linalg.norm(np.cross(spring.direction, direction)))
-        if across < _PARALLEL and any(not isinstance(law, Stop) for law in spring.elastic):
+        if across < _PARALLEL_ANGLE and any(not isinstance(law, Stop) for law in spring.elastic):
             yield spring
 
 
-def _strength(spring: AxisSpring, known: tuple[float, float]) -> float:
+def _max_torque(spring: AxisSpring, law_range: tuple[float, float]) -> float:
     """Greatest torque of a spring, its stops apart, over the range of the law [N m]."""
     laws = [law for law in spring.elastic if not isinstance(law, Stop)]
-    angles = np.linspace(*known, 361)
+    angles = np.linspace(*law_range, 361)
     return float(np.abs(np.asarray(total_torque(laws, angles))).max())
 
 
-def _coupled_strength(spring: CoupledSpring, i: int) -> float:
+def _max_coupled_torque(spring: CoupledSpring, i: int) -> float:
     """Greatest torque about one coordinate over the range of the law [N m]."""
-    box = [np.linspace(*(known or UNKNOWN), 11) for known in spring.law.measured]
+    box = [np.linspace(*(known or DEFAULT_RANGE), 11) for known in spring.law.valid_ranges]
     torques = spring.law.torques(np.meshgrid(*box, indexing="ij"))
     return float(np.abs(np.asarray(torques[i])).max())
 
@@ -168,9 +172,9 @@ class CurveReport:
         return tuple(finding for finding in self.findings if finding.is_doubt)
 
     @property
-    def studied(self) -> tuple[float, float]:
+    def lint_range(self) -> tuple[float, float]:
         """The angles at which the curve was looked at [rad]."""
-        return studied_range(self.low, self.high)
+        return lint_range(self.low, self.high)
 
 
 def report_curves(springs: SpringSet) -> tuple[CurveReport, ...]:
@@ -180,12 +184,15 @@ def report_curves(springs: SpringSet) -> tuple[CurveReport, ...]:
         for spring in joint.axes:
             if spring.elastic:
                 sides = lint_symmetry(name, spring, springs.joints)
-                _add(reports, name, spring, sides)
+                _add_to_reports(reports, name, spring, sides)
     return tuple(reports)
 
 
-def _add(
-    reports: list[CurveReport], name: str, spring: AxisSpring, sides: tuple[Finding, ...]
+def _add_to_reports(
+    reports: list[CurveReport],
+    name: str,
+    spring: AxisSpring,
+    symmetry_findings: tuple[Finding, ...],
 ) -> None:
     """Add a joint to the report of an equal curve, or a report of its own."""
     low, high = normal_range(name, spring.motion)
@@ -196,11 +203,11 @@ def _add(
         if (
             same_line
             and shared == (spring.elastic, spring.damping, spring.motion, low, high)
-            and set(sides) <= set(one.findings)
+            and set(symmetry_findings) <= set(one.findings)
         ):
             joints = (*one.joints, name)
             reports[place] = CurveReport(joints, one.spring, low, high, one.findings)
             return
-    found = (*lint_curve(spring, low, high), *sides)
+    found = (*lint_curve(spring, low, high), *symmetry_findings)
     ordered = tuple(sorted(found, key=lambda finding: not finding.is_doubt))
     reports.append(CurveReport((name,), spring, low, high, ordered))

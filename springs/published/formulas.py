@@ -9,8 +9,8 @@ from math import radians
 
 from springs.cubic import Cubic, passive_cubic
 from springs.elastic import Elastic, Range
-from springs.exponential import Exponential, Term
-from springs.interpolated import Table
+from springs.exponential import Exponential, ExponentialTerm
+from springs.interpolated import Interpolated
 from springs.linear import Linear
 from springs.smooth_limit import SmoothLimit
 
@@ -22,90 +22,92 @@ MOMENT_UNITS = {"N m": 1.0, "dyn cm": 1e-7}
 
 
 @dataclass(frozen=True)
-class Printed:
+class PrintedCurve:
     """A curve as it is printed.
 
     Attributes:
-        numbers: coefficients by their printed names, in the printed units.
+        coefficients: coefficients by their printed names, in the printed units.
         points: pairs of angle and moment in the printed units, for a curve given so.
         dead_zone: in the printed angle unit, or None.
-        angle: the printed angle unit [rad].
-        moment: the printed moment unit [N m].
-        measured: range in which the curve is known to hold, in its printed sense [rad], or None.
+        angle_unit: the printed angle unit [rad].
+        moment_unit: the printed moment unit [N m].
+        valid_range: range in which the curve is known to hold, in its printed sense [rad], or None.
     """
 
-    numbers: Mapping[str, float]
+    coefficients: Mapping[str, float]
     points: tuple[tuple[float, float], ...]
     dead_zone: Range | None
-    angle: float
-    moment: float
-    measured: Range | None
+    angle_unit: float
+    moment_unit: float
+    valid_range: Range | None
 
 
 @dataclass(frozen=True)
 class Formula:
     """The names of a formula's coefficients, and the law that they make."""
 
-    names: tuple[str, ...]
-    law: Callable[[Printed], Elastic]
+    coefficient_names: tuple[str, ...]
+    build_law: Callable[[PrintedCurve], Elastic]
 
 
-def _exponential(printed: Printed, *terms: tuple[float, float, float]) -> Exponential:
+def _exponential(printed: PrintedCurve, *terms: tuple[float, float, float]) -> Exponential:
     """Terms of amplitude, rate and centre in printed units; those without a rate are constants."""
-    u, m = printed.angle, printed.moment
-    turned = tuple(Term(a * m, rate / u, centre * u) for a, rate, centre in terms if rate != 0.0)
+    u, m = printed.angle_unit, printed.moment_unit
+    turned = tuple(
+        ExponentialTerm(a * m, rate / u, centre * u) for a, rate, centre in terms if rate != 0.0
+    )
     constant = sum(a * m for a, rate, _ in terms if rate == 0.0)
-    return Exponential(turned, constant, printed.measured)
+    return Exponential(turned, constant, printed.valid_range)
 
 
-def _davy_audu(p: Printed) -> Elastic:
-    n = p.numbers
+def _davy_audu(p: PrintedCurve) -> Elastic:
+    n = p.coefficients
     return _exponential(p, (n["k1"], -n["k2"], n["qlo"]), (-n["k3"], n["k4"], n["qhi"]))
 
 
-def _anderson_1999(p: Printed) -> Elastic:
-    n = p.numbers
+def _anderson_1999(p: PrintedCurve) -> Elastic:
+    n = p.coefficients
     return _exponential(p, (n["K1"], n["K2"], n["th2"]), (n["K3"], n["K4"], n["th1"]))
 
 
-def _anderson_2007(p: Printed) -> Elastic:
-    n = p.numbers
+def _anderson_2007(p: PrintedCurve) -> Elastic:
+    n = p.coefficients
     return _exponential(p, (n["B1"], n["k1"], 0.0), (n["B2"], n["k2"], 0.0))
 
 
-def _van_arkel(p: Printed) -> Elastic:
-    n = p.numbers
+def _van_arkel(p: PrintedCurve) -> Elastic:
+    n = p.coefficients
     return _exponential(p, (n["a1"], n["b1"], n["c1"]), (n["a2"], n["b2"], -n["c2"]))
 
 
-def _saul(p: Printed) -> Elastic:
-    n, u = p.numbers, p.angle
-    low, high = (n[name] * p.moment / u for name in ("Klo", "Kup"))
-    return SmoothLimit(n["qlo"] * u, n["qup"] * u, low, high, n["tr"] * u, p.measured)
+def _saul(p: PrintedCurve) -> Elastic:
+    n, u = p.coefficients, p.angle_unit
+    low, high = (n[name] * p.moment_unit / u for name in ("Klo", "Kup"))
+    return SmoothLimit(n["qlo"] * u, n["qup"] * u, low, high, n["tr"] * u, p.valid_range)
 
 
-def _cubic(p: Printed) -> Elastic:
+def _cubic(p: PrintedCurve) -> Elastic:
     """The thesis's cubic, its sense and dead zone read by the rule of `springs.cubic`."""
-    n, u, m = p.numbers, p.angle, p.moment
+    n, u, m = p.coefficients, p.angle_unit, p.moment_unit
     coefficients = (n["c0"] * m, n["c1"] * m / u, n["c2"] * m / u**2, n["c3"] * m / u**3)
     zone = p.dead_zone and (p.dead_zone[0] * u, p.dead_zone[1] * u)
     return passive_cubic(coefficients, zone)
 
 
-def _segments_linear(p: Printed) -> Elastic:
-    n = p.numbers
-    return Linear(n["K"] / n["n"] * p.moment / p.angle)
+def _segments_linear(p: PrintedCurve) -> Elastic:
+    n = p.coefficients
+    return Linear(n["K"] / n["n"] * p.moment_unit / p.angle_unit)
 
 
-def _segments_cubic(p: Printed) -> Elastic:
-    n, m = p.numbers, p.moment
-    share = 1.0 / (n["n"] * p.angle)
+def _segments_cubic(p: PrintedCurve) -> Elastic:
+    n, m = p.coefficients, p.moment_unit
+    share = 1.0 / (n["n"] * p.angle_unit)
     coefficients = (0.0, n["a1"] * m * share, n["a2"] * m * share**2, n["a3"] * m * share**3)
     return Cubic(coefficients, sense=1)
 
 
-def _points(p: Printed) -> Elastic:
-    return Table(tuple((x * p.angle, y * p.moment) for x, y in p.points))
+def _interpolated_points(p: PrintedCurve) -> Elastic:
+    return Interpolated(tuple((x * p.angle_unit, y * p.moment_unit) for x, y in p.points))
 
 
 FORMULAS: Mapping[str, Formula] = {
@@ -127,5 +129,5 @@ FORMULAS: Mapping[str, Formula] = {
     "a1 x + a2 x^2 + a3 x^3 for each of n segments in series": Formula(
         ("a1", "a2", "a3", "n"), _segments_cubic
     ),
-    "points": Formula((), _points),
+    "points": Formula((), _interpolated_points),
 }

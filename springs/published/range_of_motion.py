@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from springs.published.reference import Reference
 from springs.published.tables import publication
 
-PREFERRED = ("soucie_2011", "boone_azen_1979", "kouyoumdjian_2012", "aaos")
+PREFERRED_PUBLICATIONS = ("soucie_2011", "boone_azen_1979", "kouyoumdjian_2012", "aaos")
 """Publications with ranges of adults, the one asked first in front: it moved the joints passively
 and tells the ages."""
 
@@ -49,13 +49,13 @@ def normal_range(joint: str, motion: str) -> tuple[RangeEnd | None, RangeEnd | N
     if kind not in _OPPOSITES:
         return None, None
     words = joint.lower().split("_")
-    upper = _first(words, (kind,), 1.0)
-    return _first(words, _OPPOSITES[kind], -1.0), upper
+    upper = _first_published_end(words, (kind,), 1.0)
+    return _first_published_end(words, _OPPOSITES[kind], -1.0), upper
 
 
-def _first(words: list[str], kinds: tuple[str, ...], sign: float) -> RangeEnd | None:
+def _first_published_end(words: list[str], kinds: tuple[str, ...], sign: float) -> RangeEnd | None:
     wanted = {f"{word} {kind}" for word in words for kind in kinds}
-    for name in PREFERRED:
+    for name in PREFERRED_PUBLICATIONS:
         for row in publication(name).ranges:
             if row.motion in wanted:
                 return RangeEnd(row.motion, sign * row.limit, name, row.reference)

@@ -13,7 +13,7 @@ class Sureness(Enum):
     CODE_AND_PAGE = "C1+P"
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """The same in words."""
         return {
             Sureness.SEVERAL_CODES: "the same in two or more independent code bases",
@@ -43,4 +43,4 @@ class Reference:
         """The reference in one line, with how sure it is."""
         doi = f"doi:{self.doi}" if self.doi else ""
         said = "; ".join(part for part in (self.text, self.place, doi) if part)
-        return f"{said} [{self.sureness.value}: {self.sureness.words}]"
+        return f"{said} [{self.sureness.value}: {self.sureness.description}]"

@@ -4,15 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from springs.coupled import CoupledExponential
-from springs.elastic import Elastic, Range, mirrored_range
-from springs.published.formulas import FORMULAS, Printed
+from springs.elastic import Elastic, Range, mirror_range
+from springs.published.formulas import FORMULAS, PrintedCurve
 from springs.published.reference import Reference
 from springs.published.shoulder_rhythm import BoneAngle
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 
 
 @dataclass(frozen=True)
-class Curve:
+class PublishedCurve:
     """A published moment-angle curve of one coordinate.
 
     Attributes:
@@ -34,7 +34,7 @@ class Curve:
     name: str
     motion: str
     formula: str
-    printed: Printed
+    printed: PrintedCurve
     reference: Reference
     convention: str = ""
     angle_sign: int = 1
@@ -47,20 +47,20 @@ class Curve:
     @property
     def law(self) -> Elastic:
         """The curve as torque on the child [N m] of our angle [rad]."""
-        law = FORMULAS[self.formula].law(self.printed)
+        law = FORMULAS[self.formula].build_law(self.printed)
         if self.angle_sign < 0:
             law = law.mirrored()
-        return law if self.angle_sign == self.moment_sign else Scaled(law, -1.0)
+        return law if self.angle_sign == self.moment_sign else Transformed(law, -1.0)
 
     @property
-    def measured(self) -> Range | None:
+    def valid_range(self) -> Range | None:
         """Range of our angle in which the curve is known to hold [rad], or None."""
-        known = self.printed.measured
-        return mirrored_range(known) if self.angle_sign < 0 else known
+        known = self.printed.valid_range
+        return mirror_range(known) if self.angle_sign < 0 else known
 
 
 @dataclass(frozen=True)
-class Coupled:
+class PublishedCoupledLaw:
     """A published law of several joints, in our senses.
 
     Attributes:
@@ -68,7 +68,7 @@ class Coupled:
         law: torques on the children [N m] of our angles [rad].
         formula: as printed.
         convention: the printed senses, in words.
-        turned: coordinates of which angle and moment are printed in the other sense.
+        reversed_coordinates: coordinates of which angle and moment are printed in the other sense.
         range_is_measured: as in `Curve`.
         reference: where it is from.
         note: what a user should know.
@@ -79,13 +79,13 @@ class Coupled:
     formula: str
     reference: Reference
     convention: str = ""
-    turned: tuple[str, ...] = ()
+    reversed_coordinates: tuple[str, ...] = ()
     range_is_measured: bool = False
     note: str = ""
 
 
 @dataclass(frozen=True)
-class Rhythm:
+class PublishedRhythm:
     """How a bone of the shoulder follows the arm.
 
     Attributes:
@@ -137,7 +137,7 @@ class Publication:
         reference: of the whole.
         note: what a user should know, where code bases disagree.
         curves: by name.
-        coupled: by name.
+        coupled_laws: by name.
         rhythms: by name.
         ranges: in the order of the file.
     """
@@ -145,7 +145,7 @@ class Publication:
     name: str
     reference: Reference
     note: str
-    curves: Mapping[str, Curve]
-    coupled: Mapping[str, Coupled]
-    rhythms: Mapping[str, Rhythm]
+    curves: Mapping[str, PublishedCurve]
+    coupled_laws: Mapping[str, PublishedCoupledLaw]
+    rhythms: Mapping[str, PublishedRhythm]
     ranges: tuple[MotionRange, ...]

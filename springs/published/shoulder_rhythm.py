@@ -39,7 +39,7 @@ class Regression:
 
 
 @dataclass(frozen=True)
-class Lines:
+class PiecewiseLinear:
     """Straight pieces: at_zero + slope * elevation up to each piece's end.
 
     Attributes:
@@ -62,7 +62,7 @@ class Lines:
 
 
 @dataclass(frozen=True)
-class Readings:
+class DigitisedPoints:
     """Points read off a figure, straight lines between them and nothing beyond.
 
     Attributes:
@@ -72,7 +72,7 @@ class Readings:
     points: tuple[tuple[float, float], ...]
 
     @property
-    def measured(self) -> Range:
+    def valid_range(self) -> Range:
         """From the first elevation to the last [rad]."""
         return self.points[0][0], self.points[-1][0]
 

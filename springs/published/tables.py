@@ -10,7 +10,13 @@ from importlib.resources import files
 from typing import TypeVar
 
 from springs.published.parse import PublishedError, parse_publication
-from springs.published.rows import Coupled, Curve, MotionRange, Publication, Rhythm
+from springs.published.rows import (
+    MotionRange,
+    Publication,
+    PublishedCoupledLaw,
+    PublishedCurve,
+    PublishedRhythm,
+)
 
 _SUFFIX = ".toml"
 
@@ -28,26 +34,26 @@ def publication(name: str) -> Publication:
     """The publication of this name. Raises PublishedError when there is none."""
     known = publications()
     if name not in known:
-        raise PublishedError(f"there is no published table `{name}`{_near(name, known)}")
+        raise PublishedError(f"there is no published table `{name}`{_suggest_name(name, known)}")
     text = (
         files("springs").joinpath("published", "data", name + _SUFFIX).read_text(encoding="utf-8")
     )
     return parse_publication(text, name)
 
 
-def curve(key: str) -> Curve:
+def curve(key: str) -> PublishedCurve:
     """The curve `publication/name`. Raises PublishedError when there is none."""
-    return _row(key, "curve", _of(key).curves)
+    return _find_row(key, "curve", _publication_of_key(key).curves)
 
 
-def coupled(key: str) -> Coupled:
+def coupled_law(key: str) -> PublishedCoupledLaw:
     """The coupled law `publication/name`. Raises PublishedError when there is none."""
-    return _row(key, "coupled law", _of(key).coupled)
+    return _find_row(key, "coupled law", _publication_of_key(key).coupled_laws)
 
 
-def rhythm(key: str) -> Rhythm:
+def rhythm(key: str) -> PublishedRhythm:
     """The shoulder rhythm `publication/name`. Raises PublishedError when there is none."""
-    return _row(key, "rhythm", _of(key).rhythms)
+    return _find_row(key, "rhythm", _publication_of_key(key).rhythms)
 
 
 def motion_ranges(motion: str) -> tuple[MotionRange, ...]:
@@ -56,18 +62,18 @@ def motion_ranges(motion: str) -> tuple[MotionRange, ...]:
     return tuple(row for row in rows if row.motion == motion)
 
 
-def _row(key: str, kind: str, rows: Mapping[str, _RowType]) -> _RowType:
+def _find_row(key: str, kind: str, rows: Mapping[str, _RowType]) -> _RowType:
     source, _, name = key.partition("/")
     if name not in rows:
-        raise PublishedError(f"`{source}` has no {kind} `{name}`{_near(name, rows)}")
+        raise PublishedError(f"`{source}` has no {kind} `{name}`{_suggest_name(name, rows)}")
     return rows[name]
 
 
-def _of(key: str) -> Publication:
+def _publication_of_key(key: str) -> Publication:
     return publication(key.partition("/")[0])
 
 
-def _near(name: str, known: Iterable[str]) -> str:
+def _suggest_name(name: str, known: Iterable[str]) -> str:
     words = list(known)
     near = get_close_matches(name, words, n=1)
     if near:

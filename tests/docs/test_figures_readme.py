@@ -8,7 +8,7 @@ import pytest
 from generator.figure import Figure
 from generator.figure_file.read import parse_figure
 from generator.springs_file.parse import parse_springs
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import total_torque
 from tests.paths import FIGURES
 
@@ -37,7 +37,7 @@ def test_the_figure_is_read_without_a_word() -> None:
 
 
 def test_its_springs_are_its_own() -> None:
-    springs = springs_for(double_pendulum()).springs
+    springs = load_springs(double_pendulum()).springs
     assert springs is not None
     assert len(springs.joints["wrist"].axes) == 3
     (hinge,) = springs.joints["shoulder"].axes

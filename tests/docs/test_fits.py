@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from generator.cli.app import app
 from generator.springs_file.parse import parse_springs
-from springs.lint.finding import Kind
+from springs.lint.finding import FindingKind
 from tests.paths import DOCS
 
 PAGE = (DOCS / "fits.md").read_text(encoding="utf-8")
@@ -40,4 +40,4 @@ def test_the_example_is_fitted_as_it_is_printed(tmp_path: Path, monkeypatch: pyt
 def test_every_kind_of_finding_is_in_a_table():
     rows = [line.split("|")[1] for line in PAGE.splitlines() if line.startswith("|")]
     told = {word.strip() for row in rows for word in row.split(",")}
-    assert {kind.value for kind in Kind} <= told
+    assert {kind.value for kind in FindingKind} <= told

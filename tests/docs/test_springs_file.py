@@ -9,7 +9,7 @@ import pytest
 from generator import Recording, read_figure, read_springs
 from generator.diagnostics import InputError
 from generator.springs_file.coupled import COUPLED_KEYS, TERM_KEYS
-from generator.springs_file.parse import FILE_KEYS, SPRING_KEYS, SpringsFile, parse_springs
+from generator.springs_file.parse import SPRING_KEYS, SPRINGS_FILE_KEYS, SpringsFile, parse_springs
 from generator.springs_file.write import write_springs
 from springs import Cubic, Linear
 from tests.paths import DOCS
@@ -43,7 +43,7 @@ def test_every_key_of_a_curve_is_in_a_table_and_no_other():
     told = {"joints", "axis", "motion", "reference", "why"}
     assert all(f"`{key}`" in CURVES for key in told)
     assert rows(CURVES) == {*SPRING_KEYS, "figure", "law"} - told
-    assert {"figure", "law"} < set(FILE_KEYS)
+    assert {"figure", "law"} < set(SPRINGS_FILE_KEYS)
 
 
 def test_every_key_of_a_coupled_law_is_in_a_table_and_no_other():
@@ -111,7 +111,7 @@ def test_springs_with_faults_are_an_error_that_holds_all(tmp_path: Path):
     path.write_text('[[spring]]\njoints = ["a", "b"]\nstiffness_Nm_rad = 3\n', "utf-8")
     with pytest.raises(InputError) as failure:
         read_springs(path, read_figure("prototype"))
-    assert len(failure.value.faults) == 2
+    assert len(failure.value.diagnostics) == 2
     assert read_springs("none", read_figure("prototype")).joints == {}
 
 

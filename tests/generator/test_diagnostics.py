@@ -5,10 +5,10 @@ from generator.diagnostics import (
     MoverError,
     Source,
     Span,
-    closest,
+    closest_match,
     error,
-    errors_among,
-    nearest,
+    select_errors,
+    spelling_hint,
     warning,
 )
 
@@ -70,32 +70,32 @@ def test_a_fault_as_a_dictionary():
 
 def test_errors_are_told_from_warnings():
     faults = [warning("a"), error("b"), warning("c"), error("d")]
-    assert [fault.message for fault in errors_among(faults)] == ["b", "d"]
+    assert [fault.message for fault in select_errors(faults)] == ["b", "d"]
 
 
 def test_the_nearest_word_is_suggested():
-    assert nearest("mas", ["psurf", "mass", "inertia"]) == "did you mean `mass`?"
+    assert spelling_hint("mas", ["psurf", "mass", "inertia"]) == "did you mean `mass`?"
 
 
 def test_without_a_near_word_the_known_ones_are_listed():
-    assert nearest("qqq", ["psurf", "mass"]) == "known here: mass, psurf"
-    assert nearest("qqq", []) == ""
+    assert spelling_hint("qqq", ["psurf", "mass"]) == "known here: mass, psurf"
+    assert spelling_hint("qqq", []) == ""
 
 
 def test_a_long_list_of_known_words_is_cut():
-    hint = nearest("qqq", [f"segment{number}" for number in range(500)])
+    hint = spelling_hint("qqq", [f"segment{number}" for number in range(500)])
     assert hint.endswith("and 480 more")
 
 
 def test_the_closest_of_very_many_words_is_found():
-    assert closest("segmnet3141", [f"segment{number}" for number in range(5000)]) is not None
-    assert closest("zzz", [f"segment{number}" for number in range(5000)]) is None
+    assert closest_match("segmnet3141", [f"segment{number}" for number in range(5000)]) is not None
+    assert closest_match("zzz", [f"segment{number}" for number in range(5000)]) is None
 
 
 def test_an_input_error_carries_all_faults():
     faults = (warning("first"), error("second"))
     raised = InputError(faults)
-    assert raised.faults == faults
+    assert raised.diagnostics == faults
     assert "first" in str(raised)
     assert "second" in str(raised)
     assert isinstance(raised, MoverError)

@@ -20,11 +20,11 @@ def test_line_and_column_agree_with_counting_by_hand(text, data):
 def test_lines_are_the_lines_of_the_text(text):
     source = Source("text", text)
     expected = text.split("\n")
-    assert [source.line(number + 1) for number in range(len(expected))] == expected
+    assert [source.line_text(number + 1) for number in range(len(expected))] == expected
 
 
 def test_a_line_is_shown_without_its_carriage_return():
-    assert Source("text", "one\r\ntwo\r\n").line(1) == "one"
+    assert Source("text", "one\r\ntwo\r\n").line_text(1) == "one"
 
 
 def test_a_span_knows_its_text_and_place():
@@ -34,9 +34,9 @@ def test_a_span_knows_its_text_and_place():
 
 def test_a_span_reaches_to_another():
     source = Source("text", "a = (1, 2)")
-    assert Span(source, 4, 5).to(Span(source, 8, 9)).text == "(1, 2"
+    assert Span(source, 4, 5).extend_to(Span(source, 8, 9)).text == "(1, 2"
 
 
 def test_a_span_never_ends_before_itself():
     source = Source("text", "abcdef")
-    assert Span(source, 2, 6).to(Span(source, 3, 4)).text == "cdef"
+    assert Span(source, 2, 6).extend_to(Span(source, 3, 4)).text == "cdef"

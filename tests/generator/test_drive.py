@@ -19,7 +19,7 @@ def test_a_cubic_motion_is_given_back_whole(made, gaps) -> None:
     drive = Drive(times, cubic(times)[:, None])
     between = np.linspace(times[0], times[-1], 31)
     size = 1.0 + np.max(np.abs(cubic(between)))
-    assert np.max(np.abs(drive.at(between)[:, 0] - cubic(between))) < 1e-8 * size
+    assert np.max(np.abs(drive.displacements(between)[:, 0] - cubic(between))) < 1e-8 * size
     rates = cubic.deriv()(between)
     assert np.max(np.abs(drive.rates(between)[:, 0] - rates)) < 1e-6 * (1.0 + np.max(np.abs(rates)))
 
@@ -28,7 +28,7 @@ def test_a_cubic_motion_is_given_back_whole(made, gaps) -> None:
 def test_rows_are_met_and_accelerations_do_not_jump(values) -> None:
     times = np.arange(float(len(values)))
     drive = Drive(times, np.array(values)[:, None])
-    assert drive.at(times)[:, 0] == pytest.approx(values, abs=1e-12)
+    assert drive.displacements(times)[:, 0] == pytest.approx(values, abs=1e-12)
     inner, h = times[1:-1], 1e-6
     before = (drive.rates(inner) - drive.rates(inner - h)) / h
     after = (drive.rates(inner + h) - drive.rates(inner)) / h
@@ -37,10 +37,10 @@ def test_rows_are_met_and_accelerations_do_not_jump(values) -> None:
 
 def test_two_rows_are_a_line_and_three_a_parabola() -> None:
     line = Drive((0.0, 2.0), ((1.0, 0.0), (5.0, -4.0)))
-    assert line.at(0.5) == pytest.approx([2.0, -1.0])
+    assert line.displacements(0.5) == pytest.approx([2.0, -1.0])
     assert line.rates(1.7) == pytest.approx([2.0, -2.0])
     parabola = Drive((0.0, 1.0, 2.0), ((0.0,), (1.0,), (4.0,)))
-    assert parabola.at(1.5) == pytest.approx([2.25])
+    assert parabola.displacements(1.5) == pytest.approx([2.25])
     assert (line.start, line.stop) == (0.0, 2.0)
 
 

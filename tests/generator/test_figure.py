@@ -4,14 +4,24 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import Source, Span
-from generator.figure import Factor, Figure, Joint, Location, Segment, Shift, Site, SiteRef, Turn
+from generator.figure import (
+    Figure,
+    Joint,
+    JointAxis,
+    Location,
+    Rotation,
+    Segment,
+    Site,
+    SiteRef,
+    Translation,
+)
 from generator.figure_file import read_figure
 
-Z = Factor("R", (0.0, 0.0, 1.0))
+Z = JointAxis("R", (0.0, 0.0, 1.0))
 
 
 def _turn(*degrees):
-    return Turn(tuple(math.radians(angle) for angle in degrees))
+    return Rotation(tuple(math.radians(angle) for angle in degrees))
 
 
 def _segment(name, mass=1.0, **more):
@@ -36,13 +46,13 @@ def test_xyz_gives_the_triad_of_figure_3_2():
 
 
 def test_a_turn_before_a_shift_leaves_the_shift_in_the_segment_frame():
-    pose = Location((_turn(-180, 0, 0), Shift((0.0, -0.0612, 0.0)))).pose_in_segment
+    pose = Location((_turn(-180, 0, 0), Translation((0.0, -0.0612, 0.0)))).pose_in_segment
     assert pose[:3, 3] == pytest.approx([0.0, -0.0612, 0.0], abs=1e-17)
     assert pose[:3, :3] == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=1e-15)
 
 
 def test_a_shift_before_a_turn_is_turned():
-    pose = Location((Shift((1.0, 0.0, 0.0)), _turn(0, 0, 90))).pose_in_segment
+    pose = Location((Translation((1.0, 0.0, 0.0)), _turn(0, 0, 90))).pose_in_segment
     assert pose[:3, 3] == pytest.approx([0.0, 1.0, 0.0], abs=1e-15)
 
 
@@ -72,7 +82,7 @@ def test_the_ground_is_what_rigid_joints_hold_to_the_root():
 
 
 def test_the_centre_of_mass_is_the_site_of_that_name():
-    centre = Site("CM", Location((Shift((0.1, 0.2, 0.3)),)))
+    centre = Site("CM", Location((Translation((0.1, 0.2, 0.3)),)))
     assert Segment("a", sites={"CM": centre}).centre_of_mass == pytest.approx([0.1, 0.2, 0.3])
     assert Segment("a").centre_of_mass is None
 
@@ -103,12 +113,12 @@ def test_the_loop_of_the_four_bar_linkage_is_closed():
     for name in ("crank_bearing", "crank_pin", "rocker_bearing"):
         joint = figure.joints[name]
         at = figure.site(joint.parent).pose_in_segment
-        turn = Turn((0.0, 0.0, joint.displacement[0])).matrix
+        turn = Rotation((0.0, 0.0, joint.displacement[0])).matrix
         back = np.linalg.inv(figure.site(joint.child).pose_in_segment)
         poses[joint.child.segment] = poses[joint.parent.segment] @ at @ turn @ back
     pin = figure.joints["rocker_pin"]
     on_coupler = poses["coupler"] @ figure.site(pin.parent).pose_in_segment
     on_rocker = poses["rocker"] @ figure.site(pin.child).pose_in_segment
-    turned = on_coupler @ Turn((0.0, 0.0, pin.displacement[0])).matrix
+    turned = on_coupler @ Rotation((0.0, 0.0, pin.displacement[0])).matrix
     assert turned == pytest.approx(on_rocker, abs=1e-15)
     assert on_rocker[:3, 3] == pytest.approx([-0.2, 0.3, 0.0], abs=1e-15)

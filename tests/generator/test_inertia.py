@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.inertia import MassProperties
-from generator.rotations import homogeneous, inverse_pose, matrix_from_rotation_vector
+from generator.rotations import inverse_pose, matrix_from_rotation_vector, pose_matrix
 
 coordinates = st.floats(-3.0, 3.0)
 vectors = st.tuples(coordinates, coordinates, coordinates).map(np.array)
 rotations = vectors.map(matrix_from_rotation_vector)
-poses = st.builds(homogeneous, rotations, vectors)
+poses = st.builds(pose_matrix, rotations, vectors)
 
 
 def cuboid(mass, size, centre=(0.0, 0.0, 0.0)):
@@ -26,7 +26,7 @@ def cuboid(mass, size, centre=(0.0, 0.0, 0.0)):
 @st.composite
 def bodies(draw):
     mass, size = draw(st.floats(0.1, 50.0)), draw(st.tuples(*[st.floats(0.05, 2.0)] * 3))
-    return cuboid(mass, size).in_frame(draw(poses))
+    return cuboid(mass, size).transform(draw(poses))
 
 
 def same(one, two, tolerance=1e-9):
@@ -77,7 +77,7 @@ def test_inertias_about_one_point_add_up(one, two, point):
 
 @given(bodies(), vectors)
 def test_inertia_about_a_point_is_that_of_a_frame_there(body, point):
-    moved = body.in_frame(homogeneous(np.eye(3), -point))
+    moved = body.in_frame(pose_matrix(np.eye(3), -point))
     assert moved.about(np.zeros(3)) == pytest.approx(body.about(point), abs=1e-7)
     assert body.about(body.centre) == pytest.approx(body.inertia, abs=1e-12)
 
@@ -85,7 +85,7 @@ def test_inertia_about_a_point_is_that_of_a_frame_there(body, point):
 def test_a_point_at_the_end_of_an_arm():
     """Sphere of mass 2 and radius 0.1, 3 m along x from the point."""
     ball = MassProperties(2.0, np.array([3.0, 0, 0]), 0.4 * 2.0 * 0.01 * np.eye(3))
-    assert ball.about([0, 0, 0]) == pytest.approx(np.diag([0.008, 18.008, 18.008]))
+    assert ball.inertia_about([0, 0, 0]) == pytest.approx(np.diag([0.008, 18.008, 18.008]))
 
 
 @given(bodies())
@@ -100,15 +100,15 @@ def test_principal_axes_are_a_right_handed_frame_that_makes_the_tensor_diagonal(
 
 @given(bodies(), rotations)
 def test_turning_changes_no_principal_moment(body, turn):
-    turned = body.in_frame(homogeneous(turn, np.zeros(3)))
+    turned = body.in_frame(pose_matrix(turn, np.zeros(3)))
     assert turned.principal.moments == pytest.approx(body.principal.moments, rel=1e-8)
 
 
 def test_a_known_principal_frame_is_found():
     turn = matrix_from_rotation_vector([0.2, -0.1, 0.3])
-    body = cuboid(6.0, (3.0, 2.0, 1.0)).in_frame(homogeneous(turn, np.zeros(3)))
-    assert body.principal.moments == pytest.approx([2.5, 5.0, 6.5])
-    assert np.abs(body.principal.axes.T @ turn) == pytest.approx(np.eye(3), abs=1e-12)
+    body = cuboid(6.0, (3.0, 2.0, 1.0)).transform(pose_matrix(turn, np.zeros(3)))
+    assert body.principal_inertia.moments == pytest.approx([2.5, 5.0, 6.5])
+    assert np.abs(body.principal_inertia.axes.T @ turn) == pytest.approx(np.eye(3), abs=1e-12)
 
 
 @given(bodies(), st.floats(0.1, 100.0))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generator.figure import SiteRef
-from generator.loads import LoadKind, TimedLoad, constant
+from generator.loads import LoadKind, TimedLoad, constant_load
 
 HAND = SiteRef("arm", "hand")
 
@@ -25,17 +25,17 @@ def ramp() -> TimedLoad:
     ],
 )
 def test_a_load_is_linear_between_its_rows_and_zero_outside(time: float, expected: list[float]):
-    assert ramp().at(time).tolist() == expected
+    assert ramp().components(time).tolist() == expected
 
 
 def test_many_times_are_taken_at_once():
-    assert ramp().at(np.array([[0.0, 2.0], [2.5, 4.0]])).shape == (2, 2, 3)
+    assert ramp().components(np.array([[0.0, 2.0], [2.5, 4.0]])).shape == (2, 2, 3)
 
 
 def test_a_constant_load_acts_from_start_to_stop():
-    load = constant(HAND, LoadKind.LOCAL_MOMENT, (1.0, 2.0, 3.0), 0.0, 2.0)
-    assert load.at(1.234).tolist() == [1.0, 2.0, 3.0]
-    assert load.at(2.1).tolist() == [0.0, 0.0, 0.0]
+    load = constant_load(HAND, LoadKind.LOCAL_MOMENT, (1.0, 2.0, 3.0), 0.0, 2.0)
+    assert load.components(1.234).tolist() == [1.0, 2.0, 3.0]
+    assert load.components(2.1).tolist() == [0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(

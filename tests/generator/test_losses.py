@@ -2,7 +2,7 @@
 
 import pytest
 
-from generator.losses import MOST_PLACES, Loss, Losses
+from generator.losses import MAX_NAMED_PLACES, Loss, Losses
 
 
 def test_a_loss_is_a_sentence_with_its_places():
@@ -11,10 +11,10 @@ def test_a_loss_is_a_sentence_with_its_places():
 
 
 def test_of_many_places_some_are_shown_and_all_are_data():
-    places = tuple(f"joint{k}" for k in range(MOST_PLACES + 3))
+    places = tuple(f"joint{k}" for k in range(MAX_NAMED_PLACES + 3))
     loss = Loss("the friction", places)
     assert str(loss).endswith("joint7 and 3 more")
-    assert Losses("BVH", (loss,)).as_data() == [{"what": "the friction", "where": list(places)}]
+    assert Losses("BVH", (loss,)).to_json() == [{"what": "the friction", "where": list(places)}]
 
 
 def test_a_loss_that_says_nothing_is_refused():
@@ -23,5 +23,5 @@ def test_a_loss_that_says_nothing_is_refused():
 
 
 def test_nothing_lost_is_no_loss():
-    assert Losses.of("BVH", [None, Loss("the date"), None]).each == (Loss("the date"),)
-    assert Losses("BVH").each == ()
+    assert Losses.collect("BVH", [None, Loss("the date"), None]).entries == (Loss("the date"),)
+    assert Losses("BVH").entries == ()

@@ -5,7 +5,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.names import coordinate_names, loss_of_names, plain_names
+from generator.names import coordinate_names, plain_names, renaming_loss
 from tests.chains import BALL, chain
 
 names = st.lists(st.text(max_size=6), max_size=8, unique=True)
@@ -30,8 +30,8 @@ def test_a_name_that_is_taken_gets_a_number():
 
 
 def test_names_that_changed_are_told():
-    assert loss_of_names(plain_names(["knee", "hip"])) is None
-    lost = loss_of_names(plain_names(["knee", "free arm"]))
+    assert renaming_loss(plain_names(["knee", "hip"])) is None
+    lost = renaming_loss(plain_names(["knee", "free arm"]))
     assert lost is not None
     assert lost.where == ("'free arm' is free_arm",)
 

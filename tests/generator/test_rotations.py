@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from generator.rotations import (
-    Sequence3,
+    RotationSequence,
     cross_matrix,
-    frame_with_z,
-    homogeneous,
     inverse_pose,
     matrix_from_axis_angle,
     matrix_from_chain_angles,
     matrix_from_rotation_vector,
     matrix_from_xyz,
+    pose_matrix,
     rotation_vector_from_matrix,
-    unit,
-    wrapped,
+    rotation_with_z_axis,
+    unit_vector,
+    wrap_angle,
 )
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -31,22 +31,22 @@ POLES = (1.0, -1.0)
 angle = st.floats(-3.14, 3.14)
 turn = st.floats(-12.0, 12.0)
 vector = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).map(np.array)
-direction = vector.filter(lambda v: np.linalg.norm(v) > 0.1).map(unit)
+direction = vector.filter(lambda v: np.linalg.norm(v) > 0.1).map(unit_vector)
 
 
-def signed(order: str, signs: tuple[float, ...]) -> Sequence3:
-    return Sequence3(
+def signed(order: str, signs: tuple[float, ...]) -> RotationSequence:
+    return RotationSequence(
         tuple(tuple(s * c for c in AXES[k]) for k, s in zip(order, signs, strict=True))
     )
 
 
-def polar(sequence: Sequence3, middle: float) -> float:
+def polar(sequence: RotationSequence, middle: float) -> float:
     """The angle between the last axis and the turned first one, zero or pi at a pole."""
     first, axis, last = (np.array(a) for a in sequence.axes)
     return float(np.arccos(np.clip(last @ matrix_from_axis_angle(axis, middle) @ first, -1, 1)))
 
 
-def middle_at(sequence: Sequence3, pole: float) -> float:
+def middle_at(sequence: RotationSequence, pole: float) -> float:
     """The middle angle at which the turned first axis is the last one, or its opposite."""
     first, axis, last = (np.array(a) for a in sequence.axes)
     return float(np.arctan2(axis @ np.cross(first, pole * last), first @ (pole * last)))
@@ -56,12 +56,12 @@ sequences = st.builds(signed, st.sampled_from(ORDERS), st.sampled_from(SIGNS))
 
 
 @st.composite
-def davenport(draw: st.DrawFn) -> Sequence3:
+def davenport(draw: st.DrawFn) -> RotationSequence:
     """Axes each perpendicular to the next, turned anyhow, with any angle between first and last."""
     frame = matrix_from_rotation_vector(3.0 * draw(vector))
     offset = draw(angle)
     first = frame @ np.array([0.0, np.cos(offset), np.sin(offset)])
-    return Sequence3(tuple(tuple(map(float, a)) for a in (first, frame[:, 0], frame[:, 2])))
+    return RotationSequence(tuple(tuple(map(float, a)) for a in (first, frame[:, 0], frame[:, 2])))
 
 
 def test_twelve_sequences() -> None:
@@ -88,7 +88,7 @@ def test_round_trip_at_the_poles(order, pole) -> None:
             matrix = sequence.matrix([0.7, middle_at(sequence, pole) + off, -1.1])
             found = sequence.angles(matrix)
             assert np.max(np.abs(sequence.matrix(found) - matrix)) < 1e-7
-            assert sequence.at_pole(matrix) == (off < 1e-8)
+            assert sequence.is_singular(matrix) == (off < 1e-8)
 
 
 @given(davenport(), angle, angle, angle)
@@ -170,7 +170,7 @@ def test_angles_run_continuously_through_a_pole(order, pole, aside) -> None:
     axis = np.array(sequence.axes[0])
     start = sequence.matrix([0.4, pole_at, -0.3])
     across = np.cross(sequence.matrix([0.4, pole_at, -0.3]) @ axis, sequence.axes[1])
-    side = matrix_from_rotation_vector(aside * unit(across))
+    side = matrix_from_rotation_vector(aside * unit_vector(across))
     about = np.array(sequence.matrix([0.0, 0.0, -0.3]) @ sequence.axes[1])
     previous = sequence.angles(matrix_from_axis_angle(about, -0.2) @ start, [0.4, pole_at, -0.3])
     for step in np.linspace(-0.2, 0.2, 401)[1:]:
@@ -196,7 +196,7 @@ def test_angles_run_continuously_through_a_pole(order, pole, aside) -> None:
 )
 def test_oblique_axes_are_refused_with_the_reason(axes) -> None:
     with pytest.raises(ValueError, match="perpendicular to the next"):
-        Sequence3(tuple(AXES[a] if isinstance(a, str) else a for a in axes))
+        RotationSequence(tuple(AXES[a] if isinstance(a, str) else a for a in axes))
 
 
 @given(vector)
@@ -218,7 +218,7 @@ def test_cross_matrix(v, w) -> None:
 
 @given(direction)
 def test_zify_turns_z_onto_the_axis(axis) -> None:
-    frame = frame_with_z(axis)
+    frame = rotation_with_z_axis(axis)
     assert np.allclose(frame[:, 2], axis, atol=1e-9)
     assert np.allclose(frame.T @ frame, np.eye(3), atol=1e-9)
     assert np.linalg.det(frame) == pytest.approx(1.0)
@@ -226,8 +226,8 @@ def test_zify_turns_z_onto_the_axis(axis) -> None:
 
 @pytest.mark.parametrize("off", [0.0, 1e-13, 1e-9, 1e-7, 1e-5])
 def test_zify_near_minus_z(off) -> None:
-    axis = unit([off, -off, -1.0])
-    frame = frame_with_z(axis)
+    axis = unit_vector([off, -off, -1.0])
+    frame = rotation_with_z_axis(axis)
     assert np.allclose(frame[:, 2], axis, atol=1e-9)
     assert np.max(np.abs(frame.T @ frame - np.eye(3))) < 1e-9
 
@@ -240,7 +240,7 @@ def test_xyz_is_intrinsic() -> None:
 
 @given(vector, vector)
 def test_inverse_pose(r, t) -> None:
-    pose = homogeneous(matrix_from_rotation_vector(r), t)
+    pose = pose_matrix(matrix_from_rotation_vector(r), t)
     assert np.allclose(inverse_pose(pose) @ pose, np.eye(4))
 
 
@@ -255,10 +255,10 @@ def test_many_at_once() -> None:
 
 def test_the_zero_vector_has_no_direction() -> None:
     with pytest.raises(ValueError, match="no direction"):
-        unit([0.0, 0.0, 0.0])
+        unit_vector([0.0, 0.0, 0.0])
 
 
 def test_wrapped_angles_are_within_half_a_turn() -> None:
     angles = np.linspace(-20.0, 20.0, 401)
-    assert np.all(np.abs(wrapped(angles)) <= np.pi)
-    assert np.allclose(np.exp(1j * wrapped(angles)), np.exp(1j * angles))
+    assert np.all(np.abs(wrap_angle(angles)) <= np.pi)
+    assert np.allclose(np.exp(1j * wrap_angle(angles)), np.exp(1j * angles))

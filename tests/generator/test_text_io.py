@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from generator.text_io import why_not_writable, write_whole
+from generator.text_io import unwritable_reason, write_atomic
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs modes and special files")
 
@@ -29,15 +29,15 @@ def test_the_mode_of_a_file_is_kept(tmp_path: Path, mode: int):
     path = tmp_path / "fall.action"
     path.write_text("old", encoding="utf-8")
     path.chmod(mode)
-    assert why_not_writable(path) is None
-    write_whole(path, "new")
+    assert unwritable_reason(path) is None
+    write_atomic(path, "new")
     assert (path.read_text(encoding="utf-8"), mode_of(path)) == ("new", mode)
     assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.usefixtures("open_mask")
 def test_a_new_file_has_the_mode_of_new_files(tmp_path: Path):
-    write_whole(tmp_path / "fall.action", "new")
+    write_atomic(tmp_path / "fall.action", "new")
     assert mode_of(tmp_path / "fall.action") == 0o644
 
 
@@ -46,9 +46,9 @@ def test_a_read_only_file_is_left_alone(tmp_path: Path, mode: int):
     path = tmp_path / "fall.action"
     path.write_text("old", encoding="utf-8")
     path.chmod(mode)
-    assert why_not_writable(path) == "it is read-only"
+    assert unwritable_reason(path) == "it is read-only"
     with pytest.raises(PermissionError, match="read-only"):
-        write_whole(path, "new")
+        write_atomic(path, "new")
     assert (path.read_text(encoding="utf-8"), mode_of(path)) == ("old", mode)
     assert list(tmp_path.iterdir()) == [path]
 
@@ -60,15 +60,15 @@ def test_what_is_no_regular_file_is_left_alone(tmp_path: Path, linked: bool):
     if linked:
         path = tmp_path / "fall.action"
         path.symlink_to(fifo)
-    assert why_not_writable(path) == "it is no regular file"
+    assert unwritable_reason(path) == "it is no regular file"
     with pytest.raises(OSError, match="no regular file"):
-        write_whole(path, "new")
+        write_atomic(path, "new")
     assert stat.S_ISFIFO(fifo.stat().st_mode)
 
 
 def test_a_folder_is_left_alone(tmp_path: Path):
     with pytest.raises(IsADirectoryError):
-        write_whole(tmp_path, "new")
+        write_atomic(tmp_path, "new")
     assert list(tmp_path.parent.glob(".*.part")) == []
 
 
@@ -79,15 +79,15 @@ def test_a_link_that_leads_nowhere_is_told_by_where_it_leads(
     Path("first.pose").symlink_to("second.pose")
     Path("second.pose").symlink_to("nowhere/x.pose")
     for name in ("first.pose", "second.pose"):
-        assert why_not_writable(Path(name)) == "there is no directory `nowhere`"
+        assert unwritable_reason(Path(name)) == "there is no directory `nowhere`"
     Path("nowhere").mkdir()
-    write_whole(Path("first.pose"), "text")
+    write_atomic(Path("first.pose"), "text")
     assert Path("nowhere/x.pose").read_text(encoding="utf-8") == "text"
 
 
 def test_links_that_go_round_are_told(tmp_path: Path):
     (tmp_path / "a").symlink_to("b")
     (tmp_path / "b").symlink_to("a")
-    assert why_not_writable(tmp_path / "a") == "too many levels of symbolic links"
+    assert unwritable_reason(tmp_path / "a") == "too many levels of symbolic links"
     with pytest.raises(OSError, match="symbolic links"):
-        write_whole(tmp_path / "a", "text")
+        write_atomic(tmp_path / "a", "text")

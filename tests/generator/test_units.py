@@ -5,19 +5,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import Findings, Source
-from generator.figure_file.lexer import Stream
+from generator.diagnostics import Diagnostics, Source
+from generator.figure_file.lexer import TokenStream
 from generator.figure_file.parser import parse_value
-from generator.figure_file.values import number
+from generator.figure_file.values import resolve_number
 from generator.units import (
-    POWERS,
+    DIMENSION_POWERS,
     Dimension,
     UnitError,
-    bare_factor,
-    converted,
+    convert_to_si,
+    default_unit_factor,
+    format_quantity,
     is_unit_word,
-    unit_named,
-    written,
+    parse_unit,
 )
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -54,9 +54,9 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
     ],
 )
 def test_a_unit_is_worth_its_si_value(unit, si, dimension):
-    found = unit_named(unit)
+    found = parse_unit(unit)
     assert float(found.factor) == pytest.approx(si, rel=1e-15)
-    assert found.powers == POWERS[dimension]
+    assert found.powers == DIMENSION_POWERS[dimension]
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_a_unit_is_worth_its_si_value(unit, si, dimension):
     ],
 )
 def test_a_bare_number_is_cgs_and_radians(dimension, si):
-    assert float(bare_factor(dimension)) == si
+    assert float(default_unit_factor(dimension)) == si
 
 
 @pytest.mark.parametrize(
@@ -100,28 +100,28 @@ def test_a_bare_number_is_cgs_and_radians(dimension, si):
     ],
 )
 def test_conversion_gives_the_nearest_float(text, unit, si):
-    assert converted(text, unit_named(unit).factor) == si
+    assert convert_to_si(text, parse_unit(unit).factor) == si
 
 
 @given(value=FINITE, unit=st.sampled_from(["cm", "mm", "in", "ft", "g", "lb", "g cm2", "deg"]))
 def test_conversion_is_correctly_rounded(value, unit):
-    factor = unit_named(unit).factor
-    assert converted(repr(value), factor) == float(Fraction(repr(value)) * factor)
+    factor = parse_unit(unit).factor
+    assert convert_to_si(repr(value), factor) == float(Fraction(repr(value)) * factor)
 
 
 @pytest.mark.parametrize("text", ["1e999", "-1e400", "1e" + "9" * 60, "1.8e308"])
 def test_a_number_beyond_the_floats_overflows(text):
     with pytest.raises(OverflowError):
-        converted(text, Fraction(1))
+        convert_to_si(text, Fraction(1))
 
 
 @given(value=FINITE, dimension=st.sampled_from(Dimension))
 def test_a_written_value_reads_back_exactly(value, dimension):
-    findings = Findings()
-    node = parse_value(Stream(Source("text", written(value, dimension)), findings), "")
+    findings = Diagnostics()
+    node = parse_value(TokenStream(Source("text", format_quantity(value, dimension)), findings), "")
     assert node is not None
-    assert number(node, dimension, findings) == value
-    assert not findings.faults
+    assert resolve_number(node, dimension, findings) == value
+    assert not findings.entries
 
 
 @pytest.mark.parametrize(
@@ -142,13 +142,13 @@ def test_a_written_value_reads_back_exactly(value, dimension):
     ],
 )
 def test_values_are_written_short(value, dimension, text):
-    assert written(value, dimension) == text
+    assert format_quantity(value, dimension) == text
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_what_is_not_finite_cannot_be_written(value):
     with pytest.raises(ValueError, match="cannot write"):
-        written(value, Dimension.LENGTH)
+        format_quantity(value, Dimension.LENGTH)
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_what_is_not_finite_cannot_be_written(value):
 )
 def test_an_unknown_unit_is_refused_with_the_nearest(unit, hint):
     with pytest.raises(UnitError) as raised:
-        unit_named(unit)
+        parse_unit(unit)
     assert raised.value.hint == hint
 
 

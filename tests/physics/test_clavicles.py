@@ -5,10 +5,10 @@ import pytest
 
 from generator import Plan, simulate
 from generator.figure_file import read_figure
-from generator.kinematics.placement import drawn_displacements, place
-from generator.kinematics.tree import hang
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.recording import Ending
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 
 GRAVITY = 9.81
 FIGURE, PROTOTYPE = read_figure("clavicles"), read_figure("prototype")
@@ -17,7 +17,7 @@ CLAVICLES = {"left_clavicle", "right_clavicle"}
 
 def springs_of(figure):
     assert figure.path is not None
-    reading = springs_for(figure, figure.path.parent, figure.path.stem)
+    reading = load_springs(figure, figure.path.parent, figure.path.stem)
     assert reading.faults == ()
     assert reading.springs is not None
     return reading.springs
@@ -25,7 +25,7 @@ def springs_of(figure):
 
 def potential(tree, displacements):
     """Energy of the weights [J]."""
-    poses = place(tree, displacements).poses
+    poses = forward_kinematics(tree, displacements).poses
     return sum(
         GRAVITY * segment.mass * (poses[name] @ segment.sites["CM"].pose_in_segment)[1, 3]
         for name, segment in tree.figure.bodies.items()
@@ -46,15 +46,16 @@ def test_it_adds_two_segments_and_two_joints_to_the_prototype():
 
 def test_as_drawn_every_segment_is_where_the_prototype_has_it():
     here, there = (
-        place(tree, drawn_displacements(tree)).poses for tree in map(hang, (FIGURE, PROTOTYPE))
+        forward_kinematics(tree, initial_displacements(tree)).poses
+        for tree in map(build_tree, (FIGURE, PROTOTYPE))
     )
     for name, pose in there.items():
         assert here[name] == pytest.approx(pose, abs=1e-12)
 
 
 def test_a_clavicle_runs_from_the_sternum_to_the_shoulder():
-    tree = hang(FIGURE)
-    poses = place(tree, drawn_displacements(tree)).poses
+    tree = build_tree(FIGURE)
+    poses = forward_kinematics(tree, initial_displacements(tree)).poses
     for side, outwards in (("left", 1.0), ("right", -1.0)):
         bone, arm = poses[f"{side}_clavicle"], poses[f"{side}_upper_arm"]
         assert arm[:3, 3] - bone[:3, 3] == pytest.approx([0.172 * outwards, 0, 0], abs=1e-12)
@@ -63,10 +64,12 @@ def test_a_clavicle_runs_from_the_sternum_to_the_shoulder():
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_positive_displacements_raise_it_and_bring_it_forwards(side):
-    tree = hang(FIGURE)
-    still = drawn_displacements(tree)
+    tree = build_tree(FIGURE)
+    still = initial_displacements(tree)
     raised, swung = (
-        place(tree, {**still, f"{side}_clavicle": np.array(given)}).poses[f"{side}_upper_arm"]
+        forward_kinematics(tree, {**still, f"{side}_clavicle": np.array(given)}).poses[
+            f"{side}_upper_arm"
+        ]
         for given in ((0.3, 0.0), (0.0, 0.3))
     )
     assert raised[1, 3] - 1.572 == pytest.approx(0.172 * np.sin(0.3))
@@ -84,8 +87,8 @@ def test_the_other_springs_are_the_prototypes():
 
 @pytest.mark.parametrize("name", sorted(CLAVICLES))
 def test_the_spring_carries_the_hanging_arm_in_the_pose_as_drawn(name):
-    tree = hang(FIGURE)
-    still, step = drawn_displacements(tree), 1e-5
+    tree = build_tree(FIGURE)
+    still, step = initial_displacements(tree), 1e-5
     weight = [
         (
             potential(tree, {**still, name: step * unit})

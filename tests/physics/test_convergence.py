@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 
 from generator.simulation.error_control import joint_differences
-from generator.simulation.integrate import Pass, frame_times, march
-from generator.simulation.model import build
-from generator.simulation.plan import Plan, springs_of
-from generator.simulation.states import extrapolated
+from generator.simulation.integrate import IntegrationPass, frame_times, integrate
+from generator.simulation.model import build_model
+from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.states import richardson_extrapolation
 from tests.chains import BALL, chain, row
 
 FIGURE = row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05)
@@ -21,16 +21,16 @@ LONGEST = 4e-3
 
 
 @cache
-def one_pass(parts: int) -> Pass:
+def one_pass(parts: int) -> IntegrationPass:
     """With steps of 4 ms cut into so many."""
-    assembly = build(FIGURE, PLAN, springs_of(FIGURE, PLAN))
+    assembly = build_model(FIGURE, PLAN, resolve_springs(FIGURE, PLAN))
     times = frame_times(PLAN.start, PLAN.stop, PLAN.frame)
-    return march(assembly, times, LONGEST, 1e-12, np.inf, lambda _: None, parts=parts)
+    return integrate(assembly, times, LONGEST, 1e-12, np.inf, lambda _: None, subdivision=parts)
 
 
 @cache
 def truth():
-    return extrapolated(one_pass(40).trace, one_pass(60).trace, 1.5)
+    return richardson_extrapolation(one_pass(40).trace, one_pass(60).trace, 1.5)
 
 
 def order(errors: list[float]) -> list[float]:
@@ -50,7 +50,7 @@ def test_two_extrapolated_passes_are_of_fourth_order() -> None:
     """The trapezoidal rule's error has even powers of the step only."""
     errors = []
     for n in (1, 2, 4):
-        limit = extrapolated(one_pass(n).trace, one_pass(2 * n).trace, 2.0)
+        limit = richardson_extrapolation(one_pass(n).trace, one_pass(2 * n).trace, 2.0)
         errors.append(float(np.max(joint_differences(FIGURE, truth(), limit))))
     assert errors[-1] < 1e-6
     assert all(3.7 < found < 4.3 for found in order(errors)), errors

@@ -9,18 +9,20 @@ import pytest
 
 from generator import read_figure
 from generator.recording import Ending
-from generator.simulation.plan import Plan
-from generator.simulation.run import simulate, springs_of
+from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.run import simulate
 from springs import CoupledAxis, CoupledSpring, Joining, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm
 from springs.published import tables as published
-from springs.spherical import nearest_conservative
+from springs.spherical import nearest_conservative_law
 from tests.chains import BALL, SKEW, X, Y, chain, negative, row, two_bodies
 
 PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
 
-PUBLISHED = published.coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
-NEAREST = nearest_conservative(PUBLISHED, ((-0.26, 1.74), (0.0, 2.35))).law
+PUBLISHED = published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate(
+    "ankle dorsiflexion", 0.0
+)
+NEAREST = nearest_conservative_law(PUBLISHED, ((-0.26, 1.74), (0.0, 2.35))).law
 LAWS = {"published": PUBLISHED, "nearest conservative": NEAREST}
 
 BENT = {"left_hip_joint": (0.2, 0.3, 0.5), "right_knee": (0.6,), "waist": (0.1, -0.2, 0.3)}
@@ -37,7 +39,7 @@ def legs(law) -> tuple[CoupledSpring, ...]:
 
 def prototype(law, **plan):
     figure = read_figure(PROTOTYPE)
-    springs = springs_of(figure, Plan(joining=Joining.CONSERVATIVE))
+    springs = resolve_springs(figure, Plan(joining=Joining.CONSERVATIVE))
     springs = replace(springs, coupled=legs(law))
     return simulate(figure, Plan(springs=springs, displacements=BENT, **plan))
 
@@ -77,7 +79,7 @@ def test_a_conservative_law_s_energy_is_a_function_of_the_pose() -> None:
 def test_the_prototype_falls_at_its_default_tolerance() -> None:
     """From its drawn pose, for which both sides do the same."""
     figure = read_figure(PROTOTYPE)
-    own = springs_of(figure, Plan(joining=Joining.CONSERVATIVE))
+    own = resolve_springs(figure, Plan(joining=Joining.CONSERVATIVE))
     with_legs = replace(own, coupled=legs(PUBLISHED))
     run, without = (simulate(figure, Plan(springs=springs)) for springs in (with_legs, own))
     assert run.outcome.succeeded

@@ -9,8 +9,8 @@ import pytest
 
 from generator import read_figure
 from generator.drive import Drive
-from generator.figure import Factor
-from generator.joint_chain import chain_of
+from generator.figure import JointAxis
+from generator.joint_chain import build_chain
 from generator.recording import Ending
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -28,7 +28,7 @@ def integral(run, values):
 @pytest.mark.parametrize("axis", [Z, X, negative(Z), SKEW])
 def test_a_driven_pendulum_needs_the_torque_of_its_motion(axis) -> None:
     """Inertia times acceleration, less gravity's torque; from the first frame on."""
-    made = one_body((Factor("R", axis),), (0.0,))
+    made = one_body((JointAxis("R", axis),), (0.0,))
     link = made.segments["link"]
     times = np.linspace(0.0, 1.0, 41)
     drive = Drive(times, (0.3 + 0.5 * np.sin(4.0 * times))[:, None])
@@ -128,7 +128,7 @@ def test_a_drive_through_a_pole_of_its_angles() -> None:
     made = one_body(BALL, (0.2, 1.2, 0.1), body("link"))
     drive = Drive(times, angles)
     run = simulate(made, Plan(stop=0.5, drives={"pin": drive}, springs=NONE, tolerance=1e-6))
-    expected = np.array([made_pose(angle) for angle in drive.at(run.times)])
+    expected = np.array([made_pose(angle) for angle in drive.displacements(run.times)])
     assert angles[-1, 1] > 0.5 * np.pi
     assert run.outcome.succeeded
     assert 0.0 < run.strayed < 1e-8
@@ -136,7 +136,7 @@ def test_a_drive_through_a_pole_of_its_angles() -> None:
 
 
 def made_pose(angles):
-    return chain_of(BALL).pose(angles)[:3, :3]
+    return build_chain(BALL).pose(angles)[:3, :3]
 
 
 def test_what_drives_from_within_moves_no_centre_of_mass() -> None:

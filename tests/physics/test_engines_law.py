@@ -6,12 +6,12 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks import cases
 from benchmarks.engines.in_exudyn import radial_springs
-from generator.simulation.plan import Plan, springs_of
+from generator.simulation.plan import Plan, resolve_springs
 from springs import damping_torque, elastic_torque, total_energy, total_torque
 from springs.spherical import conservative_energy
 
 CASE = cases.prototype("striding")
-OWN = springs_of(CASE.figure, Plan())
+OWN = resolve_springs(CASE.figure, Plan())
 
 
 def random_state(case, seed):

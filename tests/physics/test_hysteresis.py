@@ -6,12 +6,12 @@ import pytest
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, Joining, JointSprings, Linear, SpringSet
-from springs.exponential import Exponential, Term
-from springs.hysteresis import Directional
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Y, Z, body, chain, one_body
 
-MEAN = Exponential((Term(0.6, -1.5), Term(-0.6, 1.5)))
-LAW = Directional.around(MEAN, 0.3, slip=0.05)
+MEAN = Exponential((ExponentialTerm(0.6, -1.5), ExponentialTerm(-0.6, 1.5)))
+LAW = Hysteresis.from_mean_and_width(MEAN, 0.3, slip=0.05)
 
 WHEEL = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.03, 0.03, 0.03))
 STILL = (0.0, 0.0, 0.0)
@@ -26,7 +26,7 @@ def swing(axes, factors, start, joining=Joining.CONSERVATIVE, slides=(), **plan)
 def travelled_loss(values) -> float:
     """The loss of the law over the way there and back that the angle took."""
     low, high = np.minimum(values[1:], values[:-1]), np.maximum(values[1:], values[:-1])
-    return float(sum(0.5 * LAW.loss(a, b) for a, b in zip(low, high, strict=True)))
+    return float(sum(0.5 * LAW.cycle_loss(a, b) for a, b in zip(low, high, strict=True)))
 
 
 @pytest.mark.parametrize("python", [False, True])
@@ -63,7 +63,7 @@ def test_a_ball_turned_about_all_axes_closes_its_book() -> None:
 
 
 def test_a_slide_loses_too() -> None:
-    law = Directional.around(Linear(40.0), 2.0, slip=0.05)
+    law = Hysteresis.from_mean_and_width(Linear(40.0), 2.0, slip=0.05)
     run = swing((), chain("Ts"), (0.3,), slides=(AxisSpring(SKEW, (law,)),), stop=2.0)
     place = run.displacements["pin"][:, 0]
     assert run.energy["dissipated"][-1] == pytest.approx(np.sum(np.abs(np.diff(place))), rel=0.05)
@@ -72,11 +72,11 @@ def test_a_slide_loses_too() -> None:
 
 def test_a_slow_cycle_loses_the_law_s_loss() -> None:
     """Led round slowly by a strong spring that oscillates: once there and back."""
-    law = Directional.around(Linear(0.5), 0.2, slip=1e-3)
+    law = Hysteresis.from_mean_and_width(Linear(0.5), 0.2, slip=1e-3)
     run = swing(
         (AxisSpring(Z, (law, Linear(5.0))),), chain("Rz"), (1.0,), stop=0.25 * 4.0, step=2.5e-4
     )
     angle = run.displacements["pin"][:, 0]
     turn = int(np.argmin(angle))
     there = run.energy["dissipated"][turn]
-    assert there == pytest.approx(0.5 * law.loss(angle[turn], angle[0]), rel=0.02)
+    assert there == pytest.approx(0.5 * law.cycle_loss(angle[turn], angle[0]), rel=0.02)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from generator.drive import Drive
-from generator.kinematics.links import Freedom, Link, Links
+from generator.kinematics.links import Coordinate, Link, Links
 from generator.recording import Ending
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -20,7 +20,7 @@ def link(follower, control, factor=1.0, offset=0.0):
 
     def freedom(text):
         name, _, number = text.partition(" ")
-        return Freedom(name, int(number or 1) - 1)
+        return Coordinate(name, int(number or 1) - 1)
 
     return Link(freedom(follower), freedom(control), factor, offset)
 

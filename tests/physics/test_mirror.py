@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation as ScipyRotation
 
 from generator import read_figure
-from generator.figure import Figure, Location, Segment, Shift, SiteRef, Turn
-from generator.rotations import homogeneous
-from generator.simulation.plan import Plan
-from generator.simulation.run import simulate, springs_of
+from generator.figure import Figure, Location, Rotation, Segment, SiteRef, Translation
+from generator.rotations import pose_matrix
+from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.run import simulate
 from springs import CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
 from springs.published import tables as published
 
@@ -42,9 +42,9 @@ def other_side(name: str) -> str:
 
 def mirrored_location(location: Location) -> Location:
     pose = location.pose_in_segment
-    turn = Rotation.from_matrix(WORLD @ pose[:3, :3] @ SIDE).as_euler("XYZ")
+    turn = ScipyRotation.from_matrix(WORLD @ pose[:3, :3] @ SIDE).as_euler("XYZ")
     x, y, z = map(float, pose[:3, 3])
-    return Location((Turn(tuple(map(float, turn))), Shift((-x, y, z))))
+    return Location((Rotation(tuple(map(float, turn))), Translation((-x, y, z))))
 
 
 def mirrored_segment(segment: Segment) -> Segment:
@@ -112,7 +112,7 @@ def mirrored_springs(springs: SpringSet) -> SpringSet:
     return replace(springs, joints=joints, coupled=tuple(coupled))
 
 
-LEG = published.coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
+LEG = published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate("ankle dorsiflexion", 0.0)
 LEGS = tuple(
     CoupledSpring(
         LEG,
@@ -143,7 +143,7 @@ def test_the_mirror_image_of_the_prototype(coupled) -> None:
     figure = read_figure(PROTOTYPE)
     image = mirrored(figure)
     assert image != figure
-    springs = springs_of(figure, Plan(joining=Joining.CONSERVATIVE))
+    springs = resolve_springs(figure, Plan(joining=Joining.CONSERVATIVE))
     springs = replace(springs, coupled=coupled)
     common = {"stop": 1.0, "step": 1e-3}
     run = simulate(figure, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
@@ -158,7 +158,7 @@ def test_the_mirror_image_of_the_prototype(coupled) -> None:
     )
     assert run.outcome.succeeded
     assert reflected.outcome.succeeded
-    side = homogeneous(WORLD, np.zeros(3))
+    side = pose_matrix(WORLD, np.zeros(3))
     for name in figure.bodies:
         expected = side @ run.poses[name] @ side
         assert np.max(np.abs(reflected.poses[other_side(name)] - expected)) < 1e-8
@@ -175,7 +175,7 @@ def test_the_mirror_image_of_the_prototype(coupled) -> None:
 def test_the_springs_of_the_prototype_are_mirror_images() -> None:
     """The file's own springs: the left ones reflected are the right ones."""
     figure = read_figure(PROTOTYPE)
-    springs = springs_of(figure, Plan())
+    springs = resolve_springs(figure, Plan())
     assert mirrored_springs(springs).joints.keys() == springs.joints.keys()
     for name, joint in mirrored_springs(springs).joints.items():
         own = springs.joints[name]
@@ -183,6 +183,10 @@ def test_the_springs_of_the_prototype_are_mirror_images() -> None:
             continue  # the waist's twist and lateral bend are not quite even
         for spring, image in zip(own.axes, joint.axes, strict=True):
             angles = np.linspace(-1.0, 1.0, 21)
-            told = spring if np.dot(spring.direction, image.direction) > 0.0 else spring.turned()
+            told = (
+                spring
+                if np.dot(spring.direction, image.direction) > 0.0
+                else spring.with_opposite_axis()
+            )
             torques = [sum(law.torque(angles) for law in s.elastic) for s in (told, image)]
             assert np.allclose(*torques)

@@ -7,9 +7,13 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure
-from generator.kinematics.free_root import let_go
-from generator.kinematics.placement import drawn_displacements, motion_maps, place
-from generator.kinematics.tree import Tree, hang
+from generator.kinematics.free_root import detach_root
+from generator.kinematics.placement import (
+    forward_kinematics,
+    initial_displacements,
+    segment_jacobians,
+)
+from generator.kinematics.tree import Tree, build_tree
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.simulation.plan import Plan
@@ -57,9 +61,11 @@ def flight(stop: float = 0.5, **given) -> Recording:
 
 
 def freed_tree() -> Tree:
-    tree = hang(PROTOTYPE)
-    freed, _ = let_go(PROTOTYPE, place(tree, drawn_displacements(tree)).displacements)
-    return hang(freed)
+    tree = build_tree(PROTOTYPE)
+    freed, _ = detach_root(
+        PROTOTYPE, forward_kinematics(tree, initial_displacements(tree)).displacements
+    )
+    return build_tree(freed)
 
 
 def momenta(run: Recording) -> tuple[Array, Array]:
@@ -70,9 +76,9 @@ def momenta(run: Recording) -> tuple[Array, Array]:
     tree = freed_tree()
     linear, angular = [], []
     for k in range(len(run.times)):
-        placed = place(tree, {name: row[k] for name, row in run.displacements.items()})
-        rates = np.concatenate([run.velocities[b.joint.name][k] for b in tree.branches])
-        maps = motion_maps(placed)
+        placed = forward_kinematics(tree, {name: row[k] for name, row in run.displacements.items()})
+        rates = np.concatenate([run.velocities[b.joint.name][k] for b in tree.joints])
+        maps = segment_jacobians(placed)
         pushes, turns = np.zeros(3), np.zeros(3)
         for name, segment in tree.figure.bodies.items():
             spin, at_origin = np.split(maps[name] @ rates, 2)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from generator.joint_chain import chain_of
+from generator.joint_chain import build_chain
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -20,7 +20,7 @@ def test_a_free_symmetric_top(gravity) -> None:
     link = body("link", inertia=(ACROSS, ACROSS, ALONG), centre=(0.0, 0.0, 0.0))
     start = np.array([0.3, -0.5, 0.7, 0.0, 0.0, 0.0])
     spin = np.array([1.0, -2.0, 12.0])
-    link_chain = chain_of(FREE)
+    link_chain = build_chain(FREE)
     rotation = link_chain.pose(start)[:3, :3]
     twists = link_chain.twists(start)[:3, :3].T
     rates = np.concatenate([np.linalg.solve(twists, rotation @ spin), np.zeros(3)])

@@ -10,18 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator import Assembly, Plan, read_figure, static_torques
+from generator import ExudynModel, Plan, read_figure, static_torques
 from generator.figure import Figure, Joint, Site
-from generator.joint_chain import chain_of
+from generator.joint_chain import build_chain
 from generator.rotations import (
-    homogeneous,
     matrix_from_rotation_vector,
+    pose_matrix,
     rotation_vector_from_matrix,
-    unit,
+    unit_vector,
 )
 from generator.simulation.exudyn_api import exu
 from generator.simulation.model import UnknownJointError
-from generator.simulation.plan import springs_of
+from generator.simulation.plan import resolve_springs
 from generator.simulation.statics import StaticsError
 from springs import (
     AxisSpring,
@@ -43,7 +43,7 @@ AGREED = 1e-6
 """Largest difference of a torque read out from its law [N m]."""
 
 PROTOTYPE = read_figure("prototype")
-SPRINGS = springs_of(PROTOTYPE, Plan())
+SPRINGS = resolve_springs(PROTOTYPE, Plan())
 BALLS = tuple(n for n, s in SPRINGS.joints.items() if PROTOTYPE.joints[n].degrees_of_freedom == 3)
 SWEEP = np.radians(np.arange(-150.0, 150.1, 7.5))
 
@@ -57,7 +57,7 @@ def axes(name: str) -> Sequence[AxisSpring]:
 def turned(made: Joint, vector: Sequence[float]) -> np.ndarray:
     """The displacements that turn a joint by a rotation vector."""
     matrix = matrix_from_rotation_vector(vector)
-    return chain_of(made.chain).displacements(homogeneous(matrix, np.zeros(3)))
+    return build_chain(made.chain).displacements(pose_matrix(matrix, np.zeros(3)))
 
 
 def in_parent(joining: Joining, name: str, vector: Sequence[float]) -> np.ndarray:
@@ -91,7 +91,7 @@ def angles() -> tuple[float, ...]:
         for joint in SPRINGS.joints.values()
         for axis in joint.axes
         for law in axis.elastic
-        for corner in law.corners
+        for corner in law.breakpoints
     ]
     near = [edge + by for edge in edges for by in (-1e-6, 0.0, 1e-6)]
     return tuple(np.unique([*SWEEP, *near]).tolist())
@@ -142,7 +142,7 @@ rotation_vectors = st.tuples(
         lambda v: np.linalg.norm(v) > 1e-3
     ),
     st.floats(0.0, radians(170.0)),
-).map(lambda drawn: (drawn[1] * unit(drawn[0])).tolist())
+).map(lambda drawn: (drawn[1] * unit_vector(drawn[0])).tolist())
 
 
 @BOTH_KINDS
@@ -173,11 +173,11 @@ def test_turns_about_any_axis_read_the_joined_law(joining, python, vectors, bend
 def test_the_connectors_own_sensors_say_the_same(seed, python) -> None:
     """Exudyn's output of a hinge's spring, and of a ball's in the half-way frame."""
     rng = np.random.default_rng(seed)
-    vectors = {name: 1.8 * unit(rng.normal(size=3)) for name in BALLS}
+    vectors = {name: 1.8 * unit_vector(rng.normal(size=3)) for name in BALLS}
     pose = {name: turned(PROTOTYPE.joints[name], vector) for name, vector in vectors.items()}
     pose.update({name: rng.uniform(-1.0, 2.5, 1) for name in SPRINGS.joints if name not in vectors})
     read = static_torques(PROTOTYPE, [pose], Plan(python_torques=python))
-    built = Assembly.of(PROTOTYPE, Plan(displacements=pose, python_torques=python))
+    built = ExudynModel.of(PROTOTYPE, Plan(displacements=pose, python_torques=python))
     for name, (connector,) in built.springs.items():
         said = built.mbs.GetObjectOutput(connector.item, exu.OutputVariableType.TorqueLocal)
         if name in vectors:
@@ -219,7 +219,7 @@ def test_the_torque_is_that_on_the_child_whichever_is_nearer_to_the_root(text, r
     values = (0.7, -0.5, 0.4)[: len(text.split())]
     made = two_bodies(chain(text), values, reverse=reverse)
     spring = AxisSpring(SKEW, LAWS)
-    r = chain_of(chain(text)).pose(values)[:3, :3]
+    r = build_chain(chain(text)).pose(values)[:3, :3]
     read = static_torques(made, [{}], hung(made, spring))
     if text == "Rs":
         expected = float(total_torque(LAWS, values[0])) * np.asarray(SKEW)
@@ -242,7 +242,9 @@ def test_the_force_of_a_slide_is_no_torque_about_the_child() -> None:
 @pytest.mark.parametrize("angles", [(90.0, 15.0), (0.0, 60.0), (-10.0, 100.0), (20.0, 400.0)])
 def test_a_law_over_two_joints_reads_its_torque_at_each(angles) -> None:
     """Riener & Edrich's leg with the ankle straight; a knee may have turned once round."""
-    law = published.coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
+    law = published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate(
+        "ankle dorsiflexion", 0.0
+    )
     (knee,) = (axis.direction for axis in axes("left_knee"))
     hip = next(axis.direction for axis in axes("left_hip_joint") if axis.motion == "flexion")
     places = (CoupledAxis("left_hip_joint", hip), CoupledAxis("left_knee", knee))

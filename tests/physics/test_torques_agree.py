@@ -8,9 +8,9 @@ import pytest
 
 from generator import read_figure
 from generator.simulation.exudyn_api import exu
-from generator.simulation.model import build
-from generator.simulation.plan import Plan
-from generator.simulation.run import simulate, springs_of
+from generator.simulation.model import build_model
+from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
 from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
 
@@ -35,7 +35,7 @@ def torques(assembly) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(5))
 def test_every_joint_of_the_prototype(joining, seed) -> None:
     made = read_figure(PROTOTYPE)
-    springs = springs_of(made, Plan(joining=joining))
+    springs = resolve_springs(made, Plan(joining=joining))
     rng = np.random.default_rng(seed)
     plan = {
         "joining": joining,
@@ -45,7 +45,7 @@ def test_every_joint_of_the_prototype(joining, seed) -> None:
         "velocities": {n: rng.uniform(-3, 3, j.degrees_of_freedom) for n, j in made.joints.items()},
     }
     both = [
-        torques(build(made, Plan(python_torques=python, **plan), springs))
+        torques(build_model(made, Plan(python_torques=python, **plan), springs))
         for python in (False, True)
     ]
     assert np.max(np.abs(both[0])) > 1.0
@@ -60,7 +60,7 @@ def test_every_branch_of_the_laws(text, value) -> None:
     springs = JointSprings("pin", (SPRING,)) if text == "Rs" else JointSprings("pin", (), (SPRING,))
     both = [
         torques(
-            build(
+            build_model(
                 one_body(factors, values),
                 Plan(python_torques=python, velocities={"pin": np.ones(len(factors))}),
                 SpringSet({"pin": springs}),
@@ -110,6 +110,6 @@ def test_a_loop_with_a_spring_on_its_closing_joint() -> None:
         [ground(), body("link")], [joint("pin", "link.near", "ground.base", chain("Rz"), (0.4,))]
     )
     springs = SpringSet({"pin": JointSprings("pin", (AxisSpring((0.0, 0.0, 1.0), LAWS),))})
-    both = [torques(build(made, Plan(python_torques=p), springs)) for p in (False, True)]
+    both = [torques(build_model(made, Plan(python_torques=p), springs)) for p in (False, True)]
     expected = float(sum(law.torque(0.4) for law in LAWS))
     assert np.allclose(np.abs(both), abs(expected))

@@ -5,7 +5,7 @@ import pytest
 
 from generator.rotations import cross_matrix, matrix_from_rotation_vector
 from generator.simulation.exudyn_api import exu, rigid
-from generator.simulation.model import build
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import (
@@ -36,7 +36,7 @@ class Rig:
 
     def __init__(self, joining: Joining) -> None:
         figure = one_body(BALL, segment=body("link", centre=(0.0, 0.0, 0.0)))
-        self.assembly = build(figure, Plan(), springs(joining))
+        self.assembly = build_model(figure, Plan(), springs(joining))
         (connector,) = self.assembly.springs["pin"]
         self._item = connector.item
 

@@ -6,16 +6,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from plots.canvas import PENS, THESIS, draw_known, sheet, styled, write_foot
+from plots.canvas import (
+    LINE_STYLES,
+    THESIS_STYLE,
+    add_footer,
+    create_panels,
+    draw_curve,
+    plot_style,
+)
 
 ANGLES = np.linspace(-40.0, 60.0, 101)
 
 
 def drawn(known: tuple[float, float] | None) -> dict[str, np.ndarray]:
     """The angles [deg] of which a curve is drawn, by line style."""
-    with styled():
-        _, ((axes,),) = sheet(3.0, 1)
-        draw_known(axes, ANGLES, ANGLES**2, known, THESIS, "curve")
+    with plot_style():
+        _, ((axes,),) = create_panels(3.0, 1)
+        draw_curve(axes, ANGLES, ANGLES**2, known, THESIS_STYLE, "curve")
     return {
         line.get_linestyle(): np.asarray(line.get_xdata())[~np.isnan(np.asarray(line.get_ydata()))]
         for line in axes.lines
@@ -46,14 +53,14 @@ def test_every_point_of_a_curve_is_drawn(low, width) -> None:
 
 
 def test_pens_differ_without_their_colours() -> None:
-    assert len({(pen.dash, pen.mark) for pen in PENS}) == len(PENS)
+    assert len({(pen.dash, pen.marker) for pen in LINE_STYLES}) == len(LINE_STYLES)
 
 
 def test_a_foot_of_long_lines_stays_on_the_sheet() -> None:
-    with styled():
-        figure, ((axes,),) = sheet(4.0, 1)
+    with plot_style():
+        figure, ((axes,),) = create_panels(4.0, 1)
         axes.plot([0.0, 1.0])
-        write_foot(figure, "Positive is up. " * 30, ["A. Author, A Title, A Journal " * 12])
+        add_footer(figure, "Positive is up. " * 30, ["A. Author, A Title, A Journal " * 12])
         FigureCanvasAgg(figure).draw()
         foot = figure.get_supxlabel()
         assert foot.count("\n") > 4

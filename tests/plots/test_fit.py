@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from generator.cli.app import app
 from generator.figure_file import read_figure
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import Cubic
 from springs.cubic import Coefficients, polynomial
 from springs.fit import fit_cubic
@@ -108,7 +108,7 @@ def test_the_spring_that_is_written_is_the_law(tmp_path: Path):
     )
     assert result.exit_code == 0, result.output
     assert f"wrote {output}" in result.stdout
-    reading = springs_for(read_figure("prototype"), choice=output)
+    reading = load_springs(read_figure("prototype"), choice=output)
     assert reading.faults == ()
     assert reading.springs is not None
     for name, x in (("left_hip_joint", 1.0), ("right_hip_joint", -1.0)):

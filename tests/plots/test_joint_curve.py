@@ -5,8 +5,8 @@ from math import degrees, isnan, radians
 import numpy as np
 import pytest
 
-from plots.joint_curve import JointCurve, range_words, read_curve, zero_of
-from plots.literature import points_of, published_curve
+from plots.joint_curve import JointCurve, first_zero_crossing, format_range, read_curve
+from plots.literature import literature_from_points, published_curve
 from springs import AxisSpring, Cubic
 from springs.published.reference import Reference, Sureness
 
@@ -20,28 +20,28 @@ def curve(torques: np.ndarray) -> JointCurve:
 
 
 def test_where_a_torque_changes_its_sign() -> None:
-    assert curve(-3.0 * (ANGLES - 0.1234)).zero_between(-1.0, 1.0) == pytest.approx(0.1234)
-    assert isnan(curve(np.ones_like(ANGLES)).zero_between(-1.0, 1.0))
-    assert zero_of(np.array([0.0, 1.0, 2.0]), np.array([1.0, 0.0, -1.0])) == 1.0
+    assert curve(-3.0 * (ANGLES - 0.1234)).zero_crossing(-1.0, 1.0) == pytest.approx(0.1234)
+    assert isnan(curve(np.ones_like(ANGLES)).zero_crossing(-1.0, 1.0))
+    assert first_zero_crossing(np.array([0.0, 1.0, 2.0]), np.array([1.0, 0.0, -1.0])) == 1.0
 
 
 def test_where_a_joint_stops() -> None:
     made = curve(-20.0 * ANGLES)
-    assert made.firm_angle(1) == pytest.approx(0.5)
-    assert made.firm_angle(-1) == pytest.approx(-0.5)
-    assert isnan(curve(0.0 * ANGLES).firm_angle(1))
-    assert curve(-20.0 + 0.0 * ANGLES).firm_angle(1) == 0.0
+    assert made.firm_resistance_angle(1) == pytest.approx(0.5)
+    assert made.firm_resistance_angle(-1) == pytest.approx(-0.5)
+    assert isnan(curve(0.0 * ANGLES).firm_resistance_angle(1))
+    assert curve(-20.0 + 0.0 * ANGLES).firm_resistance_angle(1) == 0.0
 
 
 def test_a_torque_that_drives_on_is_no_stop() -> None:
-    assert isnan(curve(20.0 * ANGLES).firm_angle(1))
+    assert isnan(curve(20.0 * ANGLES).firm_resistance_angle(1))
 
 
 def test_differences_from_points_are_taken_at_the_points() -> None:
     made = curve(-20.0 * ANGLES)
     points = tuple((radians(a), 1.0) for a in (-10.0, 0.5, 20.0, 80.0))
-    made_of = points_of(points, "made", SOURCE)
-    published, less = made.beside(made_of, radians(-5.0), radians(30.0))
+    made_of = literature_from_points(points, "made", SOURCE)
+    published, less = made.compare_with(made_of, radians(-5.0), radians(30.0))
     assert published == pytest.approx([1.0, 1.0])
     assert less == pytest.approx([-20.0 * radians(0.5) - 1.0, -20.0 * radians(20.0) - 1.0])
 
@@ -49,7 +49,7 @@ def test_differences_from_points_are_taken_at_the_points() -> None:
 def test_differences_are_left_out_where_nothing_is_published() -> None:
     made = curve(-20.0 * ANGLES)
     half = published_curve("han_2010/flexion", "Han")
-    published, less = made.beside(half, radians(-30.0), radians(30.0))
+    published, less = made.compare_with(half, radians(-30.0), radians(30.0))
     assert published.size == less.size == 31
 
 
@@ -57,35 +57,35 @@ def test_a_curve_is_read_at_the_edges_of_its_dead_zone_and_of_the_normal_range()
     made = read_curve("left_knee", "flexion")
     for angle in (0.0, 1.553, radians(137.7), radians(-1.0)):
         assert np.min(np.abs(made.angles - angle)) < 1e-7
-    assert made.simulated.shape == made.angles.shape == made.law.shape
+    assert made.simulated.shape == made.angles.shape == made.law_torques.shape
 
 
 def test_the_right_side_may_be_read_as_well() -> None:
     left, right = (read_curve(f"{side}_hip_joint", "medial rotation") for side in ("left", "right"))
     assert np.max(np.abs(left.simulated - right.simulated)) < 1e-9
-    assert right.other_side is None
+    assert right.other_side_torques is None
 
 
 def test_other_joints_may_be_held() -> None:
     made = read_curve("left_hip_joint", "flexion", {"left_knee": 100.0})
-    assert made.held == "left_knee at 100 deg"
+    assert made.held_text == "left_knee at 100 deg"
     # The knee's torque acts between thigh and shank: the hip's does not see it.
-    assert np.max(np.abs(made.simulated - made.law)) < 1e-9
+    assert np.max(np.abs(made.simulated - made.law_torques)) < 1e-9
 
 
 def test_the_printed_cubic_has_no_dead_zone() -> None:
     made = read_curve("left_elbow", "flexion")
-    assert made.printed(np.array([0.0, 1.0])) == pytest.approx([-1.014, -238.52215])
+    assert made.printed_torques(np.array([0.0, 1.0])) == pytest.approx([-1.014, -238.52215])
 
 
 def test_the_normal_range_is_zero_where_it_is_not_known() -> None:
     made = read_curve("left_shoulder", "abduction")
     assert made.low is None
-    assert [round(degrees(end), 6) for end in made.normal] == [0.0, 184.0]
+    assert [round(degrees(end), 6) for end in made.normal_range] == [0.0, 184.0]
 
 
 def test_a_range_in_words() -> None:
-    assert range_words(radians(-0.8), radians(144.64)) == "-0.8 to 144.6 deg"
+    assert format_range(radians(-0.8), radians(144.64)) == "-0.8 to 144.6 deg"
 
 
 @pytest.mark.parametrize("angles", [ANGLES[::-1], ANGLES[:-1], ANGLES * 0.0])

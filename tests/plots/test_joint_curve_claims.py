@@ -32,13 +32,13 @@ def published(stiffness: float) -> Literature:
 
 def test_a_reading_that_is_not_the_law_fails() -> None:
     good, off = curve(), curve(-20.0 * ANGLES + 2e-6)
-    assert claims.read_out(good)[0].holds
-    assert not claims.read_out(off)[0].holds
+    assert claims.law_claims(good)[0].holds
+    assert not claims.law_claims(off)[0].holds
 
 
 def test_sides_that_differ_fail() -> None:
-    (_, same) = claims.read_out(curve(other=-20.0 * ANGLES))
-    (_, differs) = claims.read_out(curve(other=-20.1 * ANGLES))
+    (_, same) = claims.law_claims(curve(other=-20.0 * ANGLES))
+    (_, differs) = claims.law_claims(curve(other=-20.1 * ANGLES))
     assert same.holds
     assert not differs.holds
     assert differs.measured == pytest.approx(0.1 * np.pi / 2.0)
@@ -46,7 +46,10 @@ def test_sides_that_differ_fail() -> None:
 
 def test_a_stiff_joint_is_not_soft() -> None:
     """20 N m/rad at 40 deg is 14 N m, 10 N m/rad is 7."""
-    stiff, limp = claims.soft(curve()), claims.soft(curve(-10.0 * ANGLES))
+    stiff, limp = (
+        claims.low_resistance_claim(curve()),
+        claims.low_resistance_claim(curve(-10.0 * ANGLES)),
+    )
     assert stiff.measured == pytest.approx(20.0 * radians(40.0))
     assert not stiff.holds
     assert limp.holds
@@ -54,7 +57,10 @@ def test_a_stiff_joint_is_not_soft() -> None:
 
 def test_a_stop_before_the_normal_end_fails() -> None:
     """10 N m are at 0.5 rad, 28.6 deg, of 40."""
-    early, late = claims.late_stop(curve()), claims.late_stop(curve(-10.0 * ANGLES))
+    early, late = (
+        claims.stop_not_early_claim(curve()),
+        claims.stop_not_early_claim(curve(-10.0 * ANGLES)),
+    )
     assert early.measured == pytest.approx(degrees(0.5))
     assert not early.holds
     assert late.holds
@@ -62,17 +68,17 @@ def test_a_stop_before_the_normal_end_fails() -> None:
 
 def test_a_joint_that_is_never_held_fails() -> None:
     """At 20 N m/rad the lower end is overrun by 8.6 deg, at 15 by 18.2, and at 1 for ever."""
-    assert claims.stops(curve()).measured == pytest.approx(degrees(0.5) - 20.0)
-    assert claims.stops(curve()).holds
-    assert not claims.stops(curve(-15.0 * ANGLES)).holds
-    assert not claims.stops(curve(-1.0 * ANGLES)).holds
+    assert claims.stop_not_late_claim(curve()).measured == pytest.approx(degrees(0.5) - 20.0)
+    assert claims.stop_not_late_claim(curve()).holds
+    assert not claims.stop_not_late_claim(curve(-15.0 * ANGLES)).holds
+    assert not claims.stop_not_late_claim(curve(-1.0 * ANGLES)).holds
 
 
 def test_torques_that_oppose_each_other_fail() -> None:
     low, high = radians(-30.0), radians(30.0)
-    against = claims.same_way(curve(), published(-20.0), low, high)
-    half = claims.same_way(curve(-20.0 * np.abs(ANGLES)), published(20.0), low, high)
-    with_it = claims.same_way(curve(), published(3.0), low, high)
+    against = claims.same_direction_claim(curve(), published(-20.0), low, high)
+    half = claims.same_direction_claim(curve(-20.0 * np.abs(ANGLES)), published(20.0), low, high)
+    with_it = claims.same_direction_claim(curve(), published(3.0), low, high)
     assert with_it.holds
     assert not against.holds
     assert against.measured == 0.0
@@ -86,25 +92,30 @@ def test_torques_that_oppose_each_other_fail() -> None:
 def test_a_curve_far_from_the_published_one_fails() -> None:
     """Of two straight lines the root mean squares are as their slopes."""
     low, high = radians(-60.0), radians(60.0)
-    assert claims.near(curve(), published(20.0), low, high).measured == pytest.approx(0.0)
+    assert claims.rms_difference_claim(
+        curve(), published(20.0), low, high
+    ).measured == pytest.approx(0.0)
     for stiffness, share in ((60.0, 2.0 / 3.0), (12.0, 2.0 / 3.0), (30.0, 1.0 / 3.0)):
-        found = claims.near(curve(), published(stiffness), low, high)
+        found = claims.rms_difference_claim(curve(), published(stiffness), low, high)
         assert found.measured == pytest.approx(share)
         assert found.holds is (share < 0.5)
     inside = ANGLES[np.abs(ANGLES) < radians(60.5)]
     own = 60.0 * np.sqrt(np.mean(inside**2))
-    assert f"{own:.3g} N m" in claims.near(curve(), published(60.0), low, high).sentence
+    assert (
+        f"{own:.3g} N m"
+        in claims.rms_difference_claim(curve(), published(60.0), low, high).sentence
+    )
 
 
 def test_both_are_small_where_neither_is_firm() -> None:
     """20 N m/rad at 20 deg are 7 N m; 10 N m are at 28.6 deg, and at 19.1 for 30 N m/rad."""
     low, high = radians(-20.0), radians(20.0)
-    assert claims.both_small(curve(), published(3.0), low, high).holds
-    assert claims.both_small(curve(), published(3.0), low, high).measured == pytest.approx(
+    assert claims.low_torque_claim(curve(), published(3.0), low, high).holds
+    assert claims.low_torque_claim(curve(), published(3.0), low, high).measured == pytest.approx(
         20.0 * radians(20.0)
     )
-    assert not claims.both_small(curve(), published(30.0), low, high).holds
-    assert not claims.both_small(curve(), published(3.0), low, radians(29.0)).holds
+    assert not claims.low_torque_claim(curve(), published(30.0), low, high).holds
+    assert not claims.low_torque_claim(curve(), published(3.0), low, radians(29.0)).holds
 
 
 def test_a_limp_joint_fails_whatever_it_is_compared_with() -> None:
@@ -112,25 +123,27 @@ def test_a_limp_joint_fails_whatever_it_is_compared_with() -> None:
     low, high = radians(-30.0), radians(30.0)
     for stiffness in (-20.0, 0.1, 3.0, 300.0):
         other = published(stiffness)
-        assert claims.near(limp, other, low, high).measured == pytest.approx(1.0)
-        assert not claims.near(limp, other, low, high).holds
-        assert np.isnan(claims.same_way(limp, other, low, high).measured)
-        assert not claims.same_way(limp, other, low, high).holds
-        assert not claims.of_size(limp, other, 20.0).holds
-    assert not claims.stops(limp).holds
-    assert not claims.late_stop(limp).holds
-    assert not claims.read_out(limp)[0].holds
+        assert claims.rms_difference_claim(limp, other, low, high).measured == pytest.approx(1.0)
+        assert not claims.rms_difference_claim(limp, other, low, high).holds
+        assert np.isnan(claims.same_direction_claim(limp, other, low, high).measured)
+        assert not claims.same_direction_claim(limp, other, low, high).holds
+        assert not claims.same_magnitude_claim(limp, other, 20.0).holds
+    assert not claims.stop_not_late_claim(limp).holds
+    assert not claims.stop_not_early_claim(limp).holds
+    assert not claims.law_claims(limp)[0].holds
 
 
 def test_sizes_are_compared_with_their_sign() -> None:
-    assert claims.of_size(curve(), published(30.0), 30.0).measured == pytest.approx(2.0 / 3.0)
-    assert claims.of_size(curve(), published(30.0), 30.0).holds
-    assert not claims.of_size(curve(), published(50.0), 30.0).holds
-    assert not claims.of_size(curve(), published(-20.0), 30.0).holds
+    assert claims.same_magnitude_claim(curve(), published(30.0), 30.0).measured == pytest.approx(
+        2.0 / 3.0
+    )
+    assert claims.same_magnitude_claim(curve(), published(30.0), 30.0).holds
+    assert not claims.same_magnitude_claim(curve(), published(50.0), 30.0).holds
+    assert not claims.same_magnitude_claim(curve(), published(-20.0), 30.0).holds
 
 
 def test_how_far_a_printed_cubic_pushes_outwards() -> None:
     """x^3 - x between its roots -1 and 1 is 2/(3 sqrt 3) at most."""
-    found = claims.printed_holds(curve(cubic=Cubic((0.0, -1.0, 0.0, 1.0), -1, (-1.0, 1.0))))
+    found = claims.printed_cubic_claim(curve(cubic=Cubic((0.0, -1.0, 0.0, 1.0), -1, (-1.0, 1.0))))
     assert found.measured == pytest.approx(2.0 / (3.0 * np.sqrt(3.0)), abs=1e-5)
     assert not found.holds

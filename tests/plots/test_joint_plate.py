@@ -4,11 +4,13 @@ from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from itertools import pairwise
+from types import ModuleType
 
 import numpy as np
 import pytest
 
-from plots.canvas import PENS, picture
+from plots import run
+from plots.canvas import LINE_STYLES, render_figure
 from plots.joint_curve import JointCurve
 from plots.plate import Claim, Plate
 
@@ -32,9 +34,13 @@ CURVES: dict[str, JointCurve] = {}
 """What the plates made so far have read."""
 
 
+def module_of(name: str) -> ModuleType:
+    return import_module(run.PLATES[name].partition(":")[0])
+
+
 @cache
 def plate(name: str) -> Plate:
-    module = import_module(f"plots.{name}")
+    module = module_of(name)
     read = module.read_curve
 
     def kept(*words, **options) -> JointCurve:
@@ -43,7 +49,7 @@ def plate(name: str) -> Plate:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "read_curve", kept)
-        return module.plate()
+        return getattr(module, name)()
 
 
 def claim(name: str, words: str) -> Claim:
@@ -139,11 +145,11 @@ def test_a_joint_without_springs_fails_all_that_is_claimed_of_its_resistance(
 ) -> None:
     assert plate(name).claims
     none = np.zeros_like(CURVES[name].simulated)
-    other = None if CURVES[name].other_side is None else none
-    limp = replace(CURVES[name], simulated=none, other_side=other)
-    module = import_module(f"plots.{name}")
+    other = None if CURVES[name].other_side_torques is None else none
+    limp = replace(CURVES[name], simulated=none, other_side_torques=other)
+    module = module_of(name)
     monkeypatch.setattr(module, "read_curve", lambda *_, **__: limp)
-    held = [one.sentence for one in module.plate().claims if one.holds]
+    held = [one.sentence for one in getattr(module, name)().claims if one.holds]
     assert [said for said in held if not any(w in said for w in (*FREE, *OF_OTHERS))] == []
 
 
@@ -221,7 +227,7 @@ def test_the_picture_has_its_elements(name) -> None:
     own = ("thesis", "end of the normal range [")
     published = [label for label in said if label.endswith("]") and not label.startswith(own)]
     assert any(label.startswith(own[1]) for label in said)
-    assert 1 <= len(published) <= len(PENS)
+    assert 1 <= len(published) <= len(LINE_STYLES)
     # Where the thesis had a source of its own, what is drawn stands in for it.
     estimates = ("hip_abduction", "hip_rotation", "waist_bend", "waist_flexion", "waist_twist")
     assert all(label.startswith("substitute: ") is (name not in estimates) for label in published)
@@ -347,7 +353,7 @@ def test_single_points_are_not_joined() -> None:
 def test_nothing_overlaps_the_curves(name) -> None:
     """Legend, ranges, curves, residuals and foot stand below each other."""
     figure = plate(name).figure
-    picture(figure, "png")
+    render_figure(figure, "png")
     renderer = figure.canvas.get_renderer()  # pyright: ignore[reportAttributeAccessIssue]
     strip, upper, lower = figure.axes
     legend = strip.get_legend()

@@ -5,7 +5,14 @@ from math import radians
 import numpy as np
 import pytest
 
-from plots.literature import both_sides, compared, held_law, joined, points_of, published_curve
+from plots.literature import (
+    join_curves,
+    literature_from_points,
+    mark_as_comparison,
+    mirror_to_both_sides,
+    published_curve,
+    single_angle_curve,
+)
 from springs.published import tables as published
 from springs.published.reference import Reference, Sureness
 
@@ -14,21 +21,23 @@ SOURCE = Reference("invented for this test", Sureness.PAGE)
 
 def test_a_curve_with_a_range_is_known_there_and_given_everywhere() -> None:
     saul = published_curve("saul_2015/elbow_flexion", "Saul")
-    assert saul.known == pytest.approx((0.0, radians(130.0)))
+    assert saul.valid_range == pytest.approx((0.0, radians(130.0)))
     assert np.all(np.isfinite(saul.torque(np.radians([-20.0, 50.0, 140.0]))))
-    assert saul.beyond(radians(-20.0), radians(140.0)).startswith("extrapolated at -20 .. 0 deg")
-    assert saul.beyond(0.0, radians(130.0)) == ""
+    assert saul.extrapolation_note(radians(-20.0), radians(140.0)).startswith(
+        "extrapolated at -20 .. 0 deg"
+    )
+    assert saul.extrapolation_note(0.0, radians(130.0)) == ""
 
 
 def test_a_curve_given_for_one_side_ends_at_zero_and_its_range_is_not_known() -> None:
     half = published_curve("han_2010/lateral_bend", "Han")
-    assert half.known is None
+    assert half.valid_range is None
     assert np.isnan(half.torque(np.array([-0.1])))[0]
-    assert "not known" in half.beyond(-1.0, 1.0)
+    assert "not known" in half.extrapolation_note(-1.0, 1.0)
 
 
 def test_the_other_side_is_the_mirror_image() -> None:
-    whole = both_sides(published_curve("han_2010/lateral_bend", "Han"))
+    whole = mirror_to_both_sides(published_curve("han_2010/lateral_bend", "Han"))
     angles = np.radians([5.0, 20.0, 40.0])
     assert whole.torque(-angles) == pytest.approx(-whole.torque(angles))
     # -0.6989 x - 0.0087 x^2 with x = 20/6 deg.
@@ -36,7 +45,7 @@ def test_the_other_side_is_the_mirror_image() -> None:
 
 
 def test_two_halves_are_one_curve() -> None:
-    whole = joined(
+    whole = join_curves(
         published_curve("schmidt_1998/flexion", "Schmidt"),
         published_curve("schmidt_1998/extension", "other"),
     )
@@ -46,17 +55,17 @@ def test_two_halves_are_one_curve() -> None:
 
 
 def test_one_coordinate_of_a_law_of_several() -> None:
-    hip = held_law(
+    hip = single_angle_curve(
         "riener_edrich_1999/leg",
         "hip flexion",
         {"knee flexion": 15.0, "ankle dorsiflexion": 0.0},
         "Riener",
     )
-    row = published.coupled("riener_edrich_1999/leg")
+    row = published.coupled_law("riener_edrich_1999/leg")
     angles = np.radians([0.0, 45.0, 90.0])
     expected = row.law.torques([angles, radians(15.0) + 0.0 * angles, 0.0 * angles])[0]
     assert hip.torque(angles) == pytest.approx(expected)
-    assert hip.held == "knee at 15 deg, ankle at 0 deg"
+    assert hip.held_text == "knee at 15 deg, ankle at 0 deg"
     assert hip.points is None
 
 
@@ -65,16 +74,16 @@ def test_points_of_a_digitised_curve() -> None:
     assert silder.points is not None
     angles, torques = silder.points
     assert (angles[3], torques[3]) == pytest.approx((0.0, 7.3))
-    assert silder.at(0.0) == pytest.approx(7.3)
-    assert silder.held == "knee at 15 deg"
+    assert silder.torque_at(0.0) == pytest.approx(7.3)
+    assert silder.held_text == "knee at 15 deg"
     assert silder.is_line
 
 
 def test_single_points_are_no_line() -> None:
-    assert not points_of(((-0.5, 5.0), (0.5, -5.0)), "made", SOURCE).is_line
+    assert not literature_from_points(((-0.5, 5.0), (0.5, -5.0)), "made", SOURCE).is_line
 
 
 def test_a_curve_beside_one_without_a_source_is_no_substitute() -> None:
     one = published_curve("anderson_1999/hip_rotation", "Anderson")
     assert one.is_substitute
-    assert not compared(one).is_substitute
+    assert not mark_as_comparison(one).is_substitute

@@ -7,40 +7,40 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from plots.canvas import picture
-from plots.plate import Plate, draw
+from plots.canvas import render_figure
+from plots.plate import Plate, draw_plate
 from tests.tiny_plates import ANGLES, damper, spring
 
 
 def test_the_files_of_a_plate():
-    assert list(draw(spring()).files) == ["spring.svg", "spring.png", "spring.csv"]
+    assert list(draw_plate(spring()).files) == ["spring.svg", "spring.png", "spring.csv"]
     names = ["damper.svg", "damper.png", "damper.slow.csv", "damper.fast.csv"]
-    assert list(draw(damper()).files) == names
+    assert list(draw_plate(damper()).files) == names
 
 
 def test_the_pictures_are_pictures():
-    drawn = draw(spring())
+    drawn = draw_plate(spring())
     assert ElementTree.fromstring(drawn.svg).tag == "{http://www.w3.org/2000/svg}svg"
     assert drawn.png.startswith(b"\x89PNG\r\n\x1a\n")
 
 
 def test_the_same_plate_gives_the_same_bytes():
-    assert draw(spring()) == draw(spring())
+    assert draw_plate(spring()) == draw_plate(spring())
 
 
 def test_every_picture_has_its_title():
     plate = spring()
-    once = draw(plate)
+    once = draw_plate(plate)
     assert plate.figure.get_suptitle() == plate.title
     (above,) = (text for text in plate.figure.texts if text.get_text() == plate.title)
     assert above.get_position()[1] > plate.figure.axes[0].get_position().y1
-    assert draw(plate) == once
+    assert draw_plate(plate) == once
 
 
 def test_a_legend_of_the_whole_figure_takes_the_title_in():
     plate = spring()
     plate.figure.legend(loc="outside upper center")
-    assert draw(plate) == draw(plate)
+    assert draw_plate(plate) == draw_plate(plate)
     (legend,) = plate.figure.legends
     assert legend.get_title().get_text() == plate.title
     assert plate.figure.get_suptitle() == ""
@@ -48,7 +48,7 @@ def test_a_legend_of_the_whole_figure_takes_the_title_in():
 
 def test_the_last_digits_of_a_layout_do_not_count():
     figure = spring().figure
-    picture(figure, "svg")
+    render_figure(figure, "svg")
     (axes,) = figure.axes
     bounds = axes.get_position().bounds
     assert bounds == pytest.approx([round(value, 6) for value in bounds], abs=1e-12)
@@ -56,11 +56,11 @@ def test_the_last_digits_of_a_layout_do_not_count():
 
 
 def test_a_drawn_plate_takes_no_numpy_along():
-    assert {type(claim.measured) for claim in draw(spring()).claims} == {float}
+    assert {type(claim.measured) for claim in draw_plate(spring()).claims} == {float}
 
 
 def test_a_table_tells_what_it_is():
-    lines = draw(spring()).tables["spring.csv"].splitlines()
+    lines = draw_plate(spring()).tables["spring.csv"].splitlines()
     assert lines[:4] == [
         "# A spring <b>& its moment</b>",
         "# M is positive in flexion.",
@@ -68,18 +68,18 @@ def test_a_table_tells_what_it_is():
         'angle [deg],"moment, of the spring [N m]"',
     ]
     assert len(lines) == 4 + len(ANGLES)
-    lines = draw(damper()).tables["damper.slow.csv"].splitlines()
+    lines = draw_plate(damper()).tables["damper.slow.csv"].splitlines()
     assert lines[0] == "# A damper: slow"
     assert lines[2] == "# References: none"
 
 
 def test_a_table_is_read_back():
-    text = draw(spring()).tables["spring.csv"]
+    text = draw_plate(spring()).tables["spring.csv"]
     rows = np.loadtxt(StringIO(text), delimiter=",", skiprows=4)
     assert rows[:, 0] == pytest.approx(ANGLES)
     assert rows[:, 1] == pytest.approx(-2.0 * np.radians(ANGLES), rel=1e-8)
     named = np.genfromtxt(
-        StringIO(draw(damper()).tables["damper.slow.csv"]),
+        StringIO(draw_plate(damper()).tables["damper.slow.csv"]),
         delimiter=",",
         names=True,
         skip_header=3,

@@ -56,14 +56,14 @@ def test_a_claim_that_says_nothing_is_refused(
     ],
 )
 def test_the_bound_in_words(unit: str, at_least: float, at_most: float, words: str):
-    assert Claim("it is so", 1.0, unit, at_least, at_most).bound_words == words
+    assert Claim("it is so", 1.0, unit, at_least, at_most).bound_text == words
 
 
 @pytest.mark.parametrize(
     ("measured", "words"), [(1.23456, "1.235 N m"), (4.00001, "4.00001 N m"), (nan, "nan N m")]
 )
 def test_the_measured_value_in_words(measured: float, words: str):
-    assert Claim("it is so", measured, "N m", at_most=4.0).measured_words == words
+    assert Claim("it is so", measured, "N m", at_most=4.0).measured_text == words
 
 
 @given(measured=numbers, bound=numbers, above=st.booleans())
@@ -72,4 +72,4 @@ def test_the_words_are_on_the_same_side_as_the_value(measured: float, bound: flo
         at_least, at_most = (bound, inf) if above else (-inf, bound)
         return Claim("it is so", value, at_least=at_least, at_most=at_most)
 
-    assert claim(float(claim(measured).measured_words)).holds is claim(measured).holds
+    assert claim(float(claim(measured).measured_text)).holds is claim(measured).holds

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plots import report as module
-from plots.plate import Claim, DrawnPlate, Failed, draw
+from plots.plate import Claim, DrawnPlate, FailedPlate, draw_plate
 from plots.report import report, tally
 from tests.tiny_plates import damper, spring
 
@@ -62,12 +62,12 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def plates() -> list[DrawnPlate]:
-    return [draw(spring()), draw(damper())]
+    return [draw_plate(spring()), draw_plate(damper())]
 
 
 @pytest.fixture(scope="module")
 def page(plates: list[DrawnPlate]) -> Page:
-    failed = [Failed("hip", "ValueError: a < b")]
+    failed = [FailedPlate("hip", "ValueError: a < b")]
     return Page(report(plates, failed, {"command": "mover plots -o DIR", "numpy": "9.9"}))
 
 
@@ -99,7 +99,7 @@ def test_all_claims_stand_in_the_first_table_and_by_their_plates(
     page: Page, plates: list[DrawnPlate]
 ):
     rows = [
-        [c.sentence, c.measured_words, c.bound_words, c.verdict, c.remark]
+        [c.sentence, c.measured_text, c.bound_text, c.verdict, c.remark]
         for plate in plates
         for c in plate.claims
     ]
@@ -133,7 +133,7 @@ def test_a_large_picture_is_shown_as_png(plates: list[DrawnPlate], monkeypatch: 
 
 
 def test_a_report_of_nothing():
-    page = Page(report([], [Failed("hip", "it is late")], {}))
+    page = Page(report([], [FailedPlate("hip", "it is late")], {}))
     assert "There are no claims." in page.words
 
 

@@ -13,14 +13,14 @@ from typer.testing import CliRunner, Result
 
 from generator.cli.app import app
 from plots import run as plates
-from plots.plate import draw
+from plots.plate import draw_plate
 from plots.run import PLATES
 from tests.tiny_plates import TARGETS, damper, spring
 
 SCRIPT = """
 import sys
-from plots import gallery
-gallery.PLATES = dict(pair.split("=") for pair in sys.argv.pop(1).split(","))
+from plots import run
+run.PLATES = dict(pair.split("=") for pair in sys.argv.pop(1).split(","))
 from generator.cli.app import main
 main()
 """
@@ -70,7 +70,7 @@ def test_files_and_words(tmp_path: Path):
     assert done.stderr == ""
     files = contents(folder)
     text = files.pop("report.html").decode()
-    expected = draw(spring()).files | draw(damper()).files
+    expected = draw_plate(spring()).files | draw_plate(damper()).files
     assert files == {
         name: content.encode() if isinstance(content, str) else content
         for name, content in expected.items()

@@ -9,8 +9,8 @@ from math import isfinite
 
 import pytest
 
-import plots
-from plots.plate import Claim, Failed, draw
+import plots.plates
+from plots.plate import Claim, FailedPlate, Plate, draw_plate
 from plots.report import claims_table, gallery_page
 from plots.run import PLATES
 from plots.workers import cores, make_plates
@@ -23,11 +23,12 @@ def page() -> str:
 
 
 def modules_with_a_plate() -> Iterator[str]:
-    for found in pkgutil.iter_modules(plots.__path__):
-        module = import_module(f"plots.{found.name}")
-        function = getattr(module, "plate", None)
-        if inspect.isfunction(function) and function.__module__ == module.__name__:
-            yield f"{module.__name__}:plate"
+    for found in pkgutil.iter_modules(plots.plates.__path__):
+        module = import_module(f"plots.plates.{found.name}")
+        for name, function in inspect.getmembers(module, inspect.isfunction):
+            made = function.__annotations__.get("return")
+            if function.__module__ == module.__name__ and made is Plate and name[0] != "_":
+                yield f"{module.__name__}:{name}"
 
 
 def test_every_plate_of_the_package_is_in_the_gallery():
@@ -57,7 +58,7 @@ def number(cell: str) -> float:
 def test_the_tables_of_the_page_are_those_of_the_code():
     """Sentences, bounds and verdicts are; measured values may differ in what a machine rounds."""
     made = {plate.name: plate for plate in make_plates(PLATES, cores())}
-    assert [str(plate) for plate in made.values() if isinstance(plate, Failed)] == []
+    assert [str(plate) for plate in made.values() if isinstance(plate, FailedPlate)] == []
     plates = [made[name] for name in PLATES]
     claims = [claim for plate in plates for claim in plate.claims]
     fresh = rows(gallery_page(plates, "gallery"))
@@ -70,7 +71,7 @@ def test_the_tables_of_the_page_are_those_of_the_code():
 
 
 def test_a_page_of_two():
-    text = gallery_page([draw(spring()), draw(damper())], "page")
+    text = gallery_page([draw_plate(spring()), draw_plate(damper())], "page")
     assert "`mover plots --gallery page.md`" in text
     assert "2 of 4 claims hold, 2 do not." in text
     assert r"- [A spring \<b\>\& its moment\</b\>](#spring)" in text

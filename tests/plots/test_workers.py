@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from plots.plate import DrawnPlate, Failed
+from plots.plate import DrawnPlate, FailedPlate
 from plots.workers import make_plates
 from tests import tiny_plates
 from tests.tiny_plates import TARGETS
 
 
-def made(names: list[str], jobs: int) -> dict[str, DrawnPlate | Failed]:
+def made(names: list[str], jobs: int) -> dict[str, DrawnPlate | FailedPlate]:
     targets = {name: TARGETS[name] for name in names}
     return {result.name: result for result in make_plates(targets, jobs)}
 
@@ -39,14 +39,14 @@ def test_what_cannot_be_made_is_told_and_harms_no_other():
 @pytest.mark.parametrize("target", ["plots.no_such_module:plate", "plots.plate:no_such_plate"])
 def test_a_plate_that_is_nowhere(target: str):
     (result,) = make_plates({"spring": target}, 1)
-    assert isinstance(result, Failed)
+    assert isinstance(result, FailedPlate)
     assert "no_such" in result.reason
 
 
 def test_settings_that_cannot_be_drawn_with_are_the_reason(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MPLBACKEND", "nonsense")
     for result in made(["spring", "damper"], jobs=1).values():
-        assert isinstance(result, Failed)
+        assert isinstance(result, FailedPlate)
         assert result.reason.startswith("ValueError: ")
         assert "nonsense" in result.reason
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from springs import FLOATS
 from springs.coupled import CoupledExponential, CoupledTerm, NotConservativeError
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 from tests.slopes import gradient
 
 NAMES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
@@ -111,7 +111,7 @@ def test_the_law_is_scaled_and_moved(law, angles, scale, offset):
 @given(laws(any_terms), angle_sets)
 def test_holding_a_joint_leaves_the_others_as_they_are(law, angles):
     h, k, a = angles
-    pair = law.holding("knee flexion", k)
+    pair = law.hold_coordinate("knee flexion", k)
     assert pair.coordinates == (NAMES[0], NAMES[2])
     assert pair.measured == (RANGES[0], RANGES[2])
     hip, _, ankle = law.torques(angles)
@@ -122,10 +122,10 @@ def test_holding_a_joint_leaves_the_others_as_they_are(law, angles):
 def test_the_law_about_one_joint_is_an_exponential_of_its_angle(law, angles):
     held = dict(zip(NAMES, angles, strict=True))
     for place, name in enumerate(NAMES):
-        alone = law.about(name, held)
+        alone = law.single_angle_law(name, held)
         assert alone.torque(angles[place]) == near(law.torques(angles)[place])
         assert alone.measured == RANGES[place]
-        assert Scaled(alone, 2.0).measured == RANGES[place]
+        assert Transformed(alone, 2.0).valid_range == RANGES[place]
 
 
 def test_far_outside_the_torque_is_infinite_for_every_kind_of_number():
@@ -138,4 +138,4 @@ def test_senseless_laws_are_refused():
     with pytest.raises(ValueError, match="2 entries, one a coordinate"):
         CoupledExponential(("a", "b"), (CoupledTerm((1.0,), (1.0,)),), (0.0, 0.0), (None, None))
     with pytest.raises(ValueError, match="no coordinate `toe`; it has hip flexion, knee flexion"):
-        MOTOR.holding("toe", 0.0)
+        MOTOR.hold_coordinate("toe", 0.0)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from springs import Damping
-from springs.damping import SLIP
+from springs.damping import DEFAULT_SLIP_RATE
 
 laws = st.builds(Damping, st.floats(0.0, 10.0), st.floats(0.0, 10.0), st.floats(1e-3, 1.0))
 rates = st.floats(-50.0, 50.0)
@@ -29,7 +29,7 @@ def test_viscous_damping_is_proportional_to_the_rate():
 def test_friction_opposes_velocity_with_its_full_value_beyond_the_slip_rate():
     law = Damping(coulomb=3.0)
     assert law.torque(0.0) == 0.0
-    assert law.torque(SLIP) == pytest.approx(-3.0 * tanh(1.0))
+    assert law.torque(DEFAULT_SLIP_RATE) == pytest.approx(-3.0 * tanh(1.0))
     assert law.torque(1.0) == pytest.approx(-3.0, rel=1e-12)
     assert law.torque(-1.0) == pytest.approx(3.0, rel=1e-12)
 

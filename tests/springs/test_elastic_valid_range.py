@@ -3,22 +3,22 @@ from math import inf, radians
 import pytest
 
 from springs import Cubic
-from springs.elastic import extrapolation, measured_range, mirrored_range
+from springs.elastic import describe_extrapolation, mirror_range, valid_range
 from springs.exponential import Exponential
-from springs.interpolated import Table
+from springs.interpolated import Interpolated
 
 KNOWN = (radians(-15.0), radians(80.0))
 
 
 def test_a_law_tells_its_range_if_it_has_one():
-    assert measured_range(Exponential((), measured=KNOWN)) == KNOWN
-    assert measured_range(Table(((0.0, 1.0), (2.0, 0.0)))) == (0.0, 2.0)
-    assert measured_range(Cubic((0.0, 1.0, 0.0, 0.0))) is None
+    assert valid_range(Exponential((), valid_range=KNOWN)) == KNOWN
+    assert valid_range(Interpolated(((0.0, 1.0), (2.0, 0.0)))) == (0.0, 2.0)
+    assert valid_range(Cubic((0.0, 1.0, 0.0, 0.0))) is None
 
 
 def test_a_mirrored_range_ends_where_it_began():
-    assert mirrored_range((-0.5, 2.0)) == (-2.0, 0.5)
-    assert mirrored_range(None) is None
+    assert mirror_range((-0.5, 2.0)) == (-2.0, 0.5)
+    assert mirror_range(None) is None
 
 
 @pytest.mark.parametrize(
@@ -38,13 +38,13 @@ def test_a_mirrored_range_ends_where_it_began():
     ],
 )
 def test_going_beyond_is_said(low, high, said):
-    assert extrapolation(KNOWN, radians(low), radians(high)) == said
+    assert describe_extrapolation(KNOWN, radians(low), radians(high)) == said
 
 
 def test_an_open_end_is_never_passed():
-    assert extrapolation((0.0, inf), 0.0, 100.0) == ""
-    assert "-10 .. 0 deg" in extrapolation((0.0, inf), radians(-10.0), 1.0)
+    assert describe_extrapolation((0.0, inf), 0.0, 100.0) == ""
+    assert "-10 .. 0 deg" in describe_extrapolation((0.0, inf), radians(-10.0), 1.0)
 
 
 def test_an_unknown_range_is_said_to_be_unknown():
-    assert "not known" in extrapolation(None, 0.0, 1.0)
+    assert "not known" in describe_extrapolation(None, 0.0, 1.0)

@@ -35,7 +35,7 @@ def test_a_known_cubic_comes_back(coefficients: Coefficients, passive: bool):
     assert fit.coefficients == pytest.approx(coefficients, rel=1e-10, abs=1e-10)
     assert fit.r_squared == pytest.approx(1.0, abs=1e-12)
     assert fit.rms < 1e-10
-    assert not fit.bound
+    assert not fit.bounds_active
     assert fit.law.sense == restoring_sense(coefficients)
 
 
@@ -49,7 +49,7 @@ def test_the_dead_zone_lies_between_the_outer_roots():
 def test_data_far_from_zero_are_no_harder():
     angles = np.radians(np.linspace(160.0, 170.0, 12))
     fit = fit_cubic(angles, polynomial(HIP_FLEXION, angles))
-    assert fit.fitted == pytest.approx(polynomial(HIP_FLEXION, angles), rel=1e-12)
+    assert fit.fitted_moments == pytest.approx(polynomial(HIP_FLEXION, angles), rel=1e-12)
 
 
 def test_the_errors_are_those_of_the_covariance():
@@ -132,7 +132,7 @@ def test_a_cubic_that_runs_away_is_bound():
     angles = np.radians([0.0, 20.0, 40.0, 60.0, 80.0, 100.0])
     moments = [5.0, 1.0, 0.0, -1.0, -4.0, -3.0]
     fit = fit_cubic(angles, moments, passive=True)
-    assert fit.bound
+    assert fit.bounds_active
     assert fit.covariance is None
     assert any("bounds hold" in doubt for doubt in fit.doubts)
     assert fit.law.torque(angles[0]) > 0.0 > fit.law.torque(angles[-1])

@@ -6,14 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from springs import FLOATS, Linear, Stop
-from springs.exponential import Exponential, Term
-from springs.hysteresis import Directional
-from springs.transformed import Scaled
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
+from springs.transformed import Transformed
 from tests.slopes import slope
 
-HIP = Exponential((Term(7.0, -4.0), Term(-1.0, 2.5, 0.2)), measured=(-0.3, 1.4))
+HIP = Exponential(
+    (ExponentialTerm(7.0, -4.0), ExponentialTerm(-1.0, 2.5, 0.2)), valid_range=(-0.3, 1.4)
+)
 widths = st.floats(0.0, 20.0)
-laws = st.builds(Directional.around, st.sampled_from([HIP, Linear(20.0, 0.3)]), widths)
+laws = st.builds(Hysteresis.from_mean_and_width, st.sampled_from([HIP, Linear(20.0, 0.3)]), widths)
 angles, rates = st.floats(-0.5, 1.5), st.floats(-5.0, 5.0)
 
 
@@ -28,11 +30,11 @@ def test_moving_fast_one_of_the_curves_is_followed(law, angle):
 
 @given(widths, angles, rates)
 def test_the_width_lies_between_the_curves_and_takes_energy(width, angle, rate):
-    law = Directional.around(HIP, width)
-    gap = law.moment(angle, -rate) - law.moment(angle, rate)
+    law = Hysteresis.from_mean_and_width(HIP, width)
+    gap = law.total_torque(angle, -rate) - law.total_torque(angle, rate)
     assert gap == pytest.approx(width * tanh(rate / law.slip), abs=1e-9)
     assert law.friction(angle, rate) * rate <= 1e-12
-    assert law.moment(angle, rate) - HIP.torque(angle) == pytest.approx(
+    assert law.total_torque(angle, rate) - HIP.torque(angle) == pytest.approx(
         law.friction(angle, rate), abs=1e-9
     )
 
@@ -54,10 +56,10 @@ def test_a_slow_cycle_loses_what_lies_between_the_curves(law, one, other):
 
 
 def test_curves_in_the_wrong_order_show_in_the_loss():
-    right = Directional.around(HIP, 8.0)
-    wrong = Directional(right.decreasing, right.increasing)
-    assert right.loss(0.0, 1.0) == pytest.approx(8.0)
-    assert wrong.loss(0.0, 1.0) == pytest.approx(-8.0)
+    right = Hysteresis.from_mean_and_width(HIP, 8.0)
+    wrong = Hysteresis(right.decreasing, right.increasing)
+    assert right.cycle_loss(0.0, 1.0) == pytest.approx(8.0)
+    assert wrong.cycle_loss(0.0, 1.0) == pytest.approx(-8.0)
 
 
 @given(laws, angles, rates)
@@ -69,18 +71,18 @@ def test_the_mirrored_law_is_the_same_seen_from_the_other_side(law, angle, rate)
 
 
 def test_arrays_and_floats_agree():
-    law = Directional(HIP, Linear(10.0))
+    law = Hysteresis(HIP, Linear(10.0))
     values, speeds = np.array([-0.2, 0.3, 1.0]), np.array([-0.02, 0.0, 0.004])
-    single = [law.moment(a, w, FLOATS) for a, w in zip(values, speeds, strict=True)]
-    assert np.allclose(law.moment(values, speeds), single, rtol=1e-13)
+    single = [law.total_torque(a, w, FLOATS) for a, w in zip(values, speeds, strict=True)]
+    assert np.allclose(law.total_torque(values, speeds), single, rtol=1e-13)
 
 
 def test_corners_are_those_of_both_and_the_range_is_common():
-    law = Directional(Stop(-0.2, 0.4, onset=0.1), Stop(-0.2, 0.5, onset=0.1))
-    assert law.corners == pytest.approx((-0.3, -0.2, 0.4, 0.5, 0.6))
-    assert law.measured is None
-    other = Exponential((), measured=(-1.0, 1.0))
-    assert Directional(HIP, other).measured == (-0.3, 1.0)
+    law = Hysteresis(Stop(-0.2, 0.4, onset=0.1), Stop(-0.2, 0.5, onset=0.1))
+    assert law.breakpoints == pytest.approx((-0.3, -0.2, 0.4, 0.5, 0.6))
+    assert law.valid_range is None
+    other = Exponential((), valid_range=(-1.0, 1.0))
+    assert Hysteresis(HIP, other).valid_range == (-0.3, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -89,9 +91,9 @@ def test_corners_are_those_of_both_and_the_range_is_common():
 )
 def test_senseless_laws_are_refused(width, slip, message):
     with pytest.raises(ValueError, match=message):
-        Directional.around(HIP, width, slip)
+        Hysteresis.from_mean_and_width(HIP, width, slip)
 
 
 def test_its_curves_are_scaled_and_not_the_law():
     with pytest.raises(ValueError, match="scale the two curves"):
-        Scaled(Directional.around(HIP, 3.0), 2.0)
+        Transformed(Hysteresis.from_mean_and_width(HIP, 3.0), 2.0)

@@ -16,7 +16,7 @@ from springs import (
     total_energy,
     total_torque,
 )
-from springs.hysteresis import Directional
+from springs.hysteresis import Hysteresis
 
 SPRING = AxisSpring(
     (-1.0, 0.0, 0.0),
@@ -30,13 +30,13 @@ SPRING = AxisSpring(
 
 @given(st.floats(-3.0, 3.0))
 def test_a_spring_told_about_the_opposite_axis_is_the_same_spring(angle):
-    turned = SPRING.turned()
+    turned = SPRING.with_opposite_axis()
     assert turned.direction == (1.0, 0.0, 0.0)
     torque = total_torque(SPRING.elastic, angle)
     assert total_torque(turned.elastic, -angle) == pytest.approx(-torque, rel=1e-12, abs=1e-12)
     energy = total_energy(SPRING.elastic, angle)
     assert total_energy(turned.elastic, -angle) == pytest.approx(energy, rel=1e-12, abs=1e-12)
-    assert turned.turned() == SPRING
+    assert turned.with_opposite_axis() == SPRING
     assert (turned.damping, turned.motion, turned.reference) == (
         SPRING.damping,
         SPRING.motion,
@@ -45,7 +45,9 @@ def test_a_spring_told_about_the_opposite_axis_is_the_same_spring(angle):
 
 
 RUBBING = AxisSpring(
-    (0.0, 0.0, 1.0), (Linear(3.0, 0.2), Directional.around(Linear(8.0), 2.0, 0.1)), Damping(0.5)
+    (0.0, 0.0, 1.0),
+    (Linear(3.0, 0.2), Hysteresis.from_mean_and_width(Linear(8.0), 2.0, 0.1)),
+    Damping(0.5),
 )
 
 
@@ -54,7 +56,7 @@ def test_the_resistance_is_damping_and_the_friction_of_directional_laws(angle, r
     assert SPRING.resistance(angle, rate) == SPRING.damping.torque(rate)
     expected = -0.5 * rate - tanh(rate / 0.1)
     assert RUBBING.resistance(angle, rate) == pytest.approx(expected, rel=1e-12, abs=1e-12)
-    turned = RUBBING.turned()
+    turned = RUBBING.with_opposite_axis()
     assert turned.resistance(-angle, -rate) == pytest.approx(-expected, rel=1e-12, abs=1e-12)
 
 

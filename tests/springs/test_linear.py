@@ -20,7 +20,7 @@ def test_a_known_value():
     assert spring.torque(0.7) == pytest.approx(-20.0)
     assert spring.energy(0.7) == pytest.approx(2.0)
     assert spring.torque(0.5) == spring.energy(0.5) == 0.0
-    assert spring.corners == ()
+    assert spring.breakpoints == ()
 
 
 @given(springs, angles)

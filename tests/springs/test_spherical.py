@@ -27,7 +27,7 @@ from springs import (
     total_torque,
     weighted_torque,
 )
-from springs.hysteresis import Directional
+from springs.hysteresis import Hysteresis
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 HIP_X = passive_cubic((-0.131, 136.0, 8.42, -218.0))
@@ -52,7 +52,7 @@ rotation_vectors = st.tuples(components, components, components).map(np.array)
 
 def corners(axis: AxisSpring) -> list[float]:
     """Angles at which a law of the axis has a jump in one of its derivatives."""
-    return [corner for law in axis.elastic for corner in law.corners]
+    return [corner for law in axis.elastic for corner in law.breakpoints]
 
 
 def along(path, s: float) -> np.ndarray:
@@ -276,7 +276,9 @@ def test_damping_and_hysteresis_about_any_axes_take_energy(rate, coefficients):
     a, b, c = np.abs(coefficients)
     axes = (
         AxisSpring((-1.0, 0.0, 0.0), damping=Damping(a)),
-        AxisSpring((0.0, 0.6, 0.8), (Directional.around(Linear(5.0), c),), Damping(b, 0.3)),
+        AxisSpring(
+            (0.0, 0.6, 0.8), (Hysteresis.from_mean_and_width(Linear(5.0), c),), Damping(b, 0.3)
+        ),
         AxisSpring(Y, damping=Damping(0.0, c)),
     )
     r = 0.3 * coefficients

@@ -7,14 +7,14 @@ import pytest
 from numpy.polynomial import legendre
 
 from springs.coupled import CoupledExponential, CoupledTerm
-from springs.published.tables import coupled
-from springs.spherical import loop_work, nearest_conservative
+from springs.published.tables import coupled_law
+from springs.spherical import loop_work, nearest_conservative_law
 from tests.paths import DOCS
 
-PAIR = coupled("riener_edrich_1999/leg").law.holding("ankle dorsiflexion", 0.0)
-MUSCLES = coupled("silder_2007/leg").law.holding("ankle dorsiflexion", 0.0)
+PAIR = coupled_law("riener_edrich_1999/leg").law.hold_coordinate("ankle dorsiflexion", 0.0)
+MUSCLES = coupled_law("silder_2007/leg").law.hold_coordinate("ankle dorsiflexion", 0.0)
 RECTANGLE = ((radians(-15.0), radians(100.0)), (0.0, radians(135.0)))
-NEAREST = nearest_conservative(PAIR, RECTANGLE)
+NEAREST = nearest_conservative_law(PAIR, RECTANGLE)
 
 
 PAGE = (DOCS / "springs-file.md").read_text(encoding="utf-8")
@@ -58,14 +58,14 @@ def test_the_nearest_pair_does_no_work_round_any_loop():
 
 def test_the_nearest_pair_is_near():
     # Against torques whose root mean squares are 11.3 and 8.7 N m.
-    assert NEAREST.rms == pytest.approx((0.84, 1.55), abs=0.01)
+    assert NEAREST.rms_difference == pytest.approx((0.84, 1.55), abs=0.01)
     hip, knee = np.abs(sampled(NEAREST.law) - sampled(PAIR))
-    assert np.sqrt(np.mean(hip**2)) == pytest.approx(NEAREST.rms[0], rel=0.15)
-    assert np.sqrt(np.mean(knee**2)) == pytest.approx(NEAREST.rms[1], rel=0.15)
+    assert np.sqrt(np.mean(hip**2)) == pytest.approx(NEAREST.rms_difference[0], rel=0.15)
+    assert np.sqrt(np.mean(knee**2)) == pytest.approx(NEAREST.rms_difference[1], rel=0.15)
     # Every node is within the rectangle, so the corners of the grid may differ by more.
-    assert NEAREST.largest == pytest.approx((6.0, 7.4), abs=0.1)
-    assert NEAREST.largest[0] <= hip.max() < 6.5
-    assert NEAREST.largest[1] <= knee.max() < 8.0
+    assert NEAREST.max_difference == pytest.approx((6.0, 7.4), abs=0.1)
+    assert NEAREST.max_difference[0] <= hip.max() < 6.5
+    assert NEAREST.max_difference[1] <= knee.max() < 8.0
 
 
 def test_it_keeps_what_the_pair_is_used_for():
@@ -77,14 +77,17 @@ def test_it_keeps_what_the_pair_is_used_for():
 
 def test_no_other_law_of_its_form_is_nearer():
     # At the minimum a small change of any energy makes the distance greater.
-    base = sum(rms**2 for rms in NEAREST.rms)
+    base = sum(rms**2 for rms in NEAREST.rms_difference)
     for place in range(len(NEAREST.law.terms)):
         for factor in (0.99, 1.01):
             terms = list(NEAREST.law.terms)
             amplitudes = tuple(factor * a for a in terms[place].amplitudes)
             terms[place] = CoupledTerm(amplitudes, terms[place].rates)
             changed = CoupledExponential(
-                NEAREST.law.coordinates, tuple(terms), NEAREST.law.constants, NEAREST.law.measured
+                NEAREST.law.coordinates,
+                tuple(terms),
+                NEAREST.law.constants,
+                NEAREST.law.valid_ranges,
             )
             assert distance(changed) > base
 
@@ -144,11 +147,11 @@ def test_another_energy_comes_nearer_by_a_ninth():
     least = least_distance(14)
     assert least == pytest.approx((0.922, 1.282), abs=0.001)
     assert least_distance(16) == pytest.approx(least, abs=1e-4)
-    reached, own = float(np.linalg.norm(NEAREST.rms)), sizes()
+    reached, own = float(np.linalg.norm(NEAREST.rms_difference)), sizes()
     assert reached == pytest.approx(1.766, abs=0.001)
     assert np.linalg.norm(least) == pytest.approx(1.579, abs=0.001)
     for told in (
-        f"less the published one | {NEAREST.rms[0]:.2f} | {NEAREST.rms[1]:.2f} | {reached:.2f} |",
+        f"less the published one | {NEAREST.rms_difference[0]:.2f} | {NEAREST.rms_difference[1]:.2f} | {reached:.2f} |",
         f"less the published one | {least[0]:.2f} | {least[1]:.2f} | {np.hypot(*least):.2f} |",
         f"its torques | {own[0]:.2f} | {own[1]:.2f} | {np.hypot(*own):.2f} |",
     ):
@@ -156,13 +159,13 @@ def test_another_energy_comes_nearer_by_a_ninth():
 
 
 def test_a_gradient_is_its_own_nearest():
-    nearest = nearest_conservative(MUSCLES, ((-0.2, 1.0), (0.1, 1.5)))
-    assert max(nearest.largest) < 1e-9
+    nearest = nearest_conservative_law(MUSCLES, ((-0.2, 1.0), (0.1, 1.5)))
+    assert max(nearest.max_difference) < 1e-9
 
 
 def test_three_joints_at_once():
-    leg = coupled("riener_edrich_1999/leg").law
-    nearest = nearest_conservative(leg, (*RECTANGLE, (radians(-20.0), radians(20.0))))
+    leg = coupled_law("riener_edrich_1999/leg").law
+    nearest = nearest_conservative_law(leg, (*RECTANGLE, (radians(-20.0), radians(20.0))))
     assert nearest.law.is_conservative
     # The ankle's part in the knee's moment has no counterpart in the ankle's.
-    assert nearest.rms == pytest.approx((0.88, 3.50, 1.25), abs=0.01)
+    assert nearest.rms_difference == pytest.approx((0.88, 3.50, 1.25), abs=0.01)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from springs import Stop
-from springs.stop import ONSET, STIFFNESS
+from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 angles = st.floats(-3.0, 3.0)
 limits = st.tuples(st.floats(-2.0, 0.0), st.floats(0.0, 2.0))
@@ -19,8 +19,8 @@ stops = st.builds(
 
 
 def test_the_default_is_1000_newton_metres_a_radian_grown_over_one_degree():
-    assert STIFFNESS == 1000.0
-    assert radians(1.0) == ONSET
+    assert DEFAULT_STOP_STIFFNESS == 1000.0
+    assert radians(1.0) == DEFAULT_STOP_ONSET
     assert Stop(0.0, 1.0) == Stop(0.0, 1.0, 1000.0, radians(1.0))
 
 
@@ -65,9 +65,9 @@ def test_it_pushes_back_and_never_out(stop, angle):
 
 
 def test_corners_are_where_a_stop_begins_and_where_its_onset_ends():
-    assert Stop(-1.0, 2.0, 1000.0, 0.25).corners == (-1.25, -1.0, 2.0, 2.25)
-    assert Stop(None, 2.0, 1000.0, 0.25).corners == (2.0, 2.25)
-    assert Stop(-1.0, None, 1000.0, 0.25).corners == (-1.25, -1.0)
+    assert Stop(-1.0, 2.0, 1000.0, 0.25).breakpoints == (-1.25, -1.0, 2.0, 2.25)
+    assert Stop(None, 2.0, 1000.0, 0.25).breakpoints == (2.0, 2.25)
+    assert Stop(-1.0, None, 1000.0, 0.25).breakpoints == (-1.25, -1.0)
 
 
 @given(stops, angles)

@@ -4,12 +4,12 @@ from hypothesis import strategies as st
 
 from springs import FLOATS, Cubic, Linear, Stop
 from springs.exponential import Exponential
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 from tests.slopes import slope
 
 BASES = [Cubic((1.0, -2.0, 3.0, 4.0)), Linear(30.0, 0.4), Stop(-0.6, 1.1)]
 numbers = st.floats(-3.0, 3.0)
-laws = st.builds(Scaled, st.sampled_from(BASES), numbers, numbers, numbers)
+laws = st.builds(Transformed, st.sampled_from(BASES), numbers, numbers, numbers)
 
 
 @given(laws, numbers)
@@ -33,8 +33,8 @@ def test_the_mirrored_law_is_the_same_seen_from_the_other_side(law, angle):
 
 
 def test_corners_and_range_move_with_the_curve():
-    moved = Scaled(Stop(-0.6, 1.1, onset=0.1), 2.0, 0.2)
-    assert moved.corners == pytest.approx((-0.5, -0.4, 1.3, 1.4))
-    assert moved.measured is None
-    law = Scaled(Exponential((), measured=(-1.0, 2.0)), offset=0.5)
-    assert law.measured == (-0.5, 2.5)
+    moved = Transformed(Stop(-0.6, 1.1, onset=0.1), 2.0, 0.2)
+    assert moved.breakpoints == pytest.approx((-0.5, -0.4, 1.3, 1.4))
+    assert moved.valid_range is None
+    law = Transformed(Exponential((), valid_range=(-1.0, 2.0)), offset=0.5)
+    assert law.valid_range == (-0.5, 2.5)

@@ -10,13 +10,13 @@ from itertools import count, takewhile
 
 import numpy as np
 
-from generator.figure_file.lexer import LONGEST_WORD, WORDS
-from generator.model_files.body_tree.tree import Z_UP
-from generator.model_files.mjcf.joints import z_onto
+from generator.figure_file.lexer import KEYWORDS, MAX_WORD_LENGTH
+from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
+from generator.model_files.mjcf.joints import rotation_from_z_to
 from generator.rotations import Array
 
-_ODD = re.compile(r"[^A-Za-z0-9_]")
-_ROOM = 12
+_INVALID_CHARACTER = re.compile(r"[^A-Za-z0-9_]")
+_SUFFIX_LENGTH = 12
 """Characters that are left for a number at the end."""
 
 
@@ -25,44 +25,44 @@ class Names:
     """Names of one kind.
 
     Attributes:
-        changed: by the name that was asked for, the one that was given instead.
+        renamed: by the name that was asked for, the one that was given instead.
     """
 
-    changed: dict[str, str] = field(default_factory=dict[str, str])
-    _given: set[str] = field(default_factory=set[str])
-    _kept: set[str] = field(default_factory=set[str])
+    renamed: dict[str, str] = field(default_factory=dict[str, str])
+    _assigned: set[str] = field(default_factory=set[str])
+    _protected: set[str] = field(default_factory=set[str])
 
-    def keep(self, names: Iterable[str]) -> None:
+    def protect(self, names: Iterable[str]) -> None:
         """Put names of the model that need no change aside: none is made of another one."""
-        self._kept |= {name for name in names if _valid(name) == name}
+        self._protected |= {name for name in names if _sanitise(name) == name}
 
-    def taken(self, asked: str) -> str:
+    def assign(self, name: str) -> str:
         """The name that is given for one that is asked for: itself where it can be."""
-        word = _valid(asked)
-        if word in self._given or (word in self._kept and word != asked):
-            gone = self._given | self._kept
+        word = _sanitise(name)
+        if word in self._assigned or (word in self._protected and word != name):
+            gone = self._assigned | self._protected
             word = next(new for k in count(2) if (new := f"{word}_{k}") not in gone)
-        self._given.add(word)
-        if word != asked:
-            self.changed[asked] = word
+        self._assigned.add(word)
+        if word != name:
+            self.renamed[name] = word
         return word
 
-    def made(self, stem: str) -> str:
+    def assign_new(self, stem: str) -> str:
         """The name that is given for one that the model does not have."""
-        free = next(new for k in count(1) if (new := _numbered(stem, k)) not in self._kept)
-        return self.taken(free)
+        free = next(new for k in count(1) if (new := _numbered(stem, k)) not in self._protected)
+        return self.assign(free)
 
 
 def _numbered(stem: str, k: int) -> str:
     return stem if k == 1 else f"{stem}_{k}"
 
 
-def _valid(asked: str) -> str:
+def _sanitise(name: str) -> str:
     """The name, or what the figure language has nearest to it."""
-    word = _ODD.sub("_", asked)[: LONGEST_WORD - _ROOM]
+    word = _INVALID_CHARACTER.sub("_", name)[: MAX_WORD_LENGTH - _SUFFIX_LENGTH]
     if not word or word[0].isdigit():
         word = f"_{word}"
-    return f"{word}_" if word in WORDS else word
+    return f"{word}_" if word in KEYWORDS else word
 
 
 def common_stem(names: tuple[str, ...]) -> str:
@@ -70,22 +70,22 @@ def common_stem(names: tuple[str, ...]) -> str:
 
     Empty where they share nothing.
     """
-    front = _same_beginning(names)
-    back = _same_beginning([name[len(front) :][::-1] for name in names])[::-1]
+    front = _common_prefix(names)
+    back = _common_prefix([name[len(front) :][::-1] for name in names])[::-1]
     stem = f"{front.rstrip('_')}{back}" if front else back.lstrip("_")
     return stem if any(letter.isalpha() for letter in stem) else ""
 
 
-def _same_beginning(names: Sequence[str]) -> str:
+def _common_prefix(names: Sequence[str]) -> str:
     letters = takewhile(lambda column: len(set(column)) == 1, zip(*names, strict=False))
     return "".join(column[0] for column in letters)
 
 
-STANDARD = 9.81
-_ALIGNED = 1e-9
+STANDARD_GRAVITY = 9.81
+_ALIGNMENT_TOLERANCE = 1e-9
 
 
-def turned_up(gravity: Array) -> Array:
+def rotation_to_y_up(gravity: Array) -> Array:
     """The rotation from the model's world to a figure's, shape (3, 3), by its gravity [m/s^2].
 
     Where y is up nothing turns. Without gravity z counts as up. A direction between the axes is
@@ -93,19 +93,19 @@ def turned_up(gravity: Array) -> Array:
     """
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
-        return Z_UP
+        return Y_UP_FROM_Z_UP
     up = -gravity / size
-    if np.abs(up - [0.0, 1.0, 0.0]).max() < _ALIGNED:
+    if np.abs(up - [0.0, 1.0, 0.0]).max() < _ALIGNMENT_TOLERANCE:
         return np.eye(3)
-    if np.abs(up - [0.0, 0.0, 1.0]).max() < _ALIGNED:
-        return Z_UP
+    if np.abs(up - [0.0, 0.0, 1.0]).max() < _ALIGNMENT_TOLERANCE:
+        return Y_UP_FROM_Z_UP
     x, y, z = up.tolist()
-    return Z_UP @ z_onto((x, y, z)).T
+    return Y_UP_FROM_Z_UP @ rotation_from_z_to((x, y, z)).T
 
 
-def gravity_words(gravity: Array, up: Array) -> Iterator[str]:
+def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
     """What to say of the turn, and of a gravity that is not the standard one."""
-    columns = [_named(axis) for axis in up.T]
+    columns = [_axis_name(axis) for axis in up.T]
     if columns == ["x", "y", "z"]:
         pass
     elif all(columns):
@@ -113,13 +113,13 @@ def gravity_words(gravity: Array, up: Array) -> Iterator[str]:
     else:
         yield "the world is turned so that gravity points against y"
     size = float(np.linalg.norm(gravity))
-    if abs(size - STANDARD) > 1e-12:
+    if abs(size - STANDARD_GRAVITY) > 1e-12:
         yield f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size:.8g},0`"
 
 
-def _named(axis: Array) -> str:
+def _axis_name(axis: Array) -> str:
     """`x`, `-z` ... of a unit vector along a coordinate axis; empty for another."""
     place = int(np.argmax(np.abs(axis)))
-    if abs(axis[place]) < 1.0 - _ALIGNED:
+    if abs(axis[place]) < 1.0 - _ALIGNMENT_TOLERANCE:
         return ""
     return f"{'-' if axis[place] < 0.0 else ''}{'xyz'[place]}"

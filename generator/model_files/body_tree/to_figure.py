@@ -12,42 +12,42 @@ from itertools import permutations
 
 import numpy as np
 
-from generator.diagnostics import Findings, shorten
+from generator.diagnostics import Diagnostics, shorten
 from generator.figure import (
-    CENTRE_OF_MASS,
+    CENTRE_OF_MASS_SITE,
     Figure,
     Joint,
     Location,
+    Rotation,
     Segment,
-    Shift,
     Site,
     SiteRef,
-    Turn,
+    Translation,
     Vector,
 )
 from generator.inertia import MassProperties
-from generator.losses import Report
+from generator.losses import LossReport
 from generator.model_files.body_tree.joints import (
-    Group,
     JointFields,
-    groups_of,
+    JointGroup,
+    group_dofs,
     joint_fields,
     spring_entries,
 )
 from generator.model_files.body_tree.names import Names, common_stem
 from generator.model_files.body_tree.tree import (
     Body,
-    PassiveTree,
-    with_mass_first,
-    without_massless,
-    without_rigid,
+    BodyTree,
+    merge_massless_bodies,
+    merge_rigid_bodies,
+    swap_massless_parents,
 )
-from generator.model_files.imported import Coordinate, Imported
+from generator.model_files.imported import CoordinateMapping, Imported
 from generator.model_files.xml_write import body_fixed_angles
-from generator.rotations import Array, homogeneous
+from generator.rotations import Array, pose_matrix
 from generator.springs_file.parse import SpringEntry, SpringsFile
 
-DIAGONAL = 1e-12
+MAX_OFF_DIAGONAL = 1e-12
 """Off-diagonal parts of a tensor that count as rounding, relative to its largest part."""
 
 
@@ -58,10 +58,10 @@ def principal_frame(mass: MassProperties) -> Array:
     nearest to it, so that a tensor that is nearly diagonal turns the axes by little.
     """
     tensor = mass.inertia
-    if np.abs(tensor - np.diag(np.diag(tensor))).max() <= DIAGONAL * np.abs(tensor).max():
+    if np.abs(tensor - np.diag(np.diag(tensor))).max() <= MAX_OFF_DIAGONAL * np.abs(tensor).max():
         return np.eye(3)
     axes = np.linalg.eigh(tensor)[1]
-    best = max(permutations(range(3)), key=lambda order: float(_nearness(axes, order).sum()))
+    best = max(permutations(range(3)), key=lambda order: float(_axis_alignment(axes, order).sum()))
     chosen = axes[:, list(best)]
     chosen = chosen * np.where(np.diag(chosen) < 0.0, -1.0, 1.0)
     if np.linalg.det(chosen) < 0.0:
@@ -69,11 +69,11 @@ def principal_frame(mass: MassProperties) -> Array:
     return chosen
 
 
-def _nearness(axes: Array, order: tuple[int, ...]) -> Array:
+def _axis_alignment(axes: Array, order: tuple[int, ...]) -> Array:
     return np.abs(axes[[0, 1, 2], list(order)])
 
 
-SHARE = 1e-10
+CARRIER_MASS_SHARE = 1e-10
 """Part of a body's mass and inertia that each carrier gets."""
 
 WORLD = "world"
@@ -88,28 +88,28 @@ _FREE = JointFields(None, None, None, None, None)
 
 
 @dataclass
-class _Draft:
+class _FigureDraft:
     """The figure as it grows.
 
     Attributes:
         report: for what the figure does not hold.
-        apart: see `figure_of`.
-        turned: by the model's body (None is the world), the name of its segment and the rotation of
+        separate: see `figure_of`.
+        segment_frames: by the model's body (None is the world), the name of its segment and the rotation of
             the segment's axes in the body's frame.
         sites: of each segment, poses in the segment.
     """
 
-    report: Report
-    apart: bool
+    report: LossReport
+    separate: bool
     segments: dict[str, Segment] = field(default_factory=dict[str, Segment])
     sites: dict[str, dict[str, Array]] = field(default_factory=dict[str, dict[str, Array]])
     joints: dict[str, Joint] = field(default_factory=dict[str, Joint])
-    entries: list[SpringEntry] = field(default_factory=list[SpringEntry])
-    coordinates: dict[str, Coordinate] = field(default_factory=dict[str, Coordinate])
+    springs_tables: list[SpringEntry] = field(default_factory=list[SpringEntry])
+    coordinates: dict[str, CoordinateMapping] = field(default_factory=dict[str, CoordinateMapping])
     segment_names: Names = field(default_factory=Names)
     joint_names: Names = field(default_factory=Names)
     site_names: dict[str, Names] = field(default_factory=dict[str, Names])
-    turned: dict[str | None, tuple[str, Array]] = field(
+    segment_frames: dict[str | None, tuple[str, Array]] = field(
         default_factory=dict[str | None, tuple[str, Array]]
     )
 
@@ -119,19 +119,19 @@ class _Draft:
         mass: MassProperties | None,
         sites: Mapping[str, Array],
         *,
-        carrier: bool = False,
+        is_carrier: bool = False,
     ) -> tuple[str, Array]:
         """A segment for a body; its name, and the rotation of its axes in the body's frame."""
         names = self.segment_names
-        given = names.made(name) if carrier else names.taken(name)
+        given = names.assign_new(name) if is_carrier else names.assign(name)
         turn = np.eye(3) if mass is None else principal_frame(mass)
         names = self.site_names[given] = Names()
-        names.keep(sites)
+        names.protect(sites)
         self.sites[given] = {}
         moments = None
         if mass is not None:
-            names.taken(CENTRE_OF_MASS)
-            self.sites[given][CENTRE_OF_MASS] = homogeneous(np.eye(3), turn.T @ mass.centre)
+            names.assign(CENTRE_OF_MASS_SITE)
+            self.sites[given][CENTRE_OF_MASS_SITE] = pose_matrix(np.eye(3), turn.T @ mass.centre)
             moments = _vector(np.diag(turn.T @ mass.inertia @ turn))
         self.segments[given] = Segment(given, None if mass is None else mass.mass, moments)
         for site, pose in ((FRAME, np.eye(4)), *sites.items()):
@@ -140,160 +140,168 @@ class _Draft:
 
     def add_site(self, segment: str, turn: Array, name: str, pose_in_body: Array) -> str:
         """A site of a segment; its name."""
-        given = self.site_names[segment].taken(name)
-        self.sites[segment][given] = homogeneous(turn.T, np.zeros(3)) @ pose_in_body
+        given = self.site_names[segment].assign(name)
+        self.sites[segment][given] = pose_matrix(turn.T, np.zeros(3)) @ pose_in_body
         return given
 
-    def add_end(self, body: str | None, name: str, pose_in_body: Array) -> SiteRef:
+    def add_joint_site(self, body: str | None, name: str, pose_in_body: Array) -> SiteRef:
         """A site on the segment of one of the model's bodies (None is the world)."""
-        segment, turn = self.turned[body]
+        segment, turn = self.segment_frames[body]
         return SiteRef(segment, self.add_site(segment, turn, name, pose_in_body))
 
-    def figure(self, root: SiteRef, name: str | None) -> Figure:
+    def build_figure(self, root_site: SiteRef, name: str | None) -> Figure:
         """The whole."""
         segments = {
             key: Segment(
                 key,
                 segment.mass,
                 segment.inertia,
-                sites={site: Site(site, location_of(pose)) for site, pose in sites.items()},
+                sites={site: Site(site, location_from_pose(pose)) for site, pose in sites.items()},
             )
             for (key, segment), sites in zip(
                 self.segments.items(), self.sites.values(), strict=True
             )
         }
-        return Figure(segments, self.joints, root, name=name)
+        return Figure(segments, self.joints, root_site, name=name)
 
 
-def figure_of(
-    tree: PassiveTree,
-    findings: Findings,
-    report: Report,
+def figure_from_tree(
+    tree: BodyTree,
+    diagnostics: Diagnostics,
+    report: LossReport,
     *,
-    apart: bool = False,
-    held: frozenset[str] = frozenset(),
+    separate: bool = False,
+    fixed_bodies: frozenset[str] = frozenset(),
 ) -> Imported | None:
     """The figure of a tree; None, with the faults noted, when the tree makes none.
 
     Args:
         tree: as the model has it.
-        findings: for faults.
+        diagnostics: for faults.
         report: for what the figure does not hold.
-        apart: whether hinges with springs, damping or limits each become a joint of their own, with
+        separate: whether hinges with springs, damping or limits each become a joint of their own, with
             carriers between them; else hinges through one point become one joint, whose laws act on
             its rotation vector.
-        held: bodies without freedoms that stay bodies, held rigidly.
+        fixed_bodies: bodies without freedoms that stay bodies, held rigidly.
     """
-    if findings.has_errors:
+    if diagnostics.has_errors:
         # What seems to be missing may stand where the model could not be read.
         return None
-    whole = without_rigid(with_mass_first(tree), held)
+    whole = merge_rigid_bodies(swap_massless_parents(tree), fixed_bodies)
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
-        report.lose("bodies without a joint are parts of what they are fixed to", *merged)
-    whole, gone = without_massless(whole)
+        report.add("bodies without a joint are parts of what they are fixed to", *merged)
+    whole, gone = merge_massless_bodies(whole)
     if gone:
-        report.lose("bodies without mass are parts of the next one's joint", *gone)
-    _check(whole, findings)
-    if findings.has_errors:
+        report.add("bodies without mass are parts of the next one's joint", *gone)
+    _check_masses(whole, diagnostics)
+    if diagnostics.has_errors:
         return None
-    draft = _Draft(report, apart)
-    draft.segment_names.keep(body.name for body in whole.bodies)
-    draft.joint_names.keep(name for body in whole.bodies for name in _joint_names(body))
+    draft = _FigureDraft(report, separate)
+    draft.segment_names.protect(body.name for body in whole.bodies)
+    draft.joint_names.protect(name for body in whole.bodies for name in _model_joint_names(body))
     ground, turn = draft.add_segment(WORLD, None, {})
-    root = draft.add_site(ground, turn, ORIGIN, homogeneous(tree.up.T, np.zeros(3)))
-    draft.site_names[ground].keep(whole.sites)
+    root = draft.add_site(ground, turn, ORIGIN, pose_matrix(tree.up_rotation.T, np.zeros(3)))
+    draft.site_names[ground].protect(whole.sites)
     for name, pose in whole.sites.items():
         draft.add_site(ground, turn, name, pose)
-    draft.turned[None] = ground, turn
+    draft.segment_frames[None] = ground, turn
     for body in whole.bodies:
-        _hang(draft, body)
-    _report_names(draft)
-    name = None if tree.name is None else Names().taken(tree.name)
-    springs = SpringsFile(tuple(draft.entries)) if draft.entries else None
-    figure = draft.figure(SiteRef(ground, root), name)
+        _add_body(draft, body)
+    _add_name_losses(draft)
+    name = None if tree.name is None else Names().assign(tree.name)
+    springs = SpringsFile(tuple(draft.springs_tables)) if draft.springs_tables else None
+    figure = draft.build_figure(SiteRef(ground, root), name)
     return Imported(figure, springs, report.losses, draft.coordinates)
 
 
-def _check(tree: PassiveTree, findings: Findings) -> None:
+def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
     """Bodies that move have a mass and an inertia, and there are some."""
     for body in tree.bodies:
         try:
-            mass = body.whole_mass
+            mass = body.total_mass_properties
         except ValueError as failure:
-            findings.error(
+            diagnostics.error(
                 f"the inertia of `{shorten(body.name)}` is none: {failure}",
-                body.place,
+                body.span,
                 "the principal moments of a body are positive, none above the sum of the others",
             )
             continue
         if mass is None:
-            findings.error(
+            diagnostics.error(
                 f"`{shorten(body.name)}` moves but has no mass",
-                body.place,
+                body.span,
                 "every body that moves needs mass and inertia",
             )
         elif np.linalg.eigvalsh(mass.inertia)[0] <= 0.0:
-            findings.error(
+            diagnostics.error(
                 f"the inertia of `{shorten(body.name)}` is not positive",
-                body.place,
+                body.span,
                 "every principal moment of a body with size is above zero",
             )
-    if not tree.bodies and not findings.has_errors:
-        findings.error("nothing in this model moves", tree.place, "a figure has at least one joint")
+    if not tree.bodies and not diagnostics.has_errors:
+        diagnostics.error(
+            "nothing in this model moves", tree.span, "a figure has at least one joint"
+        )
 
 
-def _hang(draft: _Draft, body: Body) -> None:
+def _add_body(draft: _FigureDraft, body: Body) -> None:
     """The segment of a body, its joints, and the carriers between them."""
-    whole = body.whole_mass
+    whole = body.total_mass_properties
     assert whole is not None, "checked before"
-    groups = groups_of(body.freedoms, apart=draft.apart)
+    groups = group_dofs(body.dofs, separate=draft.separate)
     carried = max(len(groups) - 1, 0)
-    mass = whole.with_mass(whole.mass * (1.0 - carried * SHARE))
-    asked = [_joint_name(body, group, len(groups)) for group in groups] or [body.joint or body.name]
-    own, given = _joint_names(body), draft.joint_names
-    names = [given.taken(name) if name in own else given.made(name) for name in asked]
+    mass = whole.with_mass(whole.mass * (1.0 - carried * CARRIER_MASS_SHARE))
+    asked = [_group_joint_name(body, group, len(groups)) for group in groups] or [
+        body.joint or body.name
+    ]
+    own, given = _model_joint_names(body), draft.joint_names
+    names = [given.assign(name) if name in own else given.assign_new(name) for name in asked]
     parent, pose = body.parent, body.pose
     for k, group in enumerate(groups[:-1], start=1):
         name = f"{body.name}/{k}"
-        draft.report.lose(
+        draft.report.add(
             "joints of one body that stay apart, since their axes miss each other, are oblique or "
-            f"have springs of their own: a segment of {SHARE:g} of its mass stands between them",
-            f"{body.name} ({', '.join(freedom.name for freedom in body.freedoms)})",
+            f"have springs of their own: a segment of {CARRIER_MASS_SHARE:g} of its mass stands between them",
+            f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
         )
-        draft.turned[name] = draft.add_segment(
-            f"{body.name}_{k}", _carrier(whole, group), {}, carrier=True
+        draft.segment_frames[name] = draft.add_segment(
+            f"{body.name}_{k}", _carrier_mass(whole, group), {}, is_carrier=True
         )
-        _join(draft, names[k - 1], (parent, name), pose, group)
+        _add_joint(draft, names[k - 1], (parent, name), pose, group)
         parent, pose = name, np.eye(4)
-    draft.turned[body.name] = draft.add_segment(body.name, mass, body.sites)
-    _join(draft, names[-1], (parent, body.name), pose, groups[-1] if groups else None)
+    draft.segment_frames[body.name] = draft.add_segment(body.name, mass, body.sites)
+    _add_joint(draft, names[-1], (parent, body.name), pose, groups[-1] if groups else None)
 
 
-def _carrier(mass: MassProperties, group: Group) -> MassProperties:
+def _carrier_mass(mass: MassProperties, group: JointGroup) -> MassProperties:
     """The tiny body between two joints, round about the first one's centre."""
     mean = float(np.trace(mass.inertia)) / 3.0
-    return MassProperties(SHARE * mass.mass, np.asarray(group.centre), SHARE * mean * np.eye(3))
+    return MassProperties(
+        CARRIER_MASS_SHARE * mass.mass,
+        np.asarray(group.centre),
+        CARRIER_MASS_SHARE * mean * np.eye(3),
+    )
 
 
-def _join(
-    draft: _Draft,
+def _add_joint(
+    draft: _FigureDraft,
     name: str,
     ends: tuple[str | None, str],
     pose_in_parent: Array,
-    group: Group | None,
+    group: JointGroup | None,
 ) -> None:
     """A joint between the segments of two of the model's bodies; rigid without a group."""
-    frame = np.eye(4) if group is None else homogeneous(group.frame, np.asarray(group.centre))
-    parent = draft.add_end(ends[0], name, pose_in_parent @ frame)
-    child = draft.add_end(ends[1], f"to_{name}", frame)
+    frame = np.eye(4) if group is None else pose_matrix(group.frame, np.asarray(group.centre))
+    parent = draft.add_joint_site(ends[0], name, pose_in_parent @ frame)
+    child = draft.add_joint_site(ends[1], f"to_{name}", frame)
     if group is None:
         draft.joints[name] = Joint(name, parent, child)
         return
     fields = joint_fields(group, name, draft.report)
-    draft.entries += spring_entries(group, name, draft.report)
-    inner_first = tuple(reversed(group.freedoms))
+    draft.springs_tables += spring_entries(group, name, draft.report)
+    inner_first = tuple(reversed(group.dofs))
     draft.joints[name] = Joint(
         name,
         parent,
@@ -307,63 +315,65 @@ def _join(
         upper_limit=fields.upper_limit,
     )
     for place, freedom in enumerate(inner_first):
-        draft.coordinates[freedom.name] = Coordinate(name, place, freedom.shift, freedom.scale)
-    hinges = [freedom for freedom in group.turns if not freedom.whole]
-    if len(group.turns) > 1 and any(freedom.is_passive for freedom in hinges):
-        draft.report.lose(
+        draft.coordinates[freedom.name] = CoordinateMapping(
+            name, place, freedom.offset, freedom.scale
+        )
+    hinges = [freedom for freedom in group.rotations if not freedom.joint]
+    if len(group.rotations) > 1 and any(freedom.is_passive for freedom in hinges):
+        draft.report.add(
             "springs, damping and limits of hinges that make one joint, which act on its rotation "
             "vector instead of on each angle",
             name,
         )
 
 
-def _joint_names(body: Body) -> set[str]:
+def _model_joint_names(body: Body) -> set[str]:
     """What the model calls joints of a body."""
-    words = {word for freedom in body.freedoms for word in (freedom.name, freedom.whole)}
+    words = {word for freedom in body.dofs for word in (freedom.name, freedom.joint)}
     return {*words, body.joint} - {""}
 
 
-def _joint_name(body: Body, group: Group, count: int) -> str:
+def _group_joint_name(body: Body, group: JointGroup, count: int) -> str:
     """The model's name of the joint, or what its freedoms are called together."""
     if count == 1 and body.joint:
         return body.joint
-    if len(group.freedoms) == 1:
-        return group.freedoms[0].name
-    words = {freedom.whole for freedom in group.freedoms}
+    if len(group.dofs) == 1:
+        return group.dofs[0].name
+    words = {freedom.joint for freedom in group.dofs}
     if len(words) == 1 and "" not in words:
         return words.pop()
-    return common_stem(tuple(freedom.name for freedom in group.freedoms)) or body.name
+    return common_stem(tuple(freedom.name for freedom in group.dofs)) or body.name
 
 
-def _report_names(draft: _Draft) -> None:
+def _add_name_losses(draft: _FigureDraft) -> None:
     """Tell names that changed, and which displacement of a joint each coordinate is."""
-    sites = [names.changed for names in draft.site_names.values()]
-    renamed = {**draft.segment_names.changed, **draft.joint_names.changed}
+    sites = [names.renamed for names in draft.site_names.values()]
+    renamed = {**draft.segment_names.renamed, **draft.joint_names.renamed}
     for changed in sites:
         renamed |= changed
     if renamed:
-        draft.report.lose(
+        draft.report.add(
             "names that the figure language does not have or has given already",
             *(f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()),
         )
     for name, joint in draft.joints.items():
         if len(joint.chain) > 1:
             inside = [key for key, where in draft.coordinates.items() if where.joint == name]
-            draft.report.lose(
+            draft.report.add(
                 "coordinates that are displacements of one joint, in this order",
-                f"{name} ({', '.join(sorted(inside, key=lambda key: _place(draft, key)))})",
+                f"{name} ({', '.join(sorted(inside, key=lambda key: _chain_index(draft, key)))})",
             )
 
 
-def _place(draft: _Draft, key: str) -> int:
-    return draft.coordinates[key].place
+def _chain_index(draft: _FigureDraft, key: str) -> int:
+    return draft.coordinates[key].index
 
 
-def location_of(pose: Array) -> Location:
+def location_from_pose(pose: Array) -> Location:
     """`xyz(...) * trans(...)` of a pose (4, 4), without what is the identity."""
     angles, offset = _vector(body_fixed_angles(pose[:3, :3])), _vector(pose[:3, 3])
-    factors: list[Turn | Shift] = [Turn(angles)] if any(angles) else []
-    return Location((*factors, Shift(offset)))
+    factors: list[Rotation | Translation] = [Rotation(angles)] if any(angles) else []
+    return Location((*factors, Translation(offset)))
 
 
 def _vector(values: Iterable[float]) -> Vector:

@@ -14,12 +14,12 @@ import numpy as np
 from generator.diagnostics import Span
 from generator.figure import Vector
 from generator.inertia import MassProperties
-from generator.rotations import Array, homogeneous, inverse_pose, matrix_from_axis_angle
+from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
 from springs.smooth_limit import SmoothLimit
 
 
 @dataclass(frozen=True)
-class Freedom:
+class DegreeOfFreedom:
     """One degree of freedom with its passive law.
 
     Attributes:
@@ -28,7 +28,7 @@ class Freedom:
         axis: unit vector in the body's frame.
         point: a point of the axis of a turn in the body's frame [m].
         value: at the start [rad or m], counted from the pose that the body is drawn in.
-        shift: of the model's own coordinate, which is `scale` times the displacement plus it.
+        offset: of the model's own coordinate, which is `scale` times the displacement plus it.
         scale: see there; above zero.
         stiffness: [N m/rad or N/m], at `rest` slack [rad or m], counted as `value` is.
         rest: see there.
@@ -37,8 +37,8 @@ class Freedom:
         friction: dry friction [N m or N].
         lower: where a stop begins [rad or m], or None.
         upper: likewise.
-        limit: a smooth limit, or None.
-        whole: freedoms with the same word stay in one joint and turn about a ball's centre.
+        smooth_limit: a smooth limit, or None.
+        joint: freedoms with the same word stay in one joint and turn about a ball's centre.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Freedom:
     axis: Vector
     point: Vector = (0.0, 0.0, 0.0)
     value: float = 0.0
-    shift: float = 0.0
+    offset: float = 0.0
     scale: float = 1.0
     stiffness: float = 0.0
     rest: float = 0.0
@@ -55,32 +55,32 @@ class Freedom:
     friction: float = 0.0
     lower: float | None = None
     upper: float | None = None
-    limit: SmoothLimit | None = None
-    whole: str = ""
+    smooth_limit: SmoothLimit | None = None
+    joint: str = ""
 
     @property
     def is_passive(self) -> bool:
         """Whether anything resists it."""
         numbers = (self.stiffness, *self.cubic, self.damping, self.friction)
-        bounds = (self.lower, self.upper, self.limit)
+        bounds = (self.lower, self.upper, self.smooth_limit)
         return any(numbers) or any(bound is not None for bound in bounds)
 
     @property
     def pose(self) -> Array:
         """Pose matrix of the freedom at `value`, shape (4, 4)."""
         if self.kind == "T":
-            return homogeneous(np.eye(3), self.value * np.asarray(self.axis))
+            return pose_matrix(np.eye(3), self.value * np.asarray(self.axis))
         turn = matrix_from_axis_angle(self.axis, self.value)
         point = np.asarray(self.point)
-        return homogeneous(turn, point - turn @ point)
+        return pose_matrix(turn, point - turn @ point)
 
     @property
-    def turned_round(self) -> "Freedom":
+    def flipped(self) -> "DegreeOfFreedom":
         """The freedom with which the parent moves as seen from the child."""
         x, y, z = (-part for part in self.axis)
         return replace(self, axis=(x, y, z))
 
-    def seen_from(self, pose: Array) -> "Freedom":
+    def in_frame(self, pose: Array) -> "DegreeOfFreedom":
         """The freedom of the same body told in another frame, in which this one has `pose`."""
         x, y, z = (pose[:3, :3] @ self.axis).tolist()
         p, q, r = (pose[:3, :3] @ self.point + pose[:3, 3]).tolist()
@@ -95,34 +95,36 @@ class Body:
         name: unique in its tree.
         parent: name of the body that it hangs on, None for the world.
         pose: of its frame in the parent's, with all freedoms at zero, shape (4, 4).
-        freedoms: from the parent outwards to the body.
+        dofs: from the parent outwards to the body.
         mass: told in the body's frame, or None for none.
         sites: frames fixed to it, by name, in the body's frame, shape (4, 4) each.
-        place: where the model says it.
+        span: where the model says it.
         joint: name of its joint where the model has one for the whole row.
-        loose: inertia [kg m2] about its centre of mass that belongs to `mass` and that no body has
+        extra_inertia: inertia [kg m2] about its centre of mass that belongs to `mass` and that no body has
             by itself: a model may print such numbers for a part that is fixed to a larger one.
     """
 
     name: str
     parent: str | None
     pose: Array
-    freedoms: tuple[Freedom, ...] = ()
+    dofs: tuple[DegreeOfFreedom, ...] = ()
     mass: MassProperties | None = None
     sites: Mapping[str, Array] = field(default_factory=dict[str, Array])
-    place: Span | None = None
+    span: Span | None = None
     joint: str = ""
-    loose: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    extra_inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
     @property
-    def whole_mass(self) -> MassProperties | None:
+    def total_mass_properties(self) -> MassProperties | None:
         """The mass with the loose inertia. Raises ValueError where no body has it."""
         if self.mass is None:
             return None
-        return MassProperties(self.mass.mass, self.mass.centre, self.mass.inertia + self.loose)
+        return MassProperties(
+            self.mass.mass, self.mass.centre, self.mass.inertia + self.extra_inertia
+        )
 
 
-def loosely(
+def split_extra_inertia(
     mass: float, centre: Array, inertia: Array, pose: Array
 ) -> tuple[MassProperties, Array]:
     """`Body.mass` and `Body.loose` of a part, from numbers told in a frame with `pose` (4, 4).
@@ -130,36 +132,36 @@ def loosely(
     Raises ValueError for a mass that is not positive.
     """
     try:
-        return MassProperties(mass, centre, inertia).in_frame(pose), np.zeros((3, 3))
+        return MassProperties(mass, centre, inertia).transform(pose), np.zeros((3, 3))
     except ValueError:
-        point = MassProperties(mass, centre, np.zeros((3, 3))).in_frame(pose)
+        point = MassProperties(mass, centre, np.zeros((3, 3))).transform(pose)
         return point, pose[:3, :3] @ inertia @ pose[:3, :3].T
 
 
 @dataclass(frozen=True)
-class PassiveTree:
+class BodyTree:
     """Bodies, each parent before its children.
 
     Attributes:
         bodies: in that order.
         sites: frames fixed to the world.
-        up: rotation that brings the model's world to a figure's (y up, z ahead), shape (3, 3).
+        up_rotation: rotation that brings the model's world to a figure's (y up, z ahead), shape (3, 3).
         name: of the model, or None.
-        place: where the model begins.
+        span: where the model begins.
     """
 
     bodies: tuple[Body, ...]
     sites: Mapping[str, Array]
-    up: Array
+    up_rotation: Array
     name: str | None = None
-    place: Span | None = None
+    span: Span | None = None
 
 
-Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """From x ahead, y left, z up to x left, y up, z ahead."""
 
 
-def with_mass_first(tree: PassiveTree) -> PassiveTree:
+def swap_massless_parents(tree: BodyTree) -> BodyTree:
     """The tree in which a joint carries the body that has the mass.
 
     Some models hang a body by a massless one at the joint, to which it is fixed. The two change
@@ -167,14 +169,14 @@ def with_mass_first(tree: PassiveTree) -> PassiveTree:
     """
     fixed: dict[str | None, Body] = {}
     for body in tree.bodies:
-        if not body.freedoms and body.mass is not None:
+        if not body.dofs and body.mass is not None:
             fixed.setdefault(body.parent, body)
     swapped: dict[str, Body] = {}
     for body in tree.bodies:
         heavy = fixed.get(body.name)
         if body.name in swapped:
             continue
-        if body.mass is not None or not body.freedoms or heavy is None:
+        if body.mass is not None or not body.dofs or heavy is None:
             swapped[body.name] = body
             continue
         back = inverse_pose(heavy.pose)
@@ -182,19 +184,19 @@ def with_mass_first(tree: PassiveTree) -> PassiveTree:
             heavy,
             parent=body.parent,
             pose=body.pose @ heavy.pose,
-            freedoms=tuple(freedom.seen_from(back) for freedom in body.freedoms),
+            dofs=tuple(freedom.in_frame(back) for freedom in body.dofs),
             joint=body.joint,
         )
-        swapped[body.name] = replace(body, parent=heavy.name, pose=back, freedoms=(), joint="")
+        swapped[body.name] = replace(body, parent=heavy.name, pose=back, dofs=(), joint="")
     return replace(tree, bodies=tuple(swapped.values()))
 
 
-def without_rigid(tree: PassiveTree, held: frozenset[str] = frozenset()) -> PassiveTree:
+def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()) -> BodyTree:
     """The tree in which a body without freedoms is a part of its parent; its frame stays as a site.
 
     Args:
         tree: the tree.
-        held: names of bodies that stay bodies.
+        kept_bodies: names of bodies that stay bodies.
     """
     homes: dict[str, tuple[str | None, Array]] = {}
     kept: dict[str, Body] = {}
@@ -202,24 +204,24 @@ def without_rigid(tree: PassiveTree, held: frozenset[str] = frozenset()) -> Pass
     for body in tree.bodies:
         parent, before = homes.get(body.parent or "", (body.parent, np.eye(4)))
         pose = before @ body.pose
-        if body.freedoms or body.name in held:
+        if body.dofs or body.name in kept_bodies:
             kept[body.name] = replace(body, parent=parent, pose=pose)
             continue
         homes[body.name] = (parent, pose)
         sites = {body.name: pose, **{name: pose @ site for name, site in body.sites.items()}}
         if parent is None:
-            world = _joined_sites(world, sites)
+            world = _merge_sites(world, sites)
             continue
         home = kept[parent]
-        moved = None if body.mass is None else body.mass.in_frame(pose)
+        moved = None if body.mass is None else body.mass.transform(pose)
         mass = home.mass if moved is None else moved if home.mass is None else home.mass + moved
-        loose = home.loose + pose[:3, :3] @ body.loose @ pose[:3, :3].T
-        sites = _joined_sites(home.sites, sites)
-        kept[parent] = replace(home, mass=mass, loose=loose, sites=sites)
+        loose = home.extra_inertia + pose[:3, :3] @ body.extra_inertia @ pose[:3, :3].T
+        sites = _merge_sites(home.sites, sites)
+        kept[parent] = replace(home, mass=mass, extra_inertia=loose, sites=sites)
     return replace(tree, bodies=tuple(kept.values()), sites=world)
 
 
-def _joined_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, Array]:
+def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, Array]:
     """Both, with new names for those of `second` that are taken."""
     joined = dict(first)
     for name, pose in second.items():
@@ -230,7 +232,7 @@ def _joined_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> di
     return joined
 
 
-def without_massless(tree: PassiveTree) -> tuple[PassiveTree, tuple[str, ...]]:
+def merge_massless_bodies(tree: BodyTree) -> tuple[BodyTree, tuple[str, ...]]:
     """The tree in which a massless body that carries one other is a part of that one's joint.
 
     The freedoms of the two make one row, so nothing about the motion changes. The names of the
@@ -243,13 +245,13 @@ def without_massless(tree: PassiveTree) -> tuple[PassiveTree, tuple[str, ...]]:
     gone: list[str] = []
     for body in reversed(tree.bodies):
         here, children = bodies[body.name], carried.get(body.name, [])
-        if here.mass is not None or not here.freedoms or len(children) != 1:
+        if here.mass is not None or not here.dofs or len(children) != 1:
             continue
         child = bodies[children[0]]
         back = inverse_pose(child.pose)
-        row = (*(freedom.seen_from(back) for freedom in here.freedoms), *child.freedoms)
+        row = (*(freedom.in_frame(back) for freedom in here.dofs), *child.dofs)
         bodies[child.name] = replace(
-            child, parent=here.parent, pose=here.pose @ child.pose, freedoms=row, joint=""
+            child, parent=here.parent, pose=here.pose @ child.pose, dofs=row, joint=""
         )
         del bodies[body.name]
         siblings = carried[here.parent]

@@ -19,13 +19,13 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.diagnostics import Fault, Span, error
-from generator.figure import Factor, Joint, Vector
-from generator.figure_file.resolve import place_of
-from generator.joint_chain import ChainError, chain_of
+from generator.diagnostics import Diagnostic, Span, error
+from generator.figure import Joint, JointAxis, Vector
+from generator.figure_file.resolve import origin_span
+from generator.joint_chain import ChainError, build_chain
 from generator.loads import LoadKind
-from generator.rotations import Array, Sequence3, frame_with_z
-from generator.springs_file.axes import sign_along, turn_axes
+from generator.rotations import Array, RotationSequence, rotation_with_z_axis
+from generator.springs_file.axes import parallel_sign, rotation_axes
 
 Row4 = tuple[float, float, float, float]
 Triad = tuple[Row4, Row4, Row4]
@@ -54,12 +54,12 @@ class JointType(IntEnum):
     SPHERICAL = 7
 
     @property
-    def chain(self) -> tuple[Factor, ...]:
+    def chain(self) -> tuple[JointAxis, ...]:
         """The chain that DYSPAM allows: about z, or z-y-x (innermost first)."""
-        z = Factor("R", (0.0, 0.0, 1.0))
+        z = JointAxis("R", (0.0, 0.0, 1.0))
         if self is JointType.REVOLUTE:
             return (z,)
-        return Factor("R", (1.0, 0.0, 0.0)), Factor("R", (0.0, 1.0, 0.0)), z
+        return JointAxis("R", (1.0, 0.0, 0.0)), JointAxis("R", (0.0, 1.0, 0.0)), z
 
     @property
     def axes(self) -> tuple[int, ...]:
@@ -78,7 +78,7 @@ class Connection:
         triads: the joint's frame in the first and in the second body.
         angles: at the start [rad], one, or three about z, y and x.
         rates: of the angles [rad/s].
-        place: where the joint table has it.
+        span: where the joint table has it.
     """
 
     first: int
@@ -87,24 +87,24 @@ class Connection:
     triads: tuple[Triad, Triad]
     angles: tuple[float, ...]
     rates: tuple[float, ...]
-    place: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
-class Body:
+class MechanismBody:
     """A body that moves.
 
     Attributes:
         centre: number of the point at its centre of mass.
         mass: [kg].
         inertia: principal moments about the centre of mass along the body's axes [kg m2].
-        place: where the mass table has it.
+        span: where the mass table has it.
     """
 
     centre: int
     mass: float
     inertia: Vector
-    place: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Point:
 
     body: int
     position: Vector
-    place: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class LinearSpring:
     stiffness: float
     damping: float
     rest: float
-    place: Span | None = field(default=None, compare=False, repr=False)
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -145,12 +145,12 @@ class Mechanism:
     """What `ndyspamfile` says, table by table."""
 
     connections: tuple[Connection, ...]
-    bodies: tuple[Body, ...]
+    bodies: tuple[MechanismBody, ...]
     points: tuple[Point, ...]
     springs: tuple[LinearSpring, ...] = ()
 
 
-_WHAT_IS_HELD = "DYSPAM's files hold one rotation or three: revolutes and sphericals"
+_SUPPORTED_JOINTS_HINT = "DYSPAM's files hold one rotation or three: revolutes and sphericals"
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +159,13 @@ class JointTriad:
 
     Attributes:
         type: of the joint.
-        turn: axes of the triad as columns in the joint's sites, shape (3, 3).
+        rotation: axes of the triad as columns in the joint's sites, shape (3, 3).
     """
 
     type: JointType
-    turn: Array
+    rotation: Array
 
-    def angles(self, matrix: ArrayLike, displacement: ArrayLike) -> tuple[float, ...]:
+    def initial_angles(self, matrix: ArrayLike, displacement: ArrayLike) -> tuple[float, ...]:
         """The initial angles [rad]: of a revolute its own, of a spherical about z, y and x.
 
         Args:
@@ -175,39 +175,49 @@ class JointTriad:
         if self.type is JointType.REVOLUTE:
             return (float(np.asarray(displacement)[0]),)
         axes = tuple(factor.axis for factor in self.type.chain)
-        found = Sequence3(axes).angles(self.turn.T @ np.asarray(matrix) @ self.turn)
+        found = RotationSequence(axes).angles(self.rotation.T @ np.asarray(matrix) @ self.rotation)
         x, y, z = (float(angle) for angle in found)
         return z, y, x
 
 
-def triad_of(joint: Joint) -> JointTriad | Fault:
+def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
     """The triad of a joint, or the fault that DYSPAM has no such joint."""
-    place = place_of(joint.origins, "type", "connect")
+    place = origin_span(joint.origins, "type", "connect")
     who = f"joint `{joint.name}`"
     try:
-        chain = chain_of(joint.chain)
+        chain = build_chain(joint.chain)
     except ChainError as failure:
-        return error(f"{who} cannot be written for DYSPAM: {failure}", place, _WHAT_IS_HELD)
-    if not joint.chain:
-        return error(f"{who} cannot be written for DYSPAM: it is rigid", place, _WHAT_IS_HELD)
-    if chain.slides:
-        return error(f"{who} cannot be written for DYSPAM: it slides", place, _WHAT_IS_HELD)
-    if len(chain.turns) == 2:
         return error(
-            f"{who} cannot be written for DYSPAM: it turns about two axes", place, _WHAT_IS_HELD
+            f"{who} cannot be written for DYSPAM: {failure}", place, _SUPPORTED_JOINTS_HINT
         )
-    if len(chain.turns) == 1:
-        return JointTriad(JointType.REVOLUTE, frame_with_z(chain.turn_axes[0]))
-    return JointTriad(JointType.SPHERICAL, np.diag(_signs(joint)))
+    if not joint.chain:
+        return error(
+            f"{who} cannot be written for DYSPAM: it is rigid", place, _SUPPORTED_JOINTS_HINT
+        )
+    if chain.translations:
+        return error(
+            f"{who} cannot be written for DYSPAM: it slides", place, _SUPPORTED_JOINTS_HINT
+        )
+    if len(chain.rotations) == 2:
+        return error(
+            f"{who} cannot be written for DYSPAM: it turns about two axes",
+            place,
+            _SUPPORTED_JOINTS_HINT,
+        )
+    if len(chain.rotations) == 1:
+        return JointTriad(JointType.REVOLUTE, rotation_with_z_axis(chain.rotation_axes[0]))
+    return JointTriad(JointType.SPHERICAL, np.diag(_axis_signs(joint)))
 
 
-def _signs(joint: Joint) -> Array:
+def _axis_signs(joint: Joint) -> Array:
     """A half turn, or none, that brings the axes of sites to the declared ones; shape (3,).
 
     Where an odd number of axes is negative no turn makes all positive, and the sites stay.
     """
     declared = [
-        next((sign for turn in turn_axes(joint) if (sign := sign_along(tuple(axis), turn))), 0)
+        next(
+            (sign for turn in rotation_axes(joint) if (sign := parallel_sign(tuple(axis), turn))), 0
+        )
         for axis in np.eye(3)
     ]
     signs = np.array([sign or 1 for sign in declared], dtype=float)

@@ -14,28 +14,28 @@ from pathlib import Path
 import numpy as np
 
 from generator.diagnostics import (
-    EnoughFaults,
-    Fault,
-    Findings,
+    Diagnostic,
+    Diagnostics,
     InputError,
     Source,
     Span,
+    TooManyErrors,
     error,
-    errors_among,
+    select_errors,
 )
 from generator.figure import (
-    CENTRE_OF_MASS,
+    CENTRE_OF_MASS_SITE,
     Figure,
     Joint,
     Location,
+    Rotation,
     Segment,
-    Shift,
     Site,
     SiteRef,
-    Turn,
+    Translation,
 )
-from generator.figure_file.check import check
-from generator.figure_file.resolve import Draft
+from generator.figure_file.check import check_figure
+from generator.figure_file.resolve import FigureDraft
 from generator.loads import LoadKind
 from generator.losses import Loss, Losses
 from generator.model_files.dyspam.mechanism import (
@@ -45,21 +45,27 @@ from generator.model_files.dyspam.mechanism import (
     PointLoad,
     Triad,
 )
-from generator.model_files.dyspam.records import MOST, Structure, Times, jackforce_in, structure_in
-from generator.model_files.dyspam.tables import tables_in
+from generator.model_files.dyspam.records import (
+    MAX_COUNT,
+    Structure,
+    Times,
+    parse_jackforce,
+    parse_structure,
+)
+from generator.model_files.dyspam.tables import parse_tables
 from generator.model_files.dyspam.write import FILES, FORMAT, LOADS, OPTIONAL, STRUCTURE, TABLES
 from generator.model_files.imported import Imported
-from generator.rotations import Array, Sequence3
-from generator.springs_file.axes import AXES
+from generator.rotations import Array, RotationSequence
+from generator.springs_file.axes import AXIS_NAMES
 from generator.springs_file.parse import SpringEntry, SpringsFile
-from generator.springs_file.read import springs_for
-from generator.text_io import read_text
+from generator.springs_file.read import load_springs
+from generator.text_io import load_text
 from springs import AxisSpring, Cubic, SpringSet
 
 GROUND = "ground"
 ORIGIN = "origin"
 
-_XYZ = Sequence3(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)))
+_XYZ_SEQUENCE = RotationSequence(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)))
 """The angles of `xyz`, the innermost, z, first."""
 
 _LOAD_FIELDS: Mapping[LoadKind, str] = {
@@ -70,8 +76,8 @@ _LOAD_FIELDS: Mapping[LoadKind, str] = {
 }
 
 
-def figure_of(
-    mechanism: Mechanism, loads: Iterable[PointLoad], place: Span, findings: Findings
+def figure_from_mechanism(
+    mechanism: Mechanism, loads: Iterable[PointLoad], span: Span, diagnostics: Diagnostics
 ) -> Figure | None:
     """The figure of a mechanism; None, with the faults noted, where it is none.
 
@@ -81,39 +87,39 @@ def figure_of(
     Args:
         mechanism: as read.
         loads: at its points; the loads of one kind at a point add up.
-        place: of the whole, for faults that have no other place.
-        findings: for faults.
+        span: of the whole, for faults that have no other place.
+        diagnostics: for faults.
     """
     sites: dict[int, dict[str, Site]] = {k: {} for k in range(len(mechanism.bodies) + 1)}
     sites[0][ORIGIN] = Site(ORIGIN)
     centres = {body.centre for body in mechanism.bodies}
     named = {
-        k: CENTRE_OF_MASS if k in centres else f"point{k}"
+        k: CENTRE_OF_MASS_SITE if k in centres else f"point{k}"
         for k in range(1, len(mechanism.points) + 1)
     }
     for k, point in enumerate(mechanism.points, start=1):
-        location = Location((Shift(point.position),))
-        sites[point.body][named[k]] = Site(named[k], location, origins=_origins(point.place))
+        location = Location((Translation(point.position),))
+        sites[point.body][named[k]] = Site(named[k], location, origins=_origins(point.span))
     for load in loads:
         at = sites[mechanism.points[load.point - 1].body]
-        at[named[load.point]] = _loaded(at[named[load.point]], load)
-    draft = Draft(place, root=SiteRef(GROUND, ORIGIN), origins={"root": place})
+        at[named[load.point]] = _with_load(at[named[load.point]], load)
+    draft = FigureDraft(span, root=SiteRef(GROUND, ORIGIN), origins={"root": span})
     for k, connection in enumerate(mechanism.connections, start=1):
-        joint = _joint(k, connection, [one for one in mechanism.springs if one.joint == k])
+        joint = _figure_joint(k, connection, [one for one in mechanism.springs if one.joint == k])
         draft.joints[joint.name] = joint
         ends = zip((connection.first, connection.second), connection.triads, strict=True)
         for body, triad in ends:
             sites[body][joint.name] = Site(joint.name, _location(triad))
     draft.segments[GROUND] = Segment(GROUND, sites=sites[0])
     for k, body in enumerate(mechanism.bodies, start=1):
-        name, origins = _body_name(k), _origins(body.place)
+        name, origins = _body_name(k), _origins(body.span)
         draft.segments[name] = Segment(
             name, body.mass, body.inertia, sites=sites[k], origins=origins
         )
-    return check(draft, None, findings)
+    return check_figure(draft, None, diagnostics)
 
 
-def rates_of(mechanism: Mechanism) -> dict[str, tuple[float, ...]]:
+def initial_rates(mechanism: Mechanism) -> dict[str, tuple[float, ...]]:
     """By joint: rates of the figure's displacements [rad/s], of those joints that start moving."""
     return {
         _joint_name(k): connection.rates[::-1]
@@ -122,7 +128,7 @@ def rates_of(mechanism: Mechanism) -> dict[str, tuple[float, ...]]:
     }
 
 
-def _joint(number: int, connection: Connection, springs: list[LinearSpring]) -> Joint:
+def _figure_joint(number: int, connection: Connection, springs: list[LinearSpring]) -> Joint:
     """A joint, with a value for each factor where any axis has a spring.
 
     The initial angles stand outermost first, the factors of a chain innermost first.
@@ -136,7 +142,7 @@ def _joint(number: int, connection: Connection, springs: list[LinearSpring]) -> 
         child,
         chain,
         connection.angles[::-1],
-        origins=_origins(connection.place),
+        origins=_origins(connection.span),
     )
     if not springs:
         return joint
@@ -148,7 +154,7 @@ def _joint(number: int, connection: Connection, springs: list[LinearSpring]) -> 
     return replace(joint, stiff=stiff, rest=rest, damp=damp)
 
 
-def _loaded(site: Site, load: PointLoad) -> Site:
+def _with_load(site: Site, load: PointLoad) -> Site:
     """The site with one more load."""
     key = _LOAD_FIELDS[load.kind]
     before = getattr(site, key) or (0.0, 0.0, 0.0)
@@ -158,13 +164,13 @@ def _loaded(site: Site, load: PointLoad) -> Site:
 
 def _location(triad: Triad) -> Location:
     rows: Array = np.array(triad)
-    c, b, a = (float(angle) for angle in _XYZ.angles(rows[:, :3]))
+    c, b, a = (float(angle) for angle in _XYZ_SEQUENCE.angles(rows[:, :3]))
     x, y, z = (float(value) for value in rows[:, 3])
-    return Location((Turn((a, b, c)), Shift((x, y, z))))
+    return Location((Rotation((a, b, c)), Translation((x, y, z))))
 
 
-def _origins(place: Span | None) -> dict[str, Span]:
-    return {} if place is None else {"name": place}
+def _origins(span: Span | None) -> dict[str, Span]:
+    return {} if span is None else {"name": span}
 
 
 def _body_name(number: int) -> str:
@@ -190,102 +196,102 @@ class DyspamReading:
 
     figure: Figure | None
     springs: SpringSet | None
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
     losses: Losses
     times: Times | None
     rates: Mapping[str, tuple[float, ...]]
 
 
-def examine(path: Path) -> DyspamReading:
+def parse_dyspam(path: Path) -> DyspamReading:
     """The figure and the springs in a folder, with all faults; bad input raises nothing."""
     if not path.is_dir():
         missing = error(f"there is no folder `{path}`", hint=f"it holds {', '.join(FILES)}")
         return DyspamReading(None, None, (missing,), Losses(FORMAT), None, {})
-    faults: list[Fault] = []
-    sources = {name: _source(path, name, faults) for name in (STRUCTURE, TABLES, LOADS)}
+    faults: list[Diagnostic] = []
+    sources = {name: _read_source(path, name, faults) for name in (STRUCTURE, TABLES, LOADS)}
     structure, figure, springs = None, None, None
     rates: dict[str, tuple[float, ...]] = {}
     if not faults:
         structure = _structure(sources[STRUCTURE], faults)
-    if structure is not None and not errors_among(faults):
-        figure, rates = _figure(sources, structure, faults)
+    if structure is not None and not select_errors(faults):
+        figure, rates = _build_figure(sources, structure, faults)
     if figure is not None:
-        springs = _springs(figure, path / OPTIONAL, faults)
-    if figure is not None and not errors_among(faults):
+        springs = _load_springs(figure, path / OPTIONAL, faults)
+    if figure is not None and not select_errors(faults):
         figure = replace(figure, path=path / TABLES)
     else:
         figure = springs = None
-    losses = Losses.of(FORMAT, () if structure is None else _losses_of_reading(structure, rates))
+    losses = Losses.collect(FORMAT, () if structure is None else _reading_losses(structure, rates))
     times = None if structure is None else structure.times
     return DyspamReading(figure, springs, tuple(faults), losses, times, rates)
 
 
-def read(path: Path) -> DyspamReading:
+def read_dyspam(path: Path) -> DyspamReading:
     """As `examine`, with figure and springs. Raises InputError, which holds all faults."""
-    reading = examine(path)
-    if errors_among(reading.faults):
+    reading = parse_dyspam(path)
+    if select_errors(reading.faults):
         raise InputError(reading.faults)
     return reading
 
 
-def _source(folder: Path, name: str, faults: list[Fault]) -> Source:
-    source, fault = read_text(folder / name, os.fspath(folder / name))
+def _read_source(folder: Path, name: str, diagnostics: list[Diagnostic]) -> Source:
+    source, fault = load_text(folder / name, os.fspath(folder / name))
     if fault is not None:
-        faults.append(fault)
+        diagnostics.append(fault)
     return source
 
 
-def _structure(source: Source, faults: list[Fault]) -> Structure | None:
-    findings, structure = Findings(), None
-    with suppress(EnoughFaults):
-        structure = structure_in(source, findings)
-    faults += findings.in_order()
+def _structure(source: Source, diagnostics: list[Diagnostic]) -> Structure | None:
+    findings, structure = Diagnostics(), None
+    with suppress(TooManyErrors):
+        structure = parse_structure(source, findings)
+    diagnostics += findings.sorted_by_position()
     return structure
 
 
-def _figure(
-    sources: Mapping[str, Source], structure: Structure, faults: list[Fault]
+def _build_figure(
+    sources: Mapping[str, Source], structure: Structure, diagnostics: list[Diagnostic]
 ) -> tuple[Figure | None, dict[str, tuple[float, ...]]]:
     """The figure, and the rates with which it starts; faults are added."""
-    in_tables, in_loads, mechanism, loads = Findings(), Findings(), None, ()
-    with suppress(EnoughFaults):
-        mechanism = tables_in(sources[TABLES], structure, in_tables)
+    in_tables, in_loads, mechanism, loads = Diagnostics(), Diagnostics(), None, ()
+    with suppress(TooManyErrors):
+        mechanism = parse_tables(sources[TABLES], structure, in_tables)
     if mechanism is not None:
-        with suppress(EnoughFaults):
-            points = MOST if in_tables.has_errors else len(mechanism.points)
-            loads = jackforce_in(sources[LOADS], structure.loads, points, in_loads)
+        with suppress(TooManyErrors):
+            points = MAX_COUNT if in_tables.has_errors else len(mechanism.points)
+            loads = parse_jackforce(sources[LOADS], structure.loads, points, in_loads)
     figure = None
-    if mechanism is not None and structure.place is not None and not in_tables.has_errors:
-        with suppress(EnoughFaults):
-            figure = figure_of(mechanism, loads, structure.place, in_tables)
-    faults += [*in_tables.in_order(), *in_loads.in_order()]
+    if mechanism is not None and structure.span is not None and not in_tables.has_errors:
+        with suppress(TooManyErrors):
+            figure = figure_from_mechanism(mechanism, loads, structure.span, in_tables)
+    diagnostics += [*in_tables.sorted_by_position(), *in_loads.sorted_by_position()]
     if mechanism is None or figure is None:
         return None, {}
-    counted = Findings()
+    counted = Diagnostics()
     has_loops = len(mechanism.connections) > len(mechanism.bodies)
-    if not has_loops and structure.freedoms != figure.degrees_of_freedom:
+    if not has_loops and structure.degrees_of_freedom != figure.degrees_of_freedom:
         counted.error(
-            f"the number of degrees of freedom is {structure.freedoms}",
-            structure.place,
+            f"the number of degrees of freedom is {structure.degrees_of_freedom}",
+            structure.span,
             f"the joints of {TABLES} have {figure.degrees_of_freedom}",
         )
-    faults += counted.faults
-    return figure, rates_of(mechanism)
+    diagnostics += counted.entries
+    return figure, initial_rates(mechanism)
 
 
-def _springs(figure: Figure, path: Path, faults: list[Fault]) -> SpringSet | None:
+def _load_springs(figure: Figure, path: Path, diagnostics: list[Diagnostic]) -> SpringSet | None:
     """The springs of `ndyspamfile`, and those of `optional` where there is one with a record."""
     choice = None
     if path.exists():
-        source, fault = read_text(path, os.fspath(path))
+        source, fault = load_text(path, os.fspath(path))
         if fault is not None or source.text.strip():
             choice = path
-    reading = springs_for(figure, choice=choice)
-    faults += reading.faults
+    reading = load_springs(figure, choice=choice)
+    diagnostics += reading.faults
     return reading.springs
 
 
-def _losses_of_reading(
+def _reading_losses(
     structure: Structure, rates: Mapping[str, tuple[float, ...]]
 ) -> list[Loss | None]:
     times = structure.times
@@ -294,7 +300,7 @@ def _losses_of_reading(
             f"the times of the simulation, {times.start:g} to {times.stop:g} s with a step of "
             f"{times.step:g} s and a frame of {times.frame:g} s"
         ),
-        Loss("flags that are set, whose meaning is not known") if structure.flagged else None,
+        Loss("flags that are set, whose meaning is not known") if structure.has_flags else None,
         Loss("rates with which joints start", tuple(rates)) if rates else None,
     ]
 
@@ -302,7 +308,7 @@ def _losses_of_reading(
 _REFERENCE = "DYSPAM's file `optional`"
 
 
-def imported_of(reading: DyspamReading) -> Imported:
+def imported_from_dyspam(reading: DyspamReading) -> Imported:
     """The figure with its cubics as a springs file; linear springs are the figure's own fields.
 
     Raises InputError for a reading with errors.
@@ -329,7 +335,7 @@ def _entry(joint: str, law: Cubic, spring: AxisSpring, *, spherical: bool) -> Sp
     """A cubic with the sense and the dead zone that reading gave it; the axes are all positive."""
     return SpringEntry(
         joints=(joint,),
-        axis=AXES[spring.direction.index(1.0)] if spherical else None,
+        axis=AXIS_NAMES[spring.direction.index(1.0)] if spherical else None,
         coefficients=law.coefficients,
         sense=law.sense,
         dead_zone=law.dead_zone,

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from generator.losses import Report
+from generator.losses import LossReport
 from generator.model_files.dyspam.mechanism import JointTriad, JointType, LinearSpring
-from generator.springs_file.axes import AXES, sign_along
+from generator.springs_file.axes import AXIS_NAMES, parallel_sign
 from generator.springs_file.optional import OptionalRecord
 from springs import (
     AxisSpring,
@@ -26,27 +26,27 @@ from springs import (
     Stop,
     passive_cubic,
 )
-from springs.damping import SLIP
+from springs.damping import DEFAULT_SLIP_RATE
 
 ANGLE_DECIMALS = 7
 """Edges of dead zones are rounded to so many decimals of a radian: springs files give them in
 degrees, in which 1.7 rad has no end."""
 
-_SAME_EDGE = 1e-6
+_MAX_EDGE_DIFFERENCE = 1e-6
 """Edges of dead zones that are nearer are the same [rad]."""
 
-LIMITS = "limits and their stops"
+LIMITS_LOSS = "limits and their stops"
 _OTHER_LAW = "springs whose law is neither a line nor a cubic, left out"
 _SEVERAL = "springs of several laws about one axis, left out"
 _OTHER_AXIS = "springs about axes that are none of their joint's x, y and z, left out"
 _OTHER_SENSE = (
     "cubics with another sense or dead zone than `optional` gives them when it is read, left out"
 )
-_SLIP = f"the slip rate of friction, which is then {SLIP:g} rad/s"
+_SLIP = f"the slip rate of friction, which is then {DEFAULT_SLIP_RATE:g} rad/s"
 
 
 @dataclass
-class WrittenSprings:
+class DyspamSprings:
     """What could be written; what could not is in the report.
 
     Attributes:
@@ -55,14 +55,14 @@ class WrittenSprings:
         records: of `optional`, cubics.
     """
 
-    report: Report
+    report: LossReport
     rows: list[LinearSpring] = field(default_factory=list[LinearSpring])
     records: list[OptionalRecord] = field(default_factory=list[OptionalRecord])
 
 
-def written_springs(
-    springs: SpringSet, triads: Mapping[str, JointTriad], report: Report
-) -> WrittenSprings:
+def convert_springs(
+    springs: SpringSet, triads: Mapping[str, JointTriad], report: LossReport
+) -> DyspamSprings:
     """The springs of a figure's joints, and what is lost of them.
 
     Args:
@@ -70,103 +70,103 @@ def written_springs(
         triads: of its joints, by name in the order of their numbers.
         report: for the losses.
     """
-    written = WrittenSprings(report)
+    written = DyspamSprings(report)
     for number, (name, triad) in enumerate(triads.items(), start=1):
         given = springs.joints.get(name)
         by_axis: dict[int, list[AxisSpring]] = {}
         for spring in () if given is None else given.axes:
             if any(isinstance(law, Stop) for law in spring.elastic):
-                report.lose(LIMITS, name)
-            axis, told = _about_triad(spring, triad)
+                report.add(LIMITS_LOSS, name)
+            axis, told = _in_triad_axes(spring, triad)
             if axis is None:
-                written.report.lose(_OTHER_AXIS, name)
+                written.report.add(_OTHER_AXIS, name)
             else:
                 by_axis.setdefault(axis, []).append(told)
         for axis, several in sorted(by_axis.items()):
-            where = name if triad.type is JointType.REVOLUTE else f"{name} {AXES[axis - 1]}"
+            where = name if triad.type is JointType.REVOLUTE else f"{name} {AXIS_NAMES[axis - 1]}"
             if len(several) > 1:
-                written.report.lose(_SEVERAL, where)
+                written.report.add(_SEVERAL, where)
             else:
-                _write(several[0], triad, (number, axis), where, written)
-    _lose_others(springs, report)
+                _convert_axis_spring(several[0], triad, (number, axis), where, written)
+    _add_other_losses(springs, report)
     return written
 
 
-def _lose_others(springs: SpringSet, report: Report) -> None:
+def _add_other_losses(springs: SpringSet, report: LossReport) -> None:
     """Note what no row and no record says."""
     for spring in springs.coupled:
         joints = (axis.joint for axis in spring.axes)
-        report.lose("springs over several joints, left out", *dict.fromkeys(joints))
+        report.add("springs over several joints, left out", *dict.fromkeys(joints))
     for name, joint in springs.joints.items():
         if any(axis.motion or axis.reference or axis.why for axis in joint.axes):
-            report.lose("what springs say of their motions, references and reasons", name)
+            report.add("what springs say of their motions, references and reasons", name)
     if springs.joining is not Joining.CONSERVATIVE:
         how = f"the axes of a spherical joint join ({springs.joining.value})"
-        report.lose(f"the way in which {how}, which is conservative when read")
+        report.add(f"the way in which {how}, which is conservative when read")
 
 
-def _about_triad(spring: AxisSpring, triad: JointTriad) -> tuple[int | None, AxisSpring]:
+def _in_triad_axes(spring: AxisSpring, triad: JointTriad) -> tuple[int | None, AxisSpring]:
     """The axis of the triad about which a spring is, and the spring told about it."""
-    x, y, z = (float(part) for part in triad.turn.T @ np.asarray(spring.direction))
+    x, y, z = (float(part) for part in triad.rotation.T @ np.asarray(spring.direction))
     for number in triad.type.axes:
         a, b, c = (float(number == k) for k in (1, 2, 3))
-        sign = sign_along((a, b, c), (x, y, z))
+        sign = parallel_sign((a, b, c), (x, y, z))
         if sign:
-            return number, spring if sign > 0 else spring.turned()
+            return number, spring if sign > 0 else spring.with_opposite_axis()
     return None, spring
 
 
-def _write(
+def _convert_axis_spring(
     spring: AxisSpring,
     triad: JointTriad,
     number_and_axis: tuple[int, int],
     where: str,
-    written: WrittenSprings,
+    converted: DyspamSprings,
 ) -> None:
     """Write the spring of one axis, without its stops."""
     laws = [law for law in spring.elastic if not isinstance(law, Stop)]
     joint, axis = number_and_axis
     if len(laws) > 1:
-        written.report.lose(_SEVERAL, where)
+        converted.report.add(_SEVERAL, where)
         return
     law = laws[0] if laws else Linear(0.0)
     viscous, coulomb = spring.damping.viscous, spring.damping.coulomb
     if isinstance(law, Linear) and not coulomb:
         if laws or viscous:
             row = LinearSpring(joint, axis, law.stiffness, viscous, law.rest)
-            written.rows.append(row)
+            converted.rows.append(row)
         return
-    cubic = _cubic(law)
+    cubic = _as_cubic(law)
     if cubic is None:
-        written.report.lose(_OTHER_LAW, where)
+        converted.report.add(_OTHER_LAW, where)
         return
     spherical = triad.type is JointType.SPHERICAL
-    record = _record(cubic, joint, axis, spherical=spherical)
+    record = _cubic_record(cubic, joint, axis, spherical=spherical)
     if record is None:
-        written.report.lose(_OTHER_SENSE, where)
+        converted.report.add(_OTHER_SENSE, where)
         return
-    if coulomb and spring.damping.slip != SLIP:
-        written.report.lose(_SLIP, where)
+    if coulomb and spring.damping.slip != DEFAULT_SLIP_RATE:
+        converted.report.add(_SLIP, where)
     # The printed tables give the moment about the site's own positive axis. Negated or not, a curve
     # is read as the same law: its sense follows from its coefficients.
-    if spherical and triad.turn[axis - 1, axis - 1] < 0.0:
+    if spherical and triad.rotation[axis - 1, axis - 1] < 0.0:
         c0, c1, c2, c3 = record.coefficients
         record = replace(record, coefficients=(-c0, -c1, -c2, -c3))
-    written.records.append(replace(record, viscous=viscous, coulomb=coulomb))
+    converted.records.append(replace(record, viscous=viscous, coulomb=coulomb))
 
 
-def _cubic(law: Elastic) -> Cubic | None:
+def _as_cubic(law: Elastic) -> Cubic | None:
     """A law as a cubic, where it is one."""
     if isinstance(law, Linear):
         return Cubic((0.0, law.stiffness, 0.0, 0.0), rest=law.rest)
     return law if isinstance(law, Cubic) else None
 
 
-def _record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> OptionalRecord | None:
+def _cubic_record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> OptionalRecord | None:
     """The record of a cubic; None where it would be read as another law."""
     zone = law.dead_zone or (0.0, 0.0)
     if spherical:
-        law = _from_zero(law)
+        law = _with_zero_rest(law)
         record = OptionalRecord(joint, axis, law.coefficients)
     else:
         low, high = (round(edge, ANGLE_DECIMALS) for edge in zone)
@@ -176,10 +176,10 @@ def _record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> OptionalRe
         read = passive_cubic(record.coefficients, given, record.rest)
     except NotRestoringError:
         return None
-    return record if read.sense == law.sense and _same_zone(read, law) else None
+    return record if read.sense == law.sense and _equal_dead_zones(read, law) else None
 
 
-def _from_zero(law: Cubic) -> Cubic:
+def _with_zero_rest(law: Cubic) -> Cubic:
     """The same law with the rest at zero, which is all that a spherical axis can have."""
     r, (c0, c1, c2, c3) = law.rest, law.coefficients
     moved: Coefficients = (
@@ -192,8 +192,8 @@ def _from_zero(law: Cubic) -> Cubic:
     return Cubic(moved, law.sense, zone and (zone[0] + r, zone[1] + r))
 
 
-def _same_zone(one: Cubic, other: Cubic) -> bool:
+def _equal_dead_zones(one: Cubic, other: Cubic) -> bool:
     if one.dead_zone is None or other.dead_zone is None:
         return one.dead_zone is other.dead_zone
     edges = zip(one.dead_zone, other.dead_zone, strict=True)
-    return all(abs(a - b) <= _SAME_EDGE for a, b in edges)
+    return all(abs(a - b) <= _MAX_EDGE_DIFFERENCE for a, b in edges)

@@ -12,54 +12,54 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import Fault, InputError, error
-from generator.figure import CENTRE_OF_MASS, Figure, Joint, Site, SiteRef, Vector
-from generator.figure_file import faults_for_simulation
-from generator.kinematics.loops import OpenLoopError, assemble
+from generator.diagnostics import Diagnostic, InputError, error
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Site, SiteRef, Vector
+from generator.figure_file import simulation_diagnostics
+from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import (
     Placement,
-    drawn_displacements,
-    motion_maps,
-    relative_motion_map,
+    initial_displacements,
+    relative_jacobian,
+    segment_jacobians,
 )
-from generator.kinematics.tree import hang
+from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind
-from generator.losses import Losses, Report
+from generator.losses import Losses, LossReport
 from generator.model_files.dyspam.mechanism import (
-    Body,
     Connection,
     JointTriad,
     LinearSpring,
     Mechanism,
+    MechanismBody,
     Point,
     PointLoad,
     Row4,
     Triad,
-    triad_of,
+    joint_triad,
 )
 from generator.model_files.dyspam.records import (
     Structure,
     Times,
-    counts_of,
-    jackforce_text,
-    structure_text,
+    count_loads,
+    format_jackforce,
+    format_structure,
 )
-from generator.model_files.dyspam.springs import LIMITS, written_springs
-from generator.model_files.dyspam.tables import tables_text
-from generator.rotations import Array, homogeneous
+from generator.model_files.dyspam.springs import LIMITS_LOSS, convert_springs
+from generator.model_files.dyspam.tables import format_tables
+from generator.rotations import Array, pose_matrix
 from generator.springs_file.optional import write_optional
-from generator.text_io import write_whole
+from generator.text_io import write_atomic
 from springs import SpringSet
 
 _NAMES = "names, in place of which are numbers"
 _CHAINS = "axes, signs and order of rotations: revolutes turn about z, sphericals by z-y-x angles"
 
-_ROUNDING = 15
+_DECIMALS = 15
 """Decimals of an SI value that are more than the rounding of a few products."""
 
 
 @dataclass(frozen=True)
-class Numbered:
+class NumberedFigure:
     """A figure in DYSPAM's numbers.
 
     Attributes:
@@ -77,7 +77,7 @@ class Numbered:
     points: tuple[SiteRef, ...]
 
 
-def numbered(figure: Figure) -> Numbered:
+def number_figure(figure: Figure) -> NumberedFigure:
     """The figure in DYSPAM's numbers. Raises InputError for one that its files cannot hold."""
     moving = [
         joint
@@ -85,102 +85,103 @@ def numbered(figure: Figure) -> Numbered:
         if not {joint.parent.segment, joint.child.segment} <= figure.ground
     ]
     triads: dict[str, JointTriad] = {}
-    faults: list[Fault] = list(faults_for_simulation(figure))
+    faults: list[Diagnostic] = list(simulation_diagnostics(figure))
     if not moving:
         faults.append(error("the figure cannot be written for DYSPAM: none of its segments moves"))
     for joint in moving:
-        found = triad_of(joint)
-        if isinstance(found, Fault):
+        found = joint_triad(joint)
+        if isinstance(found, Diagnostic):
             faults.append(found)
         else:
             triads[joint.name] = found
     if faults:
         raise InputError(faults)
-    tree = hang(figure)
+    tree = build_tree(figure)
     try:
-        placement = assemble(tree, drawn_displacements(tree))
+        placement = close_loops(tree, initial_displacements(tree))
     except OpenLoopError as failure:
         raise InputError((error(str(failure)),)) from None
     bodies = dict.fromkeys(figure.ground, 0)
     bodies |= {name: k for k, name in enumerate(figure.bodies, start=1)}
     points = tuple(SiteRef(name, site) for name, seg in figure.bodies.items() for site in seg.sites)
-    return Numbered(figure, placement, triads, bodies, points)
+    return NumberedFigure(figure, placement, triads, bodies, points)
 
 
-def mechanism_of(given: Numbered, springs: tuple[LinearSpring, ...]) -> Mechanism:
+def mechanism_from_figure(numbered: NumberedFigure, springs: tuple[LinearSpring, ...]) -> Mechanism:
     """The mechanism of a figure, its linear springs among it."""
-    figure = given.figure
-    numbers = {ref: k for k, ref in enumerate(given.points, start=1)}
+    figure = numbered.figure
+    numbers = {ref: k for k, ref in enumerate(numbered.points, start=1)}
     bodies = [
-        Body(numbers[SiteRef(name, CENTRE_OF_MASS)], seg.mass, seg.inertia)
+        MechanismBody(numbers[SiteRef(name, CENTRE_OF_MASS_SITE)], seg.mass, seg.inertia)
         for name, seg in figure.bodies.items()
         if seg.mass is not None and seg.inertia is not None
     ]
     points = [
-        Point(given.bodies[ref.segment], _vector(figure.site(ref).pose_in_segment[:3, 3]))
-        for ref in given.points
+        Point(numbered.bodies[ref.segment], _vector(figure.site(ref).pose_in_segment[:3, 3]))
+        for ref in numbered.points
     ]
     connections = [
-        _connection(given, figure.joints[name], triad) for name, triad in given.triads.items()
+        _mechanism_joint(numbered, figure.joints[name], triad)
+        for name, triad in numbered.triads.items()
     ]
     return Mechanism(tuple(connections), tuple(bodies), tuple(points), springs)
 
 
-def loads_of(given: Numbered) -> tuple[PointLoad, ...]:
+def point_loads(numbered: NumberedFigure) -> tuple[PointLoad, ...]:
     """The constant loads at points of interest."""
     return tuple(
         PointLoad(kind, number, load)
-        for number, ref in enumerate(given.points, start=1)
-        for kind, load in _loads(given.figure.site(ref))
+        for number, ref in enumerate(numbered.points, start=1)
+        for kind, load in _site_loads(numbered.figure.site(ref))
     )
 
 
-def lose_of_figure(given: Numbered, report: Report) -> None:
+def add_figure_losses(numbered: NumberedFigure, report: LossReport) -> None:
     """Note what the files do not hold of a figure that they can hold."""
-    figure = given.figure
-    for name, k in given.bodies.items():
+    figure = numbered.figure
+    for name, k in numbered.bodies.items():
         if k:
-            report.lose(_NAMES, f"body {k} was {name}")
-    for k, name in enumerate(given.triads, start=1):
-        report.lose(_NAMES, f"joint {k} was {name}")
-    for name, triad in given.triads.items():
+            report.add(_NAMES, f"body {k} was {name}")
+    for k, name in enumerate(numbered.triads, start=1):
+        report.add(_NAMES, f"joint {k} was {name}")
+    for name, triad in numbered.triads.items():
         if figure.joints[name].chain != triad.type.chain:
-            report.lose(_CHAINS, name)
+            report.add(_CHAINS, name)
     for name, joint in figure.joints.items():
         if joint.lower_limit is not None or joint.upper_limit is not None:
-            report.lose(LIMITS, name)
+            report.add(LIMITS_LOSS, name)
     for name, segment in figure.segments.items():
         if segment.psurf:
-            report.lose("psurfs", name)
+            report.add("psurfs", name)
         if segment.attributes:
-            report.lose("attributes", name)
-    at_joints = {end for name in given.triads for end in figure.joints[name].ends}
-    for ref in given.points:
-        if ref not in at_joints and _is_turned(figure.site(ref)):
-            report.lose("directions of sites at which no joint is", str(ref))
+            report.add("attributes", name)
+    at_joints = {end for name in numbered.triads for end in figure.joints[name].ends}
+    for ref in numbered.points:
+        if ref not in at_joints and _is_rotated(figure.site(ref)):
+            report.add("directions of sites at which no joint is", str(ref))
     for name, segment in figure.segments.items():
         for site in segment.sites if name in figure.ground else ():
             ref = SiteRef(name, site)
             if ref != figure.root and ref not in at_joints:
-                report.lose("sites of the ground at which no joint is", str(ref))
-            if any(_loads(figure.site(ref))):
-                report.lose("loads on the ground, which move nothing", str(ref))
+                report.add("sites of the ground at which no joint is", str(ref))
+            if any(_site_loads(figure.site(ref))):
+                report.add("loads on the ground, which move nothing", str(ref))
 
 
-def _connection(given: Numbered, joint: Joint, triad: JointTriad) -> Connection:
-    displacement = given.placement.displacements[joint.name]
-    angles = triad.angles(given.placement.between(joint)[:3, :3], displacement)
-    first, second = (given.bodies[ref.segment] for ref in joint.ends)
-    triads = (_triad(given, joint.parent, triad), _triad(given, joint.child, triad))
+def _mechanism_joint(numbered: NumberedFigure, joint: Joint, triad: JointTriad) -> Connection:
+    displacement = numbered.placement.displacements[joint.name]
+    angles = triad.initial_angles(numbered.placement.pose_in_parent(joint)[:3, :3], displacement)
+    first, second = (numbered.bodies[ref.segment] for ref in joint.ends)
+    triads = (_site_triad(numbered, joint.parent, triad), _site_triad(numbered, joint.child, triad))
     start = tuple(_rounded(angle) for angle in angles)
     return Connection(first, second, triad.type, triads, start, (0.0,) * len(start))
 
 
-def _triad(given: Numbered, ref: SiteRef, triad: JointTriad) -> Triad:
+def _site_triad(numbered: NumberedFigure, ref: SiteRef, triad: JointTriad) -> Triad:
     """The triad at a site: in the segment's frame, on the ground in the world's."""
-    pose = given.figure.site(ref).pose_in_segment @ homogeneous(triad.turn, np.zeros(3))
-    if ref.segment in given.figure.ground:
-        pose = given.placement.poses[ref.segment] @ pose
+    pose = numbered.figure.site(ref).pose_in_segment @ pose_matrix(triad.rotation, np.zeros(3))
+    if ref.segment in numbered.figure.ground:
+        pose = numbered.placement.poses[ref.segment] @ pose
     made: list[Row4] = []
     for row in pose[:3].tolist():
         x, y, z, offset = map(_rounded, row)
@@ -188,7 +189,7 @@ def _triad(given: Numbered, ref: SiteRef, triad: JointTriad) -> Triad:
     return made[0], made[1], made[2]
 
 
-def _loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:
+def _site_loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:
     loads = (
         (LoadKind.GLOBAL_FORCE, site.global_force),
         (LoadKind.LOCAL_FORCE, site.local_force),
@@ -198,7 +199,7 @@ def _loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:
     return ((kind, load) for kind, load in loads if load is not None)
 
 
-def _is_turned(site: Site) -> bool:
+def _is_rotated(site: Site) -> bool:
     return bool(np.any(np.abs(site.pose_in_segment[:3, :3] - np.eye(3)) > 1e-12))
 
 
@@ -208,7 +209,7 @@ def _vector(array: Array) -> Vector:
 
 
 def _rounded(value: float) -> float:
-    return round(value, _ROUNDING)
+    return round(value, _DECIMALS)
 
 
 FORMAT = "DYSPAM input files"
@@ -237,43 +238,43 @@ def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = 
         InputError: a figure that the files cannot hold; it has all faults.
         OSError: a file cannot be written.
     """
-    given = numbered(figure)
-    report = Report(FORMAT)
-    lose_of_figure(given, report)
-    written = written_springs(springs, given.triads, report)
-    mechanism, loads = mechanism_of(given, tuple(written.rows)), loads_of(given)
+    given = number_figure(figure)
+    report = LossReport(FORMAT)
+    add_figure_losses(given, report)
+    written = convert_springs(springs, given.triads, report)
+    mechanism, loads = mechanism_from_figure(given, tuple(written.rows)), point_loads(given)
     structure = Structure(
         bodies=len(mechanism.bodies),
         joints=len(mechanism.connections),
-        freedoms=_freedoms(given),
-        loads=counts_of(loads),
+        degrees_of_freedom=_degrees_of_freedom(given),
+        loads=count_loads(loads),
         springs=len(mechanism.springs),
         times=times or Times(),
     )
     texts = {
-        STRUCTURE: structure_text(structure),
-        TABLES: tables_text(mechanism),
-        LOADS: jackforce_text(loads),
+        STRUCTURE: format_structure(structure),
+        TABLES: format_tables(mechanism),
+        LOADS: format_jackforce(loads),
         OPTIONAL: write_optional(written.records),
     }
     path.mkdir(exist_ok=True)
     for name, text in texts.items():
-        write_whole(path / name, text)
+        write_atomic(path / name, text)
     return report.losses
 
 
-def _freedoms(given: Numbered) -> int:
+def _degrees_of_freedom(numbered_figure: NumberedFigure) -> int:
     """Degrees of freedom of the whole: those of the tree less what its loops take at the start.
 
     The sites of a joint that only turns coincide, so that both motions are told at one point.
     """
-    placement = given.placement
-    free = sum(branch.joint.degrees_of_freedom for branch in placement.tree.branches)
+    placement = numbered_figure.placement
+    free = sum(branch.joint.degrees_of_freedom for branch in placement.tree.joints)
     if not placement.tree.closures:
         return free
-    maps, rows = motion_maps(placement), list[np.ndarray]()
+    maps, rows = segment_jacobians(placement), list[np.ndarray]()
     for joint in placement.tree.closures:
         twists = placement.tree.chains[joint.name].twists(placement.displacements[joint.name]).T
         blocked = np.eye(6) - twists @ np.linalg.pinv(twists)
-        rows.append(blocked @ relative_motion_map(placement, maps, joint))
+        rows.append(blocked @ relative_jacobian(placement, maps, joint))
     return free - int(np.linalg.matrix_rank(np.vstack(rows), tol=1e-7))

@@ -5,15 +5,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
-from generator.diagnostics import Findings, Span, nearest, shorten
-from generator.model_files.mjcf.joints import WAYS, Angles
-from generator.model_files.xml_read import Element, Written, parse_xml
-from generator.text_io import read_text
+from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
+from generator.model_files.mjcf.joints import ORIENTATION_ATTRIBUTES, AngleConvention
+from generator.model_files.xml_read import SourceText, XmlElement, parse_xml
+from generator.text_io import load_text
 
 MAIN = "main"
-MOST_FILES: Final = 50
+MAX_INCLUDED_FILES: Final = 50
 
-_Class = Mapping[str, Mapping[str, Written]]
+_ClassDefaults = Mapping[str, Mapping[str, SourceText]]
 
 
 @dataclass(frozen=True)
@@ -26,57 +26,59 @@ class Document:
         classes: by name, default attributes by kind of element.
     """
 
-    root: Element
-    compiler: Mapping[str, Written]
-    classes: Mapping[str, _Class]
+    root: XmlElement
+    compiler: Mapping[str, SourceText]
+    classes: Mapping[str, _ClassDefaults]
 
     @property
-    def angles(self) -> Angles:
+    def angle_convention(self) -> AngleConvention:
         """How angles are told."""
         degrees = self.setting("angle", "degree") != "radian"
-        return Angles(degrees, self.setting("eulerseq", "xyz"))
+        return AngleConvention(degrees, self.setting("eulerseq", "xyz"))
 
     def setting(self, name: str, default: str) -> str:
         """A setting of the compiler."""
         written = self.compiler.get(name)
         return default if written is None else written.text
 
-    def with_defaults(self, element: Element, childclass: str, findings: Findings) -> Element:
+    def with_defaults(
+        self, element: XmlElement, childclass: str, diagnostics: Diagnostics
+    ) -> XmlElement:
         """The element with what its default class says and it does not say itself."""
         name = element.get("class") or childclass
         if name not in self.classes:
-            findings.error(
+            diagnostics.error(
                 f"there is no default class `{shorten(name)}`",
-                element.place("class"),
-                nearest(name, self.classes),
+                element.span_of("class"),
+                spelling_hint(name, self.classes),
             )
             return element
         said = dict(self.classes[name].get(element.tag, {}))
-        if any(way in element.attributes for way in WAYS):
-            said = {key: value for key, value in said.items() if key not in WAYS}
+        if any(way in element.attributes for way in ORIENTATION_ATTRIBUTES):
+            said = {key: value for key, value in said.items() if key not in ORIENTATION_ATTRIBUTES}
         return replace(element, attributes={**said, **element.attributes})
 
 
-def document_of(root: Element, directory: Path | None, findings: Findings) -> Document:
+def parse_document(root: XmlElement, directory: Path | None, diagnostics: Diagnostics) -> Document:
     """The whole of a model whose main file has the root element `root`.
 
     Args:
         root: the element `mujoco`.
         directory: in which included files are looked for; None when there is none.
-        findings: for faults.
+        diagnostics: for faults.
     """
-    whole = _Includer(directory, findings).expanded(root)
-    compiler: dict[str, Written] = {}
-    for element in whole.all("compiler"):
+    whole = _Includer(directory, diagnostics).expand(root)
+    compiler: dict[str, SourceText] = {}
+    for element in whole.find_all("compiler"):
         compiler |= element.attributes
-    _check_compiler(compiler, findings)
-    classes: dict[str, _Class] = {MAIN: {}}
-    for element in whole.all("default"):
-        _gather(element, element.get("class") or MAIN, {}, classes, findings)
+    _check_compiler(compiler, diagnostics)
+    classes: dict[str, _ClassDefaults] = {MAIN: {}}
+    for element in whole.find_all("default"):
+        _collect_defaults(element, element.get("class") or MAIN, {}, classes, diagnostics)
     return Document(whole, compiler, classes)
 
 
-def _check_compiler(compiler: Mapping[str, Written], findings: Findings) -> None:
+def _check_compiler(compiler: Mapping[str, SourceText], diagnostics: Diagnostics) -> None:
     choices = {
         "angle": ("degree", "radian"),
         "coordinate": ("local",),
@@ -87,7 +89,7 @@ def _check_compiler(compiler: Mapping[str, Written], findings: Findings) -> None
     for name, known in choices.items():
         written = compiler.get(name)
         if written is not None and written.text not in known:
-            findings.error(
+            diagnostics.error(
                 f"`{shorten(written.text)}` is no value of `{name}`",
                 written.span,
                 f"known here: {', '.join(known)}",
@@ -96,17 +98,17 @@ def _check_compiler(compiler: Mapping[str, Written], findings: Findings) -> None
     if sequence is not None and not (
         len(sequence.text) == 3 and set(sequence.text.lower()) <= set("xyz")
     ):
-        findings.error(
+        diagnostics.error(
             "`eulerseq` has three letters out of xyzXYZ", sequence.span, "as in `xyz` or `XYZ`"
         )
 
 
-def _gather(
-    element: Element,
+def _collect_defaults(
+    element: XmlElement,
     name: str,
-    inherited: _Class,
-    classes: dict[str, _Class],
-    findings: Findings,
+    inherited: _ClassDefaults,
+    classes: dict[str, _ClassDefaults],
+    diagnostics: Diagnostics,
 ) -> None:
     """The class of a `default` element and those in it."""
     here = {tag: dict(said) for tag, said in {**inherited, **classes.get(name, {})}.items()}
@@ -114,14 +116,14 @@ def _gather(
         if child.tag != "default":
             here[child.tag] = {**here.get(child.tag, {}), **child.attributes}
     classes[name] = here
-    for child in element.all("default"):
+    for child in element.find_all("default"):
         inner = child.get("class")
         if inner is None:
-            findings.error(
+            diagnostics.error(
                 "a default class within another has no name", child.span, 'write `class="..."`'
             )
             continue
-        _gather(child, inner, here, classes, findings)
+        _collect_defaults(child, inner, here, classes, diagnostics)
 
 
 @dataclass
@@ -129,40 +131,40 @@ class _Includer:
     """Puts the content of included files in the place of `include` elements."""
 
     directory: Path | None
-    findings: Findings
-    taken: dict[str, Span] = field(default_factory=dict[str, Span])
+    diagnostics: Diagnostics
+    included: dict[str, Span] = field(default_factory=dict[str, Span])
 
-    def expanded(self, element: Element) -> Element:
+    def expand(self, element: XmlElement) -> XmlElement:
         """The element with everything that is included below it."""
         if not any(below.tag == "include" for below in element.walk()):
             return element
-        children: list[Element] = []
+        children: list[XmlElement] = []
         for child in element.children:
             if child.tag == "include":
-                children += self._content(child)
+                children += self._read_included(child)
             else:
-                children.append(self.expanded(child))
+                children.append(self.expand(child))
         return replace(element, children=tuple(children))
 
-    def _content(self, include: Element) -> tuple[Element, ...]:
-        name, place = include.get("file"), include.place("file")
+    def _read_included(self, include: XmlElement) -> tuple[XmlElement, ...]:
+        name, place = include.get("file"), include.span_of("file")
         if not name:
-            self.findings.error("`include` names no file", place, 'write `file="..."`')
+            self.diagnostics.error("`include` names no file", place, 'write `file="..."`')
             return ()
-        if name in self.taken or len(self.taken) >= MOST_FILES:
-            self.findings.error(
+        if name in self.included or len(self.included) >= MAX_INCLUDED_FILES:
+            self.diagnostics.error(
                 f"`{shorten(name)}` is included a second time"
-                if name in self.taken
-                else f"more than {MOST_FILES} files are included",
+                if name in self.included
+                else f"more than {MAX_INCLUDED_FILES} files are included",
                 place,
                 "each file is included once at most",
             )
             return ()
-        self.taken[name] = place
+        self.included[name] = place
         path = (self.directory or Path()) / name
-        source, fault = read_text(path, str(path))
+        source, fault = load_text(path, str(path))
         if fault is not None:
-            self.findings.error(f"the included file cannot be used: {fault.message}", place)
+            self.diagnostics.error(f"the included file cannot be used: {fault.message}", place)
             return ()
-        root = parse_xml(source, self.findings)
-        return () if root is None else self.expanded(root).children
+        root = parse_xml(source, self.diagnostics)
+        return () if root is None else self.expand(root).children

@@ -10,47 +10,56 @@ from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Findings, nearest, shorten
+from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import Vector
-from generator.losses import Report
-from generator.model_files.body_tree.tree import Freedom
-from generator.model_files.xml_read import Element, Written, direction, number, numbers, vector
-from generator.rotations import Array, homogeneous, matrix_from_axis_angle
+from generator.losses import LossReport
+from generator.model_files.body_tree.tree import DegreeOfFreedom
+from generator.model_files.xml_read import (
+    SourceText,
+    XmlElement,
+    parse_number,
+    parse_numbers,
+    parse_vector,
+    unit_direction,
+)
+from generator.rotations import Array, matrix_from_axis_angle, pose_matrix
 
-WAYS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+ORIENTATION_ATTRIBUTES = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 
 
 @dataclass(frozen=True)
-class Angles:
+class AngleConvention:
     """How a model tells angles.
 
     Attributes:
-        degrees: whether in degrees instead of radians.
-        sequence: axes of `euler` in the order of the turns; small letters turn with the frame.
+        in_degrees: whether in degrees instead of radians.
+        euler_sequence: axes of `euler` in the order of the turns; small letters turn with the frame.
     """
 
-    degrees: bool = True
-    sequence: str = "xyz"
+    in_degrees: bool = True
+    euler_sequence: str = "xyz"
 
     def radians(self, value: float) -> float:
         """An angle of the model [rad]."""
-        return radians(value) if self.degrees else value
+        return radians(value) if self.in_degrees else value
 
 
-def pose_of(element: Element, angles: Angles, findings: Findings) -> Array:
+def parse_pose(element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics) -> Array:
     """The pose that `pos` and an orientation give, shape (4, 4)."""
     place = element.attributes.get("pos")
-    offset = None if place is None else numbers(place, findings, 3)
-    return homogeneous(orientation_of(element, angles, findings), offset or np.zeros(3))
+    offset = None if place is None else parse_numbers(place, diagnostics, 3)
+    return pose_matrix(parse_orientation(element, angles, diagnostics), offset or np.zeros(3))
 
 
-def orientation_of(element: Element, angles: Angles, findings: Findings) -> Array:
+def parse_orientation(
+    element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
+) -> Array:
     """The orientation of an element in its parent, shape (3, 3)."""
-    said = [name for name in WAYS if name in element.attributes]
+    said = [name for name in ORIENTATION_ATTRIBUTES if name in element.attributes]
     if len(said) > 1:
-        findings.error(
+        diagnostics.error(
             f"`{said[0]}` and `{said[1]}` both tell one orientation",
-            element.place(said[1]),
+            element.span_of(said[1]),
             "an element has one of them at most",
         )
     if not said:
@@ -58,23 +67,25 @@ def orientation_of(element: Element, angles: Angles, findings: Findings) -> Arra
     written = element.attributes[said[0]]
     match said[0]:
         case "quat":
-            return _from_quaternion(written, findings)
+            return _from_quaternion(written, diagnostics)
         case "axisangle":
-            read = numbers(written, findings, 4)
+            read = parse_numbers(written, diagnostics, 4)
             if read is None:
                 return np.eye(3)
-            axis = direction(read[:3], written.span, findings)
+            axis = unit_direction(read[:3], written.span, diagnostics)
             return matrix_from_axis_angle(axis, angles.radians(read[3]))
         case "xyaxes":
-            return _from_xy(written, findings)
+            return _from_xy(written, diagnostics)
         case "zaxis":
-            read = numbers(written, findings, 3)
-            return z_onto(direction(read or (0.0, 0.0, 1.0), written.span, findings))
+            read = parse_numbers(written, diagnostics, 3)
+            return rotation_from_z_to(
+                unit_direction(read or (0.0, 0.0, 1.0), written.span, diagnostics)
+            )
         case _:
-            return _from_euler(written, angles, findings)
+            return _from_euler(written, angles, diagnostics)
 
 
-def z_onto(axis: tuple[float, float, float]) -> Array:
+def rotation_from_z_to(axis: tuple[float, float, float]) -> Array:
     """The shortest turn that brings z onto a unit axis; half a turn about x onto -z."""
     target = np.asarray(axis)
     across = np.cross([0.0, 0.0, 1.0], target)
@@ -96,33 +107,33 @@ def matrix_from_quaternion(quaternion: Array) -> Array:
     )
 
 
-def _from_quaternion(written: Written, findings: Findings) -> Array:
-    read = numbers(written, findings, 4)
+def _from_quaternion(written: SourceText, diagnostics: Diagnostics) -> Array:
+    read = parse_numbers(written, diagnostics, 4)
     if read is None:
         return np.eye(3)
     quaternion = np.array(read)
     if not np.linalg.norm(quaternion) > 1e-10:
-        findings.error("the zero quaternion is no orientation", written.span, "write `1 0 0 0`")
+        diagnostics.error("the zero quaternion is no orientation", written.span, "write `1 0 0 0`")
         return np.eye(3)
     return matrix_from_quaternion(quaternion)
 
 
-def _from_xy(written: Written, findings: Findings) -> Array:
-    read = numbers(written, findings, 6)
+def _from_xy(written: SourceText, diagnostics: Diagnostics) -> Array:
+    read = parse_numbers(written, diagnostics, 6)
     if read is None:
         return np.eye(3)
-    x = np.asarray(direction(read[:3], written.span, findings))
+    x = np.asarray(unit_direction(read[:3], written.span, diagnostics))
     y = np.asarray(read[3:]) - float(x @ np.asarray(read[3:])) * x
-    y = np.asarray(direction(y.tolist(), written.span, findings))
+    y = np.asarray(unit_direction(y.tolist(), written.span, diagnostics))
     if abs(float(x @ y)) > 0.5:
         return np.eye(3)
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
-def _from_euler(written: Written, angles: Angles, findings: Findings) -> Array:
-    read = numbers(written, findings, 3)
+def _from_euler(written: SourceText, angles: AngleConvention, diagnostics: Diagnostics) -> Array:
+    read = parse_numbers(written, diagnostics, 3)
     matrix = np.eye(3)
-    for letter, value in zip(angles.sequence, read or (), strict=False):
+    for letter, value in zip(angles.euler_sequence, read or (), strict=False):
         turn = matrix_from_axis_angle(np.eye(3)["xyz".index(letter.lower())], angles.radians(value))
         matrix = matrix @ turn if letter.islower() else turn @ matrix
     return matrix
@@ -130,7 +141,7 @@ def _from_euler(written: Written, angles: Angles, findings: Findings) -> Array:
 
 KINDS: Final = ("hinge", "slide", "ball", "free")
 
-READ: Final = {
+READ_ATTRIBUTES: Final = {
     "name",
     "type",
     "pos",
@@ -168,22 +179,22 @@ class JointReader:
     """Reads the joints of bodies.
 
     Attributes:
-        angles: how the model tells angles.
+        angle_convention: how the model tells angles.
         autolimits: whether a range alone makes a limit.
-        findings: for faults.
+        diagnostics: for faults.
         report: for what a figure does not hold.
     """
 
-    angles: Angles
+    angle_convention: AngleConvention
     autolimits: bool
-    findings: Findings
-    report: Report
+    diagnostics: Diagnostics
+    report: LossReport
 
     def read(
-        self, body: str, joints: Sequence[Element], *, is_outermost: bool
-    ) -> tuple[Freedom, ...]:
+        self, body: str, joints: Sequence[XmlElement], *, is_outermost: bool
+    ) -> tuple[DegreeOfFreedom, ...]:
         """The freedoms of a body; `is_outermost` says whether it hangs on the world."""
-        freedoms: list[Freedom] = []
+        freedoms: list[DegreeOfFreedom] = []
         turning: list[str] = []
         for k, element in enumerate(joints, start=1):
             kind = "free" if element.tag == "freejoint" else element.get("type") or "hinge"
@@ -191,20 +202,20 @@ class JointReader:
                 f"{body}_joint" if len(joints) == 1 else f"{body}_joint_{k}"
             )
             if kind not in KINDS:
-                self.findings.error(
+                self.diagnostics.error(
                     f"unknown joint type `{shorten(kind)}`",
-                    element.place("type"),
-                    nearest(kind, KINDS),
+                    element.span_of("type"),
+                    spelling_hint(kind, KINDS),
                 )
                 continue
             if kind == "free" and not (is_outermost and len(joints) == 1):
-                self.findings.error(
+                self.diagnostics.error(
                     "a free joint is the only one of a body that hangs on the world",
                     element.span,
                 )
                 continue
             if (kind == "ball" and turning) or (kind == "hinge" and "ball" in turning):
-                self.findings.error(
+                self.diagnostics.error(
                     "a body with a ball joint has no other joint that turns", element.span
                 )
                 continue
@@ -213,103 +224,111 @@ class JointReader:
             freedoms += self._freedoms(name, kind, element)
         return tuple(freedoms)
 
-    def _freedoms(self, name: str, kind: str, element: Element) -> list[Freedom]:
-        if number(element, "armature", self.findings) > 0.0:
-            self.report.lose(ARMATURE, name)
+    def _freedoms(self, name: str, joint_type: str, element: XmlElement) -> list[DegreeOfFreedom]:
+        if parse_number(element, "armature", self.diagnostics) > 0.0:
+            self.report.add(ARMATURE, name)
         tuned = element.attributes.get("springdamper")
-        if tuned is not None and numbers(tuned, self.findings, 2) != (0.0, 0.0):
-            self.report.lose("springs that are tuned by time constants", name)
-        if kind in ("hinge", "slide"):
-            return [self._single(name, kind, element)]
-        point = (0.0, 0.0, 0.0) if kind == "free" else vector(element, "pos", self.findings)
-        row: list[Freedom] = []
-        if kind == "free":
+        if tuned is not None and parse_numbers(tuned, self.diagnostics, 2) != (0.0, 0.0):
+            self.report.add("springs that are tuned by time constants", name)
+        if joint_type in ("hinge", "slide"):
+            return [self._single(name, joint_type, element)]
+        point = (
+            (0.0, 0.0, 0.0)
+            if joint_type == "free"
+            else parse_vector(element, "pos", self.diagnostics)
+        )
+        row: list[DegreeOfFreedom] = []
+        if joint_type == "free":
             row = [
-                self._law(Freedom(f"{name}_t{letter}", "T", axis, whole=name), element)
+                self._with_passive_law(
+                    DegreeOfFreedom(f"{name}_t{letter}", "T", axis, joint=name), element
+                )
                 for letter, axis in LETTERS
             ]
         elif self._is_limited(element):
-            self.report.lose("limits of balls on the whole angle of their turn", name)
+            self.report.add("limits of balls on the whole angle of their turn", name)
         for letter, axis in LETTERS:
             row.append(
-                self._law(Freedom(f"{name}_{letter}", "R", axis, point, whole=name), element)
+                self._with_passive_law(
+                    DegreeOfFreedom(f"{name}_{letter}", "R", axis, point, joint=name), element
+                )
             )
         return row
 
-    def _single(self, name: str, kind: str, element: Element) -> Freedom:
+    def _single(self, name: str, joint_type: str, element: XmlElement) -> DegreeOfFreedom:
         """A hinge or a slide."""
-        axis = vector(element, "axis", self.findings, Z)
-        axis = direction(axis, element.place("axis"), self.findings)
-        point: Vector = vector(element, "pos", self.findings)
-        turns = kind == "hinge"
-        shift = self._told(number(element, "ref", self.findings), turns)
-        rest = self._told(number(element, "springref", self.findings), turns) - shift
-        made = Freedom(name, "R" if turns else "T", axis, point, shift=shift, rest=rest)
-        made = self._law(made, element)
+        axis = parse_vector(element, "axis", self.diagnostics, Z)
+        axis = unit_direction(axis, element.span_of("axis"), self.diagnostics)
+        point: Vector = parse_vector(element, "pos", self.diagnostics)
+        turns = joint_type == "hinge"
+        shift = self._in_radians(parse_number(element, "ref", self.diagnostics), turns)
+        rest = self._in_radians(parse_number(element, "springref", self.diagnostics), turns) - shift
+        made = DegreeOfFreedom(name, "R" if turns else "T", axis, point, offset=shift, rest=rest)
+        made = self._with_passive_law(made, element)
         if not made.stiffness and not any(made.cubic):
             made = replace(made, rest=0.0)
         if not self._is_limited(element):
             return made
         written = element.attributes.get("range")
-        bounds = None if written is None else numbers(written, self.findings, 2)
+        bounds = None if written is None else parse_numbers(written, self.diagnostics, 2)
         if bounds is None or not bounds[0] < bounds[1]:
-            self.findings.error(
+            self.diagnostics.error(
                 f"the limits of `{shorten(name)}` leave no range",
-                element.place("range"),
+                element.span_of("range"),
                 "the lower one stands first",
             )
             return made
-        self.report.lose(LIMITS, name)
-        lower, upper = (self._told(bound, turns) - shift for bound in bounds)
+        self.report.add(LIMITS, name)
+        lower, upper = (self._in_radians(bound, turns) - shift for bound in bounds)
         return replace(made, lower=lower, upper=upper)
 
-    def _told(self, value: float, turns: bool) -> float:
-        return self.angles.radians(value) if turns else value
+    def _in_radians(self, value: float, is_rotation: bool) -> float:
+        return self.angle_convention.radians(value) if is_rotation else value
 
-    def _is_limited(self, element: Element) -> bool:
+    def _is_limited(self, element: XmlElement) -> bool:
         said = element.get("limited") or "auto"
         return said == "true" or (
             said == "auto" and self.autolimits and "range" in element.attributes
         )
 
-    def _law(self, freedom: Freedom, element: Element) -> Freedom:
+    def _with_passive_law(self, dof: DegreeOfFreedom, element: XmlElement) -> DegreeOfFreedom:
         """The freedom with stiffness, damping and friction of its joint."""
         if element.tag == "freejoint":
-            return freedom
+            return dof
         stiffness = self._row(element, "stiffness")
         damping = self._row(element, "damping")
-        friction = number(element, "frictionloss", self.findings)
-        name = freedom.whole or freedom.name
+        friction = parse_number(element, "frictionloss", self.diagnostics)
+        name = dof.joint or dof.name
         if any(damping[1:]):
-            self.report.lose("damping that grows with the rate", name)
+            self.report.add("damping that grows with the rate", name)
         for word, value in (
             ("stiffness", stiffness[0]),
             ("damping", damping[0]),
             ("frictionloss", friction),
         ):
             if value < 0.0:
-                self.findings.error(
+                self.diagnostics.error(
                     f"the {word} of `{shorten(name)}` is negative",
-                    element.place(word),
+                    element.span_of(word),
                     "a passive joint has none below zero",
                 )
         if friction > 0.0:
-            self.report.lose(FRICTION, name)
+            self.report.add(FRICTION, name)
         cubic = (stiffness[1], stiffness[2])
-        if freedom.whole and any(cubic):
-            self.report.lose("springs of balls that grow with the angle", name)
+        if dof.joint and any(cubic):
+            self.report.add("springs of balls that grow with the angle", name)
             cubic = (0.0, 0.0)
         return replace(
-            freedom,
+            dof,
             stiffness=max(stiffness[0], 0.0),
             cubic=cubic,
             damping=max(damping[0], 0.0),
             friction=max(friction, 0.0),
         )
 
-    def _row(self, element: Element, name: str) -> tuple[float, float, float]:
+    def _row(self, element: XmlElement, name: str) -> tuple[float, float, float]:
         """One to three numbers, zero where they are left out."""
         written = element.attributes.get(name)
-        read = None if written is None else numbers(written, self.findings, 1, 3)
+        read = None if written is None else parse_numbers(written, self.diagnostics, 1, 3)
         first, second, third = (*(read or ()), 0.0, 0.0, 0.0)[:3]
         return first, second, third

@@ -6,14 +6,14 @@ from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Findings, nearest, shorten
+from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import Vector
-from generator.losses import Report
-from generator.model_files.body_tree.tree import Freedom
+from generator.losses import LossReport
+from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.model_files.opensim.functions import KINDS as FUNCTIONS
-from generator.model_files.opensim.functions import Motion, motion_of
-from generator.model_files.opensim.values import is_true, number_in
-from generator.model_files.xml_read import Element, direction, numbers
+from generator.model_files.opensim.functions import AxisMotion, evaluate_function
+from generator.model_files.opensim.values import child_number, is_child_true
+from generator.model_files.xml_read import XmlElement, parse_numbers, unit_direction
 from generator.rotations import Array, inverse_pose
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -51,7 +51,7 @@ _TRANSFORMS = (
 
 
 @dataclass(frozen=True)
-class CoordinateOf:
+class OsimCoordinate:
     """A coordinate of a joint: its name, default value [rad or m], and whether it is locked."""
 
     name: str
@@ -60,93 +60,95 @@ class CoordinateOf:
 
 
 @dataclass
-class Row:
+class DofChain:
     """Freedoms and fixed displacements put together, from the parent outwards.
 
     Attributes:
         pose: of the child frame in the parent frame with all freedoms at zero, shape (4, 4).
-        freedoms: told in the child frame.
+        dofs: told in the child frame.
     """
 
     pose: Array = field(default_factory=lambda: np.eye(4))
-    freedoms: list[Freedom] = field(default_factory=list[Freedom])
+    dofs: list[DegreeOfFreedom] = field(default_factory=list[DegreeOfFreedom])
 
-    def hold(self, freedom: Freedom) -> None:
+    def add_fixed(self, dof: DegreeOfFreedom) -> None:
         """A fixed displacement: that of the freedom at its value."""
-        fixed = freedom.pose
+        fixed = dof.pose
         self.pose = self.pose @ fixed
-        self.freedoms = [one.seen_from(inverse_pose(fixed)) for one in self.freedoms]
+        self.dofs = [one.in_frame(inverse_pose(fixed)) for one in self.dofs]
 
 
-def row_of(joint: Element, findings: Findings, report: Report) -> Row:
+def parse_joint(joint: XmlElement, diagnostics: Diagnostics, report: LossReport) -> DofChain:
     """The freedoms of a joint."""
-    name, row = joint.get("name") or joint.tag, Row()
-    coordinates = _coordinates(joint, findings, report)
+    name, row = joint.get("name") or joint.tag, DofChain()
+    coordinates = _coordinates(joint, diagnostics, report)
     if joint.tag == CUSTOM:
-        _custom(joint, name, coordinates, row, findings, report)
+        _custom(joint, name, coordinates, row, diagnostics, report)
         return row
     if joint.tag not in ROWS:
-        findings.error(
+        diagnostics.error(
             f"the joint type `{shorten(joint.tag)}` is not read",
             joint.span,
-            nearest(joint.tag, [*ROWS, CUSTOM]),
+            spelling_hint(joint.tag, [*ROWS, CUSTOM]),
         )
         return row
     for number, kind, axis in ROWS[joint.tag]:
-        one = CoordinateOf(f"{name}_coord_{number}")
+        one = OsimCoordinate(f"{name}_coord_{number}")
         if number < len(coordinates):
             one = coordinates[number]
-        freedom = Freedom(one.name, "R" if kind == "R" else "T", axis, value=one.default)
+        freedom = DegreeOfFreedom(one.name, "R" if kind == "R" else "T", axis, value=one.default)
         if one.locked:
-            row.hold(freedom)
+            row.add_fixed(freedom)
         else:
-            row.freedoms.append(freedom)
+            row.dofs.append(freedom)
     return row
 
 
-def _coordinates(joint: Element, findings: Findings, report: Report) -> list[CoordinateOf]:
+def _coordinates(
+    joint: XmlElement, diagnostics: Diagnostics, report: LossReport
+) -> list[OsimCoordinate]:
     """The coordinates of a joint; what a figure does not have of them is reported."""
-    held = joint.first("coordinates")
-    found: list[CoordinateOf] = []
-    for k, element in enumerate(() if held is None else held.all("Coordinate")):
+    held = joint.find("coordinates")
+    found: list[OsimCoordinate] = []
+    for k, element in enumerate(() if held is None else held.find_all("Coordinate")):
         name = element.get("name") or f"{joint.get('name')}_coord_{k}"
-        default = number_in(element, "default_value", findings)
-        locked = is_true(element, "locked")
+        default = child_number(element, "default_value", diagnostics)
+        locked = is_child_true(element, "locked")
         if locked:
-            report.lose("locked coordinates, which are fixed at their default values", name)
-        if is_true(element, "prescribed"):
-            report.lose("motions that are prescribed", name)
-        if number_in(element, "default_speed_value", findings):
-            report.lose("default speeds, which `--velocity` can give", name)
-        _tell_range(element, name, locked, findings, report)
-        found.append(CoordinateOf(name, default, locked))
+            report.add("locked coordinates, which are fixed at their default values", name)
+        if is_child_true(element, "prescribed"):
+            report.add("motions that are prescribed", name)
+        if child_number(element, "default_speed_value", diagnostics):
+            report.add("default speeds, which `--velocity` can give", name)
+        _add_range_loss(element, name, locked, diagnostics, report)
+        found.append(OsimCoordinate(name, default, locked))
     return found
 
 
-def _tell_range(
-    element: Element, name: str, locked: bool, findings: Findings, report: Report
+def _add_range_loss(
+    element: XmlElement, name: str, locked: bool, diagnostics: Diagnostics, report: LossReport
 ) -> None:
-    held = element.first("range")
-    bounds = None if held is None else numbers(held.text, findings, 2, infinite=True)
+    held = element.find("range")
+    bounds = None if held is None else parse_numbers(held.text, diagnostics, 2, allow_infinite=True)
     if bounds is None or locked:
         return
-    report.lose(
+    report.add(
         "ranges of coordinates, which OpenSim's forward runs do not hold either",
         f"{name} {bounds[0]:.4g} .. {bounds[1]:.4g}",
     )
 
 
 def _custom(
-    joint: Element,
+    joint: XmlElement,
     name: str,
-    coordinates: list[CoordinateOf],
-    row: Row,
-    findings: Findings,
-    report: Report,
+    coordinates: list[OsimCoordinate],
+    row: DofChain,
+    diagnostics: Diagnostics,
+    report: LossReport,
 ) -> None:
     """The row of a CustomJoint: straight functions of a coordinate move, all else is fixed."""
     known = {one.name: one for one in coordinates}
-    moves = _moves(joint, known, findings)
+    moves = _moves(joint, known, diagnostics)
     leading: dict[str, str] = {}
     # A coordinate turns an axis rather than it slides along one.
     for which in (*_TRANSFORMS[3:], *_TRANSFORMS[:3]):
@@ -157,73 +159,83 @@ def _custom(
         move = moves.get(which)
         if move is None:
             continue
-        freedom = Freedom("", "R" if which in _TRANSFORMS[3:] else "T", move.axis)
+        freedom = DegreeOfFreedom("", "R" if which in _TRANSFORMS[3:] else "T", move.axis)
         freedom = replace(freedom, value=move.motion.value)
         one, slope = move.coordinate, move.motion.slope
         if one is not None and not one.locked and slope and leading[one.name] == which:
-            _lead(row, freedom, one, slope)
+            _add_coordinate_dof(row, freedom, one, slope)
             continue
         if one is not None and not one.locked and slope != 0.0:
-            report.lose(
+            report.add(
                 "motions of a joint that follow a coordinate, fixed where its default has them",
                 f"{name} {which} ({one.name})",
             )
-        row.hold(freedom)
+        row.add_fixed(freedom)
     for one in coordinates:
         if one.name not in leading and not one.locked:
-            report.lose(
-                "coordinates that move nothing in a straight way, which are fixed", one.name
-            )
+            report.add("coordinates that move nothing in a straight way, which are fixed", one.name)
 
 
-def _lead(row: Row, freedom: Freedom, one: CoordinateOf, slope: float) -> None:
+def _add_coordinate_dof(
+    row: DofChain, dof: DegreeOfFreedom, coordinate: OsimCoordinate, slope: float
+) -> None:
     """The freedom that a coordinate moves by `slope` times its value, after a constant."""
-    row.hold(replace(freedom, value=freedom.value - slope * one.default))
-    x, y, z = (part if slope > 0.0 else -part for part in freedom.axis)
+    row.add_fixed(replace(dof, value=dof.value - slope * coordinate.default))
+    x, y, z = (part if slope > 0.0 else -part for part in dof.axis)
     size = abs(slope)
-    row.freedoms.append(
-        replace(freedom, name=one.name, axis=(x, y, z), value=size * one.default, scale=1.0 / size)
+    row.dofs.append(
+        replace(
+            dof,
+            name=coordinate.name,
+            axis=(x, y, z),
+            value=size * coordinate.default,
+            scale=1.0 / size,
+        )
     )
 
 
 @dataclass(frozen=True)
-class _Move:
+class _TransformAxis:
     """How the child moves along or about an axis."""
 
     axis: Vector
-    coordinate: CoordinateOf | None
-    motion: Motion
+    coordinate: OsimCoordinate | None
+    motion: AxisMotion
 
 
 def _moves(
-    joint: Element, known: Mapping[str, CoordinateOf], findings: Findings
-) -> dict[str, _Move]:
+    joint: XmlElement, known: Mapping[str, OsimCoordinate], diagnostics: Diagnostics
+) -> dict[str, _TransformAxis]:
     transform = next((e for e in joint.walk() if e.tag == "SpatialTransform"), None)
     if transform is None:
-        findings.error("this joint has no `SpatialTransform`", joint.span)
+        diagnostics.error("this joint has no `SpatialTransform`", joint.span)
         return {}
-    moves: dict[str, _Move] = {}
-    for axis in transform.all("TransformAxis"):
+    moves: dict[str, _TransformAxis] = {}
+    for axis in transform.find_all("TransformAxis"):
         which = axis.get("name") or ""
         if which not in _TRANSFORMS:
-            findings.error(
-                f"unknown axis `{shorten(which)}`", axis.place("name"), nearest(which, _TRANSFORMS)
+            diagnostics.error(
+                f"unknown axis `{shorten(which)}`",
+                axis.span_of("name"),
+                spelling_hint(which, _TRANSFORMS),
             )
             continue
-        move = _move(axis, known, findings)
+        move = _move(axis, known, diagnostics)
         if move is not None:
             moves[which] = move
     return moves
 
 
-def _move(axis: Element, known: Mapping[str, CoordinateOf], findings: Findings) -> _Move | None:
-    held = axis.first("coordinates")
+def _move(
+    axis: XmlElement, known: Mapping[str, OsimCoordinate], diagnostics: Diagnostics
+) -> _TransformAxis | None:
+    held = axis.find("coordinates")
     names = [] if held is None else held.text.text.split()
     function = next((e for e in axis.walk() if e.tag in FUNCTIONS or _is_function(e)), None)
     if function is None:
         return None
     if len(names) > 1:
-        findings.error(
+        diagnostics.error(
             "an axis that several coordinates move is not read",
             axis.span if held is None else held.text.span,
         )
@@ -232,20 +244,20 @@ def _move(axis: Element, known: Mapping[str, CoordinateOf], findings: Findings) 
     if names:
         one = known.get(names[0])
         if one is None and held is not None:
-            findings.error(
+            diagnostics.error(
                 f"this joint has no coordinate `{shorten(names[0])}`",
                 held.text.span,
-                nearest(names[0], known),
+                spelling_hint(names[0], known),
             )
             return None
-    motion = motion_of(function, 0.0 if one is None else one.default, findings)
+    motion = evaluate_function(function, 0.0 if one is None else one.default, diagnostics)
     if motion is None:
         return None
-    told = axis.first("axis")
-    read = None if told is None else numbers(told.text, findings, 3)
-    along = direction(read or X, axis.span if told is None else told.text.span, findings)
-    return _Move(along, one, motion)
+    told = axis.find("axis")
+    read = None if told is None else parse_numbers(told.text, diagnostics, 3)
+    along = unit_direction(read or X, axis.span if told is None else told.text.span, diagnostics)
+    return _TransformAxis(along, one, motion)
 
 
-def _is_function(element: Element) -> bool:
+def _is_function(element: XmlElement) -> bool:
     return element.tag.endswith(("Function", "Spline")) and element.tag != "function"

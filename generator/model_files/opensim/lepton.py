@@ -19,35 +19,35 @@ class Expression:
 
     def __add__(self, other: "Expression | float") -> "Expression":
         """The sum."""
-        return _joined(self, "+", other)
+        return _combine(self, "+", other)
 
     def __radd__(self, other: float) -> "Expression":
         """The sum."""
-        return _joined(other, "+", self)
+        return _combine(other, "+", self)
 
     def __sub__(self, other: "Expression | float") -> "Expression":
         """The difference."""
-        return _joined(self, "-", other)
+        return _combine(self, "-", other)
 
     def __rsub__(self, other: float) -> "Expression":
         """The difference."""
-        return _joined(other, "-", self)
+        return _combine(other, "-", self)
 
     def __mul__(self, other: "Expression | float") -> "Expression":
         """The product."""
-        return _joined(self, "*", other)
+        return _combine(self, "*", other)
 
     def __rmul__(self, other: float) -> "Expression":
         """The product."""
-        return _joined(other, "*", self)
+        return _combine(other, "*", self)
 
     def __truediv__(self, other: "Expression | float") -> "Expression":
         """The quotient."""
-        return _joined(self, "/", other)
+        return _combine(self, "/", other)
 
     def __neg__(self) -> "Expression":
         """The number with the other sign."""
-        return _joined(-1.0, "*", self)
+        return _combine(-1.0, "*", self)
 
     def __lt__(self, other: "Expression | float") -> "Condition":
         """Whether it is below `other`."""
@@ -62,12 +62,12 @@ class Expression:
 class Condition:
     """Whether a number is below zero."""
 
-    number: Expression
+    value: Expression
 
     @property
     def fails(self) -> Expression:
         """0 where the condition holds, else 1."""
-        return Expression(f"step({self.number.text})")
+        return Expression(f"step({self.value.text})")
 
     @property
     def holds(self) -> Expression:
@@ -78,30 +78,30 @@ class Condition:
 ZERO = Expression("0")
 
 
-def _joined(one: Expression | float, sign: str, other: Expression | float) -> Expression:
+def _combine(one: Expression | float, operator: str, other: Expression | float) -> Expression:
     """Two numbers with a sign between them, without what changes nothing."""
-    neutral = 0.0 if sign in "+-" else 1.0
+    neutral = 0.0 if operator in "+-" else 1.0
     if isinstance(one, Expression) and other == neutral:
         return one
-    if isinstance(other, Expression) and one == neutral and sign in "+*":
+    if isinstance(other, Expression) and one == neutral and operator in "+*":
         return other
-    if isinstance(one, Expression) and sign in "+-" and other == ZERO:
+    if isinstance(one, Expression) and operator in "+-" and other == ZERO:
         return one
-    if isinstance(other, Expression) and sign == "+" and one == ZERO:
+    if isinstance(other, Expression) and operator == "+" and one == ZERO:
         return other
-    if sign == "*" and {0.0, ZERO} & {one, other}:
+    if operator == "*" and {0.0, ZERO} & {one, other}:
         return ZERO
-    return Expression(f"({_text(one)}{sign}{_text(other)})")
+    return Expression(f"({_operand_text(one)}{operator}{_operand_text(other)})")
 
 
-def _text(value: Expression | float) -> str:
+def _operand_text(value: Expression | float) -> str:
     if isinstance(value, Expression):
         return value.text
     number = repr(float(value))
     return f"({number})" if number.startswith("-") else number
 
 
-class _Written:
+class _ExpressionOperations:
     """Expressions of one number; there are no vectors."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
@@ -109,13 +109,13 @@ class _Written:
         return condition.holds * yes + condition.fails * no
 
     def sin(self, value: Real) -> Real:
-        return Expression(f"sin({_text(value)})")
+        return Expression(f"sin({_operand_text(value)})")
 
     def tanh(self, value: Real) -> Real:
-        return Expression(f"tanh({_text(value)})")
+        return Expression(f"tanh({_operand_text(value)})")
 
     def exp(self, value: Real) -> Real:
-        return Expression(f"exp({_text(value)})")
+        return Expression(f"exp({_operand_text(value)})")
 
     def vector(self, parts: Sequence[Real]) -> Vector:
         raise TypeError(_NO_VECTORS)
@@ -135,4 +135,4 @@ class _Written:
 
 _NO_VECTORS = "an expression is a number: laws of several turns cannot be written as one"
 
-WRITTEN: Operations = _Written()
+EXPRESSION_OPERATIONS: Operations = _ExpressionOperations()

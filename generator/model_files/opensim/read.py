@@ -15,45 +15,50 @@ from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Findings, nearest, shorten
+from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.inertia import MassProperties
-from generator.losses import Report
-from generator.model_files.body_tree.names import gravity_words, turned_up
-from generator.model_files.body_tree.to_figure import figure_of
-from generator.model_files.body_tree.tree import Body, Freedom, PassiveTree, loosely
+from generator.losses import LossReport
+from generator.model_files.body_tree.names import gravity_losses, rotation_to_y_up
+from generator.model_files.body_tree.to_figure import figure_from_tree
+from generator.model_files.body_tree.tree import (
+    Body,
+    BodyTree,
+    DegreeOfFreedom,
+    split_extra_inertia,
+)
 from generator.model_files.imported import Imported
-from generator.model_files.opensim.forces import with_forces
-from generator.model_files.opensim.joints import row_of
-from generator.model_files.opensim.values import numbers_in
-from generator.model_files.xml_read import Element, numbers
-from generator.rotations import Array, homogeneous, inverse_pose, matrix_from_xyz
+from generator.model_files.opensim.forces import apply_forces
+from generator.model_files.opensim.joints import parse_joint
+from generator.model_files.opensim.values import child_numbers
+from generator.model_files.xml_read import XmlElement, parse_numbers
+from generator.rotations import Array, inverse_pose, matrix_from_xyz, pose_matrix
 
 GROUND = "ground"
 
-_OFFSET = "PhysicalOffsetFrame"
-_BASES = ("Body", "Ground")
+_OFFSET_FRAME_TAG = "PhysicalOffsetFrame"
+_BODY_TAGS = ("Body", "Ground")
 
 
 @dataclass
-class Frames:
+class FrameIndex:
     """The frames of a model by their paths.
 
     Attributes:
-        findings: for faults.
+        diagnostics: for faults.
         paths: of every component with a name, by its place in memory.
-        found: frames and bodies by path.
-        named: likewise by name, the first of each.
+        by_path: frames and bodies by path.
+        by_name: likewise by name, the first of each.
     """
 
-    findings: Findings
+    diagnostics: Diagnostics
     paths: dict[int, str] = field(default_factory=dict[int, str])
-    found: dict[str, Element] = field(default_factory=dict[str, Element])
-    named: dict[str, Element] = field(default_factory=dict[str, Element])
+    by_path: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    by_name: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
 
     @classmethod
-    def of(cls, model: Element, findings: Findings) -> "Frames":
+    def from_model(cls, model: XmlElement, diagnostics: Diagnostics) -> "FrameIndex":
         """The frames of a model."""
-        frames, waiting = cls(findings), [(model, "/")]
+        frames, waiting = cls(diagnostics), [(model, "/")]
         while waiting:
             element, path = waiting.pop()
             frames.paths[id(element)] = path
@@ -62,52 +67,52 @@ class Frames:
                 if name is None and child.tag.endswith("Set"):
                     name = child.tag.lower()
                 waiting.append((child, path if name is None else join(path, name)))
-            if element.tag in (_OFFSET, *_BASES):
-                frames.found.setdefault(path, element)
-                frames.named.setdefault(path.rsplit("/", 1)[-1], element)
+            if element.tag in (_OFFSET_FRAME_TAG, *_BODY_TAGS):
+                frames.by_path.setdefault(path, element)
+                frames.by_name.setdefault(path.rsplit("/", 1)[-1], element)
         return frames
 
-    def base(self, holder: Element, socket: str) -> tuple[str, Array] | None:
+    def resolve(self, owner: XmlElement, socket: str) -> tuple[str, Array] | None:
         """The body on which the frame stands that a socket names, and the frame's pose in it.
 
         The ground is called `ground`. None, with the fault noted, where there is no such frame.
         """
         pose = np.eye(4)
-        for _ in range(len(self.found) + 1):
-            held = holder.first(socket)
+        for _ in range(len(self.by_path) + 1):
+            held = owner.find(socket)
             if held is None or not held.text.text:
-                self.findings.error(
-                    f"`{holder.tag}` has no `{socket}`", holder.span, "it names a frame"
+                self.diagnostics.error(
+                    f"`{owner.tag}` has no `{socket}`", owner.span, "it names a frame"
                 )
                 return None
-            frame = self._meant(holder, held.text.text)
+            frame = self._find_frame(owner, held.text.text)
             if frame is None and held.text.text.rsplit("/", 1)[-1] == GROUND:
                 return GROUND, pose
             if frame is None:
-                self.findings.error(
+                self.diagnostics.error(
                     f"there is no frame `{shorten(held.text.text)}`",
                     held.text.span,
-                    nearest(held.text.text.rsplit("/", 1)[-1], self.named),
+                    spelling_hint(held.text.text.rsplit("/", 1)[-1], self.by_name),
                 )
                 return None
-            if frame.tag in _BASES:
+            if frame.tag in _BODY_TAGS:
                 return GROUND if frame.tag == "Ground" else frame.get("name") or "", pose
-            pose = self._offset(frame) @ pose
-            holder, socket = frame, "socket_parent"
-        self.findings.error("these frames stand on each other in a ring", holder.span)
+            pose = self._offset_pose(frame) @ pose
+            owner, socket = frame, "socket_parent"
+        self.diagnostics.error("these frames stand on each other in a ring", owner.span)
         return None
 
-    def _meant(self, holder: Element, path: str) -> Element | None:
+    def _find_frame(self, owner: XmlElement, path: str) -> XmlElement | None:
         """The frame at a path; else the one of its last name, since early files told no more."""
-        whole = normpath(join(self.paths[id(holder)], path))
+        whole = normpath(join(self.paths[id(owner)], path))
         name = path.rsplit("/", 1)[-1]
-        return self.found.get(whole) or (None if name == ".." else self.named.get(name))
+        return self.by_path.get(whole) or (None if name == ".." else self.by_name.get(name))
 
-    def _offset(self, frame: Element) -> Array:
+    def _offset_pose(self, frame: XmlElement) -> Array:
         """Pose of an offset frame in its parent, shape (4, 4)."""
-        a, b, c = numbers_in(frame, "orientation", (0.0, 0.0, 0.0), self.findings)
-        offset = numbers_in(frame, "translation", (0.0, 0.0, 0.0), self.findings)
-        return homogeneous(matrix_from_xyz(a, b, c), np.array(offset))
+        a, b, c = child_numbers(frame, "orientation", (0.0, 0.0, 0.0), self.diagnostics)
+        offset = child_numbers(frame, "translation", (0.0, 0.0, 0.0), self.diagnostics)
+        return pose_matrix(matrix_from_xyz(a, b, c), np.array(offset))
 
 
 GRAVITY = (0.0, -9.80665, 0.0)
@@ -127,95 +132,97 @@ _SHAPES = "shapes: segments have no shape and touch nothing"
 
 
 def figure_from_osim(
-    root: Element, directory: Path | None, findings: Findings, *, apart: bool = False
+    root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
 ) -> Imported | None:
     """The figure of an OpenSim model; None, with the faults noted, when it makes none.
 
     Args:
         root: the element `OpenSimDocument`.
         directory: not needed; nothing is included.
-        findings: for faults.
-        apart: see `figure_of`.
+        diagnostics: for faults.
+        separate: see `figure_of`.
     """
-    report = Report("OpenSim model")
-    element = root.first("Model")
-    if element is None or _is_old(root, element, findings):
+    report = LossReport("OpenSim model")
+    element = root.find("Model")
+    if element is None or _is_unsupported_version(root, element, diagnostics):
         if element is None:
-            findings.error("this document has no `Model`", root.span, "a model stands in it")
+            diagnostics.error("this document has no `Model`", root.span, "a model stands in it")
         return None
-    known: dict[str, Element] = {}
-    for body in _objects(element, "BodySet"):
+    known: dict[str, XmlElement] = {}
+    for body in _set_objects(element, "BodySet"):
         first = known.setdefault(body.get("name") or "", body)
         if first is not body:
-            findings.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
-    frames = Frames.of(element, findings)
-    bodies = _hung(_links(frames, element, report), known, findings)
-    bodies = list(with_forces(bodies, _objects(element, "ForceSet"), findings, report))
+            diagnostics.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
+    frames = FrameIndex.from_model(element, diagnostics)
+    bodies = _build_bodies(_links(frames, element, report), known, diagnostics)
+    bodies = list(apply_forces(bodies, _set_objects(element, "ForceSet"), diagnostics, report))
     sites = _add_markers(frames, element, bodies)
-    _tell_parts(element, report)
-    gravity = numbers_in(element, "gravity", GRAVITY, findings)
-    up = turned_up(np.array(gravity))
-    for sentence in gravity_words(np.array(gravity), up):
-        report.lose(sentence)
-    tree = PassiveTree(tuple(bodies), sites, up, element.get("name"), root.span)
-    return figure_of(tree, findings, report, apart=apart)
+    _add_part_losses(element, report)
+    gravity = child_numbers(element, "gravity", GRAVITY, diagnostics)
+    up = rotation_to_y_up(np.array(gravity))
+    for sentence in gravity_losses(np.array(gravity), up):
+        report.add(sentence)
+    tree = BodyTree(tuple(bodies), sites, up, element.get("name"), root.span)
+    return figure_from_tree(tree, diagnostics, report, separate=separate)
 
 
-def _is_old(root: Element, model: Element, findings: Findings) -> bool:
+def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:
     """Whether the file is older than OpenSim 4, in which joints stood in their bodies."""
     written = root.attributes.get("Version")
-    read = None if written is None else numbers(written, findings, 1)
-    if model.first("JointSet") is not None and (read is None or read[0] >= OLDEST):
+    read = None if written is None else parse_numbers(written, diagnostics, 1)
+    if model.find("JointSet") is not None and (read is None or read[0] >= OLDEST):
         return False
-    findings.error(
+    diagnostics.error(
         "this model was written by OpenSim 3 or older"
         if read is not None and read[0] < OLDEST
         else "this model has no `JointSet`",
-        root.place("Version") if read is not None and read[0] < OLDEST else model.span,
+        root.span_of("Version") if read is not None and read[0] < OLDEST else model.span,
         "open it in OpenSim 4 and save it again",
     )
     return True
 
 
-def _objects(model: Element, name: str) -> Iterator[Element]:
+def _set_objects(model: XmlElement, name: str) -> Iterator[XmlElement]:
     """The elements of a set of the model."""
-    for each in model.all(name):
-        held = each.first("objects")
+    for each in model.find_all(name):
+        held = each.find("objects")
         yield from () if held is None else held.children
 
 
 @dataclass(frozen=True)
-class _Link:
-    """A joint between two bodies, from `base` to `tip`.
+class _BodyJoint:
+    """A joint between two bodies, from `inboard` to `outboard`.
 
     `pose` is of the tip in the base with all freedoms at zero, and these are told in the tip.
     """
 
-    joint: Element
-    base: str
-    tip: str
+    joint: XmlElement
+    inboard: str
+    outboard: str
     pose: Array
-    freedoms: tuple[Freedom, ...]
+    dofs: tuple[DegreeOfFreedom, ...]
 
     @property
-    def reversed(self) -> "_Link":
+    def flipped(self) -> "_BodyJoint":
         """The same joint seen from its other end."""
-        freedoms = tuple(
-            freedom.seen_from(self.pose).turned_round for freedom in reversed(self.freedoms)
+        freedoms = tuple(freedom.in_frame(self.pose).flipped for freedom in reversed(self.dofs))
+        return _BodyJoint(
+            self.joint, self.outboard, self.inboard, inverse_pose(self.pose), freedoms
         )
-        return _Link(self.joint, self.tip, self.base, inverse_pose(self.pose), freedoms)
 
 
-def _links(frames: Frames, element: Element, report: Report) -> Iterator[_Link]:
+def _links(frames: FrameIndex, element: XmlElement, report: LossReport) -> Iterator[_BodyJoint]:
     """The joints of a model."""
-    for joint in _objects(element, "JointSet"):
-        parent, child = (frames.base(joint, f"socket_{end}_frame") for end in ("parent", "child"))
-        row = row_of(joint, frames.findings, report)
+    for joint in _set_objects(element, "JointSet"):
+        parent, child = (
+            frames.resolve(joint, f"socket_{end}_frame") for end in ("parent", "child")
+        )
+        row = parse_joint(joint, frames.diagnostics, report)
         if parent is None or child is None:
             continue
         (base, base_pose), (tip, tip_pose) = parent, child
         if base == tip:
-            frames.findings.error(
+            frames.diagnostics.error(
                 f"the joint `{shorten(joint.get('name') or joint.tag)}` joins `{shorten(base)}` to "
                 "itself",
                 joint.span,
@@ -223,16 +230,18 @@ def _links(frames: Frames, element: Element, report: Report) -> Iterator[_Link]:
             )
             continue
         pose = base_pose @ row.pose @ inverse_pose(tip_pose)
-        moved = tuple(freedom.seen_from(tip_pose) for freedom in row.freedoms)
-        yield _Link(joint, base, tip, pose, moved)
+        moved = tuple(freedom.in_frame(tip_pose) for freedom in row.dofs)
+        yield _BodyJoint(joint, base, tip, pose, moved)
 
 
-def _hung(links: Iterable[_Link], known: Mapping[str, Element], findings: Findings) -> list[Body]:
+def _build_bodies(
+    body_joints: Iterable[_BodyJoint], known: Mapping[str, XmlElement], diagnostics: Diagnostics
+) -> list[Body]:
     """The bodies, each parent before its children, from the ground whichever end is called so."""
-    from_base: dict[str, list[_Link]] = {}
-    for link in links:
-        from_base.setdefault(link.base, []).append(link)
-        from_base.setdefault(link.tip, []).append(link.reversed)
+    from_base: dict[str, list[_BodyJoint]] = {}
+    for link in body_joints:
+        from_base.setdefault(link.inboard, []).append(link)
+        from_base.setdefault(link.outboard, []).append(link.flipped)
     found: dict[str, Body] = {}
     used, waiting = set[int](), deque([GROUND])
     while waiting:
@@ -242,61 +251,61 @@ def _hung(links: Iterable[_Link], known: Mapping[str, Element], findings: Findin
                 continue
             used.add(id(link.joint))
             name = link.joint.get("name") or link.joint.tag
-            if link.tip in found or link.tip == GROUND:
-                findings.error(
+            if link.outboard in found or link.outboard == GROUND:
+                diagnostics.error(
                     f"the joint `{shorten(name)}` closes a loop, and only trees are read",
                     link.joint.span,
                     "let a constraint close it",
                 )
                 continue
-            mass, loose = _mass(known[link.tip], findings) or (None, np.zeros((3, 3)))
-            found[link.tip] = Body(
-                link.tip,
+            mass, loose = _mass(known[link.outboard], diagnostics) or (None, np.zeros((3, 3)))
+            found[link.outboard] = Body(
+                link.outboard,
                 None if base == GROUND else base,
                 link.pose,
-                link.freedoms,
+                link.dofs,
                 mass,
-                place=known[link.tip].place("name"),
+                span=known[link.outboard].span_of("name"),
                 joint=name,
-                loose=loose,
+                extra_inertia=loose,
             )
-            waiting.append(link.tip)
+            waiting.append(link.outboard)
     for name, body in known.items():
-        if name not in found and not findings.has_errors:
-            findings.error(
+        if name not in found and not diagnostics.has_errors:
+            diagnostics.error(
                 f"no joints lead from the ground to the body `{shorten(name)}`",
-                body.place("name"),
+                body.span_of("name"),
                 "bodies that fly have a `FreeJoint`",
             )
     return list(found.values())
 
 
-def _mass(body: Element, findings: Findings) -> tuple[MassProperties, Array] | None:
+def _mass(body: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, Array] | None:
     """The mass properties of a body, and loose inertia; None without any."""
-    (mass,) = numbers_in(body, "mass", (0.0,), findings)
+    (mass,) = child_numbers(body, "mass", (0.0,), diagnostics)
     if mass == 0.0:
         return None
-    centre = np.array(numbers_in(body, "mass_center", (0.0, 0.0, 0.0), findings))
-    xx, yy, zz, xy, xz, yz = numbers_in(body, "inertia", (0.0,) * 6, findings)
+    centre = np.array(child_numbers(body, "mass_center", (0.0, 0.0, 0.0), diagnostics))
+    xx, yy, zz, xy, xz, yz = child_numbers(body, "inertia", (0.0,) * 6, diagnostics)
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     try:
-        return loosely(mass, centre, tensor, np.eye(4))
+        return split_extra_inertia(mass, centre, tensor, np.eye(4))
     except ValueError as failure:
-        findings.error(str(failure), (body.first("mass") or body).span)
+        diagnostics.error(str(failure), (body.find("mass") or body).span)
         return None
 
 
-def _add_markers(frames: Frames, element: Element, bodies: list[Body]) -> dict[str, Array]:
+def _add_markers(frames: FrameIndex, element: XmlElement, bodies: list[Body]) -> dict[str, Array]:
     """Give markers to their bodies as sites, and tell those of the ground."""
     grounded: dict[str, Array] = {}
     places = {body.name: k for k, body in enumerate(bodies)}
-    for marker in _objects(element, "MarkerSet"):
-        held = frames.base(marker, "socket_parent_frame")
+    for marker in _set_objects(element, "MarkerSet"):
+        held = frames.resolve(marker, "socket_parent_frame")
         if held is None:
             continue
         name, pose = held
-        at = np.array(numbers_in(marker, "location", (0.0, 0.0, 0.0), frames.findings))
-        site = {marker.get("name") or "marker": pose @ homogeneous(np.eye(3), at)}
+        at = np.array(child_numbers(marker, "location", (0.0, 0.0, 0.0), frames.diagnostics))
+        site = {marker.get("name") or "marker": pose @ pose_matrix(np.eye(3), at)}
         if name == GROUND:
             grounded |= site
         elif name in places:
@@ -305,17 +314,17 @@ def _add_markers(frames: Frames, element: Element, bodies: list[Body]) -> dict[s
     return grounded
 
 
-def _tell_parts(model: Element, report: Report) -> None:
+def _add_part_losses(model: XmlElement, report: LossReport) -> None:
     """What a figure does not have."""
     for section in model.children:
         if section.tag in _LOST:
-            held = section.first("objects") or section
+            held = section.find("objects") or section
             for part in held.children:
                 if part.tag not in ("objects", "groups"):
-                    report.lose(_LOST[section.tag], part.get("name") or part.tag)
-    for body in (*_objects(model, "BodySet"), *model.all("Ground")):
+                    report.add(_LOST[section.tag], part.get("name") or part.tag)
+    for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():
             if part.tag == "attached_geometry" and part.children:
-                report.lose(_SHAPES, body.get("name") or body.tag)
+                report.add(_SHAPES, body.get("name") or body.tag)
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
-                report.lose("surfaces that muscles wrap", part.get("name") or part.tag)
+                report.add("surfaces that muscles wrap", part.get("name") or part.tag)

@@ -16,21 +16,27 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure, Joint, Segment, SiteRef
-from generator.losses import Losses, Report
+from generator.losses import Losses, LossReport
 from generator.model_files.export_model import (
-    Model,
-    laws_of,
-    loops_of,
-    lose_what_no_format_has,
-    model_of,
-    unused_name,
-    used_springs,
+    ExportModel,
+    add_common_losses,
+    build_export_model,
+    loop_closures,
+    reserve_name,
+    split_joint_laws,
+    tree_joint_springs,
 )
-from generator.model_files.opensim.lepton import WRITTEN, Expression
-from generator.model_files.xml_write import Element, add, body_fixed_angles, document, numbers
-from generator.names import loss_of_names, plain_names
-from generator.rotations import Array, frame_with_z, homogeneous, unit
-from generator.text_io import write_whole
+from generator.model_files.opensim.lepton import EXPRESSION_OPERATIONS, Expression
+from generator.model_files.xml_write import (
+    Element,
+    add_element,
+    body_fixed_angles,
+    format_document,
+    format_numbers,
+)
+from generator.names import plain_names, renaming_loss
+from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
+from generator.text_io import write_atomic
 from springs import SpringSet, total_torque
 
 VERSION = "40000"
@@ -45,46 +51,46 @@ def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
         OSError: the file cannot be written.
         InputError: a segment that moves lacks a mass, an inertia or a centre of mass.
     """
-    text, losses = osim_of(figure, springs)
-    write_whole(path, text)
+    text, losses = format_osim(figure, springs)
+    write_atomic(path, text)
     return losses
 
 
-def osim_of(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
+def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of an OpenSim model, and what it does not hold; raises InputError as `write`."""
-    report = Report("OpenSim model")
-    model = model_of(figure, report)
+    report = LossReport("OpenSim model")
+    model = build_export_model(figure, report)
     root = Element("OpenSimDocument", Version=VERSION)
-    top = add(root, "Model", name=figure.name or "figure")
-    add(top, "gravity", numbers(GRAVITY))
-    ground = add(add(top, "Ground", name="ground"), "components")
+    top = add_element(root, "Model", name=figure.name or "figure")
+    add_element(top, "gravity", format_numbers(GRAVITY))
+    ground = add_element(add_element(top, "Ground", name="ground"), "components")
     bodies, joints, constraints, forces = (
-        add(add(top, f"{kind}Set", name=f"{kind.lower()}set"), "objects")
+        add_element(add_element(top, f"{kind}Set", name=f"{kind.lower()}set"), "objects")
         for kind in ("Body", "Joint", "Constraint", "Force")
     )
     frames = _add_bodies(model, ground, bodies, report)
-    builder = _Joints(model, frames, bodies, joints)
-    moving = {branch.joint.name for branch in model.tree.branches}
+    builder = _JointWriter(model, frames, bodies, joints)
+    moving = {branch.joint.name for branch in model.tree.joints}
     for name, joint in figure.joints.items():
         if name in moving:
-            builder.add(joint)
+            builder.add_joint(joint)
     _add_loops(model, frames, constraints, report)
     _add_springs(model, springs, forces, report)
     _add_loads(model, forces)
-    lose_what_no_format_has(model, springs, report)
+    add_common_losses(model, springs, report)
     surfaces = [name for name, one in figure.segments.items() if one.psurf is not None]
     if surfaces:
-        report.lose("psurfs", *surfaces)
+        report.add("psurfs", *surfaces)
     if figure.attributes:
-        report.lose("attributes", *figure.attributes)
-    return document(root, _COMMENTS), report.losses
+        report.add("attributes", *figure.attributes)
+    return format_document(root, _COMMENTS), report.losses
 
 
 _COMMENTS = ("Units are metres, kilograms, seconds and radians; y is up.",)
 
 
 def _add_bodies(
-    model: Model, ground: Element, bodies: Element, report: Report
+    model: ExportModel, ground: Element, bodies: Element, report: LossReport
 ) -> Mapping[SiteRef, str]:
     """Bodies with their sites as frames; returns the path of each site."""
     figure = model.figure
@@ -97,10 +103,10 @@ def _add_bodies(
             place, path, pose = ground, "/ground", model.placement.poses[name]
             names = {site: held[str(SiteRef(name, site))] for site in segment.sites}
         else:
-            place = add(_add_body(bodies, body, segment), "components")
+            place = add_element(_add_body(bodies, body, segment), "components")
             path, pose = f"/bodyset/{body}", np.eye(4)
             names = plain_names(segment.sites)
-            report.add(loss_of_names(names))
+            report.add_loss(renaming_loss(names))
         for site, own in names.items():
             _add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
             paths[SiteRef(name, site)] = f"{path}/{own}"
@@ -109,28 +115,28 @@ def _add_bodies(
 
 def _add_body(bodies: Element, name: str, segment: Segment | None) -> Element:
     """A body; without a segment one that has no mass."""
-    body = add(bodies, "Body", name=name)
+    body = add_element(bodies, "Body", name=name)
     moments = (0.0, 0.0, 0.0) if segment is None else segment.inertia
     centre = (0.0, 0.0, 0.0) if segment is None else segment.centre_of_mass
     mass = 0.0 if segment is None else segment.mass
     assert mass is not None
     assert moments is not None
     assert centre is not None
-    add(body, "mass", numbers(mass))
-    add(body, "mass_center", numbers(centre))
-    add(body, "inertia", numbers([*moments, 0.0, 0.0, 0.0]))
+    add_element(body, "mass", format_numbers(mass))
+    add_element(body, "mass_center", format_numbers(centre))
+    add_element(body, "inertia", format_numbers([*moments, 0.0, 0.0, 0.0]))
     return body
 
 
 def _add_frame(place: Element, name: str, parent: str, pose: Array) -> None:
-    frame = add(place, "PhysicalOffsetFrame", name=name)
-    add(frame, "socket_parent", parent)
-    add(frame, "translation", numbers(pose[:3, 3]))
-    add(frame, "orientation", numbers(body_fixed_angles(pose[:3, :3])))
+    frame = add_element(place, "PhysicalOffsetFrame", name=name)
+    add_element(frame, "socket_parent", parent)
+    add_element(frame, "translation", format_numbers(pose[:3, 3]))
+    add_element(frame, "orientation", format_numbers(body_fixed_angles(pose[:3, :3])))
 
 
 @dataclass(frozen=True)
-class _Freedom:
+class _CoordinateAxis:
     """A coordinate: the axis that it turns about or slides along, and its start."""
 
     name: str
@@ -140,18 +146,18 @@ class _Freedom:
     limits: tuple[float, float] | None
 
 
-class _Joints:
+class _JointWriter:
     """The joints, as they are declared."""
 
     def __init__(
-        self, model: Model, frames: Mapping[SiteRef, str], bodies: Element, joints: Element
+        self, model: ExportModel, frames: Mapping[SiteRef, str], bodies: Element, joints: Element
     ) -> None:
         self._model, self._frames = model, frames
         self._bodies, self._joints = bodies, joints
         self._body_names = set(model.segments.values())
         self._joint_names = set(model.joints.values())
 
-    def add(self, joint: Joint) -> None:
+    def add_joint(self, joint: Joint) -> None:
         """A joint; one whose first and last axis are along one line is two, with a body between.
 
         Slides come first, as they do in a CustomJoint: where they are along axes of the child, the
@@ -159,147 +165,159 @@ class _Joints:
         """
         name, chain = self._model.joints[joint.name], self._model.tree.chains[joint.name]
         parent, child = (self._frames[ref] for ref in joint.ends)
-        outside = chain.slides_are_outside
+        outside = chain.translations_are_outer
         sign = 1.0 if outside else -1.0
-        places = [*chain.slides, *(chain.turns[::-1] if outside else chain.turns)]
-        freedoms = [self._freedom(joint, k, sign) for k in places]
+        places = [*chain.translations, *(chain.rotations[::-1] if outside else chain.rotations)]
+        freedoms = [self._coordinate_axis(joint, k, sign) for k in places]
         if not outside:
             parent, child = child, parent
         turns = [freedom.axis for freedom in freedoms if freedom.kind == "R"]
-        if len(turns) == 3 and np.linalg.norm(np.cross(turns[0], turns[2])) < _ONE_LINE:
-            between = unused_name(f"{name}_between", self._body_names)
+        if len(turns) == 3 and np.linalg.norm(np.cross(turns[0], turns[2])) < _MAX_COLLINEAR_SINE:
+            between = reserve_name(f"{name}_between", self._body_names)
             _add_body(self._bodies, between, None)
-            outer = unused_name(f"{name}_outer", self._joint_names)
-            self._add(outer, parent, f"/bodyset/{between}", freedoms[:-1])
+            outer = reserve_name(f"{name}_outer", self._joint_names)
+            self._add_joint_element(outer, parent, f"/bodyset/{between}", freedoms[:-1])
             parent, freedoms = f"/bodyset/{between}", freedoms[-1:]
-        self._add(name, parent, child, freedoms)
+        self._add_joint_element(name, parent, child, freedoms)
 
-    def _freedom(self, joint: Joint, place: int, sign: float) -> _Freedom:
-        factor = joint.chain[place]
+    def _coordinate_axis(self, joint: Joint, index: int, sign: float) -> _CoordinateAxis:
+        factor = joint.chain[index]
         limits = None
         if len(joint.chain) == 1 or factor.kind == "T":
             lower, upper = joint.lower_limit, joint.upper_limit
             if lower is not None and upper is not None:
-                limits = (lower[place], upper[place])
-        value = float(self._model.placement.displacements[joint.name][place])
-        name = self._model.coordinates[joint.name][place]
-        return _Freedom(name, factor.kind, sign * unit(factor.axis), value, limits)
+                limits = (lower[index], upper[index])
+        value = float(self._model.placement.displacements[joint.name][index])
+        name = self._model.coordinates[joint.name][index]
+        return _CoordinateAxis(name, factor.kind, sign * unit_vector(factor.axis), value, limits)
 
-    def _add(self, name: str, parent: str, child: str, freedoms: Sequence[_Freedom]) -> None:
-        kinds = [freedom.kind for freedom in freedoms]
+    def _add_joint_element(
+        self, name: str, parent: str, child: str, coordinate_axes: Sequence[_CoordinateAxis]
+    ) -> None:
+        kinds = [freedom.kind for freedom in coordinate_axes]
         tag = {"": "WeldJoint", "R": "PinJoint", "T": "SliderJoint"}.get(
             "".join(kinds), "CustomJoint"
         )
-        element = add(self._joints, tag, name=name)
-        turned = _TURNED.get(tag)
+        element = add_element(self._joints, tag, name=name)
+        turned = _FRAME_COLUMNS.get(tag)
         ends = (parent, child) if turned is None else ("parent", "child")
         for role, end in zip(("parent", "child"), ends, strict=True):
-            add(element, f"socket_{role}_frame", end)
-        if freedoms:
-            _add_coordinates(element, freedoms)
+            add_element(element, f"socket_{role}_frame", end)
+        if coordinate_axes:
+            _add_coordinates(element, coordinate_axes)
         if turned is not None:
-            frames = add(element, "frames")
-            pose = homogeneous(frame_with_z(freedoms[0].axis)[:, turned], np.zeros(3))
+            frames = add_element(element, "frames")
+            pose = pose_matrix(
+                rotation_with_z_axis(coordinate_axes[0].axis)[:, turned], np.zeros(3)
+            )
             _add_frame(frames, "parent", parent, pose)
             _add_frame(frames, "child", child, pose)
         if tag == "CustomJoint":
-            _add_transform(element, freedoms)
+            _add_transform(element, coordinate_axes)
 
 
-_ONE_LINE = 1e-6
+_MAX_COLLINEAR_SINE = 1e-6
 """OpenSim takes no three axes of which two are along one line: sine of the angle between them."""
 
-_TURNED = {"PinJoint": [0, 1, 2], "SliderJoint": [2, 0, 1]}
+_FRAME_COLUMNS = {"PinJoint": [0, 1, 2], "SliderJoint": [2, 0, 1]}
 """Which column of a frame with the axis as its z stands for x, y, z of the joint's frames: a
 PinJoint turns about z, a SliderJoint slides along x."""
 
 
-def _add_coordinates(joint: Element, freedoms: Sequence[_Freedom]) -> None:
-    coordinates = add(joint, "coordinates")
+def _add_coordinates(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
+    coordinates = add_element(joint, "coordinates")
     # A CustomJoint counts its coordinates in the order in which its axes name them.
-    for freedom in sorted(freedoms, key=lambda freedom: freedom.kind):
-        coordinate = add(coordinates, "Coordinate", name=freedom.name)
-        add(coordinate, "default_value", numbers(freedom.value))
+    for freedom in sorted(coordinate_axes, key=lambda freedom: freedom.kind):
+        coordinate = add_element(coordinates, "Coordinate", name=freedom.name)
+        add_element(coordinate, "default_value", format_numbers(freedom.value))
         limits = freedom.limits or ((-np.pi, np.pi) if freedom.kind == "R" else None)
         if limits is not None:
-            add(coordinate, "range", numbers(limits))
+            add_element(coordinate, "range", format_numbers(limits))
 
 
-def _add_transform(joint: Element, freedoms: Sequence[_Freedom]) -> None:
+def _add_transform(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
     """The axes of a CustomJoint: three to turn about, three to slide along, some of them unused."""
-    transform = add(joint, "SpatialTransform")
+    transform = add_element(joint, "SpatialTransform")
     for kind, word in (("R", "rotation"), ("T", "translation")):
-        used = [freedom for freedom in freedoms if freedom.kind == kind]
-        axes = [freedom.axis for freedom in used] + _others([freedom.axis for freedom in used])
+        used = [freedom for freedom in coordinate_axes if freedom.kind == kind]
+        axes = [freedom.axis for freedom in used] + _complementary_axes(
+            [freedom.axis for freedom in used]
+        )
         for k, axis in enumerate(axes):
-            element = add(transform, "TransformAxis", name=f"{word}{k + 1}")
-            add(element, "coordinates", used[k].name if k < len(used) else "")
-            add(element, "axis", numbers(axis))
+            element = add_element(transform, "TransformAxis", name=f"{word}{k + 1}")
+            add_element(element, "coordinates", used[k].name if k < len(used) else "")
+            add_element(element, "axis", format_numbers(axis))
             if k < len(used):
-                function = add(element, "LinearFunction", name="function")
-                add(function, "coefficients", "1 0")
+                function = add_element(element, "LinearFunction", name="function")
+                add_element(function, "coefficients", "1 0")
             else:
-                add(add(element, "Constant", name="function"), "value", "0")
+                add_element(add_element(element, "Constant", name="function"), "value", "0")
 
 
-def _others(axes: Sequence[Array]) -> list[Array]:
+def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
     """Axes that make three independent ones of those given."""
     if len(axes) == 3:
         return []
     if not axes:
         return list(np.eye(3))
     if len(axes) == 2:
-        return [unit(np.cross(axes[0], axes[1]))]
-    frame = frame_with_z(axes[0])
+        return [unit_vector(np.cross(axes[0], axes[1]))]
+    frame = rotation_with_z_axis(axes[0])
     return [frame[:, 0], frame[:, 1]]
 
 
 def _add_loops(
-    model: Model, frames: Mapping[SiteRef, str], constraints: Element, report: Report
+    model: ExportModel, frames: Mapping[SiteRef, str], constraints: Element, report: LossReport
 ) -> None:
     """What the joints that close loops hold.
 
     As joints, OpenSim would cut one of their bodies into halves, and the motion comes out wrong.
     """
     figure = model.figure
-    for loop in loops_of(model, report):
+    for loop in loop_closures(model, report):
         name = model.joints[loop.joint.name]
         if not loop.points:
-            weld = add(constraints, "WeldConstraint", name=name)
+            weld = add_element(constraints, "WeldConstraint", name=name)
             for number, ref in enumerate(loop.joint.ends, 1):
-                add(weld, f"socket_frame{number}", frames[ref])
+                add_element(weld, f"socket_frame{number}", frames[ref])
         for count, point in enumerate(loop.points, 1):
-            held = add(constraints, "PointConstraint", name=f"{name}_{count}")
+            held = add_element(constraints, "PointConstraint", name=f"{name}_{count}")
             for number, ref in enumerate(loop.joint.ends, 1):
                 pose, body = model.site(ref), f"/bodyset/{model.segments[ref.segment]}"
                 if ref.segment in figure.ground:
                     pose, body = model.placement.poses[ref.segment] @ pose, "/ground"
-                add(held, f"socket_body_{number}", body)
+                add_element(held, f"socket_body_{number}", body)
                 place = pose @ [*point, 1.0]
-                add(held, f"location_body_{number}", numbers(place[:3]))
+                add_element(held, f"location_body_{number}", format_numbers(place[:3]))
         if loop.joint.chain:
-            report.lose(
+            report.add(
                 "displacements of joints that close loops, which are no coordinates",
                 loop.joint.name,
             )
 
 
-def _add_springs(model: Model, springs: SpringSet, forces: Element, report: Report) -> None:
+def _add_springs(
+    model: ExportModel, springs: SpringSet, forces: Element, report: LossReport
+) -> None:
     """The laws of one coordinate, as expressions of it."""
     q, rate = Expression("q"), Expression("qdot")
-    for name, joint_springs in used_springs(model, springs):
-        laws = laws_of(model.tree.chains[name], joint_springs)
-        for place, spring in laws.alone.items():
+    for name, joint_springs in tree_joint_springs(model, springs):
+        laws = split_joint_laws(model.tree.chains[name], joint_springs)
+        for place, spring in laws.uncoupled.items():
             coordinate = model.coordinates[name][place]
-            torque = total_torque(spring.elastic, q, WRITTEN) + spring.resistance(q, rate, WRITTEN)
-            force = add(forces, "ExpressionBasedCoordinateForce", name=f"{coordinate}_spring")
-            add(force, "coordinate", coordinate)
-            add(force, "expression", torque.text)
-        if laws.together:
-            report.lose("springs, damping and friction of several turns at once", name)
+            torque = total_torque(spring.elastic, q, EXPRESSION_OPERATIONS) + spring.resistance(
+                q, rate, EXPRESSION_OPERATIONS
+            )
+            force = add_element(
+                forces, "ExpressionBasedCoordinateForce", name=f"{coordinate}_spring"
+            )
+            add_element(force, "coordinate", coordinate)
+            add_element(force, "expression", torque.text)
+        if laws.combined:
+            report.add("springs, damping and friction of several turns at once", name)
 
 
-def _add_loads(model: Model, forces: Element) -> None:
+def _add_loads(model: ExportModel, forces: Element) -> None:
     """The constant forces and moments at sites."""
     taken: set[str] = set()
     for name in model.figure.bodies:
@@ -311,20 +329,20 @@ def _add_loads(model: Model, forces: Element) -> None:
             for kind, (force, moment) in loads.items():
                 if any(force or ()) or any(moment or ()):
                     label = f"{model.segments[name]}_{site.name}_{kind}_load"
-                    element = add(
+                    element = add_element(
                         forces,
                         "PrescribedForce",
-                        name=unused_name(plain_names([label])[label], taken),
+                        name=reserve_name(plain_names([label])[label], taken),
                     )
-                    add(element, "socket_frame", f"/bodyset/{model.segments[name]}")
-                    add(element, "pointIsGlobal", "false")
-                    add(element, "forceIsGlobal", str(kind == "global").lower())
+                    add_element(element, "socket_frame", f"/bodyset/{model.segments[name]}")
+                    add_element(element, "pointIsGlobal", "false")
+                    add_element(element, "forceIsGlobal", str(kind == "global").lower())
                     _add_constants(element, "forceFunctions", force or (0.0, 0.0, 0.0))
                     _add_constants(element, "pointFunctions", site.pose_in_segment[:3, 3])
                     _add_constants(element, "torqueFunctions", moment or (0.0, 0.0, 0.0))
 
 
 def _add_constants(force: Element, name: str, values: Iterable[float]) -> None:
-    functions = add(add(force, "FunctionSet", name=name), "objects")
+    functions = add_element(add_element(force, "FunctionSet", name=name), "objects")
     for value in values:
-        add(add(functions, "Constant"), "value", numbers(value))
+        add_element(add_element(functions, "Constant"), "value", format_numbers(value))

@@ -10,17 +10,23 @@ from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Findings, nearest, shorten
+from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import Vector
 from generator.inertia import MassProperties
-from generator.losses import Report
-from generator.model_files.body_tree.names import gravity_words
-from generator.model_files.body_tree.to_figure import figure_of
-from generator.model_files.body_tree.tree import Z_UP, Body, Freedom, PassiveTree, loosely
+from generator.losses import LossReport
+from generator.model_files.body_tree.names import gravity_losses
+from generator.model_files.body_tree.to_figure import figure_from_tree
+from generator.model_files.body_tree.tree import (
+    Y_UP_FROM_Z_UP,
+    Body,
+    BodyTree,
+    DegreeOfFreedom,
+    split_extra_inertia,
+)
 from generator.model_files.imported import Imported
-from generator.model_files.mjcf.joints import z_onto
-from generator.model_files.xml_read import Element, direction, number, vector
-from generator.rotations import Array, homogeneous, matrix_from_xyz
+from generator.model_files.mjcf.joints import rotation_from_z_to
+from generator.model_files.xml_read import XmlElement, parse_number, parse_vector, unit_direction
+from generator.rotations import Array, matrix_from_xyz, pose_matrix
 
 FIXED = "fixed"
 KINDS: Final = ("revolute", "continuous", "prismatic", FIXED, "floating", "planar")
@@ -28,116 +34,120 @@ KINDS: Final = ("revolute", "continuous", "prismatic", FIXED, "floating", "plana
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def pose_of(element: Element, findings: Findings) -> Array:
+def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
     """The pose that the `origin` of an element tells, shape (4, 4); turns are about fixed axes."""
-    origin = element.first("origin")
+    origin = element.find("origin")
     if origin is None:
         return np.eye(4)
-    roll, pitch, yaw = vector(origin, "rpy", findings)
+    roll, pitch, yaw = parse_vector(origin, "rpy", diagnostics)
     # Rz(yaw) Ry(pitch) Rx(roll) is the inverse of a turn about the turned axes.
     turn = matrix_from_xyz(-roll, -pitch, -yaw).T
-    return homogeneous(turn, np.array(vector(origin, "xyz", findings)))
+    return pose_matrix(turn, np.array(parse_vector(origin, "xyz", diagnostics)))
 
 
-def freedoms_of(joint: Element, findings: Findings, report: Report) -> tuple[Freedom, ...]:
+def parse_joint_dofs(
+    joint: XmlElement, diagnostics: Diagnostics, report: LossReport
+) -> tuple[DegreeOfFreedom, ...]:
     """The freedoms of a joint, from the parent outwards, told in the child's frame."""
     kind, name = joint.get("type"), joint.get("name") or ""
     if kind is None or kind not in KINDS:
-        findings.error(
+        diagnostics.error(
             "this joint has no type" if kind is None else f"unknown joint type `{shorten(kind)}`",
-            joint.place("type"),
-            nearest(kind or "", KINDS),
+            joint.span_of("type"),
+            spelling_hint(kind or "", KINDS),
         )
         return ()
-    _tell_extras(joint, name, report)
+    _add_extra_losses(joint, name, report)
     if kind == FIXED:
         return ()
     if kind in ("floating", "planar"):
-        return _several(joint, kind, name, findings)
+        return _several(joint, kind, name, diagnostics)
     turns = kind != "prismatic"
-    freedom = Freedom(name, "R" if turns else "T", _axis(joint, findings))
-    dynamics, limit = joint.first("dynamics"), joint.first("limit")
+    freedom = DegreeOfFreedom(name, "R" if turns else "T", _axis(joint, diagnostics))
+    dynamics, limit = joint.find("dynamics"), joint.find("limit")
     if dynamics is not None:
         freedom = replace(
             freedom,
-            damping=_not_negative(dynamics, "damping", findings),
-            friction=_not_negative(dynamics, "friction", findings),
+            damping=_not_negative(dynamics, "damping", diagnostics),
+            friction=_not_negative(dynamics, "friction", diagnostics),
         )
     if limit is None or kind == "continuous":
         return (freedom,)
-    lower, upper = (number(limit, word, findings) for word in ("lower", "upper"))
+    lower, upper = (parse_number(limit, word, diagnostics) for word in ("lower", "upper"))
     if lower > upper:
-        findings.error(
+        diagnostics.error(
             f"the limits of `{shorten(name)}` leave no range",
-            limit.place("lower"),
+            limit.span_of("lower"),
             "`lower` is below `upper`",
         )
     elif lower == upper:
-        report.lose("limits that leave no range", name)
+        report.add("limits that leave no range", name)
     else:
-        report.lose("limits, which are stops of 1000 N m/rad or 100 kN/m here", name)
+        report.add("limits, which are stops of 1000 N m/rad or 100 kN/m here", name)
         freedom = replace(freedom, lower=lower, upper=upper)
     return (freedom,)
 
 
-def _several(joint: Element, kind: str, name: str, findings: Findings) -> tuple[Freedom, ...]:
+def _several(
+    joint: XmlElement, kind: str, name: str, diagnostics: Diagnostics
+) -> tuple[DegreeOfFreedom, ...]:
     """The six freedoms of a floating joint, or the three of a planar one."""
     if kind == "floating":
         slides = [
-            Freedom(f"{name}_t{letter}", "T", axis, whole=name)
+            DegreeOfFreedom(f"{name}_t{letter}", "T", axis, joint=name)
             for letter, axis in reversed(_AXES.items())
         ]
         turns = [
-            Freedom(f"{name}_{letter}", "R", axis, whole=name)
+            DegreeOfFreedom(f"{name}_{letter}", "R", axis, joint=name)
             for letter, axis in reversed(_AXES.items())
         ]
         return (*slides, *turns)
-    normal = _axis(joint, findings)
-    across = z_onto(normal)
-    first, second = (_tuple(across[:, k]) for k in (0, 1))
+    normal = _axis(joint, diagnostics)
+    across = rotation_from_z_to(normal)
+    first, second = (_vector_from_array(across[:, k]) for k in (0, 1))
     return (
-        Freedom(f"{name}_ty", "T", second, whole=name),
-        Freedom(f"{name}_tx", "T", first, whole=name),
-        Freedom(f"{name}_turn", "R", normal, whole=name),
+        DegreeOfFreedom(f"{name}_ty", "T", second, joint=name),
+        DegreeOfFreedom(f"{name}_tx", "T", first, joint=name),
+        DegreeOfFreedom(f"{name}_turn", "R", normal, joint=name),
     )
 
 
-def _axis(joint: Element, findings: Findings) -> Vector:
-    element = joint.first("axis")
+def _axis(joint: XmlElement, diagnostics: Diagnostics) -> Vector:
+    element = joint.find("axis")
     if element is None:
         return _AXES["x"]
-    read = vector(element, "xyz", findings, _AXES["x"])
-    return direction(read, element.place("xyz"), findings)
+    read = parse_vector(element, "xyz", diagnostics, _AXES["x"])
+    return unit_direction(read, element.span_of("xyz"), diagnostics)
 
 
-def _tuple(axis: Array) -> Vector:
+def _vector_from_array(axis: Array) -> Vector:
     x, y, z = axis.tolist()
     return x, y, z
 
 
-def _not_negative(element: Element, name: str, findings: Findings) -> float:
-    value = number(element, name, findings)
+def _not_negative(element: XmlElement, name: str, diagnostics: Diagnostics) -> float:
+    value = parse_number(element, name, diagnostics)
     if value < 0.0:
-        findings.error(
-            f"the {name} is negative", element.place(name), "a passive joint has none below zero"
+        diagnostics.error(
+            f"the {name} is negative", element.span_of(name), "a passive joint has none below zero"
         )
     return max(value, 0.0)
 
 
-def _tell_extras(joint: Element, name: str, report: Report) -> None:
+def _add_extra_losses(joint: XmlElement, name: str, report: LossReport) -> None:
     """What a figure's joint does not have."""
-    limit = joint.first("limit")
+    limit = joint.find("limit")
     if limit is not None and (limit.get("effort") or limit.get("velocity")):
-        report.lose("limits of effort and speed", name)
-    mimic = joint.first("mimic")
+        report.add("limits of effort and speed", name)
+    mimic = joint.find("mimic")
     if mimic is not None:
-        report.lose(
+        report.add(
             "joints that follow others (`mimic`), which move freely here",
             f"{name} ({mimic.get('joint')})",
         )
     for word in ("safety_controller", "calibration"):
-        if joint.first(word) is not None:
-            report.lose("settings of controllers", name)
+        if joint.find(word) is not None:
+            report.add("settings of controllers", name)
 
 
 ROOT_JOINT = "base"
@@ -151,21 +161,21 @@ _LOST: Final = {
     "sensor": "sensors",
 }
 
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 @dataclass
 class _Robot:
     """The links and joints of a robot by name, and the joint that carries each link."""
 
-    links: dict[str, Element] = field(default_factory=dict[str, Element])
-    joints: dict[str, Element] = field(default_factory=dict[str, Element])
-    carrier: dict[str, Element] = field(default_factory=dict[str, Element])
-    parent: dict[str, str] = field(default_factory=dict[str, str])
+    links: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    joints: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    parent_joint: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    parent_link: dict[str, str] = field(default_factory=dict[str, str])
 
 
 def figure_from_urdf(
-    root: Element, directory: Path | None, findings: Findings, *, apart: bool = False
+    root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
 ) -> Imported | None:
     """The figure of a URDF document; None, with the faults noted, when it makes none.
 
@@ -174,103 +184,109 @@ def figure_from_urdf(
     Args:
         root: the element `robot`.
         directory: not needed; URDF includes nothing.
-        findings: for faults.
-        apart: see `figure_of`.
+        diagnostics: for faults.
+        separate: see `figure_of`.
     """
-    report = Report("URDF")
-    robot = _robot(root, findings, report)
-    order = _order(robot, root, findings)
+    report = LossReport("URDF")
+    robot = _robot(root, diagnostics, report)
+    order = _depth_first_links(robot, root, diagnostics)
     if order is None:
         return None
-    bodies = [_body(robot, name, findings, report) for name in order]
+    bodies = [_body(robot, name, diagnostics, report) for name in order]
     held = frozenset({order[0]} if bodies[0].mass is not None else ())
     if held:
-        report.lose(
+        report.add(
             "the root link is held to the world; `mover simulate --free-root` lets it go", order[0]
         )
-    for sentence in gravity_words(GRAVITY, Z_UP):
-        report.lose(sentence)
-    tree = PassiveTree(tuple(bodies), {}, Z_UP, root.get("name"), root.span)
-    return figure_of(tree, findings, report, apart=apart, held=held)
+    for sentence in gravity_losses(GRAVITY, Y_UP_FROM_Z_UP):
+        report.add(sentence)
+    tree = BodyTree(tuple(bodies), {}, Y_UP_FROM_Z_UP, root.get("name"), root.span)
+    return figure_from_tree(tree, diagnostics, report, separate=separate, fixed_bodies=held)
 
 
-def _robot(root: Element, findings: Findings, report: Report) -> _Robot:
+def _robot(root: XmlElement, diagnostics: Diagnostics, report: LossReport) -> _Robot:
     robot = _Robot()
     for child in root.children:
         if ":" in child.tag:
-            findings.error(
+            diagnostics.error(
                 f"`{shorten(child.tag)}` is a macro",
                 child.span,
                 "expand the file with `xacro` first",
             )
         elif child.tag in ("link", "joint"):
-            _add(robot.links if child.tag == "link" else robot.joints, child, findings)
+            _add_named(robot.links if child.tag == "link" else robot.joints, child, diagnostics)
         else:
             what = _LOST.get(child.tag, "elements that are not known here")
-            report.lose(what, child.get("name") or child.get("reference") or child.tag)
+            report.add(what, child.get("name") or child.get("reference") or child.tag)
     for joint in robot.joints.values():
-        parent, child = (_end(joint, end, robot.links, findings) for end in ("parent", "child"))
+        parent, child = (_end(joint, end, robot.links, diagnostics) for end in ("parent", "child"))
         if parent is None or child is None:
             continue
-        first = robot.carrier.setdefault(child, joint)
+        first = robot.parent_joint.setdefault(child, joint)
         if first is not joint:
-            findings.error(
+            diagnostics.error(
                 f"a second joint carries the link `{shorten(child)}`: this loop is no tree",
                 joint.span,
                 f"the first is `{shorten(first.get('name') or '')}` in line {first.span.line}",
             )
             continue
-        robot.parent[child] = parent
+        robot.parent_link[child] = parent
     return robot
 
 
-def _add(known: dict[str, Element], element: Element, findings: Findings) -> None:
+def _add_named(known: dict[str, XmlElement], element: XmlElement, diagnostics: Diagnostics) -> None:
     name = element.get("name")
     if not name:
-        findings.error(f"this {element.tag} has no name", element.span, 'write `name="..."`')
+        diagnostics.error(f"this {element.tag} has no name", element.span, 'write `name="..."`')
         return
     first = known.setdefault(name, element)
     if first is not element:
-        findings.error(
+        diagnostics.error(
             f"a second {element.tag} named `{shorten(name)}`",
-            element.place("name"),
+            element.span_of("name"),
             f"the first stands in line {first.span.line}",
         )
 
 
-def _end(joint: Element, end: str, links: Mapping[str, Element], findings: Findings) -> str | None:
+def _end(
+    joint: XmlElement, end: str, links: Mapping[str, XmlElement], diagnostics: Diagnostics
+) -> str | None:
     """The name of a joint's parent or child link."""
-    element = joint.first(end)
+    element = joint.find(end)
     name = None if element is None else element.get("link")
     if element is None or name is None:
-        findings.error(f"this joint has no {end}", joint.span, f'write `<{end} link="..."/>`')
+        diagnostics.error(f"this joint has no {end}", joint.span, f'write `<{end} link="..."/>`')
         return None
     if name not in links:
-        findings.error(
-            f"there is no link `{shorten(name)}`", element.place("link"), nearest(name, links)
+        diagnostics.error(
+            f"there is no link `{shorten(name)}`",
+            element.span_of("link"),
+            spelling_hint(name, links),
         )
         return None
     return name
 
 
-def _order(robot: _Robot, root: Element, findings: Findings) -> list[str] | None:
+def _depth_first_links(
+    robot: _Robot, root: XmlElement, diagnostics: Diagnostics
+) -> list[str] | None:
     """The links, each parent before its children; None when they make no tree."""
-    if findings.has_errors:
+    if diagnostics.has_errors:
         return None
-    roots = [name for name in robot.links if name not in robot.parent]
+    roots = [name for name in robot.links if name not in robot.parent_link]
     if not robot.links:
-        findings.error("this robot has no links", root.span, 'write `<link name="...">`')
+        diagnostics.error("this robot has no links", root.span, 'write `<link name="...">`')
         return None
     if len(roots) > 1:
         second = robot.links[roots[1]]
-        findings.error(
+        diagnostics.error(
             f"no joint carries the link `{shorten(roots[1])}`, nor `{shorten(roots[0])}`",
-            second.place("name"),
+            second.span_of("name"),
             "a robot has one root",
         )
         return None
     children: dict[str, list[str]] = {name: [] for name in robot.links}
-    for child, parent in robot.parent.items():
+    for child, parent in robot.parent_link.items():
         children[parent].append(child)
     order, waiting = list[str](), list(roots)
     while waiting:
@@ -278,58 +294,58 @@ def _order(robot: _Robot, root: Element, findings: Findings) -> list[str] | None
         waiting += reversed(children[order[-1]])
     lost = [name for name in robot.links if name not in set(order)]
     if lost:
-        findings.error(
+        diagnostics.error(
             f"the joints from `{shorten(lost[0])}` lead back to it: this loop is no tree",
-            robot.links[lost[0]].place("name"),
+            robot.links[lost[0]].span_of("name"),
             "a robot's links hang on one root",
         )
         return None
     return order
 
 
-def _body(robot: _Robot, name: str, findings: Findings, report: Report) -> Body:
-    link, joint = robot.links[name], robot.carrier.get(name)
-    for shape in link.all("visual", "collision"):
+def _body(robot: _Robot, name: str, diagnostics: Diagnostics, report: LossReport) -> Body:
+    link, joint = robot.links[name], robot.parent_joint.get(name)
+    for shape in link.find_all("visual", "collision"):
         del shape
-        report.lose("shapes of links: segments have no shape and touch nothing", name)
-    freedoms: tuple[Freedom, ...] = ()
+        report.add("shapes of links: segments have no shape and touch nothing", name)
+    freedoms: tuple[DegreeOfFreedom, ...] = ()
     pose, title = np.eye(4), ROOT_JOINT
     if joint is not None:
-        freedoms = freedoms_of(joint, findings, report)
-        pose, title = pose_of(joint, findings), joint.get("name") or name
+        freedoms = parse_joint_dofs(joint, diagnostics, report)
+        pose, title = parse_origin(joint, diagnostics), joint.get("name") or name
         if joint.get("type") == FIXED:
             title = ""
-    mass, loose = _mass(link, findings) or (None, np.zeros((3, 3)))
-    place = link.place("name")
-    return Body(name, robot.parent.get(name), pose, freedoms, mass, {}, place, title, loose)
+    mass, loose = _mass(link, diagnostics) or (None, np.zeros((3, 3)))
+    place = link.span_of("name")
+    return Body(name, robot.parent_link.get(name), pose, freedoms, mass, {}, place, title, loose)
 
 
-def _mass(link: Element, findings: Findings) -> tuple[MassProperties, Array] | None:
+def _mass(link: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, Array] | None:
     """The mass properties of a link in its frame, and loose inertia; None without any."""
-    inertial = link.first("inertial")
+    inertial = link.find("inertial")
     if inertial is None:
         return None
-    mass, inertia = inertial.first("mass"), inertial.first("inertia")
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is None or "value" not in mass.attributes:
-        findings.error("this inertial has no mass", inertial.span, 'write `<mass value="..."/>`')
+        diagnostics.error("this inertial has no mass", inertial.span, 'write `<mass value="..."/>`')
         return None
-    value = number(mass, "value", findings)
+    value = parse_number(mass, "value", diagnostics)
     if value == 0.0:
         return None
     if inertia is None:
-        findings.error(
+        diagnostics.error(
             "this inertial has no inertia", inertial.span, 'write `<inertia ixx="..." .../>`'
         )
         return None
-    missing = [key for key in _MOMENTS[:3] if key not in inertia.attributes]
+    missing = [key for key in _INERTIA_KEYS[:3] if key not in inertia.attributes]
     if missing:
-        findings.error(f"`{missing[0]}` is missing", inertia.span, "an inertia has six numbers")
+        diagnostics.error(f"`{missing[0]}` is missing", inertia.span, "an inertia has six numbers")
         return None
-    xx, yy, zz, xy, xz, yz = (number(inertia, key, findings) for key in _MOMENTS)
+    xx, yy, zz, xy, xz, yz = (parse_number(inertia, key, diagnostics) for key in _INERTIA_KEYS)
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    pose = pose_of(inertial, findings)
+    pose = parse_origin(inertial, diagnostics)
     try:
-        return loosely(value, np.zeros(3), tensor, pose)
+        return split_extra_inertia(value, np.zeros(3), tensor, pose)
     except ValueError as failure:
-        findings.error(str(failure), mass.span)
+        diagnostics.error(str(failure), mass.span)
         return None

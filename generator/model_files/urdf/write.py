@@ -14,22 +14,28 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure, Joint, Site
-from generator.kinematics.tree import Branch
-from generator.losses import Losses, Report
-from generator.model_files.body_tree.tree import Z_UP
+from generator.kinematics.tree import TreeJoint
+from generator.losses import Losses, LossReport
+from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
 from generator.model_files.export_model import (
+    ExportModel,
     JointLaws,
-    Model,
-    laws_of,
-    lose_what_no_format_has,
-    model_of,
-    rubs,
-    unused_name,
-    used_springs,
+    add_common_losses,
+    build_export_model,
+    has_friction,
+    reserve_name,
+    split_joint_laws,
+    tree_joint_springs,
 )
-from generator.model_files.xml_write import Element, add, document, numbers, roll_pitch_yaw
-from generator.rotations import Array, homogeneous, inverse_pose, unit
-from generator.text_io import write_whole
+from generator.model_files.xml_write import (
+    Element,
+    add_element,
+    format_document,
+    format_numbers,
+    roll_pitch_yaw,
+)
+from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
+from generator.text_io import write_atomic
 from springs import AxisSpring, JointSprings, SpringSet, Stop
 
 NO_LIMIT = 1e9
@@ -43,19 +49,19 @@ def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
         OSError: the file cannot be written.
         InputError: a segment that moves lacks a mass, an inertia or a centre of mass.
     """
-    text, losses = urdf_of(figure, springs)
-    write_whole(path, text)
+    text, losses = format_urdf(figure, springs)
+    write_atomic(path, text)
     return losses
 
 
-def urdf_of(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
+def format_urdf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of a URDF model, and what it does not hold; raises InputError as `write`."""
-    report = Report("URDF model")
-    model = model_of(figure, report)
+    report = LossReport("URDF model")
+    model = build_export_model(figure, report)
     root = Element("robot", name=figure.name or "figure")
-    _Links(model, springs, root, report).build()
-    _lose_the_rest(model, springs, report)
-    return document(root, _COMMENTS), report.losses
+    _LinkWriter(model, springs, root, report).add_links()
+    _add_losses(model, springs, report)
+    return format_document(root, _COMMENTS), report.losses
 
 
 _COMMENTS = (
@@ -64,66 +70,76 @@ _COMMENTS = (
 )
 
 
-class _Links:
+class _LinkWriter:
     """Links and joints, from the world outwards."""
 
-    def __init__(self, model: Model, springs: SpringSet, root: Element, report: Report) -> None:
+    def __init__(
+        self, model: ExportModel, springs: SpringSet, root: Element, report: LossReport
+    ) -> None:
         self._model, self._root, self._report = model, root, report
-        self._springs = dict(used_springs(model, springs))
+        self._springs = dict(tree_joint_springs(model, springs))
         self._links = set(model.segments.values())
         self._joints = {
             model.joints[name]
             for name, chain in model.tree.chains.items()
-            if len(chain.factors) < 2
+            if len(chain.joint_axes) < 2
         }
-        self._made: dict[str, Element] = {}
+        self._link_elements: dict[str, Element] = {}
 
-    def build(self) -> None:
+    def add_links(self) -> None:
         """All links, each base before its tip."""
         model = self._model
-        world = self._link(unused_name("world", self._links))
-        upright = homogeneous(Z_UP.T, np.zeros(3))
+        world = self._add_link(reserve_name("world", self._links))
+        upright = pose_matrix(Y_UP_FROM_Z_UP.T, np.zeros(3))
         for name in model.figure.ground:
-            link = self._link(model.segments[name])
-            fixed = unused_name(f"{link}_fixed", self._joints)
-            self._join(fixed, "fixed", world, link, upright @ model.placement.poses[name])
-        for branch in model.tree.branches:
-            self._add(branch)
+            link = self._add_link(model.segments[name])
+            fixed = reserve_name(f"{link}_fixed", self._joints)
+            self._add_joint(fixed, "fixed", world, link, upright @ model.placement.poses[name])
+        for branch in model.tree.joints:
+            self._add_tree_joint(branch)
 
-    def _add(self, branch: Branch) -> None:
+    def _add_tree_joint(self, branch: TreeJoint) -> None:
         """The row of joints that hangs a segment on its base."""
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.forward else joint.ends[::-1]
+        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
         pose, tip = (model.site(ref) for ref in ends)
         rest = inverse_pose(tip)
         at_origin = np.array_equal(rest, np.eye(4))
-        name, link = model.joints[joint.name], model.segments[branch.base]
-        laws = laws_of(model.tree.chains[joint.name], self._joint_springs(joint))
+        name, link = model.joints[joint.name], model.segments[branch.inboard]
+        laws = split_joint_laws(model.tree.chains[joint.name], self._joint_springs(joint))
         count = len(joint.chain)
         # The outermost factor comes first; hung the other way round, that is the first, backwards.
-        places = range(count)[::-1] if branch.forward else range(count)
+        places = range(count)[::-1] if branch.parent_is_inboard else range(count)
         for place in places:
             last = at_origin and place == places[-1]
-            below = model.segments[branch.tip] if last else unused_name(f"{name}_link", self._links)
+            below = (
+                model.segments[branch.outboard]
+                if last
+                else reserve_name(f"{name}_link", self._links)
+            )
             own = (
                 name
                 if count == 1
-                else unused_name(model.coordinates[joint.name][place], self._joints)
+                else reserve_name(model.coordinates[joint.name][place], self._joints)
             )
             factor = joint.chain[place]
-            spring = laws.alone.get(place)
-            element = self._join(own, _kind(joint, place), link, self._link(below), pose)
-            sign = 1.0 if branch.forward else -1.0
-            add(element, "axis", xyz=numbers(sign * unit(factor.axis)))
+            spring = laws.uncoupled.get(place)
+            element = self._add_joint(
+                own, _joint_type(joint, place), link, self._add_link(below), pose
+            )
+            sign = 1.0 if branch.parent_is_inboard else -1.0
+            add_element(element, "axis", xyz=format_numbers(sign * unit_vector(factor.axis)))
             _add_limits(element, joint, place)
             _add_friction(element, spring)
             link, pose = below, np.eye(4)
         if not (at_origin and count):
-            fixed = name if not count else unused_name(f"{name}_fixed", self._joints)
-            self._join(fixed, "fixed", link, self._link(model.segments[branch.tip]), pose @ rest)
-        self._add_inertia(branch.tip)
+            fixed = name if not count else reserve_name(f"{name}_fixed", self._joints)
+            self._add_joint(
+                fixed, "fixed", link, self._add_link(model.segments[branch.outboard]), pose @ rest
+            )
+        self._add_inertia(branch.outboard)
         if count > 1:
-            self._report.lose(
+            self._report.add(
                 "joints of several freedoms as such: they are rows of joints of one, with links "
                 "without mass between them",
                 joint.name,
@@ -132,16 +148,16 @@ class _Links:
     def _joint_springs(self, joint: Joint) -> JointSprings:
         return self._springs.get(joint.name, JointSprings(joint.name))
 
-    def _link(self, name: str) -> str:
-        self._made[name] = add(self._root, "link", name=name)
+    def _add_link(self, name: str) -> str:
+        self._link_elements[name] = add_element(self._root, "link", name=name)
         return name
 
-    def _join(self, name: str, kind: str, parent: str, child: str, pose: Array) -> Element:
-        element = add(self._root, "joint", name=name, type=kind)
-        add(element, "parent", link=parent)
-        add(element, "child", link=child)
-        turn = numbers(roll_pitch_yaw(pose[:3, :3]))
-        add(element, "origin", xyz=numbers(pose[:3, 3]), rpy=turn)
+    def _add_joint(self, name: str, kind: str, parent: str, child: str, pose: Array) -> Element:
+        element = add_element(self._root, "joint", name=name, type=kind)
+        add_element(element, "parent", link=parent)
+        add_element(element, "child", link=child)
+        turn = format_numbers(roll_pitch_yaw(pose[:3, :3]))
+        add_element(element, "origin", xyz=format_numbers(pose[:3, 3]), rpy=turn)
         return element
 
     def _add_inertia(self, name: str) -> None:
@@ -149,99 +165,104 @@ class _Links:
         assert segment.mass is not None
         assert segment.inertia is not None
         assert segment.centre_of_mass is not None
-        inertial = add(self._made[self._model.segments[name]], "inertial")
-        add(inertial, "origin", xyz=numbers(segment.centre_of_mass), rpy="0 0 0")
-        add(inertial, "mass", value=numbers(segment.mass))
+        inertial = add_element(self._link_elements[self._model.segments[name]], "inertial")
+        add_element(inertial, "origin", xyz=format_numbers(segment.centre_of_mass), rpy="0 0 0")
+        add_element(inertial, "mass", value=format_numbers(segment.mass))
         moments = {
-            f"i{axis}{axis}": numbers(m) for axis, m in zip("xyz", segment.inertia, strict=True)
+            f"i{axis}{axis}": format_numbers(m)
+            for axis, m in zip("xyz", segment.inertia, strict=True)
         }
-        add(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
+        add_element(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
 
 
-def _limits(joint: Joint, place: int) -> tuple[float | None, float | None]:
+def _limits(joint: Joint, index: int) -> tuple[float | None, float | None]:
     """The limits of one displacement; those of several turns are none of one turn."""
     turns = [factor.kind for factor in joint.chain].count("R")
-    if joint.chain[place].kind == "R" and turns > 1:
+    if joint.chain[index].kind == "R" and turns > 1:
         return None, None
     lower, upper = joint.lower_limit, joint.upper_limit
-    return None if lower is None else lower[place], None if upper is None else upper[place]
+    return None if lower is None else lower[index], None if upper is None else upper[index]
 
 
-def _kind(joint: Joint, place: int) -> str:
-    if joint.chain[place].kind == "T":
+def _joint_type(joint: Joint, index: int) -> str:
+    if joint.chain[index].kind == "T":
         return "prismatic"
-    return "continuous" if _limits(joint, place) == (None, None) else "revolute"
+    return "continuous" if _limits(joint, index) == (None, None) else "revolute"
 
 
-def _add_limits(element: Element, joint: Joint, place: int) -> None:
+def _add_limits(element: Element, joint: Joint, index: int) -> None:
     """The range, where there is one; without effort and velocity no range can be written."""
     if element.get("type") == "continuous":
         return
-    lower, upper = _limits(joint, place)
+    lower, upper = _limits(joint, index)
     ends = {
-        "lower": numbers(-NO_LIMIT if lower is None else lower),
-        "upper": numbers(NO_LIMIT if upper is None else upper),
+        "lower": format_numbers(-NO_LIMIT if lower is None else lower),
+        "upper": format_numbers(NO_LIMIT if upper is None else upper),
     }
-    add(element, "limit", **ends, effort=numbers(NO_LIMIT), velocity=numbers(NO_LIMIT))
+    add_element(
+        element, "limit", **ends, effort=format_numbers(NO_LIMIT), velocity=format_numbers(NO_LIMIT)
+    )
 
 
 def _add_friction(element: Element, spring: AxisSpring | None) -> None:
     damping = None if spring is None else spring.damping
     if damping is not None and (damping.viscous or damping.coulomb):
         given = {"damping": damping.viscous, "friction": damping.coulomb}
-        add(element, "dynamics", **{key: numbers(value) for key, value in given.items()})
+        add_element(
+            element, "dynamics", **{key: format_numbers(value) for key, value in given.items()}
+        )
 
 
-def _lose_the_rest(model: Model, springs: SpringSet, report: Report) -> None:
+def _add_losses(model: ExportModel, springs: SpringSet, report: LossReport) -> None:
     """What no URDF holds."""
     figure = model.figure
-    report.lose("gravity: the program that reads the file has to be told")
+    report.add("gravity: the program that reads the file has to be told")
     for joint in model.tree.closures:
-        report.lose("joints that close loops: the loops are open", joint.name)
-    for name, own in used_springs(model, springs):
-        laws = laws_of(model.tree.chains[name], own)
+        report.add("joints that close loops: the loops are open", joint.name)
+    for name, own in tree_joint_springs(model, springs):
+        laws = split_joint_laws(model.tree.chains[name], own)
         if _has_springs(figure.joints[name], laws):
-            report.lose("springs", name)
-        if any(rubs(spring) for spring in (*own.axes, *own.slides)):
-            report.lose("friction that depends on the angle", name)
-        if any(spring.damping.coulomb for spring in laws.alone.values()):
-            report.lose("the rate at which Coulomb friction sets in", name)
-        if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.together):
-            report.lose("damping and friction of several turns at once", name)
+            report.add("springs", name)
+        if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
+            report.add("friction that depends on the angle", name)
+        if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
+            report.add("the rate at which Coulomb friction sets in", name)
+        if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
+            report.add("damping and friction of several turns at once", name)
     for name, joint in figure.joints.items():
         if joint.lower_limit is None and joint.upper_limit is None:
             continue
-        if model.tree.chains[name].turns[1:]:
-            report.lose("limits of several turns at once", name)
+        if model.tree.chains[name].rotations[1:]:
+            report.add("limits of several turns at once", name)
         else:
-            report.lose("how stops grow beyond limits: those of the file are hard", name)
+            report.add("how stops grow beyond limits: those of the file are hard", name)
     moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
     if moved:
-        report.lose("the pose in which the figure is drawn: all displacements are 0", *moved)
-    lose_what_no_format_has(model, springs, report)
+        report.add("the pose in which the figure is drawn: all displacements are 0", *moved)
+    add_common_losses(model, springs, report)
     for name, segment in figure.segments.items():
-        if name not in figure.ground and any(_is_loaded(site) for site in segment.sites.values()):
-            report.lose("forces and moments at sites", name)
+        if name not in figure.ground and any(_has_loads(site) for site in segment.sites.values()):
+            report.add("forces and moments at sites", name)
         if segment.psurf is not None:
-            report.lose("psurfs", name)
-    report.lose("sites, but for those of joints")
+            report.add("psurfs", name)
+    report.add("sites, but for those of joints")
     if figure.attributes:
-        report.lose("attributes", *figure.attributes)
+        report.add("attributes", *figure.attributes)
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:
     """Whether there are springs beside the stops at the joint's limits."""
     limited = joint.lower_limit is not None or joint.upper_limit is not None
     several = any(
-        not (limited and isinstance(law, Stop)) for axis in laws.together for law in axis.elastic
+        not (limited and isinstance(law, Stop)) for axis in laws.combined for law in axis.elastic
     )
     return several or any(
         not (isinstance(law, Stop) and (law.lower, law.upper) == _limits(joint, place))
-        for place, spring in laws.alone.items()
+        for place, spring in laws.uncoupled.items()
         for law in spring.elastic
     )
 
 
-def _is_loaded(site: Site) -> bool:
+def _has_loads(site: Site) -> bool:
     loads = (site.global_force, site.local_force, site.global_moment, site.local_moment)
     return any(any(load) for load in loads if load is not None)

@@ -8,7 +8,7 @@ from typer.testing import CliRunner, Result
 
 from generator.cli.app import app
 from generator.figure_file import shipped_figures
-from springs.published.tables import coupled, curve, publication, publications
+from springs.published.tables import coupled_law, curve, publication, publications
 from tests.paths import FIGURES
 
 
@@ -30,7 +30,7 @@ def test_every_table_and_every_row_can_be_cited(name: str):
     said = json.loads(mover("cite", name, "--json").stdout)
     table = publication(name)
     assert [row["row"] for row in said["rows"]] == [
-        f"{name}/{row}" for row in (*table.curves, *table.coupled)
+        f"{name}/{row}" for row in (*table.curves, *table.coupled_laws)
     ]
     for row in said["rows"]:
         one = mover("cite", row["row"])
@@ -45,7 +45,7 @@ def test_a_row_tells_its_place_its_range_and_what_was_held():
     assert "measured -15 .. 80 deg" in plain
     assert "knee 15 deg" in plain
     leg = json.loads(mover("cite", "riener_edrich_1999/leg", "--json").stdout)
-    assert leg["doi"] == coupled("riener_edrich_1999/leg").reference.doi
+    assert leg["doi"] == coupled_law("riener_edrich_1999/leg").reference.doi
     assert leg["sureness"] == "C2"
     assert leg["range_is_measured"] is False
     assert leg["range_deg"][0] == pytest.approx([-15.0, 100.0])
@@ -142,7 +142,7 @@ def test_a_figure_of_a_tables_name_goes_first(tmp_path: Path, monkeypatch: pytes
 def test_a_figure_cites_the_tables_of_its_coupled_laws():
     said = json.loads(mover("cite", "prototype", "--springs", "coupled", "--json").stdout)
     used = {one["reference"]: one["used_for"] for one in said["references"]}
-    reference = str(coupled("riener_edrich_1999/leg").reference)
+    reference = str(coupled_law("riener_edrich_1999/leg").reference)
     assert used[reference] == [
         "left_hip_joint y with left_knee -y",
         "right_hip_joint y with right_knee -y",

@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from generator import read_figure
 from generator.cli.app import app
-from generator.figure_file import faults_for_simulation
+from generator.figure_file import simulation_diagnostics
 from generator.geometry import format_psurf, mass_properties, read_psurf
 from generator.geometry.surface import Surface
 from tests.bodies import box
@@ -38,7 +38,7 @@ def mover(*words: object) -> Result:
 @pytest.fixture
 def folder(tmp_path):
     """A folder with a brick of 2 x 3 x 4 cm."""
-    brick = Surface.of(*box((0, 0, 0), (0.02, 0.03, 0.04)))
+    brick = Surface.from_faces(*box((0, 0, 0), (0.02, 0.03, 0.04)))
     (tmp_path / "brick.pss").write_text(format_psurf(brick))
     return tmp_path
 
@@ -58,7 +58,7 @@ def test_all_that_is_missing_is_filled_in(folder):
     assert arm.mass == pytest.approx(0.048)
     assert arm.inertia == pytest.approx(0.048 / 12 * np.array([25, 20, 13]) * 1e-4)
     assert arm.centre_of_mass == pytest.approx([0.01, 0.015, 0.02])
-    assert faults_for_simulation(figure) == ()
+    assert simulation_diagnostics(figure) == ()
     added = [line for line in after.splitlines() if line not in before.splitlines()]
     assert added == [
         "    mass = 48g;  # estimated from the psurf at 2 g/cm3",
@@ -111,7 +111,7 @@ def test_an_inertia_and_a_centre_that_are_given_are_kept(folder):
 def test_statements_go_where_they_are_read_whatever_the_layout(folder, arm):
     _, before, after, figure = completed(folder, arm)
     assert figure.segments["arm"].mass == pytest.approx(0.048)
-    assert faults_for_simulation(figure) == ()
+    assert simulation_diagnostics(figure) == ()
     # All that is put in stands in one place, and the text goes on behind it as it did.
     pairs = enumerate(zip(before, after, strict=False))
     place = next(k for k, (one, other) in pairs if one != other)
@@ -192,7 +192,7 @@ def test_a_mass_of_zero_is_kept_and_told(folder):
 )
 def test_a_psurf_that_is_no_body_stops_it_and_nothing_is_written(folder, psurf, said):
     vertices, faces = box()
-    (folder / "open.pss").write_text(format_psurf(Surface.of(vertices, faces[1:])))
+    (folder / "open.pss").write_text(format_psurf(Surface.from_faces(vertices, faces[1:])))
     path, output = folder / "arm.fig", folder / "out.fig"
     path.write_text(FIGURE.format(arm=f'    psurf = "{psurf}";'))
     result = mover("complete", path, "--density", "2g/cm3", "-o", output)

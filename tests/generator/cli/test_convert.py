@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 from generator import read_action, read_figure
 from generator.cli.app import app
 from generator.model_files.peabody import write as write_peabody
-from generator.motion_files import FORMATS, clip_of_action, format_action, read_npz
+from generator.motion_files import MOTION_FORMATS, format_action, motion_from_action, read_npz
 from generator.motion_files.action import ActionFile
 from generator.motion_files.glb import write as write_glb
 from springs import SpringSet
@@ -58,7 +58,7 @@ def swing(tmp_path: Path) -> Path:
 
 
 def test_an_action_file_becomes_every_format(swing: Path):
-    outputs = [swing.with_name(f"out{suffix}") for suffix in FORMATS]
+    outputs = [swing.with_name(f"out{suffix}") for suffix in MOTION_FORMATS]
     said = answer("convert", swing, *outputs)
     assert said["files"] == [str(path) for path in outputs]
     assert said["frames"] == 51
@@ -81,7 +81,7 @@ def test_losses_are_told_to_people_too(swing: Path):
 def test_what_is_converted_is_what_would_have_been_written(swing: Path):
     assert mover("convert", swing, swing.with_name("out.glb")).exit_code == 0
     figure = read_figure("fourbar")
-    write_glb(clip_of_action(read_action(swing), figure), swing.with_name("straight.glb"))
+    write_glb(motion_from_action(read_action(swing), figure), swing.with_name("straight.glb"))
     straight = swing.with_name("straight.glb").read_bytes()
     assert swing.with_name("out.glb").read_bytes() == straight
 
@@ -99,7 +99,7 @@ def test_a_run_goes_through_npz_without_a_loss(tmp_path: Path):
     assert recording.times.size == 6
 
 
-@pytest.mark.parametrize("suffix", sorted(FORMATS))
+@pytest.mark.parametrize("suffix", sorted(MOTION_FORMATS))
 def test_simulate_writes_every_format_and_tells_its_losses(suffix: str, tmp_path: Path):
     path = tmp_path / f"fall{suffix}"
     result = mover("simulate", "pendulum", "--stop", 0.04, "--step", 0.01, "-o", path)

@@ -12,9 +12,9 @@ from typer.testing import CliRunner, Result
 from generator import read_action, read_figure, read_pose
 from generator.cli.app import app
 from generator.kinematics.centre_of_mass import centre_of_mass
-from generator.kinematics.free_root import let_go
-from generator.kinematics.placement import drawn_displacements, place
-from generator.kinematics.tree import hang
+from generator.kinematics.free_root import detach_root
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.motion_files import format_action
 from generator.motion_files.action import ActionFile
 from generator.motion_files.motion import Header
@@ -47,7 +47,7 @@ def failure(*words: object) -> tuple[int, str]:
 
 @cache
 def prototype():
-    return hang(read_figure(PROTOTYPE))
+    return build_tree(read_figure(PROTOTYPE))
 
 
 def motion(path: Path, figure, displacements, times) -> Path:
@@ -65,7 +65,7 @@ def motion(path: Path, figure, displacements, times) -> Path:
 def bending(tmp_path) -> Path:
     """The waist bends back by 5 degrees a frame."""
     times = [0.1 * k for k in range(8)]
-    values = drawn_displacements(prototype())
+    values = initial_displacements(prototype())
     rows = {name: np.tile(value, (8, 1)) for name, value in values.items()}
     rows["waist"] = np.radians(np.outer(np.arange(8), [0.0, 0.0, -5.0]))
     return motion(tmp_path / "bending.action", prototype().figure, rows, times)
@@ -159,8 +159,8 @@ def test_a_run_starts_from_a_pose(tmp_path):
 def test_the_centre_of_mass_of_a_pose():
     said = answer("com", "prototype", "--set", "left_elbow=90")
     tree = prototype()
-    values = {**drawn_displacements(tree), "left_elbow": np.array([np.pi / 2])}
-    expected = 100.0 * centre_of_mass(place(tree, values))
+    values = {**initial_displacements(tree), "left_elbow": np.array([np.pi / 2])}
+    expected = 100.0 * centre_of_mass(forward_kinematics(tree, values))
     assert said["centre_of_mass_cm"] == pytest.approx(expected.tolist(), abs=1e-12)
     assert said["mass_kg"] == pytest.approx(49.27798)
     parts = [(part["mass_kg"], part["centre_of_mass_cm"]) for part in said["segments"]]
@@ -206,7 +206,7 @@ def test_the_centre_of_mass_along_a_motion(bending, tmp_path):
 
 
 def test_a_motion_of_the_figure_let_go(tmp_path):
-    freed, values = let_go(prototype().figure, drawn_displacements(prototype()))
+    freed, values = detach_root(prototype().figure, initial_displacements(prototype()))
     rows = {name: np.tile(value, (2, 1)) for name, value in values.items()}
     rows["lower_torso"] = rows["lower_torso"] + [[0.0] * 6, [0, 0, 0, 0.1, -0.2, 0.3]]
     path = motion(tmp_path / "free.action", freed, rows, [0.0, 1.0])
@@ -452,7 +452,7 @@ def test_a_displacement_may_be_as_large_as_is_said():
 
 
 def test_poses_out_of_this_world_are_refused(tmp_path):
-    freed, values = let_go(prototype().figure, drawn_displacements(prototype()))
+    freed, values = detach_root(prototype().figure, initial_displacements(prototype()))
     rows = {name: np.tile(value, (2, 1)) for name, value in values.items()}
     rows["lower_torso"][1, 4] = 1e300
     path = motion(tmp_path / "far.action", freed, rows, [0.0, 1.0])

@@ -14,9 +14,9 @@ import typer
 from typer.testing import CliRunner
 
 from generator.cli import joined
-from generator.cli.answer import Answer, ExitCode, UsageError
+from generator.cli.answer import CommandResult, ExitCode, UsageError
 from generator.cli.app import app
-from generator.cli.progress import Progress
+from generator.cli.progress import ItemMonitor
 from generator.diagnostics import InputError, error
 
 
@@ -24,15 +24,17 @@ def greet(
     name: Annotated[str, typer.Argument(help="Who is greeted.")],
     times: Annotated[int, typer.Option(help="How often.")] = 1,
     as_json: Annotated[bool, typer.Option("--json")] = False,
-) -> "Answer":
+) -> "CommandResult":
     """Say hello."""
     del as_json
     if times < 1:
         raise UsageError("--times is at least 1")
     if name == "nobody":
         raise InputError((error("there is nobody"),))
-    code = ExitCode.RUN_FAILED if name == "ghost" else ExitCode.GOOD
-    return Answer(" ".join([f"hello {name}"] * times), {"name": name, "times": times}, code=code)
+    code = ExitCode.RUN_FAILED if name == "ghost" else ExitCode.SUCCESS
+    return CommandResult(
+        " ".join([f"hello {name}"] * times), {"name": name, "times": times}, code=code
+    )
 
 
 def count(
@@ -40,14 +42,14 @@ def count(
     quiet: Annotated[bool, typer.Option("--quiet")] = False,
     as_json: Annotated[bool, typer.Option("--json")] = False,
     *,
-    progress: "Progress",
-) -> "Answer":
+    progress: "ItemMonitor",
+) -> "CommandResult":
     """Count, and tell of it."""
     del quiet, as_json
     with progress(steps, "steps") as done:
         for k in range(steps):
             done(str(k))
-    return Answer(f"counted {steps} with {progress.__name__}", steps)
+    return CommandResult(f"counted {steps} with {progress.__name__}", steps)
 
 
 @pytest.fixture(autouse=True)

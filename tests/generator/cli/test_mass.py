@@ -27,7 +27,7 @@ def mover(*words: object) -> Result:
 def brick(tmp_path):
     """A box of 2 x 3 x 4 cm with a corner at the origin."""
     path = tmp_path / "brick.pss"
-    path.write_text(format_psurf(Surface.of(*box((0, 0, 0), (0.02, 0.03, 0.04)))))
+    path.write_text(format_psurf(Surface.from_faces(*box((0, 0, 0), (0.02, 0.03, 0.04)))))
     return path
 
 
@@ -136,7 +136,7 @@ def test_a_face_a_little_bent_is_a_warning():
 def test_voids_and_bodies_are_counted(tmp_path):
     path = tmp_path / "nest.pss"
     body = together(box((0, 0, 0), (3, 3, 3)), inside_out(box((1, 1, 1))), box((5, 0, 0)))
-    path.write_text(format_psurf(Surface.of(*body)))
+    path.write_text(format_psurf(Surface.from_faces(*body)))
     assert "2 bodies, 1 void\n" in mover("mass", path, *DENSITY).stdout
     shells = json.loads(mover("mass", path, *DENSITY, "--json").stdout)["shells"]
     assert [(s["first_face"], s["void"]) for s in shells] == [(1, False), (7, True), (13, False)]
@@ -213,7 +213,7 @@ def test_a_segments_psurf_lies_beside_its_figure(tmp_path):
 )
 def test_options_that_say_nothing_are_a_matter_of_usage(tmp_path, words, said):
     path = tmp_path / "big.pss"
-    path.write_text(format_psurf(Surface.of(*box((0, 0, 0), (10, 10, 10)))))
+    path.write_text(format_psurf(Surface.from_faces(*box((0, 0, 0), (10, 10, 10)))))
     result = mover("mass", path, *words)
     assert result.exit_code == 2
     assert said in result.stderr

@@ -12,9 +12,9 @@ from generator.command_line.postures import Rhythm, Side
 from generator.figure_file import read_figure
 from generator.input_files.pose import read_pose
 from generator.kinematics import shoulder as shoulder_turns
-from generator.kinematics.placement import drawn_displacements, place
+from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.shoulder_rhythm import RHYTHMS
-from generator.kinematics.tree import hang
+from generator.kinematics.tree import build_tree
 from tests.paths import DOCS
 
 
@@ -42,8 +42,8 @@ def test_the_pose_that_it_writes_points_the_elbow(tmp_path, side, rhythm):
     figure = read_figure("clavicles")
     given = read_pose(path, figure)
     assert set(given) == {f"{side}_clavicle", f"{side}_shoulder"}
-    tree = hang(figure)
-    poses = place(tree, {**drawn_displacements(tree), **given}).poses
+    tree = build_tree(figure)
+    poses = forward_kinematics(tree, {**initial_displacements(tree), **given}).poses
     along = poses[f"{side}_lower_arm"][:3, 3] - poses[f"{side}_upper_arm"][:3, 3]
     outwards = 1.0 if side == "left" else -1.0
     sine, cosine = np.sin(np.radians(60.0)), np.cos(np.radians(60.0))

@@ -8,21 +8,23 @@ import pytest
 from typer.testing import CliRunner
 
 from generator.cli.app import app
-from generator.cli.springs_text import coupled_data, coupled_lines, law_data, law_words
+from generator.cli.springs_text import coupled_law_data, coupled_law_lines, format_law, law_data
 from springs import Elastic, Linear
 from springs.coupled import CoupledExponential, CoupledTerm
-from springs.exponential import Exponential, Term
-from springs.hysteresis import Directional
-from springs.interpolated import Table
-from springs.published.tables import coupled, publication, publications
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
+from springs.published.tables import coupled_law, publication, publications
 from springs.smooth_limit import SmoothLimit
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 
 KNOWN = (radians(-5.0), radians(110.0))
-UP = Table(((0.0, 1.0), (radians(90.0), -1.5)))
+UP = Interpolated(((0.0, 1.0), (radians(90.0), -1.5)))
 LAWS: list[tuple[Elastic, str]] = [
     (
-        Exponential((Term(3.0, -4.0), Term(-0.5, 2.0, radians(10.0))), 1.5, KNOWN),
+        Exponential(
+            (ExponentialTerm(3.0, -4.0), ExponentialTerm(-0.5, 2.0, radians(10.0))), 1.5, KNOWN
+        ),
         "exponentials 1.5 +3 exp(-4 a) -0.5 exp(2 (a -10 deg)) N m, known for -5 deg .. 110 deg",
     ),
     (UP, "curve through 2 points, 1 N m at 0 deg to -1.5 N m at 90 deg"),
@@ -31,21 +33,21 @@ LAWS: list[tuple[Elastic, str]] = [
         "limits 0 deg .. 90 deg, 50 and 20 N m/rad, fully grown 40 deg beyond",
     ),
     (
-        Scaled(Linear(3.0), 0.5, radians(10.0), 2.0),
+        Transformed(Linear(3.0), 0.5, radians(10.0), 2.0),
         "linear 3 N m/rad, rest 0 deg, times 0.5, moved by 10 deg, +2 N m",
     ),
     (
-        Directional.around(Linear(3.0), 6.0, 0.2),
+        Hysteresis.from_mean_and_width(Linear(3.0), 6.0, 0.2),
         "linear 3 N m/rad, rest 0 deg, hysteresis 6 N m, slip 0.2 rad/s",
     ),
     (
-        Directional(UP, Scaled(UP, constant=2.0)),
+        Hysteresis(UP, Transformed(UP, constant=2.0)),
         "growing angle: curve through 2 points, 1 N m at 0 deg to -1.5 N m at 90 deg; "
         "falling angle: curve through 2 points, 1 N m at 0 deg to -1.5 N m at 90 deg, +2 N m; "
         "slip 0.01 rad/s",
     ),
     (
-        Table(((-1.0, -0.0), (-0.0, -8.1))),
+        Interpolated(((-1.0, -0.0), (-0.0, -8.1))),
         "curve through 2 points, 0 N m at -57.3 deg to -8.1 N m at 0 deg",
     ),
 ]
@@ -53,7 +55,7 @@ LAWS: list[tuple[Elastic, str]] = [
 
 @pytest.mark.parametrize(("law", "words"), LAWS)
 def test_a_law_in_words(law: Elastic, words: str):
-    assert law_words(law) == words
+    assert format_law(law) == words
 
 
 def test_the_data_of_a_law_hold_its_numbers():
@@ -76,8 +78,8 @@ def test_the_data_of_a_law_hold_its_numbers():
 def test_no_published_law_is_left_without_words(key: str):
     name, _, row = key.partition("/")
     law = publication(name).curves[row].law
-    assert "(" + type(law).__name__ not in law_words(law)
-    assert not law_words(law).startswith(type(law).__name__)
+    assert "(" + type(law).__name__ not in format_law(law)
+    assert not format_law(law).startswith(type(law).__name__)
     assert json.loads(json.dumps(law_data(law), allow_nan=False))["law"]
 
 
@@ -88,15 +90,15 @@ def test_a_coupled_law_in_words():
         (1.0, -2.0),
         (KNOWN, None),
     )
-    assert list(coupled_lines(law)) == [
+    assert list(coupled_law_lines(law)) == [
         "hip flexion: 1 +2 exp(-4 h -2 k) N m",
         "knee flexion: -2 +1 exp(-4 h -2 k) +3 exp(-1 k) N m",
         "h hip flexion, k knee flexion in rad; conservative; "
         "known for hip flexion -5 deg .. 110 deg",
     ]
-    published = coupled("riener_edrich_1999/leg").law
-    assert coupled_data(published)["conservative"] is False
-    assert "; not conservative; " in list(coupled_lines(published))[-1]
+    published = coupled_law("riener_edrich_1999/leg").law
+    assert coupled_law_data(published)["conservative"] is False
+    assert "; not conservative; " in list(coupled_law_lines(published))[-1]
 
 
 def test_the_coupled_springs_of_a_figure_are_described(tmp_path: Path):

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import EnoughFaults, Findings, InputError, Source, errors_among
-from generator.figure import Factor, Shift, SiteRef, Turn
-from generator.figure_file import examine_figure, parse_figure, read_figure, shipped_figures
-from generator.figure_file.lexer import Kind, tokenize
+from generator.diagnostics import Diagnostics, InputError, Source, TooManyErrors, select_errors
+from generator.figure import JointAxis, Rotation, SiteRef, Translation
+from generator.figure_file import parse_figure, parse_figure_file, read_figure, shipped_figures
+from generator.figure_file.lexer import TokenKind, tokenize
 
 FIGURE = """figure {{
   segment floor {{
@@ -55,8 +55,8 @@ def test_the_pendulum_of_figure_3_4():
     assert link.sites["CM"].global_force == (1e-3, 0.0, 0.0)
     assert list(link.sites) == ["prox", "dist", "CM"]
     assert figure.segments["floor"].sites["dist"].location.factors == (
-        Turn((-math.pi / 4, -math.pi / 2, -math.pi / 4)),
-        Shift((0.0, 1.2, 0.0)),
+        Rotation((-math.pi / 4, -math.pi / 2, -math.pi / 4)),
+        Translation((0.0, 1.2, 0.0)),
     )
     assert [factor.axis for factor in shoulder.chain] == [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
     assert shoulder.displacement == (0.0, math.radians(40), math.radians(20))
@@ -68,7 +68,7 @@ def test_the_pendulum_of_figure_3_4():
 
 @pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
 def test_the_shipped_figures_have_no_errors(name):
-    assert errors_among(examine_figure(name).faults) == ()
+    assert select_errors(parse_figure_file(name).faults) == ()
 
 
 def test_a_joint_without_a_type_is_rigid():
@@ -86,7 +86,7 @@ def test_all_fields_of_a_joint():
         llimit = (-90deg, 0);
         ulimit = (1rad, 1ft);"""
     ).joints["elbow"]
-    assert joint.chain == (Factor("R", (0.0, 1.0, 0.0)), Factor("T", (0.0, 0.0, -1.0)))
+    assert joint.chain == (JointAxis("R", (0.0, 1.0, 0.0)), JointAxis("T", (0.0, 0.0, -1.0)))
     assert joint.displacement == pytest.approx((math.radians(30), 0.02), rel=1e-15)
     assert joint.stiff == (2.0, 3.0)
     assert joint.rest == (math.radians(-10), 0.0254)
@@ -123,7 +123,7 @@ def test_the_lines_of_a_site_accumulate():
         .segments["arm"]
         .sites["tip"]
     )
-    assert site.location.factors == (Shift((0.01, 0.02, 0.03)),)
+    assert site.location.factors == (Translation((0.01, 0.02, 0.03)),)
     assert site.global_force == (1.0, 0.0, 0.0)
     assert site.local_force == (2e-5, 0.0, 0.0)
     assert site.global_moment == (3.0, 0.0, 0.0)
@@ -141,9 +141,9 @@ def test_a_location_is_composed_of_what_is_written():
     )
     assert sites["a"].location.factors == ()
     assert sites["b"].location.factors == (
-        Shift((0.01, 0.0, 0.0)),
-        Turn((math.pi / 2, 0.0, 0.0)),
-        Shift((0.0, 0.01, 0.0)),
+        Translation((0.01, 0.0, 0.0)),
+        Rotation((math.pi / 2, 0.0, 0.0)),
+        Translation((0.0, 0.01, 0.0)),
     )
 
 
@@ -225,7 +225,7 @@ def test_a_body_of_ten_heavy_links_in_a_row_is_no_person():
 def test_a_shipped_name_is_found_from_any_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pendulum").mkdir()  # a folder of that name is not meant
-    reading = examine_figure("pendulum")
+    reading = parse_figure_file("pendulum")
     assert reading.figure == read_figure("pendulum")
     assert (reading.path / "pendulum.fig").is_file()
 
@@ -241,7 +241,7 @@ def test_a_file_comes_before_a_shipped_name(tmp_path, monkeypatch):
 def test_a_missing_file_is_told_with_the_nearest_shipped_name():
     with pytest.raises(InputError) as raised:
         read_figure("prototipe")
-    (fault,) = raised.value.faults
+    (fault,) = raised.value.diagnostics
     assert fault.span is None
     assert fault.hint == "did you mean `prototype`?"
 
@@ -249,12 +249,12 @@ def test_a_missing_file_is_told_with_the_nearest_shipped_name():
 @pytest.mark.parametrize("name", ["no/such/file.fig", "a" * 5000, ""])
 def test_strange_names_are_told(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (fault,) = examine_figure(name).faults
+    (fault,) = parse_figure_file(name).faults
     assert fault.span is None
 
 
 def test_a_directory_is_no_file(tmp_path):
-    (fault,) = examine_figure(tmp_path).faults
+    (fault,) = parse_figure_file(tmp_path).faults
     assert "is a directory" in fault.message
 
 
@@ -266,12 +266,12 @@ def test_a_file_that_may_not_be_read_is_told(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "open", refuse)
-    (fault,) = examine_figure(path).faults
+    (fault,) = parse_figure_file(path).faults
     assert fault.message.endswith("cannot be read: permission denied")
 
 
 def test_a_device_without_end_is_not_read_for_ever():
-    (fault,) = examine_figure("/dev/zero").faults
+    (fault,) = parse_figure_file("/dev/zero").faults
     assert "larger than" in fault.message
 
 
@@ -282,15 +282,15 @@ def test_the_shipped_figures_are_named():
 def test_a_geometry_file_beside_the_figure_is_found(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_text(_text(segment='psurf = "arm.pss";'))
-    assert len(examine_figure(path).faults) == 1
+    assert len(parse_figure_file(path).faults) == 1
     (tmp_path / "arm.pss").write_text("")
-    assert examine_figure(path).faults == ()
+    assert parse_figure_file(path).faults == ()
 
 
 def test_a_geometry_file_with_an_impossible_name_is_missing(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_text(_text(segment=f'psurf = "{"é" * 190}.pss";'))
-    (fault,) = examine_figure(path).faults
+    (fault,) = parse_figure_file(path).faults
     assert "there is no file" in fault.message
 
 
@@ -310,7 +310,7 @@ def test_a_geometry_file_with_an_impossible_name_is_missing(tmp_path):
 def test_harmless_encodings_are_read_in_silence(data, tmp_path):
     path = tmp_path / "arm.fig"
     path.write_bytes(data)
-    reading = examine_figure(path)
+    reading = parse_figure_file(path)
     assert reading.faults == ()
     assert reading.figure == parse_figure(_text()).figure
 
@@ -318,7 +318,7 @@ def test_harmless_encodings_are_read_in_silence(data, tmp_path):
 def test_the_place_of_a_wrong_byte_is_right_behind_a_byte_order_mark(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_bytes(b"\xef\xbb\xbffigure\r\n{ # caf\xe9 }")
-    (fault,) = examine_figure(path).faults
+    (fault,) = parse_figure_file(path).faults
     assert (fault.span.line, fault.span.column, fault.span.text) == (2, 8, "é")
 
 
@@ -388,23 +388,23 @@ _SCRAPS = st.one_of(
 
 @given(text=_SCRAPS)
 def test_any_text_is_cut_into_tokens_in_order(text):
-    source, findings = Source("text", text), Findings()
+    source, findings = Source("text", text), Diagnostics()
     tokens = []
     try:
         tokens.extend(tokenize(source, findings))
-    except EnoughFaults:
-        assert len(findings.faults) == 100
+    except TooManyErrors:
+        assert len(findings.entries) == 100
         return
-    assert tokens[-1].kind is Kind.END
+    assert tokens[-1].kind is TokenKind.END
     ends = [0, *(token.end for token in tokens)]
     assert all(end <= token.start for end, token in zip(ends, tokens, strict=False))
     for token in tokens[:-1]:
         assert token.start < token.end <= len(text)
-        if token.kind is Kind.NAME:
+        if token.kind is TokenKind.NAME:
             assert text[token.start : token.end] == token.text
-    if not findings.faults:
+    if not findings.entries:
         spaced = " ".join(text[token.start : token.end] for token in tokens)
-        again = list(tokenize(Source("text", spaced), Findings()))
+        again = list(tokenize(Source("text", spaced), Diagnostics()))
         assert [(t.kind, t.text, t.unit) for t in again] == [
             (t.kind, t.text, t.unit) for t in tokens
         ]
@@ -414,5 +414,5 @@ def test_any_text_is_cut_into_tokens_in_order(text):
 def test_any_text_is_read_without_a_traceback(text):
     for whole in (text, f"figure {{ {text}", _text(segment=text.replace("{", "(")), _text() + text):
         reading = parse_figure(whole)
-        assert (reading.figure is None) is bool(errors_among(reading.faults))
+        assert (reading.figure is None) is bool(select_errors(reading.faults))
         assert all(str(fault) for fault in reading.faults)

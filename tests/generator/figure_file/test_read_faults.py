@@ -2,8 +2,8 @@
 
 import pytest
 
-from generator.diagnostics import InputError, errors_among
-from generator.figure_file import examine_figure, faults_for_simulation, read_figure
+from generator.diagnostics import InputError, select_errors
+from generator.figure_file import parse_figure_file, read_figure, simulation_diagnostics
 from tests.paths import FAULTS
 
 FILES = sorted((FAULTS).glob("*.fig"))
@@ -28,26 +28,26 @@ def test_the_files_are_there():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_broken_file_is_told_everything(path):
-    reading = examine_figure(path)
+    reading = parse_figure_file(path)
     told = "\n".join(str(fault) for fault in reading.faults).replace(str(path), path.name)
     assert told == path.with_suffix(".expected").read_text("utf-8").removesuffix("\n")
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_figure_comes_of_warnings_but_not_of_errors(path):
-    reading = examine_figure(path)
+    reading = parse_figure_file(path)
     harmless = path.stem in HARMLESS
-    assert bool(errors_among(reading.faults)) is not harmless
+    assert bool(select_errors(reading.faults)) is not harmless
     assert (reading.figure is not None) is harmless
     if not harmless:
         with pytest.raises(InputError) as raised:
             read_figure(path)
-        assert raised.value.faults == reading.faults
+        assert raised.value.diagnostics == reading.faults
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_fault_has_a_place(path):
-    for fault in examine_figure(path).faults:
+    for fault in parse_figure_file(path).faults:
         assert fault.span is not None
         assert 0 <= fault.span.start <= fault.span.end <= len(fault.span.source.text)
 
@@ -55,6 +55,6 @@ def test_every_fault_has_a_place(path):
 @pytest.mark.parametrize("stem", sorted(HARMLESS))
 def test_a_simulation_needs_all_masses(stem):
     figure = read_figure(FAULTS / f"{stem}.fig")
-    faults = faults_for_simulation(figure)
+    faults = simulation_diagnostics(figure)
     assert len(faults) == NEEDED_FOR_SIMULATION.get(stem, 0)
-    assert errors_among(faults) == faults
+    assert select_errors(faults) == faults

@@ -6,8 +6,8 @@ import time
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.diagnostics import errors_among
-from generator.figure_file import faults_for_simulation, parse_figure, shipped_figures
+from generator.diagnostics import select_errors
+from generator.figure_file import parse_figure, shipped_figures, simulation_diagnostics
 from generator.figure_file.write import write_figure
 
 LONGEST = 2.0
@@ -88,13 +88,13 @@ def test_a_damaged_file_is_told_or_read(text):
     reading = parse_figure(text)
     told = [str(fault) for fault in reading.faults]
     assert time.process_time() - start < LONGEST
-    assert (reading.figure is None) is bool(errors_among(reading.faults))
+    assert (reading.figure is None) is bool(select_errors(reading.faults))
     assert all(told)
     if reading.figure is not None:
         again = parse_figure(write_figure(reading.figure))
         assert again.figure == reading.figure
-        assert len(faults_for_simulation(reading.figure)) == len(
-            faults_for_simulation(again.figure)
+        assert len(simulation_diagnostics(reading.figure)) == len(
+            simulation_diagnostics(again.figure)
         )
 
 

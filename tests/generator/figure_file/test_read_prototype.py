@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from generator.figure import Shift, SiteRef, Turn
+from generator.figure import Rotation, SiteRef, Translation
 from generator.figure_file import (
-    examine_figure,
-    faults_for_simulation,
+    parse_figure_file,
     read_figure,
     shipped_figures,
+    simulation_diagnostics,
 )
 from generator.figure_file.write import write_figure
 
@@ -122,8 +122,8 @@ def test_the_sites_are_those_of_the_appendix(figure):
         expected = SITES[name.removeprefix("left_").removeprefix("right_")]
         assert list(segment.sites) == list(expected)
         for site, (angles, offset) in expected.items():
-            turn = () if angles is None else (Turn(tuple(np.radians(angles).tolist())),)
-            shift = Shift(tuple(_shifted(length, -2) for length in offset))
+            turn = () if angles is None else (Rotation(tuple(np.radians(angles).tolist())),)
+            shift = Translation(tuple(_shifted(length, -2) for length in offset))
             assert segment.sites[site].location.factors == (*turn, shift)
 
 
@@ -157,12 +157,12 @@ def test_ten_segments_move_with_22_degrees_of_freedom(figure):
 
 
 def test_the_reader_remarks_on_the_mass_and_on_nothing_else():
-    reading = examine_figure("prototype")
+    reading = parse_figure_file("prototype")
     (fault,) = reading.faults
     assert fault.message == (
         "total mass 49.28 kg is far below a 50th-percentile man's (about 78 kg)"
     )
-    assert faults_for_simulation(reading.figure) == ()
+    assert simulation_diagnostics(reading.figure) == ()
 
 
 def test_the_file_is_laid_out_by_the_writer(figure):

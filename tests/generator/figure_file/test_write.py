@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 from generator.figure import (
     Attribute,
-    Factor,
     Figure,
     Joint,
+    JointAxis,
     Location,
+    Rotation,
     Segment,
-    Shift,
     Site,
     SiteRef,
-    Turn,
+    Translation,
 )
 from generator.figure_file import parse_figure, read_figure
 from generator.figure_file.write import write_figure
@@ -48,9 +48,9 @@ AXES = st.sampled_from(
 ) | st.tuples(SMALL, SMALL, SMALL).filter(lambda v: math.hypot(*v) > 1e-3).map(_unit)
 LOCATIONS = st.builds(
     Location,
-    st.lists(st.builds(Turn, VECTORS) | st.builds(Shift, VECTORS), max_size=3).map(tuple),
+    st.lists(st.builds(Rotation, VECTORS) | st.builds(Translation, VECTORS), max_size=3).map(tuple),
 )
-FACTORS = st.builds(Factor, st.sampled_from("RT"), AXES)
+FACTORS = st.builds(JointAxis, st.sampled_from("RT"), AXES)
 
 
 @st.composite
@@ -164,9 +164,11 @@ def test_the_layout():
         attributes=("red",),
         sites={
             "near": Site(
-                "near", Location((Turn((math.pi / 2, 0.0, 0.0)), Shift((0.0, 0.01, 0.0))))
+                "near", Location((Rotation((math.pi / 2, 0.0, 0.0)), Translation((0.0, 0.01, 0.0))))
             ),
-            "CM": Site("CM", Location((Shift((0.05, 0.0, 0.0)),)), global_force=(1.0, 0.0, 0.0)),
+            "CM": Site(
+                "CM", Location((Translation((0.05, 0.0, 0.0)),)), global_force=(1.0, 0.0, 0.0)
+            ),
         },
     )
     floor = Segment("floor", mass=-0.001, sites={"top": Site("top")})
@@ -174,7 +176,7 @@ def test_the_layout():
         "elbow",
         SiteRef("floor", "top"),
         SiteRef("arm", "near"),
-        (Factor("R", (0.0, 0.0, 1.0)),),
+        (JointAxis("R", (0.0, 0.0, 1.0)),),
         (math.pi / 6,),
         stiff=(1000.0,),
     )

@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from generator.geometry import Surface
-from generator.geometry.intersections import triangles_of
+from generator.geometry.intersections import triangulate
 from generator.rotations import matrix_from_rotation_vector
 
 
@@ -37,7 +37,7 @@ def cut(ring, turn=(0.0, 0.0, 0.0)):
     """The triangles of a polygon that is turned in space, back in its plane."""
     rotation = matrix_from_rotation_vector(np.array(turn))
     points = np.column_stack([ring, np.zeros(len(ring))]) @ rotation.T
-    triangles, owner = triangles_of(Surface.of(points, [tuple(range(len(ring)))]))
+    triangles, owner = triangulate(Surface.from_faces(points, [tuple(range(len(ring)))]))
     assert (owner == 0).all()
     return (triangles @ rotation)[..., :2]
 
@@ -68,11 +68,11 @@ def test_corners_on_a_straight_side_do_no_harm(ring, parts):
 
 def test_convex_faces_keep_their_fans():
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
-    triangles, _ = triangles_of(Surface.of(points, [(0, 1, 2, 3), (3, 2, 1, 0)]))
+    triangles, _ = triangulate(Surface.from_faces(points, [(0, 1, 2, 3), (3, 2, 1, 0)]))
     assert triangles.tolist() == points[[[0, 1, 2], [0, 2, 3], [3, 2, 1], [3, 1, 0]]].tolist()
 
 
 def test_a_face_whose_sides_cross_is_cut_somehow():
     bow = np.array([[0, 0, 0], [2, 0, 0], [0, 1, 0], [2, 1.5, 0], [1, 3, 0]], float)
-    triangles, _ = triangles_of(Surface.of(bow, [(0, 1, 2, 3, 4)]))
+    triangles, _ = triangulate(Surface.from_faces(bow, [(0, 1, 2, 3, 4)]))
     assert len(triangles) == 3

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from generator.diagnostics import InputError
 from generator.geometry import (
     Surface,
-    examine_psurf,
     format_psurf,
     mass_properties,
     parse_psurf,
+    parse_psurf_file,
     read_psurf,
     write_psurf,
 )
-from generator.geometry.psurf import MOST_LINES
+from generator.geometry.psurf import MAX_LINES
 from tests.paths import FIGURES
 
 WEDGE = """\
@@ -58,7 +58,7 @@ def test_another_unit_can_be_said():
 
 def test_faces_may_have_any_number_of_vertices():
     surface = parsed("0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 2 0\n0 0 1\n;;\n5 4 3 2 1;\n1 2 6;\n;;\n")
-    assert surface.sizes.tolist() == [5, 3]
+    assert surface.corner_counts.tolist() == [5, 3]
 
 
 def test_each_block_counts_its_own_vertices():
@@ -79,7 +79,7 @@ def test_faces_know_their_lines():
     assert [surface.face_name(f) for f in range(4)] == [
         "1 (line 7)", "2 (line 8)", "3 (line 9)", "4 (line 11)",
     ]  # fmt: skip
-    place = surface.place(1)
+    place = surface.face_span(1)
     assert place is not None
     assert place.text == "1 2 5 ;"
 
@@ -105,7 +105,7 @@ def test_other_text_of_a_face_says_nothing(text):
 
 
 def test_a_text_of_too_many_lines_is_refused():
-    (fault,) = parse_psurf("0 0 0\n" * MOST_LINES).faults
+    (fault,) = parse_psurf("0 0 0\n" * MAX_LINES).faults
     assert fault.message == "this psurf has 500,001 lines"
     assert "at most 500,000 are read" in fault.hint
 
@@ -146,7 +146,7 @@ def surfaces(draw):
     corners = st.lists(
         st.integers(0, len(points) - 1), min_size=3, max_size=len(points), unique=True
     )
-    return Surface.of(points, draw(st.lists(corners, min_size=1, max_size=8)))
+    return Surface.from_faces(points, draw(st.lists(corners, min_size=1, max_size=8)))
 
 
 @given(surfaces(), st.sampled_from([Fraction(1, 100), Fraction(1), Fraction(254, 10_000)]))
@@ -180,15 +180,15 @@ def test_files_are_read_and_written(tmp_path):
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_psurf(tmp_path / "none.pss")
-    assert "is a directory" in examine_psurf(tmp_path).faults[0].message
+    assert "is a directory" in parse_psurf_file(tmp_path).faults[0].message
 
 
 # Surfaces
 
 
 def test_fans_make_up_the_faces():
-    surface = Surface.of(np.zeros((6, 3)), [(0, 1, 2), (0, 2, 3, 4, 5)])
-    triangles, owners = surface.fans
+    surface = Surface.from_faces(np.zeros((6, 3)), [(0, 1, 2), (0, 2, 3, 4, 5)])
+    triangles, owners = surface.fan_triangles
     assert triangles.T.tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]
     assert owners.tolist() == [0, 1, 1, 1]
 
@@ -220,12 +220,12 @@ def test_each_corner_is_followed_by_the_next_of_its_face(surface):
 )
 def test_what_is_no_surface_is_refused(vertices, faces, said):
     with pytest.raises(ValueError, match=said):
-        Surface.of(vertices, faces)
+        Surface.from_faces(vertices, faces)
 
 
 def test_arrays_of_a_surface_are_its_own_and_frozen():
     points = np.zeros((3, 3))
-    surface = Surface.of(points, [(0, 1, 2)])
+    surface = Surface.from_faces(points, [(0, 1, 2)])
     points[0] = 7.0
     assert not surface.vertices.any()
     with pytest.raises(ValueError, match="read-only"):

@@ -2,9 +2,9 @@
 
 import pytest
 
-from generator.diagnostics import InputError, errors_among
-from generator.geometry import examine_psurf, read_psurf
-from generator.geometry.validate import examine_surface
+from generator.diagnostics import InputError, select_errors
+from generator.geometry import parse_psurf_file, read_psurf
+from generator.geometry.validate import validate_surface
 from tests.paths import FAULTS
 
 FILES = sorted((FAULTS).glob("*.pss"))
@@ -31,8 +31,10 @@ UNSOUND = {
 
 def faults_of(path):
     """All that is said of a file: of its text, or else of its surface."""
-    reading = examine_psurf(path)
-    return reading.faults if reading.surface is None else examine_surface(reading.surface).faults
+    reading = parse_psurf_file(path)
+    return (
+        reading.faults if reading.surface is None else validate_surface(reading.surface).diagnostics
+    )
 
 
 def test_the_files_are_there():
@@ -48,13 +50,13 @@ def test_a_broken_psurf_is_told_everything(path):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_only_what_is_no_text_of_a_psurf_cannot_be_read(path):
-    assert bool(errors_among(faults_of(path))) is (path.stem not in HARMLESS)
+    assert bool(select_errors(faults_of(path))) is (path.stem not in HARMLESS)
     if path.stem in HARMLESS | UNSOUND:
         assert read_psurf(path).face_count > 0
         return
     with pytest.raises(InputError) as raised:
         read_psurf(path)
-    assert raised.value.faults == faults_of(path)
+    assert raised.value.diagnostics == faults_of(path)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

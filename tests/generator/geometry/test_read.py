@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from generator.diagnostics import InputError
-from generator.geometry import mass_properties, read_surface, solid_of
+from generator.geometry import build_solid, mass_properties, read_surface
 from generator.geometry.read import UnknownSurfaceError
-from generator.rotations import homogeneous, matrix_from_rotation_vector
+from generator.rotations import matrix_from_rotation_vector, pose_matrix
 
 MILLIMETRE = Fraction(1, 1000)
 SIZE = (0.5, 0.25, 2.0)
@@ -57,16 +57,16 @@ def test_stl_vertices_are_joined(folder):
     assert len(read_surface(folder / "box.stl", Fraction(1)).vertices[:]) == 36
     surface = read_surface(folder / "box.stl", Fraction(1))
     assert len(np.unique(surface.corners)) == 8
-    assert solid_of(surface).joined == 0
+    assert build_solid(surface).merged_vertex_count == 0
 
 
 def test_a_scene_is_one_surface_with_its_parts_in_place(tmp_path):
     scene = trimesh.Scene()
     scene.add_geometry(trimesh.creation.box((1, 1, 1)))
-    turn = homogeneous(matrix_from_rotation_vector([0, 0, np.pi / 4]), [3.0, 0.0, 0.0])
+    turn = pose_matrix(matrix_from_rotation_vector([0, 0, np.pi / 4]), [3.0, 0.0, 0.0])
     scene.add_geometry(trimesh.creation.box((1, 2, 1)), transform=turn)
     scene.export(tmp_path / "scene.glb")
-    solid = solid_of(read_surface(tmp_path / "scene.glb"))
+    solid = build_solid(read_surface(tmp_path / "scene.glb"))
     assert len(solid.shells) == 2
     assert solid.mass_properties(1.0).centre == pytest.approx([2.0, 0, 0], abs=1e-6)
 
@@ -77,8 +77,8 @@ def test_an_open_mesh_names_places(tmp_path):
     path = tmp_path / "open.stl"
     box.export(path)
     with pytest.raises(InputError) as raised:
-        solid_of(read_surface(path, MILLIMETRE))
-    (fault,) = raised.value.faults
+        build_solid(read_surface(path, MILLIMETRE))
+    (fault,) = raised.value.diagnostics
     assert fault.message.startswith(f"{path}: the surface is open: 3 edges belong to one face")
     assert "0.00025" in fault.message
     assert fault.message.endswith(" m")
@@ -100,7 +100,7 @@ def test_what_is_no_mesh_is_told(tmp_path, suffix, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"noise") as raised:
         read_surface(path, Fraction(1))
-    assert len(raised.value.faults) == 1
+    assert len(raised.value.diagnostics) == 1
 
 
 @pytest.mark.parametrize("size", [1, 50, 83, 84, 300, 683])
@@ -120,7 +120,7 @@ def test_bytes_of_no_mesh_are_told_in_words(tmp_path, suffix):
     path.write_bytes(b"\xff\xfe\x80\x81" * 100)
     with pytest.raises(InputError) as raised:
         read_surface(path, Fraction(1))
-    (fault,) = raised.value.faults
+    (fault,) = raised.value.diagnostics
     assert "it is cut short, or holds something else" in fault.message
     assert "module" not in str(fault)
 

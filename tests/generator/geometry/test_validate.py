@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from generator.diagnostics import InputError, Severity
-from generator.geometry import Surface, solid_of
+from generator.geometry import Surface, build_solid
 from generator.geometry.shells import winding_numbers
 from generator.rotations import matrix_from_rotation_vector
 from tests.bodies import box, cells, frame, inside_out, lattice, prism, together
@@ -20,14 +20,14 @@ L_OUTLINE = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 4), (0, 4)]
 
 
 def surface(body):
-    return Surface.of(*body, name="body.pss")
+    return Surface.from_faces(*body, name="body.pss")
 
 
 def refused(body):
     """The messages for a body that is none."""
     with pytest.raises(InputError) as raised:
-        solid_of(surface(body))
-    faults = raised.value.faults
+        build_solid(surface(body))
+    faults = raised.value.diagnostics
     assert all(fault.severity is Severity.ERROR for fault in faults)
     assert all(fault.message.startswith("body.pss: ") for fault in faults)
     return [fault.message.removeprefix("body.pss: ") for fault in faults]
@@ -146,7 +146,7 @@ def test_a_wall_between_two_rooms_is_refused():
 
 
 def test_two_bodies_that_share_a_vertex_are_used_with_a_warning():
-    solid = solid_of(surface(cells([(0, 0, 0), (1, 1, 1)])))
+    solid = build_solid(surface(cells([(0, 0, 0), (1, 1, 1)])))
     assert solid.volume == pytest.approx(2.0)
     assert len(solid.shells) == 2
     (warning,) = solid.warnings
@@ -156,7 +156,7 @@ def test_two_bodies_that_share_a_vertex_are_used_with_a_warning():
 def test_a_body_pinched_to_a_point_is_used_with_a_warning():
     """One shell that comes back to a vertex: two fans of faces meet there."""
     filled = set(lattice(3)) - {(1, 1, 1), (2, 2, 2)}
-    solid = solid_of(surface(cells(filled)))
+    solid = build_solid(surface(cells(filled)))
     assert solid.volume == pytest.approx(25.0)
     (warning,) = solid.warnings
     assert "in a point: vertex (2 2 2)" in warning.message
@@ -168,7 +168,7 @@ def test_a_face_off_its_plane_is_refused():
 
 
 def test_a_face_a_little_off_its_plane_is_used_with_a_warning():
-    solid = solid_of(surface(with_moved(box(), 6, (0, 0, 0.03))))
+    solid = build_solid(surface(with_moved(box(), 6, (0, 0, 0.03))))
     (warning,) = solid.warnings
     assert warning.severity is Severity.WARNING
     assert "face 2 is not planar" in warning.message
@@ -188,13 +188,13 @@ def test_one_percent_of_the_size_is_the_limit(rise):
     if ratio > 0.01:
         assert "not planar" in refused(body)[0]
     else:
-        assert len(solid_of(surface(body)).warnings) == 1
+        assert len(build_solid(surface(body)).warnings) == 1
 
 
 def test_rounding_is_no_bend():
     turn = matrix_from_rotation_vector([0.3, 0.2, -0.5])
     points, faces = prism([(0, 0), (3, 0), (3, 1), (1, 1), (1, 4), (0, 4)], 2.0)
-    assert solid_of(surface((points @ turn.T + 1.0, faces))).warnings == ()
+    assert build_solid(surface((points @ turn.T + 1.0, faces))).warnings == ()
 
 
 def test_what_is_flat_encloses_nothing():
@@ -217,7 +217,7 @@ def test_a_face_without_area_is_refused_but_a_sliver_is_not():
     sliver = [(0, 8, 1), (8, 9, 1)]
     body = points, [f if f != faces[2] else (0, 8, 9, 1, 5, 4) for f in faces]
     body = body[0], [*body[1], *[s[::-1] for s in sliver]]
-    solid = solid_of(surface(body))
+    solid = build_solid(surface(body))
     assert solid.volume == pytest.approx(1.0)
     assert [w.message for w in solid.warnings] == ["body.pss: faces 7, 8 are without area"]
     crossed = points, [*body[1][:-2], (1, 9, 8, 0)]
@@ -236,11 +236,11 @@ def test_coordinates_beyond_reason_are_refused():
 def test_vertices_at_one_place_are_joined_where_the_surface_is_open_without():
     points, faces = box()
     apart = points[[corner for face in faces for corner in face]], np.arange(24).reshape(6, 4)
-    solid = solid_of(surface(apart))
-    assert solid.joined == 16
+    solid = build_solid(surface(apart))
+    assert solid.merged_vertex_count == 16
     assert solid.volume == pytest.approx(1.0)
-    stacked = solid_of(surface(together(box(), box((1, 0, 0)))))
-    assert (stacked.joined, len(stacked.shells)) == (0, 2)
+    stacked = build_solid(surface(together(box(), box((1, 0, 0)))))
+    assert (stacked.merged_vertex_count, len(stacked.shells)) == (0, 2)
 
 
 # --fix-winding
@@ -255,16 +255,16 @@ def test_any_turning_of_faces_is_mended(name, seed):
         "two": together(box(), box((4, 0, 0), (2, 2, 2))),
     }[name]
     turned = np.flatnonzero(np.random.default_rng(seed).random(len(body[1])) < 0.5)
-    solid = solid_of(surface(with_turned(body, *turned)), fix_winding=True)
-    assert solid.turned.tolist() == turned.tolist()
-    assert solid.volume == pytest.approx(solid_of(surface(body)).volume, rel=1e-12)
-    assert solid_of(solid.surface).turned.size == 0
+    solid = build_solid(surface(with_turned(body, *turned)), fix_winding=True)
+    assert solid.flipped.tolist() == turned.tolist()
+    assert solid.volume == pytest.approx(build_solid(surface(body)).volume, rel=1e-12)
+    assert build_solid(solid.surface).flipped.size == 0
 
 
 def test_what_cannot_be_mended_is_refused_all_the_same():
     for body in (without_face(box(), 0), klein_bottle(), cells([(0, 0, 0), (1, 1, 0)])):
         with pytest.raises(InputError):
-            solid_of(surface(body), fix_winding=True)
+            build_solid(surface(body), fix_winding=True)
 
 
 # How shells lie to each other
@@ -290,7 +290,7 @@ def test_half_a_box_in_the_same_box_counts_twice():
     half = box((0, 0, 0), (1, 1, 0.5))
     (message,) = refused(together(box(), half))
     assert "would count twice" in message
-    assert solid_of(surface(together(box(), inside_out(half)))).volume == pytest.approx(0.5)
+    assert build_solid(surface(together(box(), inside_out(half)))).volume == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(
@@ -309,7 +309,7 @@ def test_half_a_box_in_the_same_box_counts_twice():
     ],
 )
 def test_bodies_that_touch_or_pass_through_a_hole_are_apart(pair, volume):
-    assert solid_of(surface(together(*pair))).volume == pytest.approx(volume, rel=1e-12)
+    assert build_solid(surface(together(*pair))).volume == pytest.approx(volume, rel=1e-12)
 
 
 placed = st.tuples(
@@ -341,10 +341,10 @@ def test_two_boxes_are_apart_or_nested_or_cut_as_linear_programming_says(one, tw
     body = together(*((p, box()[1]) for p in points))
     if ball.x[3] < 0.0:
         volume = float(one[0].prod() + two[0].prod())
-        assert solid_of(surface(body)).volume == pytest.approx(volume)
+        assert build_solid(surface(body)).volume == pytest.approx(volume)
     elif max(rooms) > 0.0:
         assert "looks outwards" in refused(body)[0]
-        mended = solid_of(surface(body), fix_winding=True)
+        mended = build_solid(surface(body), fix_winding=True)
         assert mended.volume == pytest.approx(abs(float(one[0].prod() - two[0].prod())))
     else:
         assert "cut through each other" in refused(body)[0]

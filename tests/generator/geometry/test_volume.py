@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from generator.diagnostics import InputError
-from generator.geometry import Surface, mass_properties, solid_of
+from generator.geometry import Surface, build_solid, mass_properties
 from generator.inertia import MassProperties
-from generator.rotations import homogeneous, matrix_from_rotation_vector
+from generator.rotations import matrix_from_rotation_vector, pose_matrix
 from tests.bodies import box, cells, frame, inside_out, lattice, prism, together, triangles
 
 DENSITY = 1050.0
@@ -25,7 +25,7 @@ vectors = st.tuples(*[st.floats(-2.0, 2.0)] * 3).map(np.array)
 
 
 def weighed(body, density=DENSITY):
-    return mass_properties(Surface.of(*body), density)
+    return mass_properties(Surface.from_faces(*body), density)
 
 
 def cuboid(low, size, density=DENSITY):
@@ -174,7 +174,7 @@ def test_a_moved_surface_is_a_moved_body(cloud, turn, shift):
     vertices, faces, _ = hull_of(cloud)
     rotation = matrix_from_rotation_vector(turn)
     moved = weighed((vertices @ rotation.T + shift, faces))
-    assert_same(moved, weighed((vertices, faces)).in_frame(homogeneous(rotation, shift)), 1e-9)
+    assert_same(moved, weighed((vertices, faces)).transform(pose_matrix(rotation, shift)), 1e-9)
 
 
 @given(st.sampled_from(list(FORMS)), vectors, vectors)
@@ -182,7 +182,7 @@ def test_concave_bodies_and_bodies_with_holes_move_as_bodies(name, turn, shift):
     (vertices, faces), expected = FORMS[name]
     rotation = matrix_from_rotation_vector(turn)
     moved = weighed((vertices @ rotation.T + shift, faces))
-    assert_same(moved, expected.in_frame(homogeneous(rotation, shift)), 1e-10)
+    assert_same(moved, expected.in_frame(pose_matrix(rotation, shift)), 1e-10)
 
 
 @given(points, st.floats(1e-6, 1e6))
@@ -259,7 +259,7 @@ def test_a_block_without_cells_is_the_block_minus_them(removed):
 
 def test_voids_and_bodies_are_counted():
     body, _ = FORMS["body in a void"]
-    shells = solid_of(Surface.of(*body)).shells
+    shells = build_solid(Surface.from_faces(*body)).shells
     assert [shell.is_void for shell in shells] == [False, True, False]
     assert [shell.volume for shell in shells] == pytest.approx([216.0, -64.0, 2.0])
     assert [shell.face_count for shell in shells] == [6, 6, 6]

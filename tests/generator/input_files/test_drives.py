@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.drive import Drive
-from generator.input_files.drives import examine_drives, parse_drives
+from generator.input_files.drives import parse_drives, parse_drives_file
 from tests.chains import chain, one_body
 
 PROTOTYPE = read_figure(Path(str(files("figures"))) / "prototype.fig")
@@ -37,9 +37,9 @@ def test_columns_of_joints_and_of_their_displacements() -> None:
     assert not reading.faults
     assert set(reading.drives) == {"left_knee", "left_shoulder"}
     knee, shoulder = reading.drives["left_knee"], reading.drives["left_shoulder"]
-    assert (knee.freedoms, shoulder.freedoms) == ((0,), (0, 2))
-    assert knee.at(1.0) == pytest.approx([np.pi / 2.0])
-    assert shoulder.at(0.5) == pytest.approx([-np.pi / 2.0, 1.0])
+    assert (knee.coordinates, shoulder.coordinates) == ((0,), (0, 2))
+    assert knee.displacements(1.0) == pytest.approx([np.pi / 2.0])
+    assert shoulder.displacements(0.5) == pytest.approx([-np.pi / 2.0, 1.0])
 
 
 def test_some_joints_of_a_table() -> None:
@@ -65,10 +65,10 @@ def test_what_is_written_is_driven(rows) -> None:
     ]
     text = "time [s],left_knee [deg],waist.2 [rad]\n" + "\n".join(lines)
     drives = parse_drives(text, PROTOTYPE).drives
-    assert drives["left_knee"].at(times)[:, 0] == pytest.approx(
+    assert drives["left_knee"].displacements(times)[:, 0] == pytest.approx(
         np.radians([degrees for _, degrees, _ in rows]), abs=1e-9
     )
-    assert drives["waist"].at(times)[:, 0] == pytest.approx(
+    assert drives["waist"].displacements(times)[:, 0] == pytest.approx(
         [radians for *_, radians in rows], abs=1e-9
     )
 
@@ -144,7 +144,7 @@ def test_slides_are_refused() -> None:
 
 
 def test_a_file_that_is_not_there(tmp_path) -> None:
-    reading = examine_drives(tmp_path / "none.csv", PROTOTYPE)
+    reading = parse_drives_file(tmp_path / "none.csv", PROTOTYPE)
     assert not reading.drives
     assert len(reading.faults) == 1
 
@@ -160,7 +160,7 @@ def test_splines_that_leave_the_range_of_their_rows_are_told() -> None:
     assert told.severity.value == "warning"
     assert (told.span.line, told.span.text) == (2, "0")
     times = np.linspace(0.0, 0.4, 100_001)
-    angles = np.degrees(reading.drives["left_knee"].at(times)[:, 0])
+    angles = np.degrees(reading.drives["left_knee"].displacements(times)[:, 0])
     assert f"left_knee 1 to {angles.min():.4g} deg at" in told.message
     assert f"at {times[angles.argmin()]:.4g} s" in told.message
 
@@ -177,7 +177,7 @@ def test_no_overshoot_is_missed(rows) -> None:
     times = np.cumsum([gap for gap, *_ in rows])
     drive = Drive(times, [values for _, *values in rows])
     found = {one.column: one for one in drive.overshoots()}
-    values = drive.at(np.linspace(times[0], times[-1], 4001))
+    values = drive.displacements(np.linspace(times[0], times[-1], 4001))
     for column, turns in enumerate(np.transpose([values for _, *values in rows])):
         low, high = turns.min(), turns.max()
         beyond = max(values[:, column].max() - high, low - values[:, column].min())

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.input_files.links import (
-    LARGEST_FACTOR,
+    MAX_LINK_FACTOR,
     LinkEntry,
     LinksFile,
     parse_links,
@@ -17,7 +17,7 @@ NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=25)
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 PLACES = st.none() | st.integers(0, 10**6)
 
-BOUNDED = st.floats(-0.999 * LARGEST_FACTOR, 0.999 * LARGEST_FACTOR)
+BOUNDED = st.floats(-0.999 * MAX_LINK_FACTOR, 0.999 * MAX_LINK_FACTOR)
 """Factors, and offsets that a conversion to degrees does not take over the edge."""
 
 

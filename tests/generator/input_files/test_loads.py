@@ -7,7 +7,7 @@ import pytest
 from generator.diagnostics import InputError, Severity
 from generator.figure import Figure, SiteRef
 from generator.figure_file import read_figure
-from generator.input_files.loads import examine_loads, parse_loads, read_loads
+from generator.input_files.loads import parse_loads, parse_loads_file, read_loads
 from generator.loads import LoadKind
 from tests.paths import DOCS
 
@@ -173,7 +173,7 @@ def test_a_file_is_read_by_its_path(figure: Figure, tmp_path: Path):
 def test_a_file_that_is_not_there_is_a_sentence(figure: Figure, tmp_path: Path):
     with pytest.raises(InputError, match="cannot be read: no such file"):
         read_loads(tmp_path / "none.csv", figure)
-    assert "is a directory" in examine_loads(tmp_path, figure).faults[0].message
+    assert "is a directory" in parse_loads_file(tmp_path, figure).faults[0].message
 
 
 def test_the_example_of_the_documentation_can_be_read(figure: Figure):

@@ -8,8 +8,8 @@ import pytest
 from generator.diagnostics import InputError, Severity
 from generator.input_files.moments import (
     MomentsReading,
-    examine_moments,
     parse_moments,
+    parse_moments_file,
     read_moments,
 )
 
@@ -108,4 +108,4 @@ def test_a_file(tmp_path: Path):
     path.write_bytes(b"\x00\x01")
     with pytest.raises(InputError, match="binary"):
         read_moments(path)
-    assert "no such file" in examine_moments(tmp_path / "none.csv").faults[0].message
+    assert "no such file" in parse_moments_file(tmp_path / "none.csv").faults[0].message

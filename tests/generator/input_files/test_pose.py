@@ -8,16 +8,16 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.diagnostics import InputError, errors_among
+from generator.diagnostics import InputError, select_errors
 from generator.figure_file.write import write_pose
-from generator.input_files.pose import examine_pose, parse_pose, read_pose
-from generator.units import BOUNDS, Dimension
+from generator.input_files.pose import parse_pose, parse_pose_file, read_pose
+from generator.units import INPUT_BOUNDS, Dimension
 from tests.chains import chain, row
 from tests.paths import FAULTS
 
 POSE_FAULTS = sorted(FAULTS.glob("pose_*.pose"))
 
-LARGEST = BOUNDS[Dimension.ANGLE].largest
+LARGEST = INPUT_BOUNDS[Dimension.ANGLE].max_abs
 NUMBER = st.floats(-LARGEST, LARGEST)
 SLIDING = row(3, (chain("Rx Ry Rz Tx Ty Tz"), chain("Ts"), ()))
 
@@ -91,14 +91,14 @@ def test_the_files_are_there():
 
 @pytest.mark.parametrize("path", POSE_FAULTS, ids=lambda path: path.stem)
 def test_a_broken_file_is_told_everything(path):
-    reading = examine_pose(path, prototype())
+    reading = parse_pose_file(path, prototype())
     told = "\n".join(str(fault) for fault in reading.faults).replace(str(path), path.name)
     assert told == path.with_suffix(".expected").read_text("utf-8").removesuffix("\n")
-    assert (reading.displacements is None) is bool(errors_among(reading.faults))
+    assert (reading.displacements is None) is bool(select_errors(reading.faults))
     if reading.displacements is None:
         with pytest.raises(InputError) as raised:
             read_pose(path, prototype())
-        assert raised.value.faults == reading.faults
+        assert raised.value.diagnostics == reading.faults
 
 
 def test_warnings_pass():
@@ -107,7 +107,7 @@ def test_warnings_pass():
 
 
 def test_a_missing_file_is_told(tmp_path):
-    reading = examine_pose(tmp_path / "none.pose", prototype())
+    reading = parse_pose_file(tmp_path / "none.pose", prototype())
     assert "cannot be read: no such file" in str(reading.faults[0])
 
 
@@ -119,7 +119,7 @@ MARKS = [*"{}();,=*./-#", "->", "/*", "*/", "\n", " ", '"', "30deg", "1", "nan",
 @example(["joint", " ", "waist", "{"] * 9)
 def test_no_text_breaks_the_reader(words):
     reading = parse_pose("".join(words), prototype())
-    assert (reading.displacements is None) is bool(errors_among(reading.faults))
+    assert (reading.displacements is None) is bool(select_errors(reading.faults))
     for fault in reading.faults:
         assert fault.span is not None
         assert str(fault)
@@ -128,7 +128,7 @@ def test_no_text_breaks_the_reader(words):
 @given(st.text(max_size=60))
 def test_no_characters_break_the_reader(text):
     reading = parse_pose(text, prototype())
-    assert (reading.displacements is None) is bool(errors_among(reading.faults))
+    assert (reading.displacements is None) is bool(select_errors(reading.faults))
 
 
 def test_very_long_files_and_deep_braces_end():

@@ -16,12 +16,12 @@ from generator.kinematics.centre_of_mass import (
     UnknownSegmentError,
     centre_of_mass,
     centre_of_mass_jacobian,
-    masses_of,
     own_segments,
+    segment_masses,
 )
-from generator.kinematics.loops import assemble, consistent_rates
-from generator.kinematics.placement import drawn_displacements, place
-from generator.kinematics.tree import hang
+from generator.kinematics.loops import close_loops, consistent_rates
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.simulation.plan import Plan
 from springs import SpringSet
 from tests.chains import at, body, chain, figure, ground, joint, two_bodies
@@ -49,13 +49,13 @@ VALUES = st.lists(st.floats(-3.0, 3.0), min_size=22, max_size=22).map(np.array)
 
 @cache
 def prototype():
-    return hang(read_figure(FIGURES / "prototype.fig"))
+    return build_tree(read_figure(FIGURES / "prototype.fig"))
 
 
 def posed(values):
     """The prototype at 22 displacements in the order of its file."""
     tree, rest = prototype(), list(values)
-    return place(
+    return forward_kinematics(
         tree,
         {
             name: np.array([rest.pop(0) for _ in joint.chain])
@@ -82,8 +82,8 @@ def test_the_standing_prototype_by_hand(segments):
 def test_a_bent_elbow_by_hand():
     """The forearm's 17.51 cm turn from down to forward."""
     tree = prototype()
-    bent = {**drawn_displacements(tree), "left_elbow": np.array([np.pi / 2])}
-    found = centre_of_mass(place(tree, bent), ["left_lower_arm"])
+    bent = {**initial_displacements(tree), "left_elbow": np.array([np.pi / 2])}
+    found = centre_of_mass(forward_kinematics(tree, bent), ["left_lower_arm"])
     assert found == pytest.approx([0.172, 1.238 - 0.0001, 0.1751], abs=1e-14)
 
 
@@ -91,7 +91,7 @@ def test_a_bent_elbow_by_hand():
 def test_parts_join_by_their_masses(values, some):
     placement = posed(values)
     parts = [some, set(STANDING) - some]
-    masses = [masses_of(placement.tree.figure, part).total for part in parts]
+    masses = [segment_masses(placement.tree.figure, part).total for part in parts]
     joined = sum(
         m * centre_of_mass(placement, part) for m, part in zip(masses, parts, strict=True)
     ) / sum(masses)
@@ -110,16 +110,16 @@ def test_the_jacobian_is_the_slope(values, segments):
 @pytest.mark.parametrize("words", ["Tx Rz", "Rx R-y", "Rs Ts", "Rx Ry Rz Tx Ty Tz"])
 @pytest.mark.parametrize("reverse", [False, True])
 def test_the_jacobian_of_slides_and_of_joints_the_other_way_round(words, reverse):
-    tree = hang(
+    tree = build_tree(
         two_bodies(chain(words), np.linspace(0.5, -0.4, len(words.split())), reverse=reverse)
     )
-    start = drawn_displacements(tree)
-    slopes = centre_of_mass_jacobian(place(tree, start))
+    start = initial_displacements(tree)
+    slopes = centre_of_mass_jacobian(forward_kinematics(tree, start))
     column = 0
     for name, values in start.items():
         for side in np.eye(len(values)):
             ends = [
-                centre_of_mass(place(tree, {**start, name: values + h * side}))
+                centre_of_mass(forward_kinematics(tree, {**start, name: values + h * side}))
                 for h in (1e-5, -1e-5)
             ]
             assert np.allclose(slopes[:, column], (ends[0] - ends[1]) / 2e-5, atol=1e-9)
@@ -140,17 +140,17 @@ def test_columns_are_in_the_order_of_the_file():
 
 
 def test_in_a_closed_loop_the_centre_follows_the_rates_that_keep_it_closed():
-    tree = hang(read_figure(FIGURES / "fourbar.fig"))
-    closed = assemble(tree, drawn_displacements(tree))
+    tree = build_tree(read_figure(FIGURES / "fourbar.fig"))
+    closed = close_loops(tree, initial_displacements(tree))
     rates = {name: np.zeros(1) for name in tree.figure.joints} | {"crank_bearing": np.ones(1)}
     moving = consistent_rates(closed, rates, held={"crank_bearing"})
-    by_joint = dict(zip((b.joint.name for b in tree.branches), moving, strict=True))
+    by_joint = dict(zip((b.joint.name for b in tree.joints), moving, strict=True))
     order = [by_joint.get(name, 0.0) for name in tree.figure.joints]
     velocity = centre_of_mass_jacobian(closed) @ order
 
     def turned(angle):
         asked = {**closed.displacements, "crank_bearing": np.array([np.pi + angle])}
-        return centre_of_mass(assemble(tree, asked, held={"crank_bearing"}))
+        return centre_of_mass(close_loops(tree, asked, held={"crank_bearing"}))
 
     assert np.allclose(velocity, (turned(1e-5) - turned(-1e-5)) / 2e-5, atol=1e-7)
     assert np.linalg.norm(velocity) > 0.1
@@ -162,17 +162,17 @@ def test_a_whole_motion_has_its_centres_at_once():
     motion = {
         n: random.normal(size=(6, j.degrees_of_freedom)) for n, j in tree.figure.joints.items()
     }
-    together = place(tree, motion)
-    masses = masses_of(tree.figure)
+    together = forward_kinematics(tree, motion)
+    masses = segment_masses(tree.figure)
     for frame in range(6):
-        alone = place(tree, {name: rows[frame] for name, rows in motion.items()})
+        alone = forward_kinematics(tree, {name: rows[frame] for name, rows in motion.items()})
         assert np.allclose(masses.centre(together.poses)[frame], masses.centre(alone.poses))
         assert np.allclose(masses.jacobian(together)[frame], masses.jacobian(alone))
 
 
 def test_a_run_has_the_same_centre():
     recording = simulate(prototype().figure, Plan(stop=0.1, step=0.005))
-    found = masses_of(prototype().figure).centre(recording.poses)
+    found = segment_masses(prototype().figure).centre(recording.poses)
     assert np.allclose(found, recording.centre_of_mass, atol=1e-12)
     assert np.ptp(found[:, 1]) > 0.0
 
@@ -191,7 +191,7 @@ def test_mujoco_has_the_same_centre_and_the_same_slopes(seed):
     twin = Twin(prototype().figure, SpringSet(), values, rates)
     data = twin.start()
     mujoco.mj_forward(twin.model, data)
-    placement = place(prototype(), values)
+    placement = forward_kinematics(prototype(), values)
     assert np.allclose(centre_of_mass(placement), data.subtree_com[0], atol=1e-12)
     slopes = np.zeros((3, twin.model.nv))
     mujoco.mj_jacSubtreeCom(twin.model, data, slopes, 0)
@@ -208,35 +208,36 @@ def with_segment(**changes):
 
 def test_what_has_no_mass_or_centre_is_told_with_its_place():
     with pytest.raises(InputError) as raised:
-        masses_of(with_segment(mass=None, sites={}))
-    assert [fault.message for fault in raised.value.faults] == [
+        segment_masses(with_segment(mass=None, sites={}))
+    assert [fault.message for fault in raised.value.diagnostics] == [
         "segment `left_lower_leg` has no mass",
         "segment `left_lower_leg` has no site `CM`",
     ]
-    assert all(fault.span.text == "left_lower_leg" for fault in raised.value.faults)
+    assert all(fault.span.text == "left_lower_leg" for fault in raised.value.diagnostics)
     others = [name for name in STANDING if name != "left_lower_leg"]
     found = centre_of_mass(
-        place(hang(with_segment(mass=None)), drawn_displacements(prototype())), others
+        forward_kinematics(build_tree(with_segment(mass=None)), initial_displacements(prototype())),
+        others,
     )
     assert found == pytest.approx(by_hand(others))
 
 
 def test_unknown_segments_and_parts_of_the_ground_are_refused():
     with pytest.raises(UnknownSegmentError, match="did you mean `left_lower_leg`"):
-        masses_of(prototype().figure, ["left_lower_legg"])
+        segment_masses(prototype().figure, ["left_lower_legg"])
     with pytest.raises(UnknownSegmentError, match="`body_root` is part of the ground"):
-        masses_of(prototype().figure, ["body_root"])
+        segment_masses(prototype().figure, ["body_root"])
 
 
 def test_a_segment_that_is_asked_for_twice_counts_once():
-    assert masses_of(prototype().figure, ["lower_torso"] * 2).total == 3.46932
+    assert segment_masses(prototype().figure, ["lower_torso"] * 2).total == 3.46932
 
 
 def test_no_mass_has_no_centre():
     with pytest.raises(MoverError, match="there is no mass"):
-        masses_of(figure([ground()], []))
+        segment_masses(figure([ground()], []))
     with pytest.raises(MoverError, match="there is no mass"):
-        masses_of(with_segment(mass=0.0), ["left_lower_leg"])
+        segment_masses(with_segment(mass=0.0), ["left_lower_leg"])
 
 
 def test_the_root_s_segment_counts_where_it_has_a_mass():
@@ -249,5 +250,7 @@ def test_the_root_s_segment_counts_where_it_has_a_mass():
         root=joint("x", "foot.near", "leg.near", ()).parent,
     )
     assert own_segments(held) == ("foot", "leg")
-    tree = hang(held)
-    assert centre_of_mass(place(tree, drawn_displacements(tree))) == pytest.approx([0.1, 0.2, 0.0])
+    tree = build_tree(held)
+    assert centre_of_mass(forward_kinematics(tree, initial_displacements(tree))) == pytest.approx(
+        [0.1, 0.2, 0.0]
+    )

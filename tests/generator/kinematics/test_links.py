@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.kinematics.links import Freedom, Link, LinkError, Links, cycle_said, cycles
+from generator.kinematics.links import Coordinate, Link, LinkError, Links, cycle_message, cycles
 
 JOINTS = {"a": 3, "b": 1, "c": 2, "d": 3}
-FREEDOMS = [Freedom(name, k) for name, count in JOINTS.items() for k in range(count)]
+FREEDOMS = [Coordinate(name, k) for name, count in JOINTS.items() for k in range(count)]
 FACTORS = st.floats(0.05, 3.0) | st.floats(-3.0, -0.05)
 OFFSETS = st.floats(-2.0, 2.0)
 POSES = st.fixed_dictionaries(
@@ -78,7 +78,7 @@ def test_resolved_controls_follow_nothing(links):
 
 @given(st.lists(st.tuples(FACTORS, OFFSETS), min_size=1, max_size=6))
 def test_factors_multiply_along_a_chain(steps):
-    names = [Freedom(f"j{k}", 0) for k in range(len(steps) + 1)]
+    names = [Coordinate(f"j{k}", 0) for k in range(len(steps) + 1)]
     chain = [Link(names[k + 1], names[k], *step) for k, step in enumerate(steps)]
     last = Links(tuple(reversed(chain))).resolved[0]
     assert last.control == names[0]
@@ -102,25 +102,25 @@ def test_a_link_that_closes_a_chain_is_refused_by_name(links, data):
 
 
 def test_a_motion_follows_frame_by_frame():
-    links = Links((Link(Freedom("b", 0), Freedom("a", 1), -2.0, 0.5),))
+    links = Links((Link(Coordinate("b", 0), Coordinate("a", 1), -2.0, 0.5),))
     frames = {"a": np.arange(12.0).reshape(4, 3), "b": np.zeros((4, 1))}
     assert links.follow(frames)["b"][:, 0] == pytest.approx([-1.5, -7.5, -13.5, -19.5])
 
 
 def test_the_sentence_of_a_cycle_names_it_in_its_order():
-    ring = [Freedom(name, 0) for name in "abc"]
+    ring = [Coordinate(name, 0) for name in "abc"]
     links = [Link(ring[0], ring[1]), Link(ring[1], ring[2]), Link(ring[2], ring[0])]
     (cycle,) = cycles(links)
     assert (
-        cycle_said(cycle)
+        cycle_message(cycle)
         == "the links go round: a 1 follows b 1, which follows c 1, which follows a 1"
     )
     (alone,) = cycles([Link(ring[0], ring[0])])
-    assert cycle_said(alone) == "a 1 follows itself"
+    assert cycle_message(alone) == "a 1 follows itself"
 
 
 def test_two_cycles_are_two():
-    a, b, c, d = (Freedom(name, 0) for name in "abcd")
+    a, b, c, d = (Coordinate(name, 0) for name in "abcd")
     found = cycles([Link(a, b), Link(b, a), Link(c, d), Link(d, c)])
     assert [set(cycle) for cycle in found] == [{a, b}, {c, d}]
 
@@ -161,7 +161,7 @@ def test_displacements_beyond_the_floats_are_refused():
 
 
 def test_missing_displacements_are_named():
-    links = Links((Link(Freedom("b", 0), Freedom("a", 2)),))
+    links = Links((Link(Coordinate("b", 0), Coordinate("a", 2)),))
     for pose in ({"a": np.zeros(3)}, {"a": np.zeros(2), "b": np.zeros(1)}):
         with pytest.raises(LinkError, match=r"no displacement of (b 1|a 3)"):
             links.follow(pose)
@@ -170,5 +170,7 @@ def test_missing_displacements_are_named():
 
 
 def test_five_thousand_links_in_a_row_resolve():
-    chain = [Link(Freedom(f"j{k + 1}", 0), Freedom(f"j{k}", 0)) for k in range(5000)]
-    assert {link.control for link in Links(tuple(reversed(chain))).resolved} == {Freedom("j0", 0)}
+    chain = [Link(Coordinate(f"j{k + 1}", 0), Coordinate(f"j{k}", 0)) for k in range(5000)]
+    assert {link.control for link in Links(tuple(reversed(chain))).resolved} == {
+        Coordinate("j0", 0)
+    }

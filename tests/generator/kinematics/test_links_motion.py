@@ -7,7 +7,7 @@ import pytest
 
 from generator.diagnostics import InputError
 from generator.figure_file import parse_figure, read_figure
-from generator.kinematics.links import Freedom, Link, examine_links, read_links
+from generator.kinematics.links import Coordinate, Link, parse_links_file, read_links
 from tests.paths import DOCS
 
 PROTOTYPE = read_figure("prototype")
@@ -37,7 +37,7 @@ def slides():
 def reading_of(tmp_path, text, figure=PROTOTYPE):
     path = tmp_path / "my.links.toml"
     path.write_text(text, encoding="utf-8")
-    return examine_links(path, figure)
+    return parse_links_file(path, figure)
 
 
 def links_of(tmp_path, text, figure=PROTOTYPE):
@@ -56,31 +56,36 @@ def test_a_link_of_joints_links_each_of_their_freedoms(tmp_path):
     """Eq. 5.50."""
     links = links_of(tmp_path, table("right_shoulder", "left_shoulder", factor=-0.5))
     assert links.links == tuple(
-        Link(Freedom("right_shoulder", k), Freedom("left_shoulder", k), -0.5) for k in range(3)
+        Link(Coordinate("right_shoulder", k), Coordinate("left_shoulder", k), -0.5)
+        for k in range(3)
     )
 
 
 def test_a_link_of_freedoms(tmp_path):
     more = {"dof": 3, "control_dof": 1, "factor": 2.0, "offset_deg": 90}
     (link,) = links_of(tmp_path, table("waist", "left_hip_joint", **more)).links
-    assert link == Link(Freedom("waist", 2), Freedom("left_hip_joint", 0), 2.0, np.pi / 2)
+    assert link == Link(Coordinate("waist", 2), Coordinate("left_hip_joint", 0), 2.0, np.pi / 2)
 
 
 def test_the_only_freedom_of_a_joint_need_not_be_numbered(tmp_path):
     one, other = table("left_elbow", "waist", control_dof=2), table("waist", "left_knee", dof=2)
-    assert links_of(tmp_path, one).links == (Link(Freedom("left_elbow", 0), Freedom("waist", 1)),)
-    assert links_of(tmp_path, other).links == (Link(Freedom("waist", 1), Freedom("left_knee", 0)),)
+    assert links_of(tmp_path, one).links == (
+        Link(Coordinate("left_elbow", 0), Coordinate("waist", 1)),
+    )
+    assert links_of(tmp_path, other).links == (
+        Link(Coordinate("waist", 1), Coordinate("left_knee", 0)),
+    )
 
 
 def test_slides_have_offsets_in_metres(tmp_path):
     (link,) = links_of(tmp_path, table("shaft", "rail", offset_m=0.2), slides()).links
-    assert link == Link(Freedom("shaft", 0), Freedom("rail", 0), 1.0, 0.2)
+    assert link == Link(Coordinate("shaft", 0), Coordinate("rail", 0), 1.0, 0.2)
 
 
 def test_chains_of_tables_resolve(tmp_path):
     text = table("left_knee", "right_knee", factor=3) + table("right_knee", "left_elbow", factor=2)
     first = links_of(tmp_path, text).resolved[0]
-    assert first == Link(Freedom("left_knee", 0), Freedom("left_elbow", 0), 6.0)
+    assert first == Link(Coordinate("left_knee", 0), Coordinate("left_elbow", 0), 6.0)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +148,7 @@ def test_the_example_of_the_page_is_read_without_a_word(tmp_path):
     example = re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     assert example is not None
     links = links_of(tmp_path, example[1])
-    bent = Link(Freedom("waist", 2), Freedom("left_hip_joint", 2), 0.25, np.radians(5.0))
+    bent = Link(Coordinate("waist", 2), Coordinate("left_hip_joint", 2), 0.25, np.radians(5.0))
     assert [link.factor for link in links.links] == [1.0, 1.0, 1.0, 0.25]
     assert links.links[-1] == bent
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.kinematics.loops import assemble
-from generator.kinematics.placement import drawn_displacements
-from generator.kinematics.tree import hang
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
 
 FOURBAR = read_figure(Path(str(files("figures"))) / "fourbar.fig")
 
@@ -17,10 +17,10 @@ FOURBAR = read_figure(Path(str(files("figures"))) / "fourbar.fig")
 @pytest.mark.parametrize("crank", [-170.0, -90.0, 0.0, 10.0, 60.0, 120.0, 270.0, 359.0])
 def test_no_joint_goes_round_that_need_not(crank) -> None:
     """The others end within half a turn of where they are drawn, and the loop is closed."""
-    tree = hang(FOURBAR)
-    drawn = drawn_displacements(tree)
+    tree = build_tree(FOURBAR)
+    drawn = initial_displacements(tree)
     asked = {**drawn, "crank_bearing": np.radians([crank])}
-    placement = assemble(tree, asked, held={"crank_bearing"})
+    placement = close_loops(tree, asked, held={"crank_bearing"})
     for name in ("crank_pin", "rocker_bearing", "rocker_pin"):
         assert abs(placement.displacements[name][0] - drawn[name][0]) <= np.pi + 1e-9
     ends = (

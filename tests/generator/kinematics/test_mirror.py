@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.figure import Factor
+from generator.figure import JointAxis
 from generator.figure_file import read_figure
-from generator.kinematics.links import Freedom, Link, Links
+from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.mirror import MirrorError, mirror_signs
-from generator.kinematics.placement import drawn_displacements, place
-from generator.kinematics.tree import hang
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
 
 FIGURE = read_figure("clavicles")
 PARTS = ("clavicle", "shoulder", "elbow", "hip_joint", "knee")
@@ -23,7 +23,7 @@ def declared(figure, name, signs):
     """The figure with the axes of a joint multiplied by signs."""
     joint = figure.joints[name]
     chain = tuple(
-        Factor(one.kind, tuple(sign * part for part in one.axis))
+        JointAxis(one.kind, tuple(sign * part for part in one.axis))
         for one, sign in zip(joint.chain, signs, strict=True)
     )
     return replace(figure, joints={**figure.joints, name: replace(joint, chain=chain)})
@@ -53,11 +53,11 @@ def test_with_the_signs_the_limb_is_the_mirror_image(part, signs, values, turned
         figure = replace(figure, joints={**figure.joints, name: backwards})
     found = mirror_signs(figure, figure.joints[other], figure.joints[name])
     links = Links(
-        tuple(Link(Freedom(name, k), Freedom(other, k), sign) for k, sign in enumerate(found))
+        tuple(Link(Coordinate(name, k), Coordinate(other, k), sign) for k, sign in enumerate(found))
     )
-    tree = hang(figure)
-    pose = {**drawn_displacements(tree), other: np.array(values[:count])}
-    poses = place(tree, links.follow(pose)).poses
+    tree = build_tree(figure)
+    pose = {**initial_displacements(tree), other: np.array(values[:count])}
+    poses = forward_kinematics(tree, links.follow(pose)).poses
     mirror, own = np.diag([-1.0, 1.0, 1.0, 1.0]), np.diag([1.0, -1.0, 1.0, 1.0])
     for segment, image in poses.items():
         if segment.startswith("left_"):
@@ -97,7 +97,7 @@ def test_joints_that_are_no_images_are_refused():
     with pytest.raises(MirrorError, match="`left_elbow` has 1 degree of freedom and `waist` 3"):
         mirror_signs(FIGURE, joints["left_elbow"], joints["waist"])
     oblique = declared(FIGURE, "right_elbow", [1])
-    chain = (Factor("R", (1.0, 0.0, 0.0)),)
+    chain = (JointAxis("R", (1.0, 0.0, 0.0)),)
     oblique = replace(
         oblique,
         joints={**oblique.joints, "right_elbow": replace(joints["right_elbow"], chain=chain)},

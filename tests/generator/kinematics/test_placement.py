@@ -8,13 +8,13 @@ import pytest
 
 from generator import read_figure
 from generator.kinematics.placement import (
-    drawn_displacements,
-    motion_maps,
-    place,
-    relative_motion_map,
+    forward_kinematics,
+    initial_displacements,
+    relative_jacobian,
+    segment_jacobians,
     site_pose,
 )
-from generator.kinematics.tree import hang
+from generator.kinematics.tree import build_tree
 from generator.rotations import inverse_pose
 from tests.chains import BALL, chain, row, two_bodies
 
@@ -22,9 +22,9 @@ FIGURES = Path(str(files("figures")))
 
 
 def zero_pose():
-    tree = hang(read_figure(FIGURES / "prototype.fig"))
+    tree = build_tree(read_figure(FIGURES / "prototype.fig"))
     zero = {name: np.zeros(j.degrees_of_freedom) for name, j in tree.figure.joints.items()}
-    return place(tree, zero)
+    return forward_kinematics(tree, zero)
 
 
 def test_zero_pose_of_the_prototype() -> None:
@@ -57,13 +57,13 @@ def test_the_prototype_faces_plus_z() -> None:
 
 
 def test_figure_3_4_gives_the_numbers_of_figure_3_2() -> None:
-    tree = hang(read_figure(FIGURES / "pendulum.fig"))
-    placement = place(tree, drawn_displacements(tree))
+    tree = build_tree(read_figure(FIGURES / "pendulum.fig"))
+    placement = forward_kinematics(tree, initial_displacements(tree))
     joint = tree.figure.joints["shoulder"]
     triad = site_pose(placement, joint, "parent")
     assert np.allclose(triad[:3, :3], [[0, 0, -1], [0, 1, 0], [1, 0, 0]], atol=1e-12)
     assert np.allclose(triad[:3, 3], [0.0, 1.2, 0.0])
-    m = placement.between(joint)[:3, :3]
+    m = placement.pose_in_parent(joint)[:3, :3]
     zyx = (np.arctan2(m[1, 0], m[0, 0]), -np.arcsin(m[2, 0]), np.arctan2(m[2, 1], m[2, 2]))
     assert zyx == pytest.approx((0.349066, 0.698132, 0.0), abs=1e-6)
 
@@ -73,14 +73,14 @@ def test_connect_the_other_way_round_inverts_the_joint(text) -> None:
     factors = chain(text)
     values = np.linspace(0.5, -0.4, len(factors))
     for reverse in (False, True):
-        tree = hang(two_bodies(factors, values, reverse=reverse))
-        placement = place(tree, drawn_displacements(tree))
+        tree = build_tree(two_bodies(factors, values, reverse=reverse))
+        placement = forward_kinematics(tree, initial_displacements(tree))
         joint = tree.figure.joints["tested"]
-        found = tree.chains["tested"].displacements(placement.between(joint), values)
+        found = tree.chains["tested"].displacements(placement.pose_in_parent(joint), values)
         assert np.allclose(found, values)
     there, back = (
-        place(tree, drawn_displacements(tree))
-        for tree in (hang(two_bodies(factors, values, reverse=r)) for r in (False, True))
+        forward_kinematics(tree, initial_displacements(tree))
+        for tree in (build_tree(two_bodies(factors, values, reverse=r)) for r in (False, True))
     )
     first, second = (inverse_pose(p.poses["first"]) @ p.poses["second"] for p in (there, back))
     assert not np.allclose(first, second)
@@ -89,19 +89,19 @@ def test_connect_the_other_way_round_inverts_the_joint(text) -> None:
 @pytest.mark.parametrize("reverse", [False, True])
 def test_motion_maps_are_the_slopes_of_the_poses(reverse) -> None:
     """Angular velocity and velocity at the world's origin of every segment, column by column."""
-    tree = hang(two_bodies(chain("Ry R-x"), (0.4, -0.3), reverse=reverse))
-    start = drawn_displacements(tree)
-    placement = place(tree, start)
-    maps = motion_maps(placement)
+    tree = build_tree(two_bodies(chain("Ry R-x"), (0.4, -0.3), reverse=reverse))
+    start = initial_displacements(tree)
+    placement = forward_kinematics(tree, start)
+    maps = segment_jacobians(placement)
     column = 0
-    for branch in tree.branches:
+    for branch in tree.joints:
         name = branch.joint.name
         for k in range(branch.joint.degrees_of_freedom):
             poses = []
             for side in (1e-6, -1e-6):
                 moved = {n: v.copy() for n, v in start.items()}
                 moved[name][k] += side
-                poses.append(place(tree, moved).poses)
+                poses.append(forward_kinematics(tree, moved).poses)
             for segment in ("first", "second"):
                 slope = (poses[0][segment] - poses[1][segment]) / 2e-6
                 spin = slope @ inverse_pose(placement.poses[segment])
@@ -111,12 +111,12 @@ def test_motion_maps_are_the_slopes_of_the_poses(reverse) -> None:
 
 
 def test_a_joint_s_own_rates_move_its_child_by_its_twists() -> None:
-    tree = hang(row(2, (BALL, chain("Rs Ts"))))
-    placement = place(tree, drawn_displacements(tree))
+    tree = build_tree(row(2, (BALL, chain("Rs Ts"))))
+    placement = forward_kinematics(tree, initial_displacements(tree))
     joint = tree.figure.joints["joint1"]
-    motion = relative_motion_map(placement, motion_maps(placement), joint)
+    motion = relative_jacobian(placement, segment_jacobians(placement), joint)
     assert np.allclose(motion[:, :3], 0.0, atol=1e-12)
     twists = tree.chains["joint1"].twists(placement.displacements["joint1"])
-    offset = placement.between(joint)[:3, 3]
+    offset = placement.pose_in_parent(joint)[:3, 3]
     twists[:, 3:] += np.cross(twists[:, :3], offset)
     assert np.allclose(motion[:, 3:], twists.T)

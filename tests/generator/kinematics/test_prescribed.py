@@ -9,11 +9,11 @@ import pytest
 
 from generator import read_figure
 from generator.drive import Drive
-from generator.kinematics.links import Freedom, Link, Links
-from generator.kinematics.placement import drawn_displacements
-from generator.kinematics.prescribed import Prescribed, PrescriptionError
-from generator.kinematics.tree import hang
-from generator.simulation.model import start_of
+from generator.kinematics.links import Coordinate, Link, Links
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
+from generator.kinematics.tree import build_tree
+from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
 from tests.chains import BALL, chain, row
 
@@ -23,13 +23,13 @@ TABLE = Drive((0.0, 1.0), ((0.1,), (0.5,)))
 
 
 def freedom(joint, number=1):
-    return Freedom(joint, number - 1)
+    return Coordinate(joint, number - 1)
 
 
 def prescribed(links=(), locked=(), drives=None, made=MADE):
-    tree = hang(made)
-    drawn = drawn_displacements(tree)
-    return Prescribed(
+    tree = build_tree(made)
+    drawn = initial_displacements(tree)
+    return PrescribedMotion(
         tree, Links(tuple(links)), {name: drawn[name] for name in locked}, drives or {}
     )
 
@@ -46,8 +46,10 @@ def test_what_follows_a_driven_joint_is_driven_and_a_locked_one_is_locked() -> N
         drives={"joint1": TABLE},
     )
     times = np.array([0.0, 0.5, 1.0])
-    given = {name: np.tile(row, (3, 1)) for name, row in drawn_displacements(hang(MADE)).items()}
-    q, rates = asked.displacements(given, times), asked.rates(given, times)
+    given = {
+        name: np.tile(row, (3, 1)) for name, row in initial_displacements(build_tree(MADE)).items()
+    }
+    q, rates = asked.impose_displacements(given, times), asked.impose_rates(given, times)
     assert q["joint1"][:, 0] == pytest.approx([0.1, 0.3, 0.5])
     assert q["joint0"][:, 1] == pytest.approx([0.3, 0.7, 1.1])
     assert rates["joint0"][:, 1] == pytest.approx([0.8, 0.8, 0.8])
@@ -55,10 +57,14 @@ def test_what_follows_a_driven_joint_is_driven_and_a_locked_one_is_locked() -> N
     assert np.all(rates["joint3"] == 0.0)
     assert np.all(rates["joint2"][:, 0] == 0.0)
     assert q["joint2"][:, 2] == pytest.approx(0.5 * given["joint2"][:, 1])
-    assert asked.free == (freedom("joint0", 1), freedom("joint0", 3), freedom("joint2", 2))
+    assert asked.free_coordinates == (
+        freedom("joint0", 1),
+        freedom("joint0", 3),
+        freedom("joint2", 2),
+    )
     slopes = np.zeros((8, 3))
     slopes[[0, 2, 5, 6], [0, 1, 2, 2]] = 1.0, 1.0, 1.0, 0.5
-    assert np.allclose(asked.columns, slopes)
+    assert np.allclose(asked.free_jacobian, slopes)
 
 
 @pytest.mark.parametrize(
@@ -88,10 +94,12 @@ def test_what_cannot_be_asked_for(given, said) -> None:
     given = {name: values for name, values in given.items() if name != "locked"} | {
         "locked": given.get("locked", ())
     }
-    tree = hang(MADE)
+    tree = build_tree(MADE)
     locked = {name: np.zeros(3) for name in given["locked"]}
     with pytest.raises(PrescriptionError, match=said):
-        Prescribed(tree, Links(tuple(given.get("links", ()))), locked, given.get("drives", {}))
+        PrescribedMotion(
+            tree, Links(tuple(given.get("links", ()))), locked, given.get("drives", {})
+        )
 
 
 def test_slides_can_be_locked_but_not_linked_or_driven() -> None:
@@ -113,21 +121,23 @@ def test_a_fixed_joint_does_not_move() -> None:
 def test_a_loop_takes_one_prescription_and_not_two() -> None:
     """A four-bar has one motion; the joint that closes it follows from the others."""
     made = read_figure(FIGURES / "fourbar.fig")
-    start = start_of(made, Plan(locked=("crank_bearing",)))
-    assert start.placement.between(made.joints["rocker_pin"])[:3, 3] == pytest.approx(0, abs=1e-9)
+    start = initial_state(made, Plan(locked=("crank_bearing",)))
+    assert start.placement.pose_in_parent(made.joints["rocker_pin"])[:3, 3] == pytest.approx(
+        0, abs=1e-9
+    )
     with pytest.raises(PrescriptionError, match="rocker_pin closes is over-constrained"):
-        start_of(made, Plan(locked=("crank_bearing", "crank_pin")))
+        initial_state(made, Plan(locked=("crank_bearing", "crank_pin")))
     with pytest.raises(PrescriptionError, match="rocker_pin closes a loop and cannot be locked"):
-        start_of(made, Plan(locked=("rocker_pin",)))
+        initial_state(made, Plan(locked=("rocker_pin",)))
 
 
 def test_a_free_root_takes_joints_to_the_ground_away() -> None:
     made = read_figure(FIGURES / "prototype.fig")
     with pytest.raises(PrescriptionError, match="root_torso holds the figure to the ground"):
-        start_of(made, Plan(free_root=True, locked=("root_torso",)))
-    assert start_of(made, Plan(free_root=True, locked=("waist",))).prescribed.locked.keys() == {
-        "waist"
-    }
+        initial_state(made, Plan(free_root=True, locked=("root_torso",)))
+    assert initial_state(
+        made, Plan(free_root=True, locked=("waist",))
+    ).prescribed.locked.keys() == {"waist"}
 
 
 def test_a_run_starts_as_it_is_prescribed() -> None:
@@ -140,7 +150,7 @@ def test_a_run_starts_as_it_is_prescribed() -> None:
         velocities={"joint2": (1.0, 2.0, 3.0)},
         start=0.25,
     )
-    start = start_of(MADE, plan)
+    start = initial_state(MADE, plan)
     q = start.placement.displacements
     assert q["joint0"] == pytest.approx([0.4, 0.5, 0.6])
     assert q["joint1"] == pytest.approx([0.2])
@@ -151,7 +161,7 @@ def test_a_run_starts_as_it_is_prescribed() -> None:
     for name in ("joint0", "joint1", "joint3"):
         velocities = {name: (7.0,) * len(MADE.joints[name].chain)}
         with pytest.raises(PrescriptionError, match="cannot start with another velocity"):
-            start_of(MADE, replace(plan, velocities=velocities))
+            initial_state(MADE, replace(plan, velocities=velocities))
 
 
 def test_a_run_does_not_go_beyond_its_drive() -> None:

@@ -6,18 +6,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.kinematics.shoulder import (
-    FIRST,
-    LAST,
-    SEAM,
+    MAX_LONGITUDE,
+    MIN_LONGITUDE,
+    TWIST_SEAM_LONGITUDE,
     ShoulderError,
-    arm_turn,
+    arm_orientation,
     natural_twist,
-    shoulder,
+    shoulder_angles,
 )
 from generator.kinematics.shoulder_rhythm import RHYTHMS
 
 LATITUDES = st.floats(0.0, np.pi)
-LONGITUDES = st.floats(FIRST, LAST)
+LONGITUDES = st.floats(MIN_LONGITUDE, MAX_LONGITUDE)
 TURN = 2.0 * np.pi
 
 
@@ -25,13 +25,13 @@ def grid(steps):
     """Latitudes and longitudes of the whole sphere, `steps` cells a quarter turn."""
     return np.meshgrid(
         np.linspace(0.0, np.pi, 2 * steps + 1),
-        np.linspace(FIRST, LAST, 4 * steps + 1),
+        np.linspace(MIN_LONGITUDE, MAX_LONGITUDE, 4 * steps + 1),
         indexing="ij",
     )
 
 
 def attitudes(latitude, longitude):
-    return arm_turn(latitude, longitude, natural_twist(latitude, longitude))
+    return arm_orientation(latitude, longitude, natural_twist(latitude, longitude))
 
 
 def turned(one, other):
@@ -46,7 +46,7 @@ def largest_steps(steps):
     arms = attitudes(latitude, longitude)
     down, along = turned(arms[1:], arms[:-1]), turned(arms[:, 1:], arms[:, :-1])
     middle = (longitude[:, 1:] + longitude[:, :-1]) / 2.0
-    seam = (np.abs(middle - SEAM) < np.pi / steps) & (latitude[:, 1:] < np.pi / 2.0)
+    seam = (np.abs(middle - TWIST_SEAM_LONGITUDE) < np.pi / steps) & (latitude[:, 1:] < np.pi / 2.0)
     return max(down.max(), along[~seam].max()), along[seam].max()
 
 
@@ -56,7 +56,7 @@ def largest_steps(steps):
 )
 def test_clavicle_elevations_worked_by_hand(elevation, frontal, sagittal):
     latitude = np.radians(180.0 - elevation)
-    to_the_side, ahead = shoulder(latitude, np.pi / 2), shoulder(latitude, 0.0)
+    to_the_side, ahead = shoulder_angles(latitude, np.pi / 2), shoulder_angles(latitude, 0.0)
     assert np.degrees(to_the_side.clavicle_elevation) == pytest.approx(frontal, abs=1e-9)
     assert np.degrees(ahead.clavicle_elevation) == pytest.approx(sagittal, abs=1e-9)
     assert np.degrees(to_the_side.clavicle_abduction) == pytest.approx(0.0, abs=1e-9)
@@ -94,51 +94,57 @@ def test_the_twist_is_continuous_but_for_the_seam():
 
 def test_the_twist_continues_where_the_longitude_starts_again():
     latitude = np.linspace(0.0, np.pi, 181)
-    first, last = attitudes(latitude, FIRST), attitudes(latitude, LAST)
+    first, last = attitudes(latitude, MIN_LONGITUDE), attitudes(latitude, MAX_LONGITUDE)
     assert first == pytest.approx(last, abs=1e-12)
 
 
 @pytest.mark.parametrize("pole", [0.0, np.pi])
 def test_the_twist_makes_one_attitude_of_each_pole(pole):
-    arms = attitudes(pole, np.linspace(FIRST, LAST, 721))
+    arms = attitudes(pole, np.linspace(MIN_LONGITUDE, MAX_LONGITUDE, 721))
     assert np.ptp(arms, axis=0).max() < 1e-12
 
 
 def test_the_seam_closes_at_45_deg_and_is_half_a_turn_at_22_and_67():
     latitude = np.radians([0.0, 22.5, 45.0, 67.5, 90.0])
-    before, behind = (attitudes(latitude, SEAM + step) for step in (-1e-9, 1e-9))
+    before, behind = (attitudes(latitude, TWIST_SEAM_LONGITUDE + step) for step in (-1e-9, 1e-9))
     closed, half = 0.0, np.pi
     assert turned(before, behind) == pytest.approx([closed, half, closed, half, closed], abs=1e-6)
 
 
 def test_on_the_seam_the_twist_is_the_middle_of_its_limits():
     latitude = np.radians(30.0)
-    middle = (natural_twist(latitude, SEAM - 1e-9) + natural_twist(latitude, SEAM + 1e-9)) / 2.0
-    assert natural_twist(latitude, SEAM) == pytest.approx(middle, abs=1e-6)
+    middle = (
+        natural_twist(latitude, TWIST_SEAM_LONGITUDE - 1e-9)
+        + natural_twist(latitude, TWIST_SEAM_LONGITUDE + 1e-9)
+    ) / 2.0
+    assert natural_twist(latitude, TWIST_SEAM_LONGITUDE) == pytest.approx(middle, abs=1e-6)
 
 
 def test_the_printed_clavicle_jumps_where_the_longitude_starts_again_and_at_130_deg():
-    level = shoulder(np.pi / 2, [FIRST, LAST])
+    level = shoulder_angles(np.pi / 2, [MIN_LONGITUDE, MAX_LONGITUDE])
     assert np.degrees(np.ptp(level.clavicle_abduction)) == pytest.approx(72.0)
     assert np.ptp(level.clavicle_elevation) == pytest.approx(0.0, abs=1e-12)
     at = np.pi - np.radians(130.0)
-    ahead = shoulder([at - 1e-9, at + 1e-9], 0.0).clavicle_elevation
+    ahead = shoulder_angles([at - 1e-9, at + 1e-9], 0.0).clavicle_elevation
     assert np.degrees(ahead[0] - ahead[1]) == pytest.approx(120.0 - 119.7338, abs=1e-6)
 
 
 @given(LATITUDES, LONGITUDES, st.integers(-3, 3), st.sampled_from(sorted(RHYTHMS)))
 def test_whole_turns_of_the_longitude_change_nothing(latitude, longitude, turns, name):
-    if abs(longitude - SEAM) < 1e-6 or min(longitude - FIRST, LAST - longitude) < 1e-6:
+    if (
+        abs(longitude - TWIST_SEAM_LONGITUDE) < 1e-6
+        or min(longitude - MIN_LONGITUDE, MAX_LONGITUDE - longitude) < 1e-6
+    ):
         return
-    one = shoulder(latitude, longitude, RHYTHMS[name])
-    other = shoulder(latitude, longitude + turns * TURN, RHYTHMS[name])
+    one = shoulder_angles(latitude, longitude, RHYTHMS[name])
+    other = shoulder_angles(latitude, longitude + turns * TURN, RHYTHMS[name])
     for angle in vars(one):
         assert getattr(one, angle) == pytest.approx(getattr(other, angle), abs=1e-9)
 
 
 @given(LATITUDES, LONGITUDES, st.sampled_from(sorted(RHYTHMS)))
 def test_humerus_and_clavicle_add_up_to_the_arm_as_printed(latitude, longitude, name):
-    angles = shoulder(latitude, longitude, RHYTHMS[name])
+    angles = shoulder_angles(latitude, longitude, RHYTHMS[name])
     raised = angles.humerus_elevation + angles.clavicle_elevation
     swung = angles.humerus_abduction + angles.clavicle_abduction
     assert raised == pytest.approx(np.pi - latitude, abs=1e-12)
@@ -147,12 +153,15 @@ def test_humerus_and_clavicle_add_up_to_the_arm_as_printed(latitude, longitude, 
 
 @pytest.mark.parametrize("name", sorted(RHYTHMS))
 def test_arrays_give_what_their_numbers_give(name):
-    latitude, longitude = np.linspace(0.0, np.pi, 7)[:, None], np.linspace(FIRST, LAST, 9)
-    together = shoulder(latitude, longitude, RHYTHMS[name])
+    latitude, longitude = (
+        np.linspace(0.0, np.pi, 7)[:, None],
+        np.linspace(MIN_LONGITUDE, MAX_LONGITUDE, 9),
+    )
+    together = shoulder_angles(latitude, longitude, RHYTHMS[name])
     for angle, values in vars(together).items():
         assert values.shape == (7, 9)
         apart = [
-            [getattr(shoulder(phi, theta, RHYTHMS[name]), angle) for theta in longitude]
+            [getattr(shoulder_angles(phi, theta, RHYTHMS[name]), angle) for theta in longitude]
             for phi in latitude[:, 0]
         ]
         assert values == pytest.approx(np.array(apart), abs=1e-15)
@@ -168,6 +177,6 @@ def test_arrays_give_what_their_numbers_give(name):
     ],
 )
 def test_what_is_no_direction_is_refused(latitude, longitude, said):
-    for function in (shoulder, natural_twist):
+    for function in (shoulder_angles, natural_twist):
         with pytest.raises(ShoulderError, match=said):
             function(latitude, longitude)

@@ -6,17 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.kinematics.shoulder import (
-    FIRST,
-    LAST,
-    NEAR,
-    SEAM,
+    MAX_LONGITUDE,
+    MIN_LONGITUDE,
+    NEARBY_ANGLE,
+    TWIST_SEAM_LONGITUDE,
     ShoulderError,
     angle_between,
     arm_direction,
-    arm_turn,
+    arm_orientation,
     jumps_near,
     natural_twist,
-    shoulder,
+    shoulder_angles,
 )
 from generator.kinematics.shoulder_rhythm import DE_GROOT_BRAND, OTANI, RHYTHMS
 
@@ -86,12 +86,12 @@ def test_what_is_no_direction_is_refused():
 @settings(max_examples=60)
 @given(
     st.floats(0.0, np.pi),
-    st.floats(FIRST, LAST),
+    st.floats(MIN_LONGITUDE, MAX_LONGITUDE),
     st.floats(0.0, 2.0 * np.pi),
     st.sampled_from(sorted(RHYTHMS)),
 )
 def test_away_from_what_is_told_a_small_motion_is_small(latitude, longitude, way, name):
-    if jumps_near(latitude, longitude, RHYTHMS[name], within=0.3 * NEAR):
+    if jumps_near(latitude, longitude, RHYTHMS[name], within=0.3 * NEARBY_ANGLE):
         return
     step = 1e-6
     other = (
@@ -99,10 +99,13 @@ def test_away_from_what_is_told_a_small_motion_is_small(latitude, longitude, way
         longitude + step * np.sin(way) / max(np.sin(latitude), 1e-3),
     )
     moved = angle_between(arm_direction(latitude, longitude), arm_direction(*other))
-    here, there = shoulder(latitude, longitude, RHYTHMS[name]), shoulder(*other, RHYTHMS[name])
+    here, there = (
+        shoulder_angles(latitude, longitude, RHYTHMS[name]),
+        shoulder_angles(*other, RHYTHMS[name]),
+    )
     slope = 1e3  # the clavicle's angles grow steep near the poles, 1 / sin(latitude)
     for angle in ("clavicle_elevation", "clavicle_abduction"):
         assert abs(getattr(here, angle) - getattr(there, angle)) <= slope * (moved + 1e-9)
-    one, two = (arm_turn(*at, natural_twist(*at)) for at in ((latitude, longitude), other))
-    if abs(longitude - SEAM) > 1e-3:
+    one, two = (arm_orientation(*at, natural_twist(*at)) for at in ((latitude, longitude), other))
+    if abs(longitude - TWIST_SEAM_LONGITUDE) > 1e-3:
         assert np.abs(one - two).max() <= slope * (moved + 1e-9)

@@ -7,26 +7,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.figure import Factor, Location, Shift, Turn
+from generator.figure import JointAxis, Location, Rotation, Translation
 from generator.figure_file import read_figure
-from generator.kinematics.placement import drawn_displacements, place
+from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.shoulder import (
-    FIRST,
-    LAST,
+    MAX_LONGITUDE,
+    MIN_LONGITUDE,
     ShoulderError,
     Side,
-    clavicle_turn,
-    printed_miss,
-    shoulder,
+    clavicle_orientation,
+    printed_angle_error,
+    shoulder_angles,
 )
 from generator.kinematics.shoulder_pose import pose_arm
 from generator.kinematics.shoulder_rhythm import OTANI, RHYTHMS
-from generator.kinematics.tree import hang
+from generator.kinematics.tree import build_tree
 
 FIGURES = {name: read_figure(name) for name in ("clavicles", "prototype")}
-TREES = {name: hang(figure) for name, figure in FIGURES.items()}
+TREES = {name: build_tree(figure) for name, figure in FIGURES.items()}
 LATITUDES = st.floats(0.0, np.pi)
-LONGITUDES = st.floats(FIRST, LAST)
+LONGITUDES = st.floats(MIN_LONGITUDE, MAX_LONGITUDE)
 SIDES = st.sampled_from(Side)
 WHERE = {
     "figure_name": st.sampled_from(sorted(FIGURES)),
@@ -43,11 +43,11 @@ _, UP, AHEAD = np.eye(3)
 def posed(figure_name, side, latitude, longitude, rhythm="otani", figure=None, waist=0.0):
     """Poses of the segments, with the arm positioned and the waist turned."""
     figure = figure or FIGURES[figure_name]
-    tree = hang(figure)
+    tree = build_tree(figure)
     arm = pose_arm(figure, side, latitude, longitude, RHYTHMS[rhythm])
-    displacements = {**drawn_displacements(tree), **arm.displacements}
+    displacements = {**initial_displacements(tree), **arm.displacements}
     displacements["waist"] = np.array([waist, -waist, waist])
-    return place(tree, displacements).poses
+    return forward_kinematics(tree, displacements).poses
 
 
 def elbow(poses, side):
@@ -85,18 +85,18 @@ def test_left_and_right_are_mirror_images(latitude, longitude, rhythm):
 @given(latitude=LATITUDES, longitude=LONGITUDES, rhythm=WHERE["rhythm"], side=SIDES)
 def test_the_clavicles_displacements_are_its_angles(latitude, longitude, rhythm, side):
     arm = pose_arm(FIGURES["clavicles"], side, latitude, longitude, RHYTHMS[rhythm])
-    angles = shoulder(latitude, longitude, RHYTHMS[rhythm])
+    angles = shoulder_angles(latitude, longitude, RHYTHMS[rhythm])
     asked = np.array([angles.clavicle_elevation, angles.clavicle_abduction])
     assert arm.displacements[f"{side.value}_clavicle"] == pytest.approx(asked, abs=1e-9)
     assert arm.elbow_error < np.radians(0.1)
-    assert arm.printed_miss == printed_miss(latitude, longitude, angles)
+    assert arm.printed_angle_error == printed_angle_error(latitude, longitude, angles)
 
 
 @pytest.mark.parametrize("figure_name", FIGURES)
 @pytest.mark.parametrize("side", Side)
 def test_the_thumb_points_back_overhead_up_in_front_and_ahead_when_hanging(figure_name, side):
     """The thumb is the lower arm's x axis: it is ahead while the figure stands as drawn."""
-    for longitude in np.linspace(FIRST, LAST, 13):
+    for longitude in np.linspace(MIN_LONGITUDE, MAX_LONGITUDE, 13):
         for latitude, thumb in ((0.0, -AHEAD), (np.pi, AHEAD)):
             poses = posed(figure_name, side, latitude, longitude)
             assert poses[f"{side.value}_lower_arm"][:3, 0] == pytest.approx(thumb, abs=1e-9)
@@ -142,7 +142,7 @@ def test_the_order_within_connect_does_not_matter():
     figure = FIGURES["clavicles"]
     for name in ("left_clavicle", "left_shoulder"):
         joint = figure.joints[name]
-        chain = tuple(Factor("R", tuple(-x for x in one.axis)) for one in reversed(joint.chain))
+        chain = tuple(JointAxis("R", tuple(-x for x in one.axis)) for one in reversed(joint.chain))
         figure = with_joint(figure, name, parent=joint.child, child=joint.parent, chain=chain)
     poses = posed("", Side.LEFT, 1.0, 0.4, figure=figure)
     same = posed("clavicles", Side.LEFT, 1.0, 0.4)
@@ -152,9 +152,11 @@ def test_the_order_within_connect_does_not_matter():
 
 def test_an_arm_that_is_drawn_to_the_side_is_posed_as_one_that_hangs():
     drawn = FIGURES["prototype"]
-    location = Location((Turn((np.radians(-90.0), 0.0, 0.0)), Shift((0.0, 0.172, 0.5))))
+    location = Location((Rotation((np.radians(-90.0), 0.0, 0.0)), Translation((0.0, 0.172, 0.5))))
     figure = with_site(drawn, "center_torso", "lcl_lateral", location)
-    sideways = place(hang(figure), drawn_displacements(hang(figure))).poses
+    sideways = forward_kinematics(
+        build_tree(figure), initial_displacements(build_tree(figure))
+    ).poses
     assert elbow(sideways, Side.LEFT) == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
     poses, same = (posed("", Side.LEFT, 0.7, 0.9, figure=one) for one in (figure, drawn))
     assert poses["left_upper_arm"] == pytest.approx(same["left_upper_arm"], abs=1e-9)
@@ -183,14 +185,14 @@ def test_what_is_no_arm_is_refused():
 
 def test_a_joint_that_cannot_reach_is_named():
     figure = FIGURES["clavicles"]
-    hinge = with_joint(figure, "left_shoulder", chain=(Factor("R", (0.0, 1.0, 0.0)),))
+    hinge = with_joint(figure, "left_shoulder", chain=(JointAxis("R", (0.0, 1.0, 0.0)),))
     with pytest.raises(ShoulderError, match=r"`left_shoulder` cannot turn so: it stays .* deg"):
         pose_arm(hinge, Side.LEFT, 1.0, 1.0)
 
 
 def test_the_clavicle_of_the_figure_is_the_clavicle_of_the_formulas():
-    angles = shoulder(1.0, 0.4, OTANI)
-    turn = clavicle_turn(angles.clavicle_elevation, angles.clavicle_abduction, Side.RIGHT)
+    angles = shoulder_angles(1.0, 0.4, OTANI)
+    turn = clavicle_orientation(angles.clavicle_elevation, angles.clavicle_abduction, Side.RIGHT)
     poses = posed("clavicles", Side.RIGHT, 1.0, 0.4)
     along = poses["center_torso"][:3, :3].T @ poses["right_clavicle"][:3, 2]
     assert along == pytest.approx(turn @ [0.0, -1.0, 0.0], abs=1e-9)

@@ -21,8 +21,8 @@ def test_between_the_planes_the_thesis_weighs_by_the_cosine():
 
 
 def test_the_lines_give_way_where_the_thesis_says():
-    assert np.degrees(OTANI.breaks) == pytest.approx([130.0, 131.4])
-    assert DE_GROOT_BRAND.breaks == ()
+    assert np.degrees(OTANI.breakpoints) == pytest.approx([130.0, 131.4])
+    assert DE_GROOT_BRAND.breakpoints == ()
 
 
 @pytest.mark.parametrize("name", sorted(RHYTHMS))

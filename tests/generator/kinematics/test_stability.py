@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from generator.kinematics.stability import ON_EDGE, Balance, stability
+from generator.kinematics.stability import EDGE_TOLERANCE, Balance, stability
 
 COORDINATE = st.floats(-2.0, 2.0, allow_subnormal=False)
 LATTICE = st.integers(-3, 3).map(float)
@@ -165,8 +165,8 @@ def test_a_line_supports(count):
 
 
 def test_a_strip_narrower_than_the_edge_balances_nothing_for_sure():
-    strip = on_ground([(-1, 0), (1, 0), (1, ON_EDGE), (-1, ON_EDGE)])
-    assert stability([0.0, 0.0, ON_EDGE / 2], strip).balance is Balance.ON_EDGE
+    strip = on_ground([(-1, 0), (1, 0), (1, EDGE_TOLERANCE), (-1, EDGE_TOLERANCE)])
+    assert stability([0.0, 0.0, EDGE_TOLERANCE / 2], strip).balance is Balance.ON_EDGE
 
 
 def test_a_wall_seen_from_above_is_a_line():

@@ -15,19 +15,19 @@ from scipy.optimize import brentq
 from generator import read_figure
 from generator.diagnostics import InputError
 from generator.figure import SiteRef
-from generator.kinematics.centre_of_mass import masses_of
-from generator.kinematics.placement import drawn_displacements, place
+from generator.kinematics.centre_of_mass import segment_masses
+from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.stability import (
-    ROUNDING,
+    HEIGHT_TOLERANCE,
     Balance,
     FixedSupport,
     LowFaces,
     UnknownSupportError,
-    patch_of_faces,
-    patch_of_site,
+    patch_from_faces,
+    patch_from_site,
     stability,
 )
-from generator.kinematics.tree import hang
+from generator.kinematics.tree import build_tree
 from tests.chains import row
 
 FIGURES = Path(str(files("figures")))
@@ -52,7 +52,7 @@ WHOLE = 49277.98
 
 @cache
 def prototype():
-    return hang(read_figure(FIGURES / "prototype.fig"))
+    return build_tree(read_figure(FIGURES / "prototype.fig"))
 
 
 @cache
@@ -73,18 +73,18 @@ def lowest_faces():
 @cache
 def soles():
     figure = prototype().figure
-    return FixedSupport([patch_of_faces(figure, name, lowest_faces()) for name in SHANKS])
+    return FixedSupport([patch_from_faces(figure, name, lowest_faces()) for name in SHANKS])
 
 
 def posed(**moved):
-    values = drawn_displacements(prototype())
+    values = initial_displacements(prototype())
     values.update({name: np.radians(given) for name, given in moved.items()})
-    return place(prototype(), values)
+    return forward_kinematics(prototype(), values)
 
 
 def standing(support, **moved):
     placement = posed(**moved)
-    centre = masses_of(prototype().figure).centre(placement.poses)
+    centre = segment_masses(prototype().figure).centre(placement.poses)
     return stability(centre, support.at(placement.poses).positions)
 
 
@@ -107,7 +107,7 @@ def test_the_figure_stands_on_the_lowest_faces_of_its_shanks():
 
 
 def test_the_faces_on_the_ground_are_those_lowest_faces():
-    points = LowFaces(prototype().figure, 0.0).at(posed().poses)
+    points = LowFaces(prototype().figure, 0.0).points_in_pose(posed().poses)
     assert set(points.sources) == {f"{name}:{face}" for name in SHANKS for face in lowest_faces()}
     assert standing(LowFaces(prototype().figure, 0.0)).margin == standing(soles()).margin
 
@@ -116,15 +116,15 @@ def test_the_faces_on_the_ground_are_those_lowest_faces():
 @given(st.floats(-0.1, 1.8), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_low_faces_are_those_with_all_corners_low(height, hip, knee):
     placement = posed(left_hip_joint=(0, 0, np.degrees(hip)), left_knee=(np.degrees(knee),))
-    points = LowFaces(prototype().figure, height).at(placement.poses)
+    points = LowFaces(prototype().figure, height).points_in_pose(placement.poses)
     vertices, faces = shank()
     pose = placement.poses["left_lower_leg"]
     heights = (vertices / 100.0 @ pose[:3, :3].T + pose[:3, 3])[:, 1]
-    limit = height + ROUNDING
+    limit = height + HEIGHT_TOLERANCE
     expected = [f"left_lower_leg:{k}" for k, f in enumerate(faces, 1) if heights[f].max() <= limit]
     found = [name for name in points.sources if name.startswith("left_lower_leg:")]
     assert found == expected
-    assert np.all(points.positions[:, 1] <= height + 2 * ROUNDING)
+    assert np.all(points.positions[:, 1] <= height + 2 * HEIGHT_TOLERANCE)
 
 
 def tipping_angle():
@@ -178,7 +178,7 @@ def test_faces_cut_into_triangles_support_the_same(tmp_path):
 
 
 def test_on_one_leg_the_figure_tips_to_the_other_side():
-    one = FixedSupport([patch_of_faces(prototype().figure, "left_lower_leg")])
+    one = FixedSupport([patch_from_faces(prototype().figure, "left_lower_leg")])
     found = standing(one, right_hip_joint=(0.0, 0.0, 60.0), right_knee=(60.0,))
     assert found.balance is Balance.OUTSIDE
     assert found.direction[0] < -0.9
@@ -186,12 +186,12 @@ def test_on_one_leg_the_figure_tips_to_the_other_side():
 
 def test_sites_and_faces_support_together():
     figure = prototype().figure
-    floor = patch_of_site(figure, SiteRef("body_root", "base"))
+    floor = patch_from_site(figure, SiteRef("body_root", "base"))
     alone = standing(FixedSupport([floor]))
     assert len(alone.corners) == 1
     assert alone.margin == pytest.approx(-np.hypot(0.00024868702, 0.00444318602), abs=1e-9)
-    heels = patch_of_faces(figure, "left_lower_leg", [496])
-    joined = FixedSupport([heels, floor]).at(posed().poses)
+    heels = patch_from_faces(figure, "left_lower_leg", [496])
+    joined = FixedSupport([heels, floor]).points_in_pose(posed().poses)
     assert joined.sources == ("left_lower_leg:496", "body_root.base")
     assert joined.positions[-1] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
 
@@ -200,11 +200,11 @@ def test_names_belong_to_their_points():
     """Patches of one segment are gathered; each point keeps its name."""
     figure, pose = prototype().figure, posed().poses
     patches = [
-        patch_of_site(figure, SiteRef("left_lower_leg", "distal")),
-        patch_of_site(figure, SiteRef("right_lower_leg", "distal")),
-        patch_of_site(figure, SiteRef("left_lower_leg", "proximal")),
+        patch_from_site(figure, SiteRef("left_lower_leg", "distal")),
+        patch_from_site(figure, SiteRef("right_lower_leg", "distal")),
+        patch_from_site(figure, SiteRef("left_lower_leg", "proximal")),
     ]
-    points = FixedSupport(patches).at(pose)
+    points = FixedSupport(patches).points_in_pose(pose)
     for position, name in zip(points.positions, points.names, strict=True):
         segment, site = name.split(".")
         expected = pose[segment] @ figure.site(SiteRef(segment, site)).pose_in_segment
@@ -212,32 +212,32 @@ def test_names_belong_to_their_points():
 
 
 def test_nothing_is_below_the_floor():
-    points = LowFaces(prototype().figure, -0.1).at(posed().poses)
+    points = LowFaces(prototype().figure, -0.1).points_in_pose(posed().poses)
     assert points.positions.shape == (0, 3)
     assert points.sources == ()
 
 
 def test_the_ground_may_have_any_normal():
     """Turned head down, the lowest faces are those of the head."""
-    points = LowFaces(prototype().figure, -1.85, (0.0, -1.0, 0.0)).at(posed().poses)
+    points = LowFaces(prototype().figure, -1.85, (0.0, -1.0, 0.0)).points_in_pose(posed().poses)
     assert {name.split(":")[0] for name in points.sources} == {"center_torso"}
-    assert np.all(points.positions[:, 1] >= 1.85 - 2 * ROUNDING)
+    assert np.all(points.positions[:, 1] >= 1.85 - 2 * HEIGHT_TOLERANCE)
 
 
 def test_what_there_is_not_cannot_support(tmp_path):
     figure = prototype().figure
     with pytest.raises(UnknownSupportError, match="did you mean `left_lower_leg`"):
-        patch_of_faces(figure, "left_lower_lg")
+        patch_from_faces(figure, "left_lower_lg")
     with pytest.raises(
         UnknownSupportError, match="no face 0: the psurf of `left_lower_leg` has 626"
     ):
-        patch_of_faces(figure, "left_lower_leg", [0])
+        patch_from_faces(figure, "left_lower_leg", [0])
     with pytest.raises(UnknownSupportError, match="no face 627"):
-        patch_of_faces(figure, "left_lower_leg", [1, 627])
+        patch_from_faces(figure, "left_lower_leg", [1, 627])
     with pytest.raises(UnknownSupportError, match="no site `distl`; did you mean `distal`"):
-        patch_of_site(figure, SiteRef("left_lower_leg", "distl"))
+        patch_from_site(figure, SiteRef("left_lower_leg", "distl"))
     with pytest.raises(InputError, match="`body_root` has no psurf"):
-        patch_of_faces(figure, "body_root")
+        patch_from_faces(figure, "body_root")
     with pytest.raises(InputError, match="no such file"):
         LowFaces(replace(figure, path=tmp_path / "moved.fig"), 0.0)
     with pytest.raises(InputError, match="the figure is in no file"):

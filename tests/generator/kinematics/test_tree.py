@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 
 from generator.joint_chain import ChainError
-from generator.kinematics.tree import hang
+from generator.kinematics.tree import build_tree
 from tests.chains import BALL, at, body, chain, figure, ground, joint, row, two_bodies
 
 
 def test_branches_come_base_first() -> None:
-    tree = hang(row(4))
-    assert [(b.base, b.tip) for b in tree.branches] == [
+    tree = build_tree(row(4))
+    assert [(b.inboard, b.outboard) for b in tree.joints] == [
         ("ground", "bar0"),
         ("bar0", "bar1"),
         ("bar1", "bar2"),
@@ -22,10 +22,10 @@ def test_branches_come_base_first() -> None:
 
 def test_the_tree_does_not_follow_the_order_in_connect() -> None:
     factors, values = chain("Rz"), (0.2,)
-    there, back = (hang(two_bodies(factors, values, reverse=r)) for r in (False, True))
-    assert [b.tip for b in there.branches] == [b.tip for b in back.branches]
-    assert [b.forward for b in there.branches] == [True, True]
-    assert [b.forward for b in back.branches] == [True, False]
+    there, back = (build_tree(two_bodies(factors, values, reverse=r)) for r in (False, True))
+    assert [b.outboard for b in there.joints] == [b.outboard for b in back.joints]
+    assert [b.parent_is_inboard for b in there.joints] == [True, True]
+    assert [b.parent_is_inboard for b in back.joints] == [True, False]
 
 
 def test_nor_the_order_of_segments_and_joints() -> None:
@@ -35,8 +35,8 @@ def test_nor_the_order_of_segments_and_joints() -> None:
         segments=dict(reversed(made.segments.items())),
         joints=dict(reversed(made.joints.items())),
     )
-    assert {(b.base, b.tip) for b in hang(turned).branches} == {
-        (b.base, b.tip) for b in hang(made).branches
+    assert {(b.inboard, b.outboard) for b in build_tree(turned).joints} == {
+        (b.inboard, b.outboard) for b in build_tree(made).joints
     }
 
 
@@ -49,8 +49,8 @@ def test_a_loop_has_one_closing_joint() -> None:
             joint("three", "b.far", "ground.base", BALL),
         ],
     )
-    tree = hang(made)
-    assert len(tree.branches) == 2
+    tree = build_tree(made)
+    assert len(tree.joints) == 2
     assert len(tree.closures) == 1
 
 
@@ -59,10 +59,10 @@ def test_a_segment_out_of_reach_is_named() -> None:
         [ground(), body("a"), body("lost")], [joint("one", "ground.base", "a.near", BALL)]
     )
     with pytest.raises(ValueError, match="lost"):
-        hang(made)
+        build_tree(made)
 
 
 def test_a_chain_that_no_joint_holds_is_refused() -> None:
     made = figure([ground(), body("a")], [joint("one", "ground.base", "a.near", chain("Rx Ty Rz"))])
     with pytest.raises(ChainError):
-        hang(made)
+        build_tree(made)

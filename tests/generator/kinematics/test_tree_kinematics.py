@@ -8,9 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.kinematics.free_root import let_go
-from generator.kinematics.placement import drawn_displacements, motion_maps, place
-from generator.kinematics.tree import hang
+from generator.kinematics.free_root import detach_root
+from generator.kinematics.placement import (
+    forward_kinematics,
+    initial_displacements,
+    segment_jacobians,
+)
+from generator.kinematics.tree import build_tree
 from generator.rotations import inverse_pose
 from tests.chains import chain, two_bodies
 
@@ -19,7 +23,7 @@ WORDS = ["Rz", "R-x", "Rs", "Ts", "T-y", "Rx R-y", "Rs Ra Ts", "Tx Ty Tz", "Rx R
 
 @cache
 def prototype():
-    return hang(read_figure("prototype"))
+    return build_tree(read_figure("prototype"))
 
 
 def displacements(tree, seed, *lead):
@@ -38,23 +42,23 @@ def displacements(tree, seed, *lead):
 )
 def test_a_tip_is_its_base_moved_by_the_joint_s_chain(words, values, reverse):
     factors = chain(words)
-    tree = hang(two_bodies(factors, values[: len(factors)], reverse=reverse))
-    placement = place(tree, drawn_displacements(tree))
+    tree = build_tree(two_bodies(factors, values[: len(factors)], reverse=reverse))
+    placement = forward_kinematics(tree, initial_displacements(tree))
     joint = tree.figure.joints["tested"]
     moved = tree.chains["tested"].pose(values[: len(factors)])
-    assert np.allclose(placement.between(joint), moved, atol=1e-12)
+    assert np.allclose(placement.pose_in_parent(joint), moved, atol=1e-12)
 
 
 def test_a_whole_motion_is_placed_as_its_frames_are():
     tree = prototype()
     motion = displacements(tree, 1, 7)
-    together = place(tree, motion)
-    maps = motion_maps(together)
+    together = forward_kinematics(tree, motion)
+    maps = segment_jacobians(together)
     for frame in range(7):
-        alone = place(tree, {name: rows[frame] for name, rows in motion.items()})
+        alone = forward_kinematics(tree, {name: rows[frame] for name, rows in motion.items()})
         for name, pose in alone.poses.items():
             assert np.allclose(together.poses[name][frame], pose, atol=1e-14)
-        for name, motion_map in motion_maps(alone).items():
+        for name, motion_map in segment_jacobians(alone).items():
             assert np.allclose(maps[name][frame], motion_map, atol=1e-14)
 
 
@@ -62,7 +66,7 @@ def test_a_whole_motion_is_placed_as_its_frames_are():
 @pytest.mark.parametrize("reverse", [False, True])
 def test_twists_are_the_slopes_of_the_poses(words, reverse):
     """Angular velocity and velocity at the world's origin of the outermost segment."""
-    tree = hang(two_bodies(chain(words), np.zeros(len(words.split())), reverse=reverse))
+    tree = build_tree(two_bodies(chain(words), np.zeros(len(words.split())), reverse=reverse))
     kinematics = tree.kinematics
     values = np.random.default_rng(2).uniform(-1.0, 1.0, kinematics.size)
     pose = kinematics.poses(values)["second"]
@@ -76,24 +80,24 @@ def test_twists_are_the_slopes_of_the_poses(words, reverse):
 def test_a_displacement_moves_what_hangs_on_its_joint_and_nothing_else():
     tree = prototype()
     kinematics = tree.kinematics
-    values = kinematics.values(displacements(tree, 3))
+    values = kinematics.displacement_vector(displacements(tree, 3))
     before = kinematics.poses(values)
     for k, side in enumerate(np.eye(kinematics.size)):
         after = kinematics.poses(values + 0.1 * side)
         moved = {name for name in before if not np.array_equal(before[name], after[name])}
-        assert moved == {name for name, moves in kinematics.moves.items() if moves[k]}
+        assert moved == {name for name, moves in kinematics.motion_masks.items() if moves[k]}
 
 
 def test_a_figure_let_go_is_placed_as_it_was():
     tree = prototype()
-    held = place(tree, displacements(tree, 4))
-    freed, moved = let_go(tree.figure, held.displacements)
-    free = place(hang(freed), moved)
+    held = forward_kinematics(tree, displacements(tree, 4))
+    freed, moved = detach_root(tree.figure, held.displacements)
+    free = forward_kinematics(build_tree(freed), moved)
     for name, pose in held.poses.items():
         assert np.allclose(free.poses[name], pose, atol=1e-12)
 
 
 def test_a_figure_without_displacements_is_placed():
     figure = two_bodies((), ())
-    tree = hang(figure)
-    assert place(tree, drawn_displacements(tree)).poses["second"].shape == (4, 4)
+    tree = build_tree(figure)
+    assert forward_kinematics(tree, initial_displacements(tree)).poses["second"].shape == (4, 4)

@@ -10,7 +10,7 @@ from generator.losses import Losses
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
 from generator.recording import Ending, Recording
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import SpringSet
 
 
@@ -18,11 +18,11 @@ def there_and_back(
     figure: Figure, springs: SpringSet, folder: Path
 ) -> tuple[dyspam_reader.DyspamReading, Losses]:
     losses = dyspam.write(figure, springs, folder)
-    return dyspam_reader.read(folder), losses
+    return dyspam_reader.read_dyspam(folder), losses
 
 
 def own_springs(figure: Figure) -> SpringSet:
-    springs = springs_for(figure).springs
+    springs = load_springs(figure).springs
     assert springs is not None
     return springs
 

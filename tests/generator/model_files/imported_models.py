@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure
-from generator.figure_file import examine_figure
-from generator.kinematics.placement import Placement, place
-from generator.kinematics.tree import hang
+from generator.figure_file import parse_figure_file
+from generator.kinematics.placement import Placement, forward_kinematics
+from generator.kinematics.tree import build_tree
 from generator.model_files.body_tree.to_figure import FRAME, ORIGIN, WORLD
 from generator.model_files.imported import Imported, write_imported
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import SpringSet
 
 MODELS = Path(__file__).parent / "models"
@@ -28,9 +28,9 @@ def written_and_read(imported: Imported, folder: Path) -> tuple[Figure, SpringSe
     """The figure and its springs as the files say them that hold it."""
     path = folder / "model.fig"
     write_imported(imported, path)
-    figure = examine_figure(path).figure
+    figure = parse_figure_file(path).figure
     assert figure == imported.figure
-    reading = springs_for(figure, folder, "model")
+    reading = load_springs(figure, folder, "model")
     assert reading.springs is not None, reading.faults
     return figure, reading.springs
 
@@ -40,7 +40,7 @@ def displacements(imported: Imported, values: Values) -> dict[str, Array]:
     found = {name: np.zeros(len(joint.chain)) for name, joint in imported.figure.joints.items()}
     for name, value in values.items():
         where = imported.coordinates[name]
-        found[where.joint][where.place] = (value - where.shift) / where.scale
+        found[where.joint][where.index] = (value - where.offset) / where.scale
     return found
 
 
@@ -49,13 +49,13 @@ def rates(imported: Imported, values: Values) -> dict[str, Array]:
     found = {name: np.zeros(len(joint.chain)) for name, joint in imported.figure.joints.items()}
     for name, value in values.items():
         where = imported.coordinates[name]
-        found[where.joint][where.place] = value / where.scale
+        found[where.joint][where.index] = value / where.scale
     return found
 
 
 def placed(imported: Imported, values: Values) -> Placement:
     """The figure in a pose of the model."""
-    return place(hang(imported.figure), displacements(imported, values))
+    return forward_kinematics(build_tree(imported.figure), displacements(imported, values))
 
 
 def pose_in_model(placement: Placement, segment: str, site: str = FRAME) -> Array:
@@ -68,7 +68,7 @@ def pose_in_model(placement: Placement, segment: str, site: str = FRAME) -> Arra
 def coordinate(imported: Imported, recording: Recording, name: str) -> Array:
     """A coordinate of the model over the frames of a recording, shape (n,)."""
     where = imported.coordinates[name]
-    return recording.displacements[where.joint][:, where.place] * where.scale + where.shift
+    return recording.displacements[where.joint][:, where.index] * where.scale + where.offset
 
 
 def without_limits(imported: Imported) -> Imported:

@@ -5,19 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.figure import Factor, Figure, Site
+from generator.figure import Figure, JointAxis, Site
 from generator.figure_file import read_figure
-from generator.kinematics.free_root import let_go
-from generator.kinematics.loops import assemble
-from generator.kinematics.placement import drawn_displacements
-from generator.kinematics.tree import hang
+from generator.kinematics.free_root import detach_root
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.recording import Recording
-from generator.simulation.plan import Plan, springs_of
+from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, Elastic, JointSprings, Linear, SpringSet, Stop
-from springs.exponential import Exponential, Term
-from springs.hysteresis import Directional
-from springs.interpolated import Table
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
 from tests.chains import BALL, FREE, Vector, at, body, chain, figure, ground, joint, two_bodies
 
 Values = Mapping[str, Sequence[float]]
@@ -81,7 +81,7 @@ def on_a_rail() -> Figure:
 def unheld(held: Figure) -> Figure:
     """The figure in its pose, without its joints to the ground."""
     values = {name: np.array(one.displacement) for name, one in held.joints.items()}
-    return let_go(held, values)[0]
+    return detach_root(held, values)[0]
 
 
 def named_alike() -> Figure:
@@ -144,7 +144,7 @@ LOADED = figure(
 
 
 def linked(
-    factors: tuple[Factor, ...], second: tuple[Factor, ...] = BALL, *, reverse: bool = False
+    factors: tuple[JointAxis, ...], second: tuple[JointAxis, ...] = BALL, *, reverse: bool = False
 ) -> Figure:
     """Two bars that hang from the ground, one on a ball and one on a chain, joined below."""
     far = {"far": at((0.3, -0.2, 0.5), (0.2, -0.5, 0.1))}
@@ -160,8 +160,8 @@ def linked(
             joint("closing", *ends, factors),
         ],
     )
-    tree = hang(drawn)
-    closed = assemble(tree, drawn_displacements(tree)).displacements
+    tree = build_tree(drawn)
+    closed = close_loops(tree, initial_displacements(tree)).displacements
     return posed(drawn, {name: np.degrees(values) for name, values in closed.items()})
 
 
@@ -176,7 +176,7 @@ LOOPS = {
 
 def own_springs(of: Figure) -> SpringSet:
     """The springs of a figure's files."""
-    return springs_of(of, Plan())
+    return resolve_springs(of, Plan())
 
 
 def equal(of: Figure, name: str, stiffness: float, viscous: float) -> JointSprings:
@@ -205,14 +205,16 @@ CURVES = {
     "cubic with a dead zone": (Cubic((0.5, 9.0, -1.0, 6.0), -1, (-0.2, 0.3), 0.1),),
     "stop": (Stop(-0.2, 0.15, 400.0, 0.05),),
     "stop on one side": (Stop(None, 0.1),),
-    "table": (Table(((-1.0, 9.0), (-0.3, 1.0), (0.2, 0.5), (0.6, -4.0), (1.2, -9.0))),),
+    "table": (Interpolated(((-1.0, 9.0), (-0.3, 1.0), (0.2, 0.5), (0.6, -4.0), (1.2, -9.0))),),
     "several": (Linear(4.0, 0.3), Stop(-0.3, 0.4, 100.0, 0.1), Cubic((0.0, 1.0, 2.0, 3.0))),
 }
 """Curves that are cubics, piece by piece."""
 
 OTHER_CURVES = {
-    "exponential": (Exponential((Term(3.0, -4.0, 0.1), Term(-2.0, 5.0, 0.2)), 0.3),),
-    "hysteresis": (Directional.around(Linear(8.0, 0.1), 0.4, 0.2),),
+    "exponential": (
+        Exponential((ExponentialTerm(3.0, -4.0, 0.1), ExponentialTerm(-2.0, 5.0, 0.2)), 0.3),
+    ),
+    "hysteresis": (Hysteresis.from_mean_and_width(Linear(8.0, 0.1), 0.4, 0.2),),
 }
 
 

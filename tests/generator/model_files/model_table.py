@@ -3,10 +3,9 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.generator.exchange import test_mjcf, test_osim, test_urdf
-
 from generator.figure import Figure
 from springs import SpringSet
+from tests.generator.model_files.mjcf import test_write as test_mjcf
 from tests.generator.model_files.model_cases import (
     LOOPS,
     PROTOTYPE,
@@ -17,6 +16,8 @@ from tests.generator.model_files.model_cases import (
     own_springs,
     spring_set,
 )
+from tests.generator.model_files.opensim import test_write as test_osim
+from tests.generator.model_files.urdf import test_write as test_urdf
 
 SKIPPED = ("pendulum", "names that meet")
 

@@ -74,7 +74,7 @@ def difference(path: Path, imported: Imported, folder: Path) -> float:
 def main() -> None:
     """Print a row for each model that is named."""
     for path in map(Path, sys.argv[1:]):
-        figures = [without_limits(read_model(path, apart=apart)) for apart in (True, False)]
+        figures = [without_limits(read_model(path, separate=apart)) for apart in (True, False)]
         with TemporaryDirectory() as folder:
             apart, joined = (difference(path, each, Path(folder)) for each in figures)
         freedoms = figures[0].figure.degrees_of_freedom

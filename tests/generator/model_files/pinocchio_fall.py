@@ -85,7 +85,7 @@ def difference(path: Path, folder: Path, names: tuple[str, ...], h: float = 1e-3
 
     `h` is the step of Pinocchio's Runge-Kutta method [s].
     """
-    imported, twin = without_limits(read_model(path, apart=True)), Pinocchio(path)
+    imported, twin = without_limits(read_model(path, separate=True)), Pinocchio(path)
     rng = np.random.default_rng(4)
     values = dict(zip(names, rng.uniform(-0.4, 0.4, len(names)), strict=True))
     speeds = dict(zip(names, rng.uniform(-1.0, 1.0, len(names)), strict=True))
@@ -98,7 +98,7 @@ def difference(path: Path, folder: Path, names: tuple[str, ...], h: float = 1e-3
         at = twin.model.joints[twin.model.getJointId(name)].idx_v
         joint = imported.figure.joints[imported.coordinates[name].joint]
         v[at] = speeds[name]
-        damping[at] = (joint.damp or (0.0,))[imported.coordinates[name].place]
+        damping[at] = (joint.damp or (0.0,))[imported.coordinates[name].index]
     worst = moved = 0.0
     steps = round(0.02 / h)
     for k in range(len(recording.times)):

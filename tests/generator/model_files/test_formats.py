@@ -4,8 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from generator.model_files.formats import FORMATS, UnknownModelFormatError, model_format, suffixes
-from generator.motion_files import FORMATS as MOTIONS
+from generator.model_files.formats import (
+    MODEL_FORMATS,
+    UnknownModelFormatError,
+    model_format,
+    suffixes,
+)
+from generator.motion_files import MOTION_FORMATS as MOTIONS
 
 
 def test_no_suffix_stands_for_two_formats():
@@ -15,8 +20,8 @@ def test_no_suffix_stands_for_two_formats():
 
 
 def test_the_suffix_chooses_and_a_name_wins_over_it():
-    assert model_format(Path("a.FIG")) is FORMATS["peabody"]
-    assert model_format(Path("a.txt"), "peabody") is FORMATS["peabody"]
+    assert model_format(Path("a.FIG")) is MODEL_FORMATS["peabody"]
+    assert model_format(Path("a.txt"), "peabody") is MODEL_FORMATS["peabody"]
 
 
 def test_what_is_not_known_is_told_with_what_is():

@@ -13,11 +13,11 @@ from generator.figure_file import parse_figure
 from generator.kinematics.loops import OpenLoopError
 from generator.losses import Losses
 from generator.model_files.mjcf import write as mjcf
-from generator.model_files.mjcf.write import mjcf_of
+from generator.model_files.mjcf.write import format_mjcf
 from generator.model_files.opensim import write as osim
-from generator.model_files.opensim.write import osim_of
+from generator.model_files.opensim.write import format_osim
 from generator.model_files.urdf import write as urdf
-from generator.model_files.urdf.write import urdf_of
+from generator.model_files.urdf.write import format_urdf
 from springs import (
     AxisSpring,
     CoupledAxis,
@@ -69,17 +69,17 @@ OPENSIM = "springs, damping and friction of several turns at once"
 def lost(write: Text, of: Figure, springs: SpringSet) -> dict[str, set[str]]:
     """The places of every loss, by its sentence."""
     losses = write(of, springs)[1]
-    assert len({loss.what for loss in losses.each}) == len(losses.each)
-    return {loss.what: set(loss.where) for loss in losses.each}
+    assert len({loss.what for loss in losses.entries}) == len(losses.entries)
+    return {loss.what: set(loss.where) for loss in losses.entries}
 
 
 def test_of_the_prototype_mujoco_loses_the_springs_of_its_balls() -> None:
     expected = {SEVERAL: set(BALLS), "the references of the springs": set()}
-    assert lost(mjcf_of, PROTOTYPE, own_springs(PROTOTYPE)) == expected
+    assert lost(format_mjcf, PROTOTYPE, own_springs(PROTOTYPE)) == expected
 
 
 def test_of_the_prototype_opensim_loses_the_springs_of_its_balls_and_the_looks() -> None:
-    assert lost(osim_of, PROTOTYPE, own_springs(PROTOTYPE)) == {
+    assert lost(format_osim, PROTOTYPE, own_springs(PROTOTYPE)) == {
         OPENSIM: set(BALLS),
         "the references of the springs": set(),
         "psurfs": {name for name, one in PROTOTYPE.segments.items() if one.psurf},
@@ -88,7 +88,7 @@ def test_of_the_prototype_opensim_loses_the_springs_of_its_balls_and_the_looks()
 
 
 def test_of_the_prototype_urdf_loses_all_springs_and_much_else() -> None:
-    assert lost(urdf_of, PROTOTYPE, own_springs(PROTOTYPE)) == {
+    assert lost(format_urdf, PROTOTYPE, own_springs(PROTOTYPE)) == {
         ROWS: {*BALLS, "root_torso"},
         GRAVITY: set(),
         "springs": {*BALLS, *HINGES},
@@ -105,22 +105,22 @@ def test_of_a_loop_urdf_loses_the_closing_joint_and_opensim_its_displacement() -
     springs = spring_set(hinge("rocker_pin", Linear(1.0), axis=(0.0, 0.0, 1.0)))
     closing = {"rocker_pin"}
     closed = {"springs of joints that close loops": closing}
-    assert lost(mjcf_of, FOURBAR, springs) == closed
+    assert lost(format_mjcf, FOURBAR, springs) == closed
     coordinates = {"displacements of joints that close loops, which are no coordinates": closing}
-    assert lost(osim_of, FOURBAR, springs) == {**coordinates, **closed}
-    losses = lost(urdf_of, FOURBAR, springs)
+    assert lost(format_osim, FOURBAR, springs) == {**coordinates, **closed}
+    losses = lost(format_urdf, FOURBAR, springs)
     assert losses["joints that close loops: the loops are open"] == closing
     assert losses["springs of joints that close loops"] == closing
     assert "springs" not in losses
 
 
-@pytest.mark.parametrize("write", [mjcf_of, osim_of])
+@pytest.mark.parametrize("write", [format_mjcf, format_osim])
 def test_loops_that_points_cannot_close_are_named(write: Text) -> None:
     sliding = lost(write, linked(chain("Rz Tz")), SpringSet())
     assert sliding["joints that slide and close a loop: the loop is open"] == {"closing"}
     turning = lost(write, linked(chain("Rx Ry")), SpringSet())
     assert turning["joints of two turns that close a loop: they turn freely"] == {"closing"}
-    assert not lost(mjcf_of, linked(chain("Rx Ry Rz Tx Ty Tz")), SpringSet())
+    assert not lost(format_mjcf, linked(chain("Rx Ry Rz Tx Ty Tz")), SpringSet())
 
 
 @pytest.mark.parametrize("name", OTHER_CURVES)
@@ -128,14 +128,16 @@ def test_mujoco_loses_curves_that_are_no_cubics_and_friction_of_the_angle(name: 
     of = on_a_rail()
     springs = spring_set(hinge("hinge", *OTHER_CURVES[name]), slide("rail", SKEW, *CURVES["stop"]))
     friction = {"friction that depends on the angle": {"hinge"}}
-    assert lost(mjcf_of, of, springs) == (friction if name == "hysteresis" else {CURVED: {"hinge"}})
-    assert not lost(osim_of, of, springs)
+    assert lost(format_mjcf, of, springs) == (
+        friction if name == "hysteresis" else {CURVED: {"hinge"}}
+    )
+    assert not lost(format_osim, of, springs)
 
 
 def test_mujoco_has_a_coulomb_friction_of_its_own() -> None:
     springs = spring_set(hinge("hinge", coulomb=0.5), slide("rail", SKEW, viscous=1.0))
-    text, losses = mjcf_of(on_a_rail(), springs)
-    assert [(loss.what, loss.where) for loss in losses.each] == [(COULOMB, ("hinge",))]
+    text, losses = format_mjcf(on_a_rail(), springs)
+    assert [(loss.what, loss.where) for loss in losses.entries] == [(COULOMB, ("hinge",))]
     joints = {one.get("name"): one for one in ElementTree.fromstring(text).iter("joint")}
     assert joints["hinge"].get("frictionloss") == "0.5"
     assert joints["rail"].get("damping") == "1"
@@ -144,7 +146,7 @@ def test_mujoco_has_a_coulomb_friction_of_its_own() -> None:
 def test_springs_of_several_turns_are_lost_unless_they_are_equal_about_all_axes() -> None:
     of = two_bodies(chain("Rx Ry Rz"), (0.1, 0.2, 0.3))
     alike = equal(of, "tested", 3.0, 0.1)
-    assert not lost(mjcf_of, of, spring_set(alike))
+    assert not lost(format_mjcf, of, spring_set(alike))
     stiffer = replace(alike.axes[0], elastic=(Linear(4.0),))
     damped = replace(alike.axes[0], damping=Damping(0.2))
     bent = replace(alike.axes[0], elastic=(Linear(3.0, 0.1),))
@@ -156,19 +158,19 @@ def test_springs_of_several_turns_are_lost_unless_they_are_equal_about_all_axes(
         (rubbing, "Coulomb friction of several turns at once"),
     ):
         springs = spring_set(JointSprings("tested", (axis, *alike.axes[1:])))
-        assert lost(mjcf_of, of, springs) == {expected: {"tested"}}
+        assert lost(format_mjcf, of, springs) == {expected: {"tested"}}
     two_axes = spring_set(JointSprings("tested", alike.axes[:2]))
-    assert lost(mjcf_of, of, two_axes) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
+    assert lost(format_mjcf, of, two_axes) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
     universal = two_bodies(chain("Rx Ry"), (0.1, 0.2))
     springs = spring_set(equal(universal, "tested", 3.0, 0.1))
-    assert lost(mjcf_of, universal, springs) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
-    assert lost(osim_of, universal, springs) == {OPENSIM: {"tested"}}
+    assert lost(format_mjcf, universal, springs) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
+    assert lost(format_osim, universal, springs) == {OPENSIM: {"tested"}}
 
 
 def test_limits_and_stops_in_urdf() -> None:
     of = one_body(chain("Rx"), lower_limit=(-0.3,), upper_limit=(0.4,))
-    text, losses = urdf_of(of, spring_set(hinge("pin", Stop(-0.3, 0.4))))
-    assert {loss.what: loss.where for loss in losses.each} == {
+    text, losses = format_urdf(of, spring_set(hinge("pin", Stop(-0.3, 0.4))))
+    assert {loss.what: loss.where for loss in losses.entries} == {
         GRAVITY: (),
         "how stops grow beyond limits: those of the file are hard": ("pin",),
         SITES: (),
@@ -179,15 +181,15 @@ def test_limits_and_stops_in_urdf() -> None:
     assert limit is not None
     assert (limit.get("lower"), limit.get("upper")) == ("-0.3", "0.4")
     several = one_body(chain("Rx Ry"), lower_limit=(-0.3, -0.2))
-    assert lost(urdf_of, several, SpringSet())["limits of several turns at once"] == {"pin"}
+    assert lost(format_urdf, several, SpringSet())["limits of several turns at once"] == {"pin"}
 
 
 def test_stops_that_are_no_limits_are_lost_in_urdf() -> None:
     springs = spring_set(hinge("hinge", *CURVES["stop"]))
-    assert lost(urdf_of, on_a_rail(), springs)["springs"] == {"hinge"}
+    assert lost(format_urdf, on_a_rail(), springs)["springs"] == {"hinge"}
 
 
-@pytest.mark.parametrize("write", [mjcf_of, osim_of, urdf_of])
+@pytest.mark.parametrize("write", [format_mjcf, format_osim, format_urdf])
 def test_laws_over_several_joints_are_lost(write: Text) -> None:
     of = on_a_rail()
     axes = (CoupledAxis("hinge", (1.0, 0.0, 0.0)), CoupledAxis("hinge", (1.0, 0.0, 0.0)))
@@ -197,9 +199,9 @@ def test_laws_over_several_joints_are_lost(write: Text) -> None:
 
 
 def test_loads_are_lost_in_urdf_only() -> None:
-    assert lost(urdf_of, PENDULUM, SpringSet())["forces and moments at sites"] == {"link1"}
-    assert not lost(mjcf_of, PENDULUM, SpringSet())
-    assert set(lost(osim_of, PENDULUM, SpringSet())) == {"psurfs"}
+    assert lost(format_urdf, PENDULUM, SpringSet())["forces and moments at sites"] == {"link1"}
+    assert not lost(format_mjcf, PENDULUM, SpringSet())
+    assert set(lost(format_osim, PENDULUM, SpringSet())) == {"psurfs"}
 
 
 def test_psurfs_that_cannot_be_read_are_lost_in_mujoco() -> None:
@@ -207,7 +209,7 @@ def test_psurfs_that_cannot_be_read_are_lost_in_mujoco() -> None:
     link = replace(of.segments["link"], psurf="nowhere.pss")
     attribute = {"shiny": Attribute("shiny", {"gloss": (1.0,)})}
     of = replace(of, segments={**of.segments, "link": link}, attributes=attribute)
-    found = lost(mjcf_of, of, SpringSet())
+    found = lost(format_mjcf, of, SpringSet())
     assert found.pop("attributes other than a colour") == {"shiny"}
     ((what, where),) = found.items()
     assert what.startswith("psurfs that cannot be read")
@@ -219,10 +221,10 @@ def test_names_that_other_programs_would_not_take_are_changed() -> None:
     link = replace(of.segments["link"], name="a <b>")
     pin = replace(of.joints["pin"], child=replace(of.joints["pin"].child, segment="a <b>"))
     of = replace(of, segments={"ground": of.segments["ground"], "a <b>": link}, joints={"pin": pin})
-    for write in (mjcf_of, osim_of, urdf_of):
+    for write in (format_mjcf, format_osim, format_urdf):
         text, losses = write(of, SpringSet())
         assert 'name="a__b_"' in text
-        assert losses.each[0].where == ("'a <b>' is a__b_",)
+        assert losses.entries[0].where == ("'a <b>' is a__b_",)
 
 
 NO_MASS = """figure {
@@ -248,7 +250,7 @@ def test_segments_without_mass_are_refused_all_at_once(module: object, tmp_path:
     path = tmp_path / "out"
     with pytest.raises(InputError) as failure:
         module.write(of, SpringSet(), path)
-    bare, light = failure.value.faults
+    bare, light = failure.value.diagnostics
     lacks = "a positive mass, an inertia and a site CM"
     assert bare.message == f"segment `bare` moves and lacks {lacks}, which a model needs"
     assert str(bare).startswith("light.fig:3:11: error")
@@ -282,7 +284,7 @@ def test_a_path_that_cannot_be_written_is_left_alone(module: object, tmp_path: P
         module.write(PENDULUM, SpringSet(), tmp_path / "nowhere" / "out")
 
 
-@pytest.mark.parametrize("write", [mjcf_of, osim_of, urdf_of])
+@pytest.mark.parametrize("write", [format_mjcf, format_osim, format_urdf])
 def test_a_long_row_of_bodies_can_be_written(write: Text) -> None:
     of = row(1100, [chain("Rz")])
     bodies = {name: replace(one, mass=abs(one.mass or 1.0)) for name, one in of.bodies.items()}
@@ -295,4 +297,4 @@ def test_a_long_row_of_bodies_can_be_written(write: Text) -> None:
 def test_a_spring_set_for_other_joints_is_passed_over() -> None:
     law = AxisSpring((1.0, 0.0, 0.0), (Cubic((0.0, 1.0, 0.0, 1.0)),))
     springs = SpringSet({"elsewhere": JointSprings("elsewhere", (law,))})
-    assert mjcf_of(PENDULUM, springs)[0] == mjcf_of(PENDULUM, SpringSet())[0]
+    assert format_mjcf(PENDULUM, springs)[0] == format_mjcf(PENDULUM, SpringSet())[0]

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from generator.model_files.piecewise import PiecewiseCubic, piecewise_cubic
 from springs import Cubic, Elastic, Linear, Stop, total_torque
-from springs.exponential import Exponential, Term
-from springs.interpolated import Table
+from springs.exponential import Exponential, ExponentialTerm
+from springs.interpolated import Interpolated
 from springs.smooth_limit import SmoothLimit
-from springs.transformed import Scaled
+from springs.transformed import Transformed
 from tests.generator.model_files.model_cases import CURVES, OTHER_CURVES
 
 NUMBER = st.floats(-50.0, 50.0).map(lambda x: round(x, 3))
@@ -35,10 +35,10 @@ LINEARS = st.builds(Linear, STIFF, ANGLE)
 
 def torque(held: PiecewiseCubic, value: np.ndarray) -> np.ndarray:
     """What springs of that form do: one everywhere, and the steps on their side of a corner."""
-    total = np.polyval([*held.terms[::-1], 0.0], value - held.root)
-    for step in held.steps:
-        beyond = value > step.corner if step.above else value < step.corner
-        total = total + beyond * np.polyval([*step.terms[::-1], 0.0], value - step.corner)
+    total = np.polyval([*held.coefficients[::-1], 0.0], value - held.root)
+    for step in held.breakpoint_terms:
+        beyond = value > step.start if step.above else value < step.start
+        total = total + beyond * np.polyval([*step.coefficients[::-1], 0.0], value - step.start)
     return total
 
 
@@ -62,17 +62,20 @@ def test_the_curves_of_the_cases_are_held(name: str) -> None:
 def test_a_cubic_without_a_dead_zone_is_one_spring_about_its_zero() -> None:
     held = piecewise_cubic((Cubic((0.7, 9.0, -1.5, 6.0), rest=0.1),))
     assert held is not None
-    assert held.steps == ()
+    assert held.breakpoint_terms == ()
     assert float(Cubic((0.7, 9.0, -1.5, 6.0), rest=0.1).torque(held.root)) == pytest.approx(0.0)
-    assert held.terms[2] == pytest.approx(-6.0)
+    assert held.coefficients[2] == pytest.approx(-6.0)
 
 
 def test_a_dead_zone_needs_a_spring_at_each_end_and_none_between() -> None:
     held = piecewise_cubic((Cubic((-15.5, 84.5, -124.0, 49.2), -1, (0.0, 1.553)),))
     assert held is not None
-    assert held.terms == (0.0, 0.0, 0.0)
-    assert [(step.corner, step.above) for step in held.steps] == [(0.0, False), (1.553, True)]
-    assert held.steps[0].terms == pytest.approx((-84.5, 124.0, -49.2))
+    assert held.coefficients == (0.0, 0.0, 0.0)
+    assert [(step.start, step.above) for step in held.breakpoint_terms] == [
+        (0.0, False),
+        (1.553, True),
+    ]
+    assert held.breakpoint_terms[0].coefficients == pytest.approx((-84.5, 124.0, -49.2))
 
 
 @pytest.mark.parametrize(
@@ -80,9 +83,9 @@ def test_a_dead_zone_needs_a_spring_at_each_end_and_none_between() -> None:
     [
         OTHER_CURVES["exponential"],
         (SmoothLimit(-0.5, 0.5, 20.0, 20.0, 0.3),),
-        (Exponential((Term(1.0, 1e-2),)),),
-        (Linear(3.0), Exponential((Term(1.0, 2.0),))),
-        (Scaled(Linear(0.0), constant=2.0),),
+        (Exponential((ExponentialTerm(1.0, 1e-2),)),),
+        (Linear(3.0), Exponential((ExponentialTerm(1.0, 2.0),))),
+        (Transformed(Linear(0.0), constant=2.0),),
         (Cubic((5.0, 0.0, 1.0, 0.0)),),
     ],
     ids=str,
@@ -96,7 +99,7 @@ def test_tables_that_cross_zero_are_held(points: list[tuple[float, float]]) -> N
     points = sorted(points)
     if min(np.diff([angle for angle, _ in points])) < 0.05:
         return
-    law = Table(tuple(points))
+    law = Interpolated(tuple(points))
     torques = [value for _, value in points]
     if min(torques) <= 0.0 <= max(torques):
         agree((law,), np.linspace(-2.5, 2.5, 101))

@@ -167,7 +167,7 @@ FAULTS = {
 def test_a_broken_model_is_one_sentence_with_a_place(text):
     with pytest.raises(InputError) as caught:
         parse_model(Source("model.xml", text))
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert FAULTS[text] in fault.message
     assert fault.span is not None
     assert fault.span.line >= 1
@@ -178,7 +178,7 @@ def test_the_place_is_that_of_the_value():
     text = '<mujoco>\n <worldbody>\n  <body><joint axis="0 one 0"/></body></worldbody></mujoco>'
     with pytest.raises(InputError) as caught:
         parse_model(Source("model.xml", text))
-    first = caught.value.faults[0]
+    first = caught.value.diagnostics[0]
     assert (first.span.line, first.span.column, first.span.text) == (3, 24, "one")
 
 
@@ -186,7 +186,7 @@ def test_all_faults_are_told_at_once():
     body = '<body name="a"><joint axis="0 0 0"/><geom type="blob" size="1"/></body>'
     with pytest.raises(InputError) as caught:
         parse_model(Source("model.xml", mjcf(body * 2)))
-    assert len(caught.value.faults) == 3
+    assert len(caught.value.diagnostics) == 3
 
 
 def test_a_fault_in_an_included_file_is_placed_there(tmp_path):
@@ -196,7 +196,7 @@ def test_a_fault_in_an_included_file_is_placed_there(tmp_path):
     (tmp_path / "part.xml").write_text("<mujoco>\n<oops></mujoco>")
     with pytest.raises(InputError) as caught:
         read_model(tmp_path / "main.xml")
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert fault.span.source.name == str(tmp_path / "part.xml")
     assert fault.span.line == 2
 
@@ -230,8 +230,8 @@ def test_a_damaged_model_is_read_or_refused(data):
     middle = data.draw(st.sampled_from(["", "0", "-", "nan", "é", "<", ">", '"', "&lt;", "1e300"]))
     damaged = text[:start] + middle + text[end:]
     try:
-        said = parse_model(Source("model.xml", damaged), MODELS).losses.each
+        said = parse_model(Source("model.xml", damaged), MODELS).losses.entries
     except InputError as failure:
-        said = failure.faults
+        said = failure.diagnostics
     assert all(str(one) for one in said)
     assert said

@@ -5,7 +5,7 @@ from xml.sax.saxutils import quoteattr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import Findings, Source
+from generator.diagnostics import Diagnostics, Source
 from generator.model_files.xml_read import parse_xml
 
 NAMES = st.from_regex(r"[a-z][a-z0-9_]{0,6}", fullmatch=True)
@@ -13,9 +13,9 @@ TEXTS = st.text(st.characters(min_codepoint=32, exclude_categories=("Cs", "Cc", 
 
 
 def parsed(text: str):
-    findings = Findings()
+    findings = Diagnostics()
     root = parse_xml(Source("x.xml", text), findings)
-    assert root is not None, findings.faults
+    assert root is not None, findings.entries
     return root
 
 
@@ -45,8 +45,8 @@ def test_a_text_stands_between_its_tags(before, said):
 def test_elements_are_walked_in_the_order_of_the_file():
     root = parsed("<a><b><c/></b><d/></a>")
     assert [element.tag for element in root.walk()] == ["a", "b", "c", "d"]
-    assert [element.tag for element in root.all("d", "b")] == ["b", "d"]
-    assert root.first("e") is None
+    assert [element.tag for element in root.find_all("d", "b")] == ["b", "d"]
+    assert root.find("e") is None
 
 
 def test_what_a_file_says_of_its_encoding_does_not_matter():

@@ -18,26 +18,26 @@ from hypothesis.extra.numpy import arrays
 
 from generator import read_action, read_figure, write_recording
 from generator.diagnostics import InputError
-from generator.figure import Factor, Figure
+from generator.figure import Figure, JointAxis
 from generator.motion_files import (
     ActionFile,
-    UnknownFormatError,
-    action_of,
+    UnknownMotionFormatError,
+    action_from_recording,
     format_action,
     parse_action,
 )
-from generator.motion_files.action import meant_number, shown_number
+from generator.motion_files.action import format_displacement, parse_displacement
 from generator.motion_files.motion import Header
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
-from generator.text_io import why_not_writable, write_whole
+from generator.text_io import unwritable_reason, write_atomic
 from tests.paths import DOCS, FIGURES, ROOT
 
-KNEE = (Factor("R", (0.0, -1.0, 0.0)),)
+KNEE = (JointAxis("R", (0.0, -1.0, 0.0)),)
 FREE = (
-    Factor("R", (1.0, 0.0, 0.0)),
-    Factor("R", (0.0, 1.0, 0.0)),
-    Factor("R", (0.0, 0.0, 1.0)),
-    Factor("T", (0.0, 0.6, 0.8)),
+    JointAxis("R", (1.0, 0.0, 0.0)),
+    JointAxis("R", (0.0, 1.0, 0.0)),
+    JointAxis("R", (0.0, 0.0, 1.0)),
+    JointAxis("T", (0.0, 0.6, 0.8)),
 )
 CHAINS = {"hip": FREE, "knee": KNEE, "weld": ()}
 
@@ -52,7 +52,7 @@ def leg(frames: int = 3) -> ActionFile:
     rng = np.random.default_rng(1)
     moved = {name: rng.normal(size=(frames, len(chain))) for name, chain in CHAINS.items()}
     interval = float(times[1]) if frames > 1 else None
-    header = replace(HEADER, stop=float(times[-1]), frame=interval)
+    header = replace(HEADER, stop=float(times[-1]), frame_interval=interval)
     return ActionFile(header, CHAINS, times, moved)
 
 
@@ -90,26 +90,26 @@ def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
 @example(value=1.7976931348623157e308, unit="deg")
 @example(value=0.5, unit="deg")
 def test_a_shown_number_is_meant_to_the_last_bit(value: float, unit: str):
-    back = meant_number(shown_number(value, unit), unit)
+    back = parse_displacement(format_displacement(value, unit), unit)
     assert np.float64(back).tobytes() == np.float64(value).tobytes()
 
 
 def test_floats_beside_powers_of_two_survive_too():
     beside = [np.nextafter(2.0**k, to) for k in range(-30, 30) for to in (-np.inf, np.inf)]
     values = [*beside, *(2.0**k for k in range(-30, 30))]
-    assert [meant_number(shown_number(v, "deg"), "deg") for v in values] == values
+    assert [parse_displacement(format_displacement(v, "deg"), "deg") for v in values] == values
 
 
 def test_round_angles_look_round():
-    shown = [shown_number(v, "deg") for v in (0.0, np.radians(40.0), np.radians(-90.0))]
+    shown = [format_displacement(v, "deg") for v in (0.0, np.radians(40.0), np.radians(-90.0))]
     assert shown == ["0.0", "40.0", "-90.0"]
-    assert shown_number(0.1, "cm") == "10.0"
+    assert format_displacement(0.1, "cm") == "10.0"
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_what_is_not_finite_is_not_written(value: float):
     with pytest.raises(ValueError, match="cannot hold"):
-        shown_number(value, "deg")
+        format_displacement(value, "deg")
 
 
 @given(
@@ -157,7 +157,7 @@ def test_a_recording_is_written_with_its_origin(tmp_path: Path):
 )
 def test_a_figure_whose_file_is_not_there_has_no_sha256(path: Path | None, name: str):
     figure = replace(read_figure("pendulum"), path=path)
-    back = parse_action(format_action(action_of(recording_of(figure), figure)))
+    back = parse_action(format_action(action_from_recording(recording_of(figure), figure)))
     assert (back.header.figure, back.header.sha256) == (name, None)
 
 
@@ -242,7 +242,7 @@ def test_a_malformed_file_is_refused_with_its_line(
     assert old in TEXT
     with pytest.raises(InputError) as caught:
         parse_action(TEXT.replace(old, new, 1), "fall.action")
-    faults = caught.value.faults
+    faults = caught.value.diagnostics
     assert message in faults[0].message
     place = faults[0].span
     assert place is not None
@@ -264,7 +264,7 @@ def test_all_wrong_rows_are_told_at_once():
         text = text.replace(word, "x")
     with pytest.raises(InputError) as caught:
         parse_action(text)
-    assert len(caught.value.faults) == 3
+    assert len(caught.value.diagnostics) == 3
 
 
 def test_a_file_that_is_not_there_is_a_sentence(tmp_path: Path):
@@ -275,7 +275,7 @@ def test_a_file_that_is_not_there_is_a_sentence(tmp_path: Path):
 @pytest.mark.parametrize("name", ["fall.gif", "fall", "action"])
 def test_an_unknown_suffix_is_refused(tmp_path: Path, name: str):
     figure = read_figure("pendulum")
-    with pytest.raises(UnknownFormatError, match=r"known are \.action, \.csv"):
+    with pytest.raises(UnknownMotionFormatError, match=r"known are \.action, \.csv"):
         write_recording(recording_of(figure), figure, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
@@ -284,7 +284,7 @@ def test_a_file_that_cannot_be_finished_leaves_nothing(tmp_path: Path):
     path = tmp_path / "fall.action"
     path.write_text("old", encoding="utf-8")
     with pytest.raises(UnicodeEncodeError):
-        write_whole(path, "new \ud800")
+        write_atomic(path, "new \ud800")
     assert path.read_text(encoding="utf-8") == "old"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -295,7 +295,7 @@ def test_an_interrupted_writer_leaves_nothing(tmp_path: Path, monkeypatch: pytes
 
     monkeypatch.setattr(os, "fsync", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        write_whole(tmp_path / "fall.action", "text")
+        write_atomic(tmp_path / "fall.action", "text")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -303,17 +303,17 @@ def test_a_link_is_followed(tmp_path: Path):
     (tmp_path / "there").mkdir()
     link = tmp_path / "fall.action"
     link.symlink_to(tmp_path / "there" / "real.action")
-    write_whole(link, "text")
+    write_atomic(link, "text")
     assert link.is_symlink()
     assert (tmp_path / "there" / "real.action").read_text(encoding="utf-8") == "text"
 
 
 def test_why_a_file_cannot_be_written(tmp_path: Path):
-    assert why_not_writable(tmp_path / "fall.action") is None
-    assert why_not_writable(tmp_path) == "it is a directory"
+    assert unwritable_reason(tmp_path / "fall.action") is None
+    assert unwritable_reason(tmp_path) == "it is a directory"
     missing = tmp_path / "none" / "fall.action"
-    assert why_not_writable(missing) == f"there is no directory `{tmp_path / 'none'}`"
-    assert why_not_writable(tmp_path / ("n" * 300)) == "file name too long"
+    assert unwritable_reason(missing) == f"there is no directory `{tmp_path / 'none'}`"
+    assert unwritable_reason(tmp_path / ("n" * 300)) == "file name too long"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -322,7 +322,7 @@ def test_a_folder_without_permission_is_found_out(tmp_path: Path, monkeypatch: p
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "open", refused)
-    assert why_not_writable(tmp_path / "fall.action") == "permission denied"
+    assert unwritable_reason(tmp_path / "fall.action") == "permission denied"
 
 
 WRITE_FOR_EVER = """

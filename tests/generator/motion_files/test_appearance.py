@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from generator.figure import Attribute
-from generator.geometry.validate import solid_of
-from generator.motion_files.appearance import GREY, colour_of, linear_colour, looks_of
+from generator.geometry.validate import build_solid
+from generator.motion_files.appearance import (
+    GREY,
+    linear_colour,
+    segment_appearances,
+    segment_colour,
+)
 from tests.chains import BALL, at, body, figure, ground, joint
 
 RED = Attribute("red", {"rgb": (1.0, 0.0, 0.0)})
@@ -29,7 +34,7 @@ def test_the_first_attribute_with_a_colour_gives_it(attributes, colour):
     link = replace(body("link"), attributes=attributes)
     made = figure([ground(), link], [joint("pin", "ground.base", "link.near", BALL)])
     made = replace(made, attributes={each.name: each for each in (RED, BRIGHT, SHINY)})
-    assert colour_of(made, link) == colour
+    assert segment_colour(made, link) == colour
 
 
 def test_colours_of_a_display_as_shares_of_light():
@@ -48,7 +53,7 @@ def test_a_stick_goes_to_the_next_joint_and_else_to_all_sites():
             joint("b", "upper.far", "lower.near", BALL),
         ],
     )
-    looks, losses = looks_of(made)
+    looks, losses = segment_appearances(made)
     assert set(looks) == {"upper", "lower"}
     assert np.ptp(looks["upper"].surface.vertices[:, 1]) == pytest.approx(0.3)
     assert np.max(looks["upper"].surface.vertices[:, 0]) < 0.1
@@ -60,11 +65,11 @@ def test_a_stick_goes_to_the_next_joint_and_else_to_all_sites():
 def test_a_stick_is_a_closed_body_with_its_faces_outward():
     link = body("link", centre=(0.3, -0.4, 1.2))
     made = figure([ground(), link], [joint("pin", "ground.base", "link.near", BALL)])
-    surface = looks_of(made)[0]["link"].surface
-    assert solid_of(surface).volume == pytest.approx(1.3 * 2.0 * (0.04 * 1.3) ** 2 / 3.0)
+    surface = segment_appearances(made)[0]["link"].surface
+    assert build_solid(surface).volume == pytest.approx(1.3 * 2.0 * (0.04 * 1.3) ** 2 / 3.0)
 
 
 def test_a_body_with_a_single_place_has_no_look():
     dot = body("dot", centre=(0.0, 0.0, 0.0))
     made = figure([ground(), dot], [joint("pin", "ground.base", "dot.near", BALL)])
-    assert looks_of(made) == ({}, ())
+    assert segment_appearances(made) == ({}, ())

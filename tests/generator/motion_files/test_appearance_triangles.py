@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from generator.geometry.psurf import read_psurf
 from generator.geometry.surface import Surface
-from generator.motion_files.appearance import triangles_of
+from generator.motion_files.appearance import triangles_with_normals
 from tests.motions import FIGURES
 
 
@@ -44,7 +44,7 @@ def test_a_concave_face_is_covered_once_from_every_first_corner(outline: list[tu
     flat = np.array([(x, y, 0.0) for x, y in outline])
     for first in range(len(outline)):
         turned = np.roll(flat, first, axis=0)
-        corners, normals = triangles_of(Surface.of(turned, [range(len(outline))]))
+        corners, normals = triangles_with_normals(Surface.from_faces(turned, [range(len(outline))]))
         pieces = parts(corners)
         assert len(pieces) == len(outline) - 2
         assert np.all(pieces[:, 2] >= 0.0)
@@ -58,7 +58,7 @@ def test_a_star_shaped_face_is_covered_once(count: int, seed: int):
     angles = (np.arange(count) + rng.uniform(0.1, 0.9, count)) * 2.0 * np.pi / count
     radii = rng.uniform(0.3, 1.0, count)
     flat = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), np.zeros(count)])
-    corners, _ = triangles_of(Surface.of(flat, [range(count)]))
+    corners, _ = triangles_with_normals(Surface.from_faces(flat, [range(count)]))
     pieces = parts(corners)[:, 2]
     assert pieces.sum() == pytest.approx(area(flat))
     assert np.abs(pieces).sum() == pytest.approx(area(flat))
@@ -67,8 +67,8 @@ def test_a_star_shaped_face_is_covered_once(count: int, seed: int):
 @pytest.mark.parametrize("name", ["echest", "eltorso", "eupleg", "floor"])
 def test_a_psurf_keeps_its_area_and_its_outside(name: str):
     surface = read_psurf(FIGURES / f"{name}.pss")
-    corners, normals = triangles_of(surface)
-    fans, _ = surface.fans
+    corners, normals = triangles_with_normals(surface)
+    fans, _ = surface.fan_triangles
     points = surface.vertices[fans]
     whole = 0.5 * np.cross(points[1] - points[0], points[2] - points[0])
     assert np.linalg.norm(parts(corners), axis=1).sum() == pytest.approx(
@@ -78,5 +78,5 @@ def test_a_psurf_keeps_its_area_and_its_outside(name: str):
 
 
 def test_a_surface_without_faces_has_no_triangles():
-    corners, normals = triangles_of(Surface.of(np.zeros((0, 3)), []))
+    corners, normals = triangles_with_normals(Surface.from_faces(np.zeros((0, 3)), []))
     assert corners.shape == normals.shape == (0, 3)

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from generator.motion_files.bvh import write
-from generator.motion_files.motion import Clip
+from generator.motion_files.motion import FigureMotion
 from generator.rotations import Array
 from tests.chains import BALL, body, figure, ground, joint, row
 from tests.motions import MOTIONS, clip, site, ten_frames
@@ -47,12 +47,12 @@ def pose(mocap, joint, frame: int) -> Array:
     return here if above is None else pose(mocap, above, frame) @ here
 
 
-def joint_places(motion: Clip, joint: str, frames: list[int]) -> Array:
+def joint_places(motion: FigureMotion, joint: str, frames: list[int]) -> Array:
     """Where the site that a joint moves truly is [m]."""
-    (branch,) = [b for b in motion.tree.branches if b.joint.name == joint]
-    moved = branch.joint.child if branch.forward else branch.joint.parent
+    (branch,) = [b for b in motion.tree.joints if b.joint.name == joint]
+    moved = branch.joint.child if branch.parent_is_inboard else branch.joint.parent
     made = motion.tree.figure.site(moved).pose_in_segment
-    return (motion.poses[branch.tip][frames] @ made)[:, :3, 3]
+    return (motion.poses[branch.outboard][frames] @ made)[:, :3, 3]
 
 
 @pytest.mark.verify
@@ -61,7 +61,7 @@ def test_another_reader_finds_every_joint_in_its_place(name: str, folder: Path):
     motion, mocap = clip(name), read(name, folder)
     frames = ten_frames(motion)
     names = mocap.get_joints_names()
-    assert set(names) >= {branch.joint.name for branch in motion.tree.branches}
+    assert set(names) >= {branch.joint.name for branch in motion.tree.joints}
     for bone in mocap.get_joints():
         if bone.name == motion.figure.root.segment:
             continue
@@ -140,7 +140,7 @@ def test_a_last_frame_that_comes_too_soon_is_left_out_and_told(tmp_path: Path):
     times = motion.times.copy()
     times[-1] -= 0.013
     losses = write(replace(motion, times=times), tmp_path / "out.bvh")
-    assert any("the last frame, at 0.987 s" in loss.what for loss in losses.each)
+    assert any("the last frame, at 0.987 s" in loss.what for loss in losses.entries)
     count, interval, rows = frames_of(tmp_path / "out.bvh")
     assert (count, interval, len(rows)) == (motion.times.size - 1, 0.02, motion.times.size - 1)
 
@@ -157,7 +157,7 @@ def test_uneven_frames_are_interpolated_and_told(tmp_path: Path):
         motion, times=motion.times[kept], recording=replace(motion.recording, poses=poses)
     )
     losses = write(thinned, path)
-    assert any("interpolated" in loss.what for loss in losses.each)
+    assert any("interpolated" in loss.what for loss in losses.entries)
     count, interval, rows = frames_of(path)
     assert count == len(kept)
     assert interval == pytest.approx(1.0 / (len(kept) - 1))
@@ -179,7 +179,7 @@ def test_a_chain_of_a_thousand_bones_is_written(tmp_path: Path):
     made = row(1000)
     zero = {name: np.zeros((2, 3)) for name in made.joints}
     chains = {name: joint.chain for name, joint in made.joints.items()}
-    motion = Clip(made, clip("fourbar").header, chains, np.array([0.0, 0.1]), zero)
+    motion = FigureMotion(made, clip("fourbar").header, chains, np.array([0.0, 0.1]), zero)
     write(motion, tmp_path / "out.bvh")
     text = (tmp_path / "out.bvh").read_text(encoding="utf-8")
     assert text.count("{") == text.count("}") == 1001
@@ -194,7 +194,8 @@ def test_a_joint_may_have_the_name_of_the_ground(tmp_path: Path):
     zero = {name: np.zeros((2, 3)) for name in made.joints}
     chains = {name: joint.chain for name, joint in made.joints.items()}
     write(
-        Clip(made, clip("fourbar").header, chains, np.array([0.0, 0.1]), zero), tmp_path / "out.bvh"
+        FigureMotion(made, clip("fourbar").header, chains, np.array([0.0, 0.1]), zero),
+        tmp_path / "out.bvh",
     )
     lines = (tmp_path / "out.bvh").read_text(encoding="utf-8").splitlines()
     names = [line.split()[1] for line in lines if "ROOT" in line or "JOINT" in line]
@@ -203,7 +204,7 @@ def test_a_joint_may_have_the_name_of_the_ground(tmp_path: Path):
 
 def test_loops_and_what_else_is_lost_are_told(tmp_path: Path):
     losses = write(clip("fourbar"), tmp_path / "out.bvh")
-    said = {loss.what: loss.where for loss in losses.each}
+    said = {loss.what: loss.where for loss in losses.entries}
     (loop,) = [where for what, where in said.items() if what.startswith("the joints that close")]
     assert loop == tuple(joint.name for joint in clip("fourbar").tree.closures)
     assert said["what the run says beside the motion"][0] == "velocities"

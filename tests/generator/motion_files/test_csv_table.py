@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from generator import read_figure, write_recording
-from generator.figure import Factor, Figure
-from generator.motion_files.action import meant_number
+from generator.figure import Figure, JointAxis
+from generator.motion_files.action import parse_displacement
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
 
-SLIDE = (Factor("R", (0.0, 0.0, 1.0)), Factor("T", (0.0, 0.0, 1.0)))
+SLIDE = (JointAxis("R", (0.0, 0.0, 1.0)), JointAxis("T", (0.0, 0.0, 1.0)))
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_no_digit_is_lost(figure: Figure, tmp_path: Path):
     columns = dict(zip(table[0], zip(*table[1:], strict=True), strict=True))
     assert [float(word) for word in columns["time [s]"]] == motion.times.tolist()
     for k, unit in enumerate(("deg", "cm")):
-        said = [meant_number(word, unit) for word in columns[f"spin.{k + 1} [{unit}]"]]
+        said = [parse_displacement(word, unit) for word in columns[f"spin.{k + 1} [{unit}]"]]
         assert said == motion.displacements["spin"][:, k].tolist()
     for kind in ENERGY_KINDS:
         assert [float(word) for word in columns[f"{kind} [J]"]] == motion.energy[kind].tolist()

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from generator import Plan, read_figure, simulate
 from generator.diagnostics import MoverError
 from generator.geometry.psurf import read_psurf
-from generator.motion_files import Clip, clip_of_recording
+from generator.motion_files import FigureMotion, motion_from_recording
 from generator.motion_files.appearance import linear_colour
 from generator.motion_files.glb import write
 from tests.motions import FIGURES, MOTIONS, all_sites, clip, site, ten_frames
@@ -96,7 +96,7 @@ def test_another_reader_finds_every_site_in_its_place(name: str, folder: Path):
 def test_quaternions_have_length_one_and_do_not_jump(name: str, folder: Path):
     read = Foreign(written(name, folder))
     turned = [s for (_, path), s in read.channels.items() if path == "rotation"]
-    assert len(turned) == len(clip(name).tree.branches)
+    assert len(turned) == len(clip(name).tree.joints)
     for sampler in turned:
         values = read.numbers(sampler.output)
         assert np.allclose(np.linalg.norm(values, axis=1), 1.0, atol=1e-6)
@@ -106,9 +106,9 @@ def test_quaternions_have_length_one_and_do_not_jump(name: str, folder: Path):
 def off_between_frames(interval: float, folder: Path) -> float:
     """The farthest a site is off its place half-way between frames of a falling prototype [m]."""
     figure, half = read_figure(FIGURES / "prototype.fig"), interval / 2.0
-    fine = clip_of_recording(simulate(figure, Plan(stop=1.0, frame=half)), figure)
+    fine = motion_from_recording(simulate(figure, Plan(stop=1.0, frame=half)), figure)
     moved = {name: rows[::2] for name, rows in fine.displacements.items()}
-    coarse = Clip(figure, fine.header, fine.chains, fine.times[::2], moved)
+    coarse = FigureMotion(figure, fine.header, fine.chains, fine.times[::2], moved)
     write(coarse, folder / "coarse.glb")
     read, middle = Foreign(folder / "coarse.glb"), list(range(1, fine.times.size - 1, 2))
     return max(
@@ -179,7 +179,7 @@ def test_meshes_are_the_psurfs_with_their_colours(folder: Path):
         mesh = scene.geometry[name]
         assert isinstance(mesh, trimesh.Trimesh)
         surface = read_psurf(FIGURES / str(figure.segments[name].psurf))
-        fans, _ = surface.fans
+        fans, _ = surface.fan_triangles
         volume = np.sum(np.linalg.det(surface.vertices[fans].transpose(1, 0, 2))) / 6.0
         assert mesh.volume == pytest.approx(volume, rel=1e-5)
         assert mesh.volume > 0.0
@@ -202,8 +202,8 @@ def test_a_psurf_that_cannot_be_read_is_told(tmp_path: Path):
     copy.write_text(text, encoding="utf-8")
     figure = read_figure(copy)
     run = simulate(figure, Plan(stop=0.02, step=0.02))
-    losses = write(clip_of_recording(run, figure), tmp_path / "out.glb")
-    (lost,) = [loss for loss in losses.each if loss.what == "psurfs that could not be read"]
+    losses = write(motion_from_recording(run, figure), tmp_path / "out.glb")
+    (lost,) = [loss for loss in losses.entries if loss.what == "psurfs that could not be read"]
     assert any("left_upper_arm" in where and "euparm.pss" in where for where in lost.where)
     assert "left_upper_arm" in trimesh.load_scene(tmp_path / "out.glb").geometry
 
@@ -211,8 +211,8 @@ def test_a_psurf_that_cannot_be_read_is_told(tmp_path: Path):
 def test_a_motion_that_starts_late_begins_at_zero(tmp_path: Path):
     figure = clip("slides").figure
     run = simulate(figure, Plan(start=5.0, stop=5.1, step=0.01))
-    losses = write(clip_of_recording(run, figure), tmp_path / "late.glb")
-    assert any("5 s" in loss.what for loss in losses.each)
+    losses = write(motion_from_recording(run, figure), tmp_path / "late.glb")
+    assert any("5 s" in loss.what for loss in losses.entries)
     document = json_of(tmp_path / "late.glb")
     times = document["accessors"][document["animations"][0]["samplers"][0]["input"]]
     assert times["min"] == [0.0]

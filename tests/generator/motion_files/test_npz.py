@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import InputError
-from generator.motion_files import clip_of_action, read_npz
+from generator.motion_files import motion_from_action, read_npz
 from generator.motion_files.action import ActionFile
 from generator.motion_files.npz import write
 from generator.recording import Accuracy, Ending, Outcome, Recording
@@ -35,7 +35,7 @@ def test_a_run_reads_back_bit_for_bit(name: str, tmp_path: Path):
     assert motion.recording is not None
     for field in fields(Recording):
         assert same(getattr(motion.recording, field.name), getattr(back, field.name)), field.name
-    assert [loss.what.split(":")[0] for loss in losses.each] == ["the figure"]
+    assert [loss.what.split(":")[0] for loss in losses.entries] == ["the figure"]
 
 
 def test_what_json_does_not_have_reads_back_too(tmp_path: Path):
@@ -73,7 +73,7 @@ def test_numpy_alone_finds_the_arrays_by_name(tmp_path: Path):
 def test_the_motion_of_an_action_file_is_written_but_is_no_run(tmp_path: Path):
     motion = clip("fourbar")
     action = ActionFile(motion.header, motion.chains, motion.times, motion.displacements)
-    write(clip_of_action(action, motion.figure), tmp_path / "run.npz")
+    write(motion_from_action(action, motion.figure), tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as archive:
         assert np.allclose(archive["poses/rocker"], motion.poses["rocker"], atol=1e-6)
         assert not any(name.startswith("velocities") for name in archive.files)
@@ -90,7 +90,7 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
 def refused(path: Path) -> list[str]:
     with pytest.raises(InputError) as failure:
         read_npz(path)
-    return [fault.message for fault in failure.value.faults]
+    return [fault.message for fault in failure.value.diagnostics]
 
 
 def test_all_that_is_missing_or_misshapen_is_told_at_once(tmp_path: Path):

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from generator.figure import Factor, Figure, Joint
-from generator.kinematics.tree import Branch
-from generator.motion_files.motion import Clip
+from generator.figure import Figure, Joint, JointAxis
+from generator.kinematics.tree import TreeJoint
+from generator.motion_files.motion import FigureMotion
 from generator.motion_files.opensim import write_mot, write_sto
 from tests.motions import MOTIONS, all_sites, clip, site, ten_frames
 
@@ -33,7 +33,7 @@ def table(path: Path) -> tuple[list[str], dict[str, str], np.ndarray]:
 class Twin:
     """A figure built with OpenSim's own joints: a free frame for every factor of every chain."""
 
-    def __init__(self, motion: Clip) -> None:
+    def __init__(self, motion: FigureMotion) -> None:
         self.osim: Any = pytest.importorskip("opensim")
         self.osim.Logger.setLevelString("Error")
         self.model: Any = self.osim.Model()
@@ -41,7 +41,7 @@ class Twin:
         self.bodies: dict[str, Any] = {}
         for name in figure.ground:
             self.bodies[name] = self.frame(self.model.getGround(), motion.poses[name][0], name)
-        for branch in motion.tree.branches:
+        for branch in motion.tree.joints:
             self.hang(figure, branch)
         self.state = self.model.initSystem()
 
@@ -55,21 +55,21 @@ class Twin:
         self.model.addComponent(made)
         return made
 
-    def hang(self, figure: Figure, branch: Branch) -> None:
+    def hang(self, figure: Figure, branch: TreeJoint) -> None:
         """One joint of one coordinate for each factor, bodies without size between them."""
         joint = branch.joint
         parent, child = (figure.site(ref).pose_in_segment for ref in joint.ends)
         order = list(range(len(joint.chain)))
         # From the base to the tip: outermost factor first; the other way round against `connect`.
-        steps = order[::-1] if branch.forward else order
-        first, last = (parent, child) if branch.forward else (child, parent)
-        here = self.frame(self.bodies[branch.base], first, f"{joint.name}_base")
+        steps = order[::-1] if branch.parent_is_inboard else order
+        first, last = (parent, child) if branch.parent_is_inboard else (child, parent)
+        here = self.frame(self.bodies[branch.inboard], first, f"{joint.name}_base")
         for k in steps:
-            here = self.coordinate(joint, k, here, forward=branch.forward)
+            here = self.coordinate(joint, k, here, forward=branch.parent_is_inboard)
         if not joint.chain:
             here = self.weld(joint, here)
         inverse = np.linalg.inv(last)
-        self.bodies[branch.tip] = self.frame(here, inverse, f"{branch.tip}_frame")
+        self.bodies[branch.outboard] = self.frame(here, inverse, f"{branch.outboard}_frame")
 
     def body(self, name: str) -> Any:
         made = self.osim.Body(name, 1.0, self.osim.Vec3(0), self.osim.Inertia(1, 1, 1, 0, 0, 0))
@@ -93,7 +93,7 @@ class Twin:
         return self.frame(body, np.linalg.inv(along), f"{name}_end")
 
     @staticmethod
-    def across(factor: Factor, *, forward: bool) -> np.ndarray:
+    def across(factor: JointAxis, *, forward: bool) -> np.ndarray:
         """A frame whose z (of a pin) or x (of a slider) is along the axis."""
         axis = np.array(factor.axis) / np.linalg.norm(factor.axis) * (1.0 if forward else -1.0)
         other = np.cross(axis, AXES[int(np.argmin(np.abs(axis)))])
@@ -162,7 +162,7 @@ def test_opensim_finds_every_site_in_its_place(name: str, suffix: str, how: str,
     assert times == motion.times.tolist()
     kinds = {
         f"{b.joint.name}_{k}": factor.kind
-        for b in motion.tree.branches
+        for b in motion.tree.joints
         for k, factor in enumerate(b.joint.chain, 1)
     }
     frames = ten_frames(motion)

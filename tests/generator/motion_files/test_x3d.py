@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from generator.motion_files.motion import Clip
+from generator.motion_files.motion import FigureMotion
 from generator.motion_files.x3d import hanim_names, write
 from generator.rotations import Array
 from tests.motions import FIGURES, MOTIONS, all_sites, clip, site, ten_frames
@@ -156,8 +156,10 @@ def test_names_of_joints(joint: str, names: tuple[str, str] | None):
 
 def test_what_hanim_does_not_know_is_told(tmp_path: Path):
     losses = write(clip("fourbar"), tmp_path / "out.x3d")
-    (lost,) = [loss for loss in losses.each if loss.what.startswith("joints that HAnim does not")]
-    assert set(lost.where) == {b.joint.name for b in clip("fourbar").tree.branches}
+    (lost,) = [
+        loss for loss in losses.entries if loss.what.startswith("joints that HAnim does not")
+    ]
+    assert set(lost.where) == {b.joint.name for b in clip("fourbar").tree.joints}
 
 
 def test_shapes_stand_in_the_default_pose_with_their_colours(folder: Path):
@@ -177,7 +179,7 @@ def test_shapes_stand_in_the_default_pose_with_their_colours(folder: Path):
 
 
 def test_odd_names_are_escaped(tmp_path: Path):
-    motion: Clip = clip("fourbar")
+    motion: FigureMotion = clip("fourbar")
     header = replace(motion.header, message='a <b> & "c" \x01 \ufffe')
     write(replace(motion, header=header), tmp_path / "out.x3d")
     root = ElementTree.parse(tmp_path / "out.x3d").getroot()

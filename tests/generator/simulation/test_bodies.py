@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from generator.figure import Site, SiteRef
-from generator.loads import LoadKind, TimedLoad, constant
+from generator.loads import LoadKind, TimedLoad, constant_load
 from generator.rotations import matrix_from_xyz
-from generator.simulation.bodies import written_loads
+from generator.simulation.bodies import constant_site_loads
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import SpringSet
@@ -63,7 +63,7 @@ def test_timed_loads_are_the_same_loads(kind) -> None:
     value = (3.0, -2.0, 1.0)
     written = one_body(FREE, (0.1, 0.2, 0.3, 0.0, 0.0, 0.0), link(**{field: value}))
     bare = one_body(FREE, (0.1, 0.2, 0.3, 0.0, 0.0, 0.0), link())
-    timed = constant(SiteRef("link", "hand"), kind, value, -1.0, 2.0)
+    timed = constant_load(SiteRef("link", "hand"), kind, value, -1.0, 2.0)
     runs = [
         simulate(f, Plan(stop=0.5, step=1e-3, springs=NONE, loads=loads))
         for f, loads in ((written, ()), (bare, (timed,)))
@@ -124,7 +124,7 @@ def test_a_long_table_of_a_force() -> None:
 
 def test_a_follower_moment_spins_a_wheel_up() -> None:
     segment = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.02, 0.03, 0.04))
-    load = constant(SiteRef("link", "near"), LoadKind.LOCAL_MOMENT, (0.0, 0.0, 0.2), -1.0, 3.0)
+    load = constant_load(SiteRef("link", "near"), LoadKind.LOCAL_MOMENT, (0.0, 0.0, 0.2), -1.0, 3.0)
     run = simulate(
         one_body(chain("Rz"), (0.0,), segment),
         Plan(stop=2.0, tolerance=1e-6, springs=NONE, loads=[load]),
@@ -140,8 +140,8 @@ def test_loads_on_the_ground_move_nothing() -> None:
     loaded = replace(
         figure, segments=figure.segments | {"ground": replace(ground, sites={"base": base})}
     )
-    assert written_loads(loaded, 0.0, 1.0) == []
-    load = constant(SiteRef("ground", "base"), LoadKind.GLOBAL_FORCE, (5.0, 0, 0), 0.0, 1.0)
+    assert constant_site_loads(loaded, 0.0, 1.0) == []
+    load = constant_load(SiteRef("ground", "base"), LoadKind.GLOBAL_FORCE, (5.0, 0, 0), 0.0, 1.0)
     run = simulate(loaded, Plan(stop=0.1, step=1e-3, springs=NONE, loads=[load]))
     assert np.allclose(run.energy["work"], 0.0)
 
@@ -174,6 +174,6 @@ def test_values_between_and_outside_the_rows() -> None:
     load = TimedLoad(
         SiteRef("a", "b"), LoadKind.GLOBAL_FORCE, (1.0, 3.0), ((0, 0, 0), (4.0, -2.0, 1.0))
     )
-    assert load.at(2.0) == pytest.approx([2.0, -1.0, 0.5])
-    assert np.allclose(load.at(np.array([0.9, 3.1])), 0.0)
-    assert load.jumps == (3.0,)
+    assert load.components(2.0) == pytest.approx([2.0, -1.0, 0.5])
+    assert np.allclose(load.components(np.array([0.9, 3.1])), 0.0)
+    assert load.discontinuities == (3.0,)

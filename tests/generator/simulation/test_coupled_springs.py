@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 from generator.recording import Ending
-from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix, unit
-from generator.simulation.model import build
+from generator.rotations import (
+    matrix_from_rotation_vector,
+    rotation_vector_from_matrix,
+    unit_vector,
+)
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.springs import SpringError
@@ -85,9 +89,9 @@ def expected(made, pose, springs) -> dict[str, np.ndarray]:
     sums = {name: np.zeros(3) for name in NAMES}
     vectors = {}
     for name in NAMES:
-        rotation = build(made, Plan(displacements=pose), SpringSet()).placement.between(
-            made.joints[name]
-        )[:3, :3]
+        rotation = build_model(
+            made, Plan(displacements=pose), SpringSet()
+        ).placement.pose_in_parent(made.joints[name])[:3, :3]
         vectors[name] = rotation_vector_from_matrix(rotation)
     for spring in springs.coupled:
         angles = [
@@ -168,7 +172,7 @@ def test_the_order_of_coordinates_and_laws_is_irrelevant() -> None:
         moved(NAMES),
         tuple(CoupledTerm(moved(t.amplitudes), moved(t.rates), t.exponent) for t in LAW.terms),
         moved(LAW.constants),
-        moved(LAW.measured),
+        moved(LAW.valid_ranges),
     )
     pose = random_pose(3)
     one = static_torques(limb(), [pose], Plan(springs=coupled()))
@@ -202,7 +206,7 @@ def test_python_torques_give_the_same_run() -> None:
         (CoupledAxis("too", Y), "no joint too, .* `?one.*did you mean `two`"),
         (CoupledAxis("two", X), "joint two does not turn about .*axis of the one"),
         (
-            CoupledAxis("three", tuple(unit(np.cross(SKEW, ACROSS)).tolist())),
+            CoupledAxis("three", tuple(unit_vector(np.cross(SKEW, ACROSS)).tolist())),
             "joint three does not",
         ),
         (CoupledAxis("rail", X), "joint rail has the one of a coupled law but no turn"),
@@ -213,20 +217,20 @@ def test_what_cannot_be_hung(axis, reason) -> None:
     rail = joint("rail", "c.far", "d.near", chain("Tx"), (0.1,))
     made = figure([*made.segments.values(), body("d")], [*made.joints.values(), rail])
     with pytest.raises(SpringError, match=reason):
-        build(made, Plan(), coupled(axes=(axis, *AXES[1:])))
+        build_model(made, Plan(), coupled(axes=(axis, *AXES[1:])))
 
 
 def test_a_ball_does_not_start_at_half_a_turn() -> None:
     pose = {"one": (0.0, 0.0, np.pi)}
     with pytest.raises(SpringError, match="joint one starts at 180 deg"):
-        build(limb(), Plan(displacements=pose), coupled())
+        build_model(limb(), Plan(displacements=pose), coupled())
 
 
 def test_a_free_root_loses_the_laws_over_joints_that_are_gone() -> None:
     axes = (CoupledAxis("two", SKEW), CoupledAxis("three", SKEW), CoupledAxis("three", ACROSS))
     springs = SpringSet(coupled=(CoupledSpring(LAW, AXES), CoupledSpring(LAW, axes)))
-    assert len(build(limb(), Plan(), springs).coupled) == 2
-    (kept,) = build(limb(), Plan(free_root=True), springs).coupled
+    assert len(build_model(limb(), Plan(), springs).coupled) == 2
+    (kept,) = build_model(limb(), Plan(free_root=True), springs).coupled
     assert kept.spring.axes == axes
     run = simulate(limb(), Plan(stop=0.04, step=1e-3, free_root=True, springs=springs))
     assert run.outcome.succeeded
@@ -242,7 +246,7 @@ class Interrupted(CoupledExponential):
 
 
 def test_ctrl_c_while_a_law_is_evaluated_ends_the_run() -> None:
-    law = Interrupted(NAMES, LAW.terms, LAW.constants, LAW.measured)
+    law = Interrupted(NAMES, LAW.terms, LAW.constants, LAW.valid_ranges)
     plan = Plan(stop=5.0, step=1e-3, springs=coupled(law), velocities={"one": (0.0, 3.0, 0.0)})
     run = simulate(limb(), plan)
     assert run.outcome.ending is Ending.INTERRUPTED

@@ -4,17 +4,17 @@ import pytest
 
 from generator.simulation.exudyn_api import SYMBOLIC, symbols
 from springs import FLOATS, Cubic
-from springs.hysteresis import Directional
-from springs.interpolated import Table
-from springs.published.tables import coupled, curve
-from springs.transformed import Scaled
+from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
+from springs.published.tables import coupled_law, curve
+from springs.transformed import Transformed
 
 LAWS = {
     "exponential": curve("davy_audu_1987/knee").law,
     "smooth limit": curve("saul_2015/elbow_flexion").law,
     "table": curve("silder_2007/hip_knee_15").law,
-    "two points": Table(((-0.5, 2.0), (0.5, -2.0))),
-    "scaled": Scaled(Cubic((1.0, -2.0, 3.0, 4.0), +1, (-0.5, 0.7)), 2.0, 0.1, -3.0),
+    "two points": Interpolated(((-0.5, 2.0), (0.5, -2.0))),
+    "scaled": Transformed(Cubic((1.0, -2.0, 3.0, 4.0), +1, (-0.5, 0.7)), 2.0, 0.1, -3.0),
 }
 ANGLES = [-3.0, -0.6, -0.26, 0.0, 0.3, 0.77, 1.4, 2.5]
 
@@ -40,20 +40,22 @@ def test_a_law_of_one_angle(name):
 
 @pytest.mark.usefixtures("recording")
 def test_a_law_of_angle_and_rate():
-    law = Directional.around(LAWS["table"], 8.0)
+    law = Hysteresis.from_mean_and_width(LAWS["table"], 8.0)
     angle, rate = symbols.Real("angle", 0.0), symbols.Real("rate", 0.0)
-    torque = law.moment(angle, rate, SYMBOLIC)
+    torque = law.total_torque(angle, rate, SYMBOLIC)
     for value in ANGLES:
         for speed in (-1.0, -0.004, 0.0, 0.01):
             angle.SetValue(value)
             rate.SetValue(speed)
-            assert torque.Evaluate() == pytest.approx(law.moment(value, speed, FLOATS), rel=1e-12)
+            assert torque.Evaluate() == pytest.approx(
+                law.total_torque(value, speed, FLOATS), rel=1e-12
+            )
 
 
 @pytest.mark.usefixtures("recording")
 @pytest.mark.parametrize("key", ["riener_edrich_1999/leg", "silder_2007/leg"])
 def test_a_law_of_several_angles(key):
-    law = coupled(key).law
+    law = coupled_law(key).law
     angles = [symbols.Real(name.partition(" ")[0], 0.0) for name in law.coordinates]
     torques = law.torques(angles, SYMBOLIC)
     for values in ((0.0, 0.0, 0.0), (1.5, 0.3, 0.1), (-0.2, 1.9, -0.3)):

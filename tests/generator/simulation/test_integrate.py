@@ -9,8 +9,8 @@ import pytest
 
 from generator.recording import Ending
 from generator.simulation.exudyn_api import exu
-from generator.simulation.integrate import FRAMES_A_READING, frame_times, march
-from generator.simulation.model import build
+from generator.simulation.integrate import FRAMES_PER_SENSOR_READ, frame_times, integrate
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import Progress, simulate
 from springs import AxisSpring, Cubic, JointSprings, Linear, SpringSet, Stop
@@ -27,8 +27,8 @@ def nobody(_: float) -> None:
 def run_pass(figure, springs=NONE, times=None, step=1e-3, watch=nobody):
     times = frame_times(0.0, 0.2, 0.02) if times is None else times
     plan = Plan(start=float(times[0]), stop=float(times[-1]))
-    assembly = build(figure, plan, springs)
-    return march(assembly, times, step, 1e-9, time.monotonic() + 60.0, watch)
+    assembly = build_model(figure, plan, springs)
+    return integrate(assembly, times, step, 1e-9, time.monotonic() + 60.0, watch)
 
 
 @pytest.mark.parametrize(
@@ -61,8 +61,8 @@ def test_the_clock_may_run_out_at_any_frame(looks, monkeypatch) -> None:
     ticks = itertools.count()
     clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
     monkeypatch.setattr("generator.simulation.integrate.time", clock)
-    assembly = build(row(1), Plan(stop=0.5), springs)
-    cut = march(assembly, times, 1e-3, 1e-9, looks + 0.5, nobody)
+    assembly = build_model(row(1), Plan(stop=0.5), springs)
+    cut = integrate(assembly, times, 1e-3, 1e-9, looks + 0.5, nobody)
     count = len(cut.trace)
     assert cut.outcome.ending is (Ending.TOO_LONG if count < times.size else Ending.DONE)
     assert cut.outcome.last_time == cut.trace.times[-1] == times[count - 1]
@@ -97,7 +97,7 @@ def test_the_watch_is_told_after_every_frame() -> None:
 
 
 @pytest.mark.parametrize("given", GIVENS)
-@pytest.mark.parametrize("frames", [1, 3, FRAMES_A_READING, FRAMES_A_READING + 4])
+@pytest.mark.parametrize("frames", [1, 3, FRAMES_PER_SENSOR_READ, FRAMES_PER_SENSOR_READ + 4])
 def test_an_interrupt_leaves_the_frames_so_far(given, frames) -> None:
     """Raised from the watch, as Ctrl-C is; frames between two readings of the meters included."""
     told: list[Progress] = []
@@ -195,11 +195,11 @@ def test_a_pass_begins_at_the_start_itself() -> None:
     """The step of no account that finds the first reactions leaves no trace."""
     figure = one_body(BALL, (0.3, 0.2, 0.1))
     plan = Plan(velocities={"pin": (1.0, -2.0, 3.0)})
-    assembly = build(
+    assembly = build_model(
         figure, plan, SpringSet({"pin": JointSprings("pin", (AxisSpring(X), AxisSpring(Y)))})
     )
     times = np.array([0.0, 0.1])
-    done = march(assembly, times, 1e-2, 1e-9, time.monotonic() + 9.0, nobody)
+    done = integrate(assembly, times, 1e-2, 1e-9, time.monotonic() + 9.0, nobody)
     pose = assembly.placement.poses["link"]
     assert np.max(np.abs(done.trace.rotations[0, 0] - pose[:3, :3])) < 1e-15
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.joint_chain import chain_of
+from generator.joint_chain import build_chain
 from generator.rotations import inverse_pose, rotation_vector_from_matrix
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -30,7 +30,7 @@ def test_displacements_and_poses_tell_the_same() -> None:
             run.poses[ref.segment] @ made.site(ref).pose_in_segment for ref in each.ends
         )
         between = inverse_pose(parent) @ child
-        turned = chain_of(each.chain).pose(run.displacements[name])[:, :3, :3]
+        turned = build_chain(each.chain).pose(run.displacements[name])[:, :3, :3]
         assert np.max(np.abs(turned - between[:, :3, :3])) < 1e-5
         vectors = rotation_vector_from_matrix(between[:, :3, :3])
         assert np.allclose(run.rotation_vectors[name], vectors, atol=1e-9)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from generator.figure import Factor, Joint
-from generator.joint_chain import chain_of
+from generator.figure import Joint, JointAxis
+from generator.joint_chain import build_chain
 from generator.rotations import inverse_pose
-from generator.simulation.joints import locks_of
+from generator.simulation.joints import locked_axes_from_chain
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
@@ -59,7 +59,7 @@ def freedoms(text: str) -> int:
 
 @pytest.mark.parametrize("text", CHAINS)
 def test_a_joint_locks_what_its_chain_does_not_have(text) -> None:
-    locks = locks_of(chain_of(chain(text)))
+    locks = locked_axes_from_chain(build_chain(chain(text)))
     assert sum(sum(k.translations) + sum(k.rotations) for k in locks) == 6 - freedoms(text)
 
 
@@ -91,12 +91,12 @@ def test_the_motion_stays_in_the_chain_and_the_reaction_obeys_newton_and_euler(t
     figure, values, rates, run = moved(text, reverse)
     joint = figure.joints["tested"]
     between = _between(figure, run, joint)
-    link = chain_of(joint.chain)
+    link = build_chain(joint.chain)
 
     # It starts as asked, and the parts outside the chain stay closed.
     assert np.allclose(run.displacements["tested"][0], values, atol=1e-9)
     assert np.allclose(run.velocities["tested"][0], rates, atol=1e-9)
-    assert max(float(np.max(np.abs(link.gap(pose)))) for pose in between) < 1e-5
+    assert max(float(np.max(np.abs(link.pose_residual(pose)))) for pose in between) < 1e-5
 
     # Rates are the slopes of the displacements.
     if values.size:
@@ -164,7 +164,7 @@ def test_the_sign_of_an_axis_is_the_sign_of_the_displacement(axis) -> None:
     runs = []
     for sign in (1.0, -1.0):
         x, y, z = (sign * c for c in axis)
-        figure = one_body((Factor("R", (x, y, z)),), (sign * 0.5,))
+        figure = one_body((JointAxis("R", (x, y, z)),), (sign * 0.5,))
         runs.append(
             simulate(
                 figure,
@@ -265,8 +265,8 @@ def test_a_ball_of_any_sequence_is_the_same_joint() -> None:
     """Only the names of the displacements differ: the motion does not."""
     runs = []
     for factors in (BALL, chain("Rz R-x Rz")):
-        link = chain_of(factors)
-        pose = chain_of(BALL).pose([0.3, -0.4, 0.5])
+        link = build_chain(factors)
+        pose = build_chain(BALL).pose([0.3, -0.4, 0.5])
         values = link.displacements(pose)
         runs.append(simulate(one_body(factors, values), Plan(stop=0.3, step=1e-3, springs=NONE)))
     assert np.allclose(runs[0].poses["link"], runs[1].poses["link"], atol=1e-9)

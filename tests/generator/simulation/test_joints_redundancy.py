@@ -7,12 +7,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from generator import read_figure
-from generator.kinematics.loops import assemble
-from generator.kinematics.placement import drawn_displacements
-from generator.kinematics.tree import hang
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_xyz
-from generator.simulation.joints import locks_of, needed_locks
-from generator.simulation.model import start_of
+from generator.simulation.joints import independent_constraints, locked_axes_from_chain
+from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import SpringSet
@@ -27,9 +27,9 @@ def equations(locks) -> int:
 
 
 def test_a_tree_keeps_all_its_locks() -> None:
-    tree = hang(row(3, (BALL, chain("Rz"))))
-    placement = assemble(tree, drawn_displacements(tree))
-    locks = needed_locks(placement)
+    tree = build_tree(row(3, (BALL, chain("Rz"))))
+    placement = close_loops(tree, initial_displacements(tree))
+    locks = independent_constraints(placement)
     assert [sum(k.translations) + sum(k.rotations) for ks in locks.values() for k in ks] == [
         3,
         5,
@@ -39,9 +39,9 @@ def test_a_tree_keeps_all_its_locks() -> None:
 
 def test_a_planar_loop_of_revolutes_keeps_two_rows_of_its_last_joint() -> None:
     """Three bodies, one freedom: 17 equations, of 20 that four revolutes write."""
-    placement = start_of(read_figure(FOURBAR), Plan()).placement
-    assert equations({n: locks_of(c) for n, c in placement.tree.chains.items()}) == 20
-    assert equations(needed_locks(placement)) == 17
+    placement = initial_state(read_figure(FOURBAR), Plan()).placement
+    assert equations({n: locked_axes_from_chain(c) for n, c in placement.tree.chains.items()}) == 20
+    assert equations(independent_constraints(placement)) == 17
 
 
 def test_so_does_a_loop_about_skew_axes() -> None:
@@ -60,9 +60,9 @@ def test_so_does_a_loop_about_skew_axes() -> None:
             joint("third", "b.far", "ground.two", chain("Rz Tx"), (0.3, 0.0)),
         ],
     )
-    placement = start_of(made, Plan()).placement
-    assert equations({n: locks_of(c) for n, c in placement.tree.chains.items()}) == 14
-    assert equations(needed_locks(placement)) == 11
+    placement = initial_state(made, Plan()).placement
+    assert equations({n: locked_axes_from_chain(c) for n, c in placement.tree.chains.items()}) == 14
+    assert equations(independent_constraints(placement)) == 11
     run = simulate(made, Plan(stop=0.3, step=5e-4, springs=NONE))
     off = np.abs(run.energy_balance - run.energy_balance[0])
     assert np.max(off) < 1e-4 * np.ptp(run.energy["gravity"])
@@ -74,8 +74,8 @@ def test_a_dead_point_is_looked_through() -> None:
     cosine = (0.1**2 + span**2 - 0.4**2) / (2.0 * 0.1 * span)
     crank = np.arctan2(0.3, 0.2) + np.arccos(cosine) + np.pi
     plan = Plan(displacements={"crank_bearing": (crank,), "crank_pin": (np.pi,)})
-    placement = start_of(read_figure(FOURBAR), plan).placement
-    assert equations(needed_locks(placement)) == 17
+    placement = initial_state(read_figure(FOURBAR), plan).placement
+    assert equations(independent_constraints(placement)) == 17
 
 
 def test_a_spatial_loop_of_balls_needs_all_its_rows() -> None:
@@ -91,8 +91,8 @@ def test_a_spatial_loop_of_balls_needs_all_its_rows() -> None:
             joint("three", "b.far", "ground.post", BALL),
         ],
     )
-    placement = start_of(made, Plan()).placement
-    assert equations(needed_locks(placement)) == 3 + 4 + 3
+    placement = initial_state(made, Plan()).placement
+    assert equations(independent_constraints(placement)) == 3 + 4 + 3
     run = simulate(made, Plan(stop=0.5, step=5e-4, springs=NONE))
     assert run.outcome.succeeded
     off = np.abs(run.energy_balance - run.energy_balance[0])
@@ -111,8 +111,8 @@ def test_a_joint_that_a_loop_makes_needless() -> None:
             joint("high", "ground.top", "a.top", chain("Rs"), (0.3,)),
         ],
     )
-    placement = start_of(made, Plan()).placement
-    locks = needed_locks(placement)
+    placement = initial_state(made, Plan()).placement
+    locks = independent_constraints(placement)
     assert equations(locks) == 5
     runs = [
         simulate(f, Plan(stop=0.3, step=1e-3, springs=NONE))

@@ -12,12 +12,11 @@ from generator.diagnostics import MoverError
 from generator.figure import SiteRef
 from generator.joint_chain import ChainError
 from generator.kinematics.loops import OpenLoopError
-from generator.loads import LoadKind, constant
+from generator.loads import LoadKind, constant_load
 from generator.simulation.bodies import IncompleteFigureError
 from generator.simulation.exudyn_api import exu, items
-from generator.simulation.model import Assembly, UnknownJointError, build, start_of
-from generator.simulation.plan import Plan
-from generator.simulation.run import springs_of
+from generator.simulation.model import ExudynModel, UnknownJointError, build_model, initial_state
+from generator.simulation.plan import Plan, resolve_springs
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 from tests.chains import BALL, Z, body, chain, figure, ground, joint, one_body, row
 
@@ -27,8 +26,8 @@ NONE = SpringSet()
 
 
 @pytest.fixture(scope="module")
-def prototype() -> Assembly:
-    return Assembly.of(read_figure(PROTOTYPE))
+def prototype() -> ExudynModel:
+    return ExudynModel.of(read_figure(PROTOTYPE))
 
 
 def test_every_segment_joint_and_site_is_there_by_name(prototype) -> None:
@@ -91,7 +90,7 @@ def test_building_into_the_caller_s_system() -> None:
     mass = mbs.AddObject(items.ObjectMassPoint(physicsMass=1.0, nodeNumber=node))
     force = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=mass))
     mbs.AddLoad(items.LoadMassProportional(markerNumber=force, loadVector=[0.0, -9.81, 0.0]))
-    assembly = build(row(2), Plan(), NONE, mbs)
+    assembly = build_model(row(2), Plan(), NONE, mbs)
     assert assembly.mbs is mbs
     assert assembly.container is None
     mbs.Assemble()
@@ -110,7 +109,7 @@ def test_one_system_holds_a_figure_twice() -> None:
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     springs = SpringSet({"joint0": JointSprings("joint0", (AxisSpring(Z, (Linear(3.0),)),))})
-    one, other = (build(row(2), Plan(), springs, mbs) for _ in range(2))
+    one, other = (build_model(row(2), Plan(), springs, mbs) for _ in range(2))
     mbs.Assemble()
     assert one.bodies["bar0"] != other.bodies["bar0"]
     assert mbs.GetObject(one.bodies["bar0"])["name"] == "bar0"
@@ -120,15 +119,17 @@ def test_one_system_holds_a_figure_twice() -> None:
 def test_a_joint_may_be_called_like_a_segment() -> None:
     made = figure([ground(), body("a")], [joint("a", "ground.base", "a.near", BALL)])
     springs = SpringSet({"a": JointSprings("a", (AxisSpring(Z, (Linear(3.0),)),))})
-    assembly = build(made, Plan(), springs)
+    assembly = build_model(made, Plan(), springs)
     assert assembly.mbs.GetObject(assembly.bodies["a"])["name"] == "a"
 
 
 def test_springs_of_the_plan_or_the_figure() -> None:
     figure_with = row(1, (BALL,), stiff=5.0)
-    assert set(Assembly.of(figure_with).springs) == {"joint0"}
-    assert Assembly.of(figure_with, Plan(spring_choice="none")).springs == {}
-    assert springs_of(figure_with, Plan()).joints["joint0"].axes[0].elastic == (Linear(5.0, 0.0),)
+    assert set(ExudynModel.of(figure_with).springs) == {"joint0"}
+    assert ExudynModel.of(figure_with, Plan(spring_choice="none")).springs == {}
+    assert resolve_springs(figure_with, Plan()).joints["joint0"].axes[0].elastic == (
+        Linear(5.0, 0.0),
+    )
 
 
 @pytest.mark.parametrize(
@@ -145,7 +146,7 @@ def test_springs_of_the_plan_or_the_figure() -> None:
 )
 def test_plans_that_do_not_fit_the_figure(given, reason) -> None:
     with pytest.raises(UnknownJointError, match=reason):
-        start_of(one_body(BALL), Plan(**given))
+        initial_state(one_body(BALL), Plan(**given))
 
 
 @pytest.mark.parametrize("missing", ["mass", "inertia", "CM"])
@@ -156,29 +157,29 @@ def test_a_segment_without_what_it_needs(missing) -> None:
     else:
         link = replace(link, **{missing: None})
     with pytest.raises(IncompleteFigureError, match="segment link cannot be simulated"):
-        build(one_body(BALL, segment=link), Plan(), NONE)
+        build_model(one_body(BALL, segment=link), Plan(), NONE)
 
 
 def test_a_figure_in_which_nothing_moves() -> None:
     with pytest.raises(IncompleteFigureError, match="none of its segments moves"):
-        build(figure([ground()], []), Plan(), NONE)
+        build_model(figure([ground()], []), Plan(), NONE)
 
 
 def test_a_chain_that_no_joint_holds() -> None:
     with pytest.raises(ChainError, match="translation stands between"):
-        build(one_body(chain("Rx Ty Rz")), Plan(), NONE)
+        build_model(one_body(chain("Rx Ty Rz")), Plan(), NONE)
 
 
 def test_a_pose_that_opens_a_loop_is_refused_with_the_gap() -> None:
     plan = Plan(displacements={"crank_bearing": (0.3,), "rocker_bearing": (0.3,)})
     with pytest.raises(OpenLoopError, match=r"\d mm"):
-        build(read_figure(FOURBAR), plan, NONE)
+        build_model(read_figure(FOURBAR), plan, NONE)
     assert issubclass(OpenLoopError, MoverError)
 
 
 def test_loads_have_a_marker_at_their_site() -> None:
-    load = constant(SiteRef("link", "near"), LoadKind.LOCAL_FORCE, (1.0, 0.0, 0.0), 0.0, 1.0)
-    assembly = build(one_body(BALL), Plan(loads=[load]), NONE)
+    load = constant_load(SiteRef("link", "near"), LoadKind.LOCAL_FORCE, (1.0, 0.0, 0.0), 0.0, 1.0)
+    assembly = build_model(one_body(BALL), Plan(loads=[load]), NONE)
     ((kept, marker, _),) = assembly.loads
     assert kept is load
     found = assembly.mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position)

@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 
 from generator.cli.app import app
 from generator.figure_file import read_figure
-from generator.simulation.model import Assembly, build
-from generator.simulation.plan import Plan, springs_of
+from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.springs import SpringError
 
 FIGURE = """figure {{
@@ -51,10 +51,10 @@ def written(fields: str, folder: Path) -> Path:
     return path
 
 
-def built(path: Path) -> Assembly:
+def built(path: Path) -> ExudynModel:
     """The figure in Exudyn, with its own springs."""
     figure, plan = read_figure(path), Plan()
-    return build(figure, plan, springs_of(figure, plan))
+    return build_model(figure, plan, resolve_springs(figure, plan))
 
 
 @pytest.mark.parametrize("fields", REFUSED)

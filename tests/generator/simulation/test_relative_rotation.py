@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from generator.rotations import matrix_from_axis_angle, matrix_from_rotation_vector
 from generator.simulation.relative_rotation import (
-    BallAngles,
-    End,
-    HingeAngles,
-    RelativeTurn,
+    JointEnd,
+    RelativeRotation,
+    RevoluteAngles,
+    SphericalAngles,
     conjugate,
     product,
     quaternion,
@@ -40,7 +40,7 @@ def test_a_hinge_counts_whole_turns_from_the_angle_nearby(angle, scale, side):
     """Whatever the length and the sign of the quaternion."""
     made = quaternion(matrix_from_axis_angle(np.array(SKEW), angle))
     turn = tuple(scale * side * part for part in made)
-    hinge = HingeAngles(SKEW, (1.0, -1.0))
+    hinge = RevoluteAngles(SKEW, (1.0, -1.0))
     assert hinge.values(turn, angle + 1.0) == pytest.approx([angle, -angle], abs=1e-9)
 
 
@@ -48,12 +48,12 @@ def test_a_hinge_counts_whole_turns_from_the_angle_nearby(angle, scale, side):
 def test_a_ball_has_the_components_of_its_rotation_vector(vector, scale, side):
     turn = tuple(scale * side * part for part in turned(vector))
     expected = [np.dot(vector, SKEW), np.dot(vector, ACROSS)]
-    assert BallAngles((SKEW, ACROSS)).values(turn, 0.0) == pytest.approx(expected, abs=1e-12)
+    assert SphericalAngles((SKEW, ACROSS)).values(turn, 0.0) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-170, 1e-16, 1e-8, 1e-3])
 def test_small_turns_have_angles_and_gradients(size):
-    ball = BallAngles((SKEW,))
+    ball = SphericalAngles((SKEW,))
     x, y, z = SKEW
     turn = (1.0, 0.5 * size * x, 0.5 * size * y, 0.5 * size * z)
     assert ball.values(turn, 0.0)[0] == pytest.approx(2.0 * np.arctan(0.5 * size), rel=1e-12)
@@ -67,23 +67,25 @@ ENDS = st.sampled_from(["both move", "parent held", "child held"])
 @given(vectors, vectors, scales, scales, st.booleans(), ENDS)
 def test_forces_are_torques_times_the_slopes_of_the_angles(one, other, a, b, is_hinge, moving):
     """Against central differences in all coordinates, also off the unit sphere."""
-    angles = HingeAngles(SKEW, (1.0, -1.0)) if is_hinge else BallAngles((SKEW, ACROSS))
+    angles = RevoluteAngles(SKEW, (1.0, -1.0)) if is_hinge else SphericalAngles((SKEW, ACROSS))
     rests = [tuple(a * c for c in turned(one)), tuple(b * c for c in turned(other))]
     places = {"both move": (7, 0), "parent held": (None, 0), "child held": (7, None)}[moving]
     sites = [turned((0.4, -0.7, 0.3)), turned((-0.3, 0.9, 0.5))]
-    turn = RelativeTurn(End(places[0], rests[0], sites[0]), End(places[1], rests[1], sites[1]))
+    turn = RelativeRotation(
+        JointEnd(places[0], rests[0], sites[0]), JointEnd(places[1], rests[1], sites[1])
+    )
     torques = (2.0, -0.7)
 
-    relative = turn.ends([0.0] * 14)[2]
+    relative = turn.orientations([0.0] * 14)[2]
     from_jump = np.hypot(relative[0], np.dot(relative[1:], SKEW)) if is_hinge else relative[0]
     assume(abs(from_jump) > 0.1 * a * b)
     near = angles.values(relative, 0.0)[0]
 
     def work(coordinates):
-        return float(np.dot(torques, angles.values(turn.ends(coordinates)[2], near)))
+        return float(np.dot(torques, angles.values(turn.orientations(coordinates)[2], near)))
 
     forces = [0.0] * 14
-    turn.spread(forces, turn.ends([0.0] * 14), angles.gradient(relative, torques))
+    turn.add_forces(forces, turn.orientations([0.0] * 14), angles.gradient(relative, torques))
     h = 1e-5
     slopes = [(work(list(step)) - work(list(-step))) / (2.0 * h) for step in h * np.eye(14)]
     assert forces == pytest.approx(slopes, abs=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generator.figure import SiteRef
-from generator.loads import LoadKind, constant
+from generator.loads import LoadKind, constant_load
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
@@ -17,7 +17,7 @@ NONE = SpringSet()
 def test_sums_do_not_depend_on_the_frames(frame) -> None:
     """Over one reading of the meters and over many."""
     figure = row(2, (BALL, chain("Rz")), stiff=4.0, damp=0.1)
-    load = constant(SiteRef("bar1", "far"), LoadKind.LOCAL_FORCE, (0.5, 1.0, -0.5), -1.0, 2.0)
+    load = constant_load(SiteRef("bar1", "far"), LoadKind.LOCAL_FORCE, (0.5, 1.0, -0.5), -1.0, 2.0)
     runs = [
         simulate(figure, Plan(stop=0.75, step=1e-3, frame=f, loads=[load])) for f in (0.05, frame)
     ]

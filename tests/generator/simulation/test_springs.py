@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generator.simulation.exudyn_api import exu
-from generator.simulation.model import build
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.springs import SpringError
@@ -17,7 +17,7 @@ SPRING = (Linear(10.0),)
 def hung(text: str, axes=(), slides=(), joint: str = "pin", **plan):
     figure = one_body(chain(text))
     springs = SpringSet({joint: JointSprings(joint, axes, slides)})
-    return build(figure, Plan(**plan), springs)
+    return build_model(figure, Plan(**plan), springs)
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_damping_among_slides_of_two_moving_bodies_is_refused() -> None:
     slides = (AxisSpring(X, (), Damping(1.0)),)
     springs = SpringSet({"tested": JointSprings("tested", (), slides)})
     with pytest.raises(SpringError, match="damping along its slides"):
-        build(two_bodies(chain("Tx Ty"), (0.1, 0.2)), Plan(), springs)
+        build_model(two_bodies(chain("Tx Ty"), (0.1, 0.2)), Plan(), springs)
 
 
 def test_springs_of_a_joint_that_is_not_there_are_left_out() -> None:
@@ -77,7 +77,7 @@ def test_a_hinge_spring_counts_turns_from_the_start(start) -> None:
     """The angle at the start is the displacement, whole turns and all."""
     figure = one_body(chain("Rz"), (start,))
     springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, SPRING),))})
-    assembly = build(figure, Plan(), springs)
+    assembly = build_model(figure, Plan(), springs)
     (connector,) = assembly.springs["pin"]
     torque = assembly.mbs.GetObjectOutput(connector.item, exu.OutputVariableType.TorqueLocal)
     assert np.ravel(torque)[-1] == pytest.approx(10.0 * start)
@@ -151,6 +151,6 @@ def test_a_sprung_ball_does_not_start_at_half_a_turn() -> None:
     for angle in (np.pi, -np.pi, 3.0 * np.pi):
         figure = one_body(BALL, (0.0, 0.0, angle))
         with pytest.raises(SpringError, match="joint pin starts at 180 deg"):
-            build(figure, Plan(), springs)
-        assert build(figure, Plan(), damped).springs["pin"]
-    assert build(one_body(BALL, (0.0, 0.0, np.pi - 1e-3)), Plan(), springs).springs["pin"]
+            build_model(figure, Plan(), springs)
+        assert build_model(figure, Plan(), damped).springs["pin"]
+    assert build_model(one_body(BALL, (0.0, 0.0, np.pi - 1e-3)), Plan(), springs).springs["pin"]

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
 from generator.simulation.states import (
     Trace,
-    extrapolated,
+    angular_velocities_from_parameters,
+    richardson_extrapolation,
     rotations_from_parameters,
-    spins_from_parameters,
 )
 
 vectors = st.tuples(*[st.floats(-2.0, 2.0)] * 3).map(np.array)
@@ -47,17 +47,19 @@ def test_spins_from_parameters(r, omega) -> None:
     x, y, z, w = Rotation.from_rotvec(r).as_quat()
     vector = np.array([x, y, z])
     rates = 0.5 * np.array([-omega @ vector, *(w * omega + np.cross(omega, vector))])
-    assert np.allclose(spins_from_parameters(np.array([w, x, y, z]), rates), omega, atol=1e-12)
+    assert np.allclose(
+        angular_velocities_from_parameters(np.array([w, x, y, z]), rates), omega, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("ratio", [2.0, 3.0, 7.0 / 3.0])
 def test_the_limit_of_two_passes(ratio) -> None:
     """Errors of 0.09 h^2 vanish from every quantity."""
     coarse, fine = trace(1.0 + 0.09 * ratio**2), trace(1.09)
-    limit, exact = extrapolated(coarse, fine, ratio), trace(1.0)
+    limit, exact = richardson_extrapolation(coarse, fine, ratio), trace(1.0)
     assert np.allclose(limit.positions, exact.positions)
     assert np.allclose(limit.velocities, exact.velocities)
-    assert np.allclose(limit.spins, exact.spins)
+    assert np.allclose(limit.angular_velocities, exact.angular_velocities)
     assert np.allclose(limit.multipliers["joint"], exact.multipliers["joint"])
     assert np.allclose(limit.dissipated, 5.0)
     assert np.allclose(limit.spring_work, 6.0)
@@ -67,12 +69,12 @@ def test_the_limit_of_two_passes(ratio) -> None:
 
 
 def test_frames_that_only_one_pass_has_are_left_out() -> None:
-    assert len(extrapolated(trace(1.0, 5), trace(1.0, 3), 2.0)) == 3
-    assert len(extrapolated(trace(1.0, 2), trace(1.0, 3), 2.0)) == 2
+    assert len(richardson_extrapolation(trace(1.0, 5), trace(1.0, 3), 2.0)) == 3
+    assert len(richardson_extrapolation(trace(1.0, 2), trace(1.0, 3), 2.0)) == 2
 
 
 def test_the_first_frames() -> None:
-    cut = trace(1.0, 5).first(2)
+    cut = trace(1.0, 5).first_frames(2)
     assert len(cut) == 2
     assert cut.rotations.shape == (2, 2, 3, 3)
     assert cut.multipliers["joint"].shape == (2, 1, 6)

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from generator.simulation.integrate import frame_times
 from generator.simulation.step_schedule import (
-    STEPS_A_BITE,
-    Guide,
-    Passage,
-    bites,
-    end_of_leg,
-    stretches,
+    MAX_STEPS_PER_CHUNK,
+    BreakpointCrossing,
+    StepHints,
+    last_frame_of_batch,
+    step_chunks,
+    subintervals,
 )
 
 NONE = np.zeros(0)
@@ -24,7 +24,7 @@ def legs(times, most=20, jumps=NONE, guide=None) -> list[tuple[int, int]]:
     """(first, last) of the legs one after another."""
     found, frame = [], 0
     while frame + 1 < times.size:
-        last = end_of_leg(times, frame, most, jumps, guide or Guide())
+        last = last_frame_of_batch(times, frame, most, jumps, guide or StepHints())
         found.append((frame, last))
         frame = last
     return found
@@ -40,26 +40,30 @@ def test_a_leg_is_not_longer_than_allowed() -> None:
 
 
 def test_where_a_load_jumps_or_a_corner_is_passed_an_interval_is_a_leg_of_its_own() -> None:
-    guide = Guide([Passage("pin hinge 0", 0.05, 1.0)], {"pin hinge 0": [0.0] * FRAMES.size})
+    guide = StepHints(
+        [BreakpointCrossing("pin hinge 0", 0.05, 1.0)], {"pin hinge 0": [0.0] * FRAMES.size}
+    )
     assert legs(FRAMES, guide=guide) == [(0, 2), (2, 3), (3, 9), (9, 10)]
     assert legs(FRAMES, jumps=np.array([0.11])) == [(0, 5), (5, 6), (6, 9), (9, 10)]
 
 
 @given(st.lists(st.floats(0.0, 1.0), max_size=6), st.lists(st.floats(0.0, 1.0), max_size=6))
 def test_stretches_fill_the_interval_and_end_at_every_jump(jumps, corners) -> None:
-    found = stretches(0.0, 1.0, np.array(sorted(set(jumps))), np.array(sorted(corners)), 0.1)
+    found = subintervals(0.0, 1.0, np.array(sorted(set(jumps))), np.array(sorted(corners)), 0.1)
     ends = [0.0, *(there for _, there in found)]
     assert [here for here, _ in found] == ends[:-1]
     assert ends[-1] == 1.0
     assert {time for time in jumps if 0.0 < time < 1.0} <= set(ends)
 
 
-@pytest.mark.parametrize("count", [1, STEPS_A_BITE, STEPS_A_BITE + 1, 7 * STEPS_A_BITE + 3])
+@pytest.mark.parametrize(
+    "count", [1, MAX_STEPS_PER_CHUNK, MAX_STEPS_PER_CHUNK + 1, 7 * MAX_STEPS_PER_CHUNK + 3]
+)
 def test_bites_take_all_steps_at_one_length(count) -> None:
-    found = list(bites((2.0, 3.0), count))
+    found = list(step_chunks((2.0, 3.0), count))
     assert sum(some for _, some in found) == count
     assert found[0][0][0] == 2.0
     assert found[-1][0][1] == 3.0
     for (here, there), some in found:
-        assert some <= STEPS_A_BITE
+        assert some <= MAX_STEPS_PER_CHUNK
         assert (there - here) / some == pytest.approx(1.0 / count)

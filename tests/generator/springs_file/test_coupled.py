@@ -9,21 +9,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import errors_among
+from generator.diagnostics import select_errors
 from generator.figure_file import read_figure
 from generator.springs_file.parse import parse_springs
-from generator.springs_file.read import PassiveReading, named_springs, springs_for
+from generator.springs_file.read import PassiveReading, load_springs, springs_names
 from springs import SpringSet
 from springs.coupled import CoupledExponential
-from springs.lint.finding import Kind
+from springs.lint.finding import FindingKind
 from springs.lint.report import report_coupled
-from springs.published.tables import coupled
-from springs.spherical import loop_work, nearest_conservative
+from springs.published.tables import coupled_law
+from springs.spherical import loop_work, nearest_conservative_law
 from tests.paths import FIGURES
 
 PROTOTYPE = read_figure("prototype")
 FOLDER = FIGURES
-PUBLISHED = coupled("riener_edrich_1999/leg").law
+PUBLISHED = coupled_law("riener_edrich_1999/leg").law
 POSES = [(radians(h), radians(k)) for h, k in product((-15, 20, 60, 100), (0, 40, 135))]
 
 HEAD = (
@@ -42,7 +42,7 @@ OWN = HEAD + (
 def read(text: str, tmp_path: Path) -> PassiveReading:
     path = tmp_path / "own.springs.toml"
     path.write_text(text, encoding="utf-8")
-    return springs_for(PROTOTYPE, None, None, path)
+    return load_springs(PROTOTYPE, None, None, path)
 
 
 def springs_of(text: str, tmp_path: Path) -> SpringSet:
@@ -69,7 +69,7 @@ def test_a_published_law_is_held_at_the_angles_that_are_left(tmp_path: Path):
     for hip, knee in POSES:
         published = PUBLISHED.torques((hip, knee, radians(10.0)))
         assert spring.law.torques((hip, knee)) == pytest.approx(published[:2], rel=1e-12)
-    assert spring.reference == str(coupled("riener_edrich_1999/leg").reference)
+    assert spring.reference == str(coupled_law("riener_edrich_1999/leg").reference)
 
 
 def test_own_numbers_by_hand(tmp_path: Path):
@@ -77,8 +77,8 @@ def test_own_numbers_by_hand(tmp_path: Path):
     shared = exp(0.5 + 2.0 * 0.3 - 1.0 * 0.7)
     by_hand = (1.0 - 0.5 * shared + 3.0 * exp(-4.0 * 0.3), -2.0 + 0.25 * shared)
     assert law.torques((0.3, 0.7)) == pytest.approx(by_hand, rel=1e-14)
-    assert law.measured == (None, None)
-    known = law_of(OWN + "measured_deg = [[-10, 90], [0, 120]]\n", tmp_path).measured
+    assert law.valid_ranges == (None, None)
+    known = law_of(OWN + "measured_deg = [[-10, 90], [0, 120]]\n", tmp_path).valid_ranges
     assert known[1] == pytest.approx((0.0, radians(120.0)))
 
 
@@ -101,7 +101,7 @@ def test_the_order_of_the_coordinates_is_that_of_the_file(tmp_path: Path):
     for hip, knee in POSES:
         turned = tuple(reversed(here.torques((hip, knee))))
         assert there.torques((knee, hip)) == pytest.approx(turned, rel=1e-12)
-    assert there.measured == tuple(reversed(here.measured))
+    assert there.valid_ranges == tuple(reversed(here.valid_ranges))
 
 
 def test_a_sense_turns_the_axis_and_not_the_law(tmp_path: Path):
@@ -127,20 +127,20 @@ def test_the_nearest_conservative_law_takes_the_place_of_the_published(tmp_path:
     box = ((radians(-15.0), radians(100.0)), (0.0, radians(135.0)))
     assert loop_work(published, box) == pytest.approx(-12.67, abs=0.01)
     assert loop_work(mended, box) == pytest.approx(0.0, abs=1e-10)
-    assert mended == nearest_conservative(published, published.measured).law
+    assert mended == nearest_conservative_law(published, published.valid_ranges).law
     (pair,) = read(leg + 'conservative = "nearest"\n', tmp_path).replaced
     assert (pair.law, pair.original) == (mended, published)
 
 
 def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
-    assert named_springs(FOLDER, "prototype") == ("coupled",)
+    assert springs_names(FOLDER, "prototype") == ("coupled",)
     plain, other = (
-        springs_for(PROTOTYPE, FOLDER, "prototype", choice) for choice in (None, "coupled")
+        load_springs(PROTOTYPE, FOLDER, "prototype", choice) for choice in (None, "coupled")
     )
     assert plain.springs is not None
     assert other.springs is not None
     assert other.faults == plain.faults
-    assert springs_for(PROTOTYPE, FOLDER, "prototype", "prototype.coupled") == other
+    assert load_springs(PROTOTYPE, FOLDER, "prototype", "prototype.coupled") == other
     legs = {"left_hip_joint", "right_hip_joint", "left_knee", "right_knee"}
     for name, joint in plain.springs.joints.items():
         mine = other.springs.joints[name]
@@ -159,7 +159,7 @@ def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
 
 
 def test_a_straight_knee_keeps_the_hip_from_flexing():
-    springs = springs_for(PROTOTYPE, FOLDER, "prototype", "coupled").springs
+    springs = load_springs(PROTOTYPE, FOLDER, "prototype", "coupled").springs
     assert springs is not None
     law = springs.coupled[0].law
     straight, bent = (law.torques((radians(90.0), radians(k)))[0] for k in (0.0, 90.0))
@@ -169,7 +169,7 @@ def test_a_straight_knee_keeps_the_hip_from_flexing():
 
 @pytest.mark.parametrize("choice", ["couplde", "", "no such", "x" * 5000])
 def test_a_name_that_is_none_lists_what_there_is(choice: str):
-    (fault,) = springs_for(PROTOTYPE, FOLDER, "prototype", choice).faults
+    (fault,) = load_springs(PROTOTYPE, FOLDER, "prototype", choice).faults
     assert "beside the figure `prototype`" in fault.message
     assert fault.hint == "there are coupled, none, printed; else name a file"
 
@@ -316,7 +316,7 @@ BROKEN = {
 def test_what_is_wrong_is_said_with_its_place(name: str):
     text, expected = BROKEN[name]
     assert said(text) == expected
-    assert errors_among(parse_springs(text).faults)
+    assert select_errors(parse_springs(text).faults)
 
 
 @pytest.mark.parametrize("held", ["20", "-20", "0.0", "19.999999999"])
@@ -328,7 +328,7 @@ def test_within_the_known_range_a_coordinate_is_held_without_a_word(held: str):
 def test_beyond_the_known_range_it_is_held_with_a_warning(held: str):
     reading = parse_springs(LEG.replace("[10]", f"[{held}]"))
     (fault,) = reading.faults
-    assert errors_among(reading.faults) == ()
+    assert select_errors(reading.faults) == ()
     assert f"`ankle dorsiflexion` is held at {held} deg, beyond what is known" in fault.message
     assert fault.hint == "the law is known for -20 .. 20 deg"
     assert fault.span is not None
@@ -337,14 +337,14 @@ def test_beyond_the_known_range_it_is_held_with_a_warning(held: str):
 
 @pytest.mark.parametrize("held", ["400", "-180.5", "1e300"])
 def test_beyond_half_a_turn_it_is_not_held(held: str):
-    (fault,) = errors_among(parse_springs(LEG.replace("[10]", f"[{held}]")).faults)
+    (fault,) = select_errors(parse_springs(LEG.replace("[10]", f"[{held}]")).faults)
     assert "an angle is held within half a turn, not at" in fault.message
 
 
 def test_a_coordinate_of_another_joint_is_a_warning():
     turned = OWN.replace('"hip flexion", "knee flexion"', '"knee flexion", "hip flexion"')
     reading = parse_springs(turned)
-    assert errors_among(reading.faults) == ()
+    assert select_errors(reading.faults) == ()
     assert said(turned) == [
         "2:11 `knee flexion` hangs on `left_hip_joint`",
         "2:29 `hip flexion` hangs on `left_knee`",
@@ -364,7 +364,7 @@ def test_a_coordinate_of_another_joint_is_a_warning():
 )
 def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Path):
     (fault,) = read(LEG + second, tmp_path).faults
-    assert errors_among([fault])
+    assert select_errors([fault])
     assert "this law hangs on `left_" in fault.message
     assert "already" in fault.message
     assert fault.hint == "the first stands in line 1"
@@ -375,7 +375,7 @@ def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Pat
 def test_two_laws_over_the_same_axes_are_a_warning(tmp_path: Path):
     reading = read(LEG + OWN, tmp_path)
     (fault,) = reading.faults
-    assert not errors_among(reading.faults)
+    assert not select_errors(reading.faults)
     assert fault.message == (
         "a second law over the same axes of `left_hip_joint` and `left_knee`: the two add"
     )
@@ -413,7 +413,7 @@ def test_what_does_not_fit_the_figure_is_said_with_its_place(
     old: str, new: str, message: str, place: tuple[int, int], hint: str, tmp_path: Path
 ):
     assert old in OWN
-    (fault,) = errors_among(read(OWN.replace(old, new), tmp_path).faults)
+    (fault,) = select_errors(read(OWN.replace(old, new), tmp_path).faults)
     assert message in fault.message
     assert hint in fault.hint
     assert fault.span is not None
@@ -430,7 +430,7 @@ def test_a_nearest_law_of_immense_torques_is_refused(exponent: float, tmp_path: 
 
 def test_a_law_that_is_scaled_to_nothing_can_be_checked(tmp_path: Path):
     (one,) = report_coupled(springs_of(LEG + "scale = 0\n", tmp_path))
-    assert not [f for f in one.doubts if f.kind is not Kind.SYMMETRY]
+    assert not [f for f in one.doubts if f.kind is not FindingKind.SYMMETRY]
 
 
 def test_six_coordinates_can_be_checked(tmp_path: Path):
@@ -471,14 +471,14 @@ KEYS = st.sampled_from(
 def test_values_of_any_kind_give_faults_and_no_traceback(table: dict[str, str]):
     body = "\n".join(f"{key} = {value}" for key, value in table.items())
     reading = parse_springs(f"[[coupled]]\n{body}\n")
-    assert errors_among(reading.faults)
+    assert select_errors(reading.faults)
     for fault in reading.faults:
         assert str(fault).startswith("<text>:")
 
 
 def test_torques_of_the_shipped_pair_by_the_published_formula():
     """The published torques that the shipped law is near to, from the printed numbers."""
-    law = PUBLISHED.holding("ankle dorsiflexion", 0.0)
+    law = PUBLISHED.hold_coordinate("ankle dorsiflexion", 0.0)
     hip, knee = 60.0, 40.0
     by_hand = exp(1.4655 - 0.0034 * knee - 0.0750 * hip) - exp(
         1.3403 - 0.0226 * knee + 0.0305 * hip

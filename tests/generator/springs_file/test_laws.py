@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import errors_among
+from generator.diagnostics import select_errors
 from generator.figure import Figure
 from generator.figure_file import parse_figure
 from generator.springs_file.parse import SpringsFile, parse_springs
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import AxisSpring, Damping, total_torque
 from springs.published.tables import curve, publication, publications
 
@@ -42,7 +42,7 @@ def hung(body: str) -> AxisSpring:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "own.springs.toml"
         path.write_text(spring(body), encoding="utf-8")
-        reading = springs_for(figure(), None, None, path)
+        reading = load_springs(figure(), None, None, path)
     # Rows of all joints hang on this one.
     assert all("is a curve of" in fault.message for fault in reading.faults)
     assert reading.springs is not None
@@ -74,7 +74,7 @@ def test_exponentials_and_their_constant():
     by_hand = 1.5 + 3.0 * exp(-4.0 * radians(40.0)) - 0.5 * exp(2.0 * radians(40.0))
     assert torque(body, 40.0) == pytest.approx(by_hand, rel=1e-14)
     (law,) = hung(body + "\nmeasured_deg = [-5, 110]").elastic
-    assert law.measured == pytest.approx((radians(-5.0), radians(110.0)))
+    assert law.valid_range == pytest.approx((radians(-5.0), radians(110.0)))
 
 
 def test_points_are_met_and_the_tangent_goes_on():
@@ -326,7 +326,7 @@ BROKEN = {
 def test_what_is_wrong_is_said_with_its_place(name: str):
     body, expected = BROKEN[name]
     assert said(spring(body)) == expected
-    assert errors_among(parse_springs(spring(body)).faults)
+    assert select_errors(parse_springs(spring(body)).faults)
 
 
 @pytest.mark.parametrize(
@@ -356,7 +356,7 @@ def test_hints_name_what_is_near(body: str, hint: str):
 def test_a_torque_beyond_all_numbers_is_an_error_and_no_traceback(body: str, tmp_path: Path):
     path = tmp_path / "own.springs.toml"
     path.write_text(spring(body), encoding="utf-8")
-    (fault,) = springs_for(figure(), None, None, path).faults
+    (fault,) = load_springs(figure(), None, None, path).faults
     assert "of `left_knee` is too large for a number within a turn" in fault.message
     assert fault.span is not None
     assert fault.span.line == 3
@@ -370,7 +370,7 @@ def test_any_points_make_a_curve_or_a_fault(points: list[tuple[float, float]]):
     reading = parse_springs(spring(f"points_deg_Nm = {[list(p) for p in points]!r}"))
     angles = [angle for angle, _ in points]
     in_order = len(points) > 1 and all(a < b for a, b in pairwise(angles))
-    assert bool(errors_among(reading.faults)) is not in_order
+    assert bool(select_errors(reading.faults)) is not in_order
 
 
 VALUES = st.recursive(

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import Source, errors_among
+from generator.diagnostics import Source, select_errors
 from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
-from generator.springs_file.toml_spans import locate
+from generator.springs_file.toml_spans import locate_keys
 from springs import Damping, Joining
 
 FULL = """\
@@ -57,7 +57,7 @@ def said(text: str) -> list[str]:
 def test_everything_a_file_can_say_is_read_in_si():
     assert content(FULL) == SpringsFile(
         figure="prototype",
-        law=Joining.WEIGHTED,
+        joining=Joining.WEIGHTED,
         entries=(
             SpringEntry(
                 joints=("left_hip", "right_hip"),
@@ -228,7 +228,7 @@ BROKEN = {
 def test_what_is_wrong_is_said_with_its_place(name):
     text, expected = BROKEN[name]
     assert said(text) == expected
-    assert errors_among(parse_springs(text).faults)
+    assert select_errors(parse_springs(text).faults)
 
 
 @pytest.mark.parametrize(
@@ -272,7 +272,7 @@ def test_enormous_nonsense_is_refused_quickly(text):
     start = time.process_time()
     reading = parse_springs(text)
     assert time.process_time() - start < 2.0
-    assert errors_among(reading.faults)
+    assert select_errors(reading.faults)
     assert len(reading.faults) <= 101
 
 
@@ -280,7 +280,7 @@ def test_enormous_nonsense_is_refused_quickly(text):
 def test_any_text_gives_faults_and_no_traceback(text):
     for whole in (text, FULL + text, spring(text)):
         reading = parse_springs(whole)
-        assert reading.content is not None or errors_among(reading.faults)
+        assert reading.content is not None or select_errors(reading.faults)
         for fault in reading.faults:
             assert str(fault).startswith("<text>:")
 
@@ -290,7 +290,7 @@ def test_the_locator_passes_over_strings_and_comments():
         '# joints = 1\na = """\nb = 2\n[[spring]]\n"""\n[[spring]]\n"b" = [ # [\n "x]",\n [1, 2],'
         " {c = 3}, ]\n[[spring]]\nb.c = 4\n"
     )
-    places = locate(Source("x", text))
+    places = locate_keys(Source("x", text))
     assert places.table("spring").line == 6
     assert places.table("spring", 1).line == 10
     assert [places.value("spring", 0, "b", k).text for k in range(3)] == [

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from generator.diagnostics import errors_among
-from generator.figure import Factor, Figure, Joint, Segment, SiteRef
+from generator.diagnostics import select_errors
+from generator.figure import Figure, Joint, JointAxis, Segment, SiteRef
 from generator.figure_file import parse_figure, read_figure, shipped_figures
-from generator.springs_file.read import PassiveReading, springs_for
+from generator.springs_file.read import PassiveReading, load_springs
 from springs import (
     AxisSpring,
     Cubic,
@@ -21,7 +21,7 @@ from springs import (
     elastic_torque,
     passive_cubic,
 )
-from springs.stop import SLIDE_ONSET, SLIDE_STIFFNESS
+from springs.stop import DEFAULT_TRANSLATION_STOP_ONSET, DEFAULT_TRANSLATION_STOP_STIFFNESS
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 PROTOTYPE = read_figure("prototype")
@@ -45,7 +45,7 @@ def figure(**joints: str) -> Figure:
 
 
 def own(whole: Figure) -> SpringSet:
-    return good(springs_for(whole))
+    return good(load_springs(whole))
 
 
 def good(reading: PassiveReading) -> SpringSet:
@@ -57,7 +57,7 @@ def good(reading: PassiveReading) -> SpringSet:
 def with_file(tmp_path: Path, whole: Figure, text: str, name: str) -> PassiveReading:
     path = tmp_path / name
     path.write_text(text)
-    return springs_for(whole, None, None, path)
+    return load_springs(whole, None, None, path)
 
 
 def optional(tmp_path: Path, whole: Figure, *records: str) -> PassiveReading:
@@ -75,7 +75,7 @@ def toml(tmp_path: Path, whole: Figure, *tables: str, top: str = "") -> PassiveR
 
 
 def said(reading: PassiveReading) -> list[str]:
-    assert reading.springs is None or not errors_among(reading.faults)
+    assert reading.springs is None or not select_errors(reading.faults)
     faults = [fault.as_dict() for fault in reading.faults]
     return [f"{f.get('line')}:{f.get('column')} {f['message']}" for f in faults]
 
@@ -84,13 +84,13 @@ def said(reading: PassiveReading) -> list[str]:
 
 
 def test_the_shipped_springs_file_is_the_rule_applied_to_the_printed_records():
-    shipped = good(springs_for(PROTOTYPE, FOLDER, "prototype"))
-    ruled = good(springs_for(PROTOTYPE, choice=FOLDER / "prototype.optional"))
+    shipped = good(load_springs(PROTOTYPE, FOLDER, "prototype"))
+    ruled = good(load_springs(PROTOTYPE, choice=FOLDER / "prototype.optional"))
     assert (shipped.origin, ruled.origin) == ("prototype.springs.toml", "prototype.optional")
     assert shipped.joining is ruled.joining is Joining.CONSERVATIVE
     assert list(shipped.joints) == list(ruled.joints)
     for name, joint in shipped.joints.items():
-        assert joint.slides == ruled.joints[name].slides == ()
+        assert joint.translations == ruled.joints[name].translations == ()
         for mine, rule in zip(joint.axes, ruled.joints[name].axes, strict=True):
             assert (mine.direction, mine.damping) == (rule.direction, rule.damping)
             (law,), (expected,) = mine.elastic, rule.elastic
@@ -105,7 +105,7 @@ def test_the_shipped_springs_file_is_the_rule_applied_to_the_printed_records():
 
 
 def test_the_prototype_has_springs_about_every_declared_axis_but_the_root_s():
-    springs = good(springs_for(PROTOTYPE, FOLDER, "prototype"))
+    springs = good(load_springs(PROTOTYPE, FOLDER, "prototype"))
     assert set(springs.joints) == set(PROTOTYPE.joints) - {"root_torso"}
     for name, joint in springs.joints.items():
         declared = [factor.axis for factor in PROTOTYPE.joints[name].chain]
@@ -120,14 +120,14 @@ def test_the_prototype_has_springs_about_every_declared_axis_but_the_root_s():
 
 
 def test_the_prototype_cites_its_studies():
-    references = "\n".join(good(springs_for(PROTOTYPE, FOLDER, "prototype")).references)
+    references = "\n".join(good(load_springs(PROTOTYPE, FOLDER, "prototype")).references)
     for study in ("Engin & Chen 1987", "Fleck", "Engin 1980", "Yoon & Mansour 1982", "estimate"):
         assert study in references
 
 
 @pytest.mark.parametrize("choice", [None, "printed", FOLDER / "prototype.optional"])
 def test_both_sides_have_the_left_coefficients(choice):
-    joints = good(springs_for(PROTOTYPE, FOLDER, "prototype", choice)).joints
+    joints = good(load_springs(PROTOTYPE, FOLDER, "prototype", choice)).joints
     for pair in (*PAIRS, "elbow", "knee"):
         left, right = joints[f"left_{pair}"].axes, joints[f"right_{pair}"].axes
         assert [axis.elastic for axis in left] == [axis.elastic for axis in right]
@@ -138,7 +138,7 @@ def test_both_sides_have_the_left_coefficients(choice):
 @pytest.mark.parametrize("joining", Joining)
 @pytest.mark.parametrize("choice", [None, "printed"])
 def test_the_right_side_is_the_mirror_image_of_the_left(joining, choice):
-    joints = good(springs_for(PROTOTYPE, FOLDER, "prototype", choice)).joints
+    joints = good(load_springs(PROTOTYPE, FOLDER, "prototype", choice)).joints
     mirror = np.array([-1.0, 1.0, -1.0])
     vectors = np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3))
     for pair in PAIRS:
@@ -148,7 +148,7 @@ def test_the_right_side_is_the_mirror_image_of_the_left(joining, choice):
 
 
 def test_printed_values_resist_everywhere_and_only_revolutes_have_dead_zones():
-    springs = good(springs_for(PROTOTYPE, FOLDER, "prototype", "printed"))
+    springs = good(load_springs(PROTOTYPE, FOLDER, "prototype", "printed"))
     laws = {
         (name, axis.direction): axis.elastic[0]
         for name, joint in springs.joints.items()
@@ -170,7 +170,7 @@ def test_printed_values_resist_everywhere_and_only_revolutes_have_dead_zones():
 
 
 def test_the_rule_is_told_in_a_sentence():
-    springs = good(springs_for(PROTOTYPE, choice=FOLDER / "prototype.optional"))
+    springs = good(load_springs(PROTOTYPE, choice=FOLDER / "prototype.optional"))
 
     def why(joint: str, k: int) -> str:
         return springs.joints[joint].axes[k].why
@@ -203,7 +203,7 @@ def test_springs_are_looked_for_beside_the_figure(tmp_path):
     whole = figure(knee="type = R(0,1,0); stiff = (3e7);")
 
     def found(choice=None):
-        return good(springs_for(whole, tmp_path, "my", choice))
+        return good(load_springs(whole, tmp_path, "my", choice))
 
     assert found().origin == "figure's own stiff/rest/damp"
     assert found().joints["knee"].axes[0].elastic == (Linear(3.0),)
@@ -215,13 +215,13 @@ def test_springs_are_looked_for_beside_the_figure(tmp_path):
     assert found().joints["knee"].axes[0].elastic == (Linear(5.0),)
     assert found("printed").origin == "my.optional"
     assert found(str(tmp_path / "my.optional")).origin == "my.optional"
-    assert springs_for(whole, tmp_path, "other").springs.origin.startswith("figure's own")
+    assert load_springs(whole, tmp_path, "other").springs.origin.startswith("figure's own")
 
 
 def test_none_means_no_springs_and_no_stops():
     whole = figure(knee="type = R(0,1,0); stiff = (3e7); llimit = (0); ulimit = (1 rad);")
-    assert good(springs_for(whole, choice="none")) == SpringSet({}, Joining.CONSERVATIVE, "none")
-    weighted = springs_for(whole, choice="none", joining=Joining.WEIGHTED)
+    assert good(load_springs(whole, choice="none")) == SpringSet({}, Joining.CONSERVATIVE, "none")
+    weighted = load_springs(whole, choice="none", joining=Joining.WEIGHTED)
     assert good(weighted).joining is Joining.WEIGHTED
 
 
@@ -230,7 +230,7 @@ def test_the_law_is_the_callers_else_the_file_s_else_conservative(tmp_path):
     table, path = 'joints = ["knee"]\nstiffness_Nm_rad = 5', tmp_path / "my.springs.toml"
     assert good(toml(tmp_path, whole, table)).joining is Joining.CONSERVATIVE
     assert good(toml(tmp_path, whole, table, top='law = "weighted"\n')).joining is Joining.WEIGHTED
-    chosen = springs_for(whole, choice=path, joining=Joining.CONSERVATIVE)
+    chosen = load_springs(whole, choice=path, joining=Joining.CONSERVATIVE)
     assert good(chosen).joining is Joining.CONSERVATIVE
 
 
@@ -261,9 +261,21 @@ def test_slides_are_linear_springs_along_their_axes():
     )
     joint = own(whole).joints["slider"]
     assert joint.axes == (AxisSpring(Z, (Linear(1.0), Stop(-1.0, None))),)
-    assert joint.slides == (
-        AxisSpring(Y, (Linear(2.0, 0.05), Stop(-0.1, None, SLIDE_STIFFNESS, SLIDE_ONSET))),
-        AxisSpring(X, (Stop(0.0, None, SLIDE_STIFFNESS, SLIDE_ONSET),), Damping(4.0)),
+    assert joint.translations == (
+        AxisSpring(
+            Y,
+            (
+                Linear(2.0, 0.05),
+                Stop(
+                    -0.1, None, DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET
+                ),
+            ),
+        ),
+        AxisSpring(
+            X,
+            (Stop(0.0, None, DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET),),
+            Damping(4.0),
+        ),
     )
 
 
@@ -293,7 +305,7 @@ def test_a_figure_made_in_python_may_have_axes_of_any_length():
         "hinge",
         SiteRef("a", "s"),
         SiteRef("b", "s"),
-        (Factor("R", (0.0, -2.0, 0.0)),),
+        (JointAxis("R", (0.0, -2.0, 0.0)),),
         stiff=(3.0,),
     )
     springs = own(Figure(segments, {"hinge": joint}, SiteRef("a", "s")))
@@ -302,7 +314,7 @@ def test_a_figure_made_in_python_may_have_axes_of_any_length():
 
 def test_negative_damping_is_refused_with_its_place():
     whole = figure(knee="type = R(0,1,0); damp = (-5);")
-    assert said(springs_for(whole)) == ["4:69 the damping of `knee` is negative"]
+    assert said(load_springs(whole)) == ["4:69 the damping of `knee` is negative"]
 
 
 # How files and figure combine
@@ -431,7 +443,7 @@ def test_a_parabola_needs_limits_on_both_sides(tmp_path):
     assert said(optional(tmp_path, whole, "1 3 | 0 1e7 2e7 0")) == [
         f"2:1 no sense makes this cubic of `free` {message}"
     ]
-    assert not errors_among(optional(tmp_path, whole, "3 3 | 0 1e7 2e7 0").faults)
+    assert not select_errors(optional(tmp_path, whole, "3 3 | 0 1e7 2e7 0").faults)
 
 
 # What is wrong
@@ -557,7 +569,7 @@ def test_springs_for_another_figure_are_used_with_a_warning(tmp_path):
     (tmp_path / "my.springs.toml").write_text(
         'figure = "other"\n[[spring]]\njoints = ["left_knee"]\n' + K
     )
-    reading = springs_for(figure(**JOINTS), tmp_path, "my")
+    reading = load_springs(figure(**JOINTS), tmp_path, "my")
     assert said(reading) == ["1:10 these springs were written for the figure `other`"]
     assert reading.springs is not None
     assert list(reading.springs.joints) == ["left_knee"]
@@ -565,23 +577,23 @@ def test_springs_for_another_figure_are_used_with_a_warning(tmp_path):
 
 def test_printed_values_need_an_optional_file(tmp_path):
     whole = figure(**JOINTS)
-    (fault,) = springs_for(whole, tmp_path, "my", "printed").faults
+    (fault,) = load_springs(whole, tmp_path, "my", "printed").faults
     assert fault.message == "there is no `my.optional` beside the figure"
-    (fault,) = springs_for(whole, None, None, "printed").faults
+    (fault,) = load_springs(whole, None, None, "printed").faults
     assert fault.message == "a figure from no file has no printed values"
 
 
 @pytest.mark.parametrize("name", ["my.springs.toml", "my.optional", "my"])
 def test_files_that_are_no_text_are_refused(tmp_path, name):
     whole, path = figure(**JOINTS), tmp_path / name
-    (missing,) = springs_for(whole, choice=path).faults
+    (missing,) = load_springs(whole, choice=path).faults
     assert "cannot be read" in missing.message
     path.write_bytes(b"\xff\xfe\0\0")
-    (binary,) = springs_for(whole, choice=path).faults
+    (binary,) = load_springs(whole, choice=path).faults
     assert binary.message == "this file is UTF-16"
     path.unlink()
     path.mkdir()
-    (folder,) = springs_for(whole, choice=str(path)).faults
+    (folder,) = load_springs(whole, choice=str(path)).faults
     assert "is a directory" in folder.message
 
 

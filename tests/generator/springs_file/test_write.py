@@ -6,18 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import errors_among
+from generator.diagnostics import select_errors
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.laws import PublishedLaw
 from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
 from generator.springs_file.write import write_springs
 from springs import Damping, Joining, Linear
 from springs.coupled import CoupledExponential, CoupledTerm
-from springs.damping import SLIP
-from springs.exponential import Exponential, Term
-from springs.hysteresis import Directional
-from springs.interpolated import Table
-from springs.published.tables import coupled, publication, publications
+from springs.damping import DEFAULT_SLIP_RATE
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
+from springs.published.tables import coupled_law, publication, publications
 from springs.smooth_limit import SmoothLimit
 from tests.paths import FIGURES
 
@@ -69,22 +69,22 @@ POINT_ANGLES = st.lists(st.integers(-360, 360), min_size=2, max_size=20, unique=
 
 
 @st.composite
-def curves(draw: st.DrawFn) -> Table:
+def curves(draw: st.DrawFn) -> Interpolated:
     angles = [radians(angle) for angle in draw(POINT_ANGLES)]
-    return Table(tuple((angle, draw(TORQUES)) for angle in angles))
+    return Interpolated(tuple((angle, draw(TORQUES)) for angle in angles))
 
 
 @st.composite
-def two_curves(draw: st.DrawFn) -> Directional:
+def two_curves(draw: st.DrawFn) -> Hysteresis:
     """A curve, and another above it at the same angles."""
     up = draw(curves())
     gap = draw(st.floats(0.0, 100.0))
-    return Directional(up, Table(tuple((angle, torque + gap) for angle, torque in up.points)))
+    return Hysteresis(up, Interpolated(tuple((angle, torque + gap) for angle, torque in up.points)))
 
 
 EXPONENTIALS = st.builds(
     Exponential,
-    st.lists(st.builds(Term, TORQUES, RATES), min_size=1, max_size=20).map(tuple),
+    st.lists(st.builds(ExponentialTerm, TORQUES, RATES), min_size=1, max_size=20).map(tuple),
     TORQUES,
     st.none() | RANGES,
 )
@@ -106,7 +106,7 @@ def whole_laws(draw: st.DrawFn) -> SpringEntry:
     law = draw(curves() | two_curves() | EXPONENTIALS | LIMITS | PUBLISHED)
     # What a published row brings along is written as if it were the file's own.
     texts = SAID if isinstance(law, PublishedLaw) else TEXTS
-    two = isinstance(law, Directional)
+    two = isinstance(law, Hysteresis)
     hysteresis = 0.0 if two else draw(st.just(0.0) | POSITIVE)
     return SpringEntry(
         joints=(draw(NAMES),),
@@ -114,7 +114,7 @@ def whole_laws(draw: st.DrawFn) -> SpringEntry:
         scale=draw(st.just(1.0) | st.just(0.0) | POSITIVE),
         offset=draw(ANGLES),
         hysteresis=hysteresis,
-        slip=draw(POSITIVE) if two or hysteresis else SLIP,
+        slip_rate=draw(POSITIVE) if two or hysteresis else DEFAULT_SLIP_RATE,
         damping=Damping(draw(st.just(0.0) | POSITIVE)),
         motion=draw(texts),
         reference=draw(texts),
@@ -146,10 +146,10 @@ def coupled_entries(draw: st.DrawFn) -> CoupledEntry:
         coordinates = tuple(names)
         own = draw(own_laws(coordinates))
     else:
-        *hung, last = draw(st.permutations(coupled(published).law.coordinates))
+        *hung, last = draw(st.permutations(coupled_law(published).law.coordinates))
         coordinates, held = tuple(hung), ((last, draw(HELD)),)
     count = len(coordinates)
-    knows = own is None or own.measured[0] is not None
+    knows = own is None or own.valid_ranges[0] is not None
     sides = st.tuples(*[NAMES] * count)
     return CoupledEntry(
         joints=tuple(draw(st.lists(sides, min_size=1, max_size=2, unique=True))),
@@ -157,9 +157,9 @@ def coupled_entries(draw: st.DrawFn) -> CoupledEntry:
         axes=draw(st.tuples(*[st.sampled_from([None, "x", "y", "z"])] * count)),
         senses=draw(st.tuples(*[st.sampled_from([-1, 1])] * count)),
         published=published,
-        own=own,
+        explicit_law=own,
         held=held,
-        is_nearest=knows and draw(st.booleans()),
+        is_nearest_conservative=knows and draw(st.booleans()),
         scale=draw(st.just(1.0) | POSITIVE),
         offsets=draw(st.tuples(*[st.just(0.0) | ANGLES] * count)),
         reference=draw(SAID if published else TEXTS),
@@ -180,7 +180,7 @@ FILES = st.builds(
 def test_what_is_written_is_read_back(content: SpringsFile, comment: str):
     reading = parse_springs(write_springs(content, comment))
     # Where it is held, a law may be an extrapolation.
-    assert errors_among(reading.faults) == ()
+    assert select_errors(reading.faults) == ()
     assert reading.content == content
 
 
@@ -208,11 +208,11 @@ def test_what_no_reader_takes_is_not_written():
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        (Exponential((Term(1.0, 2.0, 0.5),)), "about the angle zero"),
-        (Directional.around(Linear(3.0), 1.0), "one and a hysteresis"),
+        (Exponential((ExponentialTerm(1.0, 2.0, 0.5),)), "about the angle zero"),
+        (Hysteresis.from_mean_and_width(Linear(3.0), 1.0), "one and a hysteresis"),
     ],
 )
-def test_a_law_that_no_key_holds_is_not_written(law: Exponential | Directional, message: str):
+def test_a_law_that_no_key_holds_is_not_written(law: Exponential | Hysteresis, message: str):
     with pytest.raises(ValueError, match=message):
         write_springs(SpringsFile((SpringEntry(("knee",), law=law),)))
 
@@ -221,6 +221,6 @@ def test_ranges_of_some_coordinates_only_are_not_written():
     law = CoupledExponential(
         ("a", "b"), (CoupledTerm((1.0, 2.0), (1.0, 2.0)),), (0.0, 0.0), ((0.0, 1.0), None)
     )
-    entry = CoupledEntry((("hip", "knee"),), ("a", "b"), (None, None), (1, 1), own=law)
+    entry = CoupledEntry((("hip", "knee"),), ("a", "b"), (None, None), (1, 1), explicit_law=law)
     with pytest.raises(ValueError, match="of all coordinates or of none"):
         write_springs(SpringsFile((), coupled=(entry,)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plots.plates.clavicle import clavicle as plate
-from plots.plates.clavicle import jump, rise
+from plots.plates.clavicle import mean_slope, piece_offset
 from springs.published import tables as published
 
 PLATE = plate()
@@ -36,13 +36,14 @@ def test_slopes() -> None:
 )
 def test_a_modern_set_rises_less(key, plane, change) -> None:
     """Changes from 30 to 120 deg of arm elevation, from the tables [deg]."""
-    assert 90.0 * rise(published.rhythm(key), plane) == pytest.approx(change, abs=1e-9)
+    assert 90.0 * mean_slope(published.rhythm(key), plane) == pytest.approx(change, abs=1e-9)
 
 
 def test_jumps() -> None:
     """124.10996 (0.2514 131.4 + 91.076) meets 124.101, 119.7338 (0.21066 130 + 92.348) 120 deg."""
     frontal, sagittal = (
-        jump(published.rhythm(f"otani_1989/clavicle_{plane}")) for plane in ("frontal", "sagittal")
+        piece_offset(published.rhythm(f"otani_1989/clavicle_{plane}"))
+        for plane in ("frontal", "sagittal")
     )
     assert frontal == pytest.approx(-0.00896, abs=1e-9)
     assert sagittal == pytest.approx(0.2662, abs=1e-9)

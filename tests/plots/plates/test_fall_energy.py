@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from plots.plates.fall_energy import STEPS, falls, plate_of
+from plots.plates.fall_energy import STEP_SIZES, build_plate, simulate_falls
 
 
 @pytest.fixture(scope="module")
 def made():
-    return falls()
+    return simulate_falls()
 
 
 @pytest.fixture(scope="module")
 def drawn(made):
-    return plate_of(made)
+    return build_plate(made)
 
 
 def test_which_claims_hold(drawn) -> None:
@@ -53,6 +53,6 @@ def test_the_error_is_the_sum_of_the_columns(drawn) -> None:
     energy, error = drawn.tables["energy"], drawn.tables["error"]
     kinds = ("kinetic", "gravity", "spring", "dissipated")
     total = np.sum([energy[f"{kind} [J]"] for kind in kinds], axis=0) - energy["work [J]"]
-    finest = error[f"energy error, {1e3 * min(STEPS):g} ms [J]"]
+    finest = error[f"energy error, {1e3 * min(STEP_SIZES):g} ms [J]"]
     assert total == pytest.approx(finest, abs=1e-9)
     assert np.all(energy["work [J]"] == 0.0)

@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
-from plots.plates.hip_directional import WIDTH, cycle, drive, law, plate_of
+from plots.plates.hip_directional import (
+    HYSTERESIS_WIDTH,
+    build_plate,
+    drive_hip,
+    hysteresis_law,
+    simulate_cycle,
+)
 from springs import Cubic
-from springs.hysteresis import Directional
-from springs.transformed import Scaled
+from springs.hysteresis import Hysteresis
+from springs.transformed import Transformed
 
 
 def thesis(angle: np.ndarray) -> np.ndarray:
@@ -16,12 +22,12 @@ def thesis(angle: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def drawn(made):
-    return plate_of(made)
+    return build_plate(made)
 
 
 @pytest.fixture(scope="module")
 def made():
-    return cycle()
+    return simulate_cycle()
 
 
 def test_all_claims_hold(drawn) -> None:
@@ -32,12 +38,12 @@ def test_the_branches_are_the_two_curves(made) -> None:
     """Away from the reversals to 0.02 N m: what a frame of 10 ms cannot tell."""
     angles = np.radians(np.arange(5.0, 76.0, 1.0))
     assert made.branch(angles, -1) == pytest.approx(thesis(angles), abs=0.02)
-    assert made.branch(angles, +1) == pytest.approx(thesis(angles) - WIDTH, abs=0.02)
+    assert made.branch(angles, +1) == pytest.approx(thesis(angles) - HYSTERESIS_WIDTH, abs=0.02)
 
 
 def test_the_area_is_width_times_range(made, drawn) -> None:
-    expected = WIDTH * (made.high - made.low)
-    assert law().loss(made.low, made.high) == pytest.approx(expected, rel=1e-9)
+    expected = HYSTERESIS_WIDTH * (made.high - made.low)
+    assert hysteresis_law().cycle_loss(made.low, made.high) == pytest.approx(expected, rel=1e-9)
     assert drawn.claims[3].measured == pytest.approx(expected, rel=0.005)
     assert np.degrees(made.high - made.low) == pytest.approx(80.0, abs=2.0)
 
@@ -50,9 +56,9 @@ def test_the_cycle_is_closed(made) -> None:
 def test_another_width_is_measured_as_such(width) -> None:
     """The torque is that of the motion: with other curves it is another."""
     cubic = Cubic((33.180672, -144.6, 188.2, -82.76), sense=1)
-    made = drive(Directional(Scaled(cubic, constant=-width), cubic), 0.1, 1.2)
+    made = drive_hip(Hysteresis(Transformed(cubic, constant=-width), cubic), 0.1, 1.2)
     angles = np.radians(np.arange(15.0, 60.0, 5.0))
-    apart = made.branch(angles, -1) - made.branch(angles, +1)
+    apart = made.torque_on_branch(angles, -1) - made.torque_on_branch(angles, +1)
     assert apart == pytest.approx(np.full_like(angles, width), abs=0.05)
-    assert made.loss == pytest.approx(width * (made.high - made.low), abs=0.05)
-    assert made.dissipated == pytest.approx(made.loss, abs=0.02)
+    assert made.energy_loss == pytest.approx(width * (made.high - made.low), abs=0.05)
+    assert made.dissipated_energy == pytest.approx(made.energy_loss, abs=0.02)

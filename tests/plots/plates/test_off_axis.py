@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from plots.plates.off_axis import LOOP, ObliqueHip, printed
+from plots.plates.off_axis import LOOP, ObliqueHip, printed_torques
 from plots.plates.off_axis import off_axis as plate
 from springs import Joining
 
@@ -107,7 +107,7 @@ def test_torques_between_the_axes(drawn, degrees) -> None:
 
 def test_eq_4_4_as_printed(hip) -> None:
     """At 60 deg abduction -98.8 N m, flexion -6.9 N m; between them each times its component."""
-    found = printed(hip)
+    found = printed_torques(hip)
     assert found.along[[0, -1]] == pytest.approx([-98.8, -6.9], abs=0.05)
     x, y = abduction(TURN), flexion(TURN)
     middle = len(found.along) // 2

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from plots.literature import measurements
-from plots.plates.verification import AGREEMENT
+from plots.literature import read_measurements
+from plots.plates.verification import AGREEMENT_TOLERANCE
 from plots.plates.verification import verification as plate
 
 
@@ -14,24 +14,24 @@ def test_all_claims_hold() -> None:
 
 
 def test_every_engine_is_there_from_every_start() -> None:
-    runs = measurements("verification")
+    runs = read_measurements("verification")
     for start in ("standing", "striding", "reaching"):
-        engines = runs.where(start=start).values("engine")
+        engines = runs.select_rows(start=start).values("engine")
         assert engines == ["Exudyn", "MuJoCo", "Pinocchio", "OpenSim", "Drake"]
 
 
 def test_the_motions_are_those_of_the_finest_runs() -> None:
-    runs, motion = measurements("verification"), measurements("verification_motion")
+    runs, motion = read_measurements("verification"), read_measurements("verification_motion")
     for start in runs.values("start"):
         for engine in runs.values("engine"):
-            finest = runs.where(start=start, engine=engine).column("joints [rad]")[-1]
-            drawn = motion.where(start=start, engine=engine).column("joints [rad]")
+            finest = runs.select_rows(start=start, engine=engine).column("joints [rad]")[-1]
+            drawn = motion.select_rows(start=start, engine=engine).column("joints [rad]")
             assert drawn.max() == finest
-            assert drawn[0] < AGREEMENT * 1e-6
+            assert drawn[0] < AGREEMENT_TOLERANCE * 1e-6
 
 
 def test_the_engines_move() -> None:
     for start in ("standing", "striding", "reaching"):
-        one = measurements("verification_motion").where(start=start, engine="Exudyn")
+        one = read_measurements("verification_motion").select_rows(start=start, engine="Exudyn")
         for joint in ("right_elbow", "left_shoulder", "right_hip_joint", "left_knee"):
             assert np.ptp(one.column(f"{joint} [deg]")) > 15.0

@@ -5,8 +5,8 @@ from math import isnan
 import numpy as np
 import pytest
 
-from plots.literature import Measurements, measurements
-from plots.plates.work_precision import cheapest
+from plots.literature import Measurements, read_measurements
+from plots.plates.work_precision import cheapest_wall_time
 from plots.plates.work_precision import work_precision as plate
 
 COSTS = Measurements(
@@ -22,11 +22,11 @@ COSTS = Measurements(
 
 @pytest.mark.parametrize(("target", "wall"), [(1.0, 0.1), (1e-3, 0.3), (1e-5, 2.0)])
 def test_the_cheapest_run_within_an_error(target, wall) -> None:
-    assert cheapest(COSTS, target) == wall
+    assert cheapest_wall_time(COSTS, target) == wall
 
 
 def test_an_error_that_no_run_reaches() -> None:
-    assert isnan(cheapest(COSTS, 1e-9))
+    assert isnan(cheapest_wall_time(COSTS, 1e-9))
 
 
 def test_the_claims_tell_what_was_measured() -> None:
@@ -37,9 +37,9 @@ def test_the_claims_tell_what_was_measured() -> None:
 
 
 def test_finer_settings_err_less() -> None:
-    costs = measurements("work_precision").where(figure="reference")
+    costs = read_measurements("work_precision").select_rows(figure="reference")
     for engine, method in (("MuJoCo", "RK4"), ("Exudyn", "fixed step"), ("Drake", "Runge-Kutta 3")):
-        errors = costs.where(engine=engine, method=method).column("error [rad]")
+        errors = costs.select_rows(engine=engine, method=method).column("error [rad]")
         assert len(errors) >= 5
         assert np.all(np.diff(errors) < 0.0)
 
@@ -49,7 +49,7 @@ def test_finer_settings_err_less() -> None:
     ["chains", "python_share", "startup", "verification", "verification_motion", "work_precision"],
 )
 def test_a_table_tells_where_it_is_from(name) -> None:
-    table = measurements(name)
+    table = read_measurements(name)
     assert table.rows
-    assert table.made_with["command"].startswith("python -m benchmarks ")
+    assert table.provenance["command"].startswith("python -m benchmarks ")
     assert "exudyn 1." in table.origin

@@ -16,16 +16,16 @@ from springs import (
     Stop,
 )
 from springs.coupled import CoupledExponential, CoupledTerm
-from springs.lint.coupled import lint_coupled, lint_replaced
-from springs.lint.finding import Finding, Kind
-from springs.lint.report import CoupledReport, Replaced, report_coupled
-from springs.published.tables import coupled
-from springs.spherical import nearest_conservative
+from springs.lint.coupled import lint_coupled, lint_original_law
+from springs.lint.finding import Finding, FindingKind
+from springs.lint.report import CoupledReport, LawReplacement, report_coupled
+from springs.published.tables import coupled_law
+from springs.spherical import nearest_conservative_law
 
 Y = (0.0, 1.0, 0.0)
-LEG = coupled("riener_edrich_1999/leg").law
-PAIR = LEG.holding("ankle dorsiflexion", 0.0)
-MUSCLES = coupled("silder_2007/leg").law.holding("ankle dorsiflexion", 0.0)
+LEG = coupled_law("riener_edrich_1999/leg").law
+PAIR = LEG.hold_coordinate("ankle dorsiflexion", 0.0)
+MUSCLES = coupled_law("silder_2007/leg").law.hold_coordinate("ankle dorsiflexion", 0.0)
 RANGE = (-1.0, 1.0)
 
 
@@ -33,7 +33,7 @@ def law(*terms: CoupledTerm, measured: object = (RANGE, RANGE)) -> CoupledExpone
     return CoupledExponential(("a", "b"), terms, (0.0, 0.0), measured)  # type: ignore[arg-type]
 
 
-def of(findings: tuple[Finding, ...], kind: Kind) -> list[Finding]:
+def of(findings: tuple[Finding, ...], kind: FindingKind) -> list[Finding]:
     return [finding for finding in findings if finding.kind is kind]
 
 
@@ -43,7 +43,7 @@ def side(name: str, one: CoupledExponential = PAIR) -> CoupledSpring:
 
 
 def test_the_published_pair_does_work_round_its_range():
-    loop, nearest = of(lint_coupled(PAIR), Kind.ENERGY)
+    loop, nearest = of(lint_coupled(PAIR), FindingKind.ENERGY)
     assert loop.is_doubt
     assert loop.values == pytest.approx([-12.67], abs=0.01)
     assert [round(degrees(angle)) for angle in loop.angles] == [-15, 100, 0, 135]
@@ -53,62 +53,70 @@ def test_the_published_pair_does_work_round_its_range():
 
 
 def test_of_three_angles_only_pairs_that_do_work_are_told():
-    loops = [one for one in of(lint_coupled(LEG), Kind.ENERGY) if one.is_doubt]
+    loops = [one for one in of(lint_coupled(LEG), FindingKind.ENERGY) if one.is_doubt]
     assert ["ankle" in one.sentence for one in loops] == [False, True]
 
 
 def test_an_energy_is_told_by_how_much_it_varies():
-    (one,) = of(lint_coupled(MUSCLES), Kind.ENERGY)
+    (one,) = of(lint_coupled(MUSCLES), FindingKind.ENERGY)
     assert not one.is_doubt
-    box = [np.linspace(*known, 41) for known in MUSCLES.measured]
+    box = [np.linspace(*known, 41) for known in MUSCLES.valid_ranges]
     energies = MUSCLES.energy(np.meshgrid(*box, indexing="ij"))
     assert one.values == pytest.approx([np.ptp(energies)])
 
 
 def test_what_was_replaced_is_no_doubt_any_more():
-    assert [one.is_doubt for one in lint_replaced(PAIR)] == [False, False]
-    assert all(one.sentence.startswith("the law that was replaced") for one in lint_replaced(PAIR))
+    assert [one.is_doubt for one in lint_original_law(PAIR)] == [False, False]
+    assert all(
+        one.sentence.startswith("the law that was replaced") for one in lint_original_law(PAIR)
+    )
 
 
 def test_a_torque_that_drives_on_whatever_the_other_angle_is_a_doubt():
     outwards = law(CoupledTerm((1.0, 0.0), (2.0, 0.5)))
-    upper = next(one for one in of(lint_coupled(outwards), Kind.SENSE) if one.angles == (1.0,))
+    upper = next(
+        one for one in of(lint_coupled(outwards), FindingKind.SENSE) if one.angles == (1.0,)
+    )
     assert upper.is_doubt
     assert upper.values == pytest.approx([exp(2.5)])
-    (slope,) = [one for one in of(lint_coupled(outwards), Kind.SLOPE) if one.is_doubt]
+    (slope,) = [one for one in of(lint_coupled(outwards), FindingKind.SLOPE) if one.is_doubt]
     assert "about a" in slope.sentence
 
 
 def test_where_a_torque_drives_on_at_some_of_the_other_angles_is_told():
     """At hip 100 deg the published hip drives on with a bent knee: 8.072 - exp(1.3391) N m."""
     (upper,) = [
-        one for one in of(lint_coupled(PAIR), Kind.SENSE) if "upper end of hip" in one.sentence
+        one
+        for one in of(lint_coupled(PAIR), FindingKind.SENSE)
+        if "upper end of hip" in one.sentence
     ]
     assert not upper.is_doubt
     assert upper.values == pytest.approx([4.26], abs=0.005)
     assert upper.sentence.endswith("by 4.26 N m at knee flexion 135 deg")
-    mended = nearest_conservative(PAIR, [known or RANGE for known in PAIR.measured]).law
+    mended = nearest_conservative_law(PAIR, [known or RANGE for known in PAIR.valid_ranges]).law
     (upper,) = [
-        one for one in of(lint_coupled(mended), Kind.SENSE) if "upper end of hip" in one.sentence
+        one
+        for one in of(lint_coupled(mended), FindingKind.SENSE)
+        if "upper end of hip" in one.sentence
     ]
     assert upper.values == pytest.approx([3.15], abs=0.005)
 
 
 def test_the_published_laws_drive_back_and_have_no_negative_stiffness():
     for one in (PAIR, MUSCLES):
-        kinds = (Kind.SENSE, Kind.SLOPE)
+        kinds = (FindingKind.SENSE, FindingKind.SLOPE)
         assert not [f for f in lint_coupled(one) if f.is_doubt and f.kind in kinds]
 
 
 def test_the_greatest_torque_is_where_both_muscles_are_stretched():
-    hip, knee = of(lint_coupled(PAIR), Kind.STRENGTH)
+    hip, knee = of(lint_coupled(PAIR), FindingKind.MAX_TORQUE)
     assert [degrees(angle) for angle in hip.angles] == pytest.approx([100.0, 0.0])
     assert hip.values == pytest.approx([-72.59], abs=0.01)
     assert knee.values == pytest.approx([57.37], abs=0.01)
 
 
 def test_the_growth_beyond_the_range_is_told():
-    hip, knee = of(lint_coupled(PAIR), Kind.KNOWN)
+    hip, knee = of(lint_coupled(PAIR), FindingKind.VALID_RANGE)
     assert not hip.is_doubt
     assert "-15 .. 100 deg it is an extrapolation" in hip.sentence
     straight = PAIR.torques((radians(180.0), 0.0))
@@ -119,7 +127,7 @@ def test_the_growth_beyond_the_range_is_told():
 
 def test_a_range_that_is_not_known_is_said():
     term = CoupledTerm((-1.0, -1.0), (1.0, 1.0))
-    (one,) = of(lint_coupled(law(term, measured=(None, RANGE))), Kind.KNOWN)[:1]
+    (one,) = of(lint_coupled(law(term, measured=(None, RANGE))), FindingKind.VALID_RANGE)[:1]
     assert "the range of a is not known; looked at is -90 .. 90 deg" in one.sentence
 
 
@@ -131,26 +139,26 @@ def report(*springs: CoupledSpring, joints: dict[str, JointSprings] | None = Non
 def test_both_sides_with_one_law_are_one_report():
     one = report(side("left"), side("right"))
     assert len(one.springs) == 2
-    (symmetry,) = of(one.findings, Kind.SYMMETRY)
+    (symmetry,) = of(one.findings, FindingKind.SYMMETRY)
     assert symmetry.sentence == "left and right have the same law"
     assert not symmetry.is_doubt
 
 
 def test_a_side_without_the_law_is_a_doubt():
-    (symmetry,) = of(report(side("left")).findings, Kind.SYMMETRY)
+    (symmetry,) = of(report(side("left")).findings, FindingKind.SYMMETRY)
     assert symmetry.is_doubt
     assert symmetry.sentence == "`right_hip_joint` and `right_knee` have no such law"
 
 
 def test_a_joint_of_two_coordinates_is_named_once():
     hip = CoupledSpring(PAIR, tuple(CoupledAxis("left_hip_joint", one) for one in (Y, (1, 0, 0))))
-    (symmetry,) = of(report(hip).findings, Kind.SYMMETRY)
+    (symmetry,) = of(report(hip).findings, FindingKind.SYMMETRY)
     assert symmetry.sentence == "`right_hip_joint` has no such law"
 
 
 def test_a_side_with_another_law_is_a_doubt_of_both():
     reports = report_coupled(SpringSet({}, coupled=(side("left"), side("right", MUSCLES))))
-    said = [of(one.findings, Kind.SYMMETRY)[0].sentence for one in reports]
+    said = [of(one.findings, FindingKind.SYMMETRY)[0].sentence for one in reports]
     assert said == [
         "`right_hip_joint` and `right_knee` have another law",
         "`left_hip_joint` and `left_knee` have another law",
@@ -164,7 +172,9 @@ def knee_springs(*laws: object) -> dict[str, JointSprings]:
 
 
 def test_a_strong_curve_of_its_own_beside_a_strong_law_is_a_doubt():
-    (one,) = of(report(side("left"), joints=knee_springs(Linear(40.0))).findings, Kind.TWICE)
+    (one,) = of(
+        report(side("left"), joints=knee_springs(Linear(40.0))).findings, FindingKind.DUPLICATE_LAW
+    )
     assert one.is_doubt
     assert "`left_knee` has a curve" in one.sentence
     assert one.values[0] == pytest.approx(40.0 * radians(135.0))
@@ -172,20 +182,22 @@ def test_a_strong_curve_of_its_own_beside_a_strong_law_is_a_doubt():
 
 
 def test_a_weak_curve_beside_it_is_only_told():
-    (one,) = of(report(side("left"), joints=knee_springs(Linear(1.0))).findings, Kind.TWICE)
+    (one,) = of(
+        report(side("left"), joints=knee_springs(Linear(1.0))).findings, FindingKind.DUPLICATE_LAW
+    )
     assert not one.is_doubt
 
 
 @pytest.mark.parametrize("laws", [(), (Stop(-0.1, 2.4),)])
 def test_damping_and_stops_beside_it_are_right(laws: tuple[object, ...]):
     joints = knee_springs(*laws)
-    assert of(report(side("left"), joints=joints).findings, Kind.TWICE) == []
+    assert of(report(side("left"), joints=joints).findings, FindingKind.DUPLICATE_LAW) == []
 
 
 def test_the_law_that_was_replaced_is_told_with_its_work():
-    mended = nearest_conservative(PAIR, [known or RANGE for known in PAIR.measured]).law
+    mended = nearest_conservative_law(PAIR, [known or RANGE for known in PAIR.valid_ranges]).law
     springs = SpringSet({}, coupled=(side("left", mended), side("right", mended)))
-    (one,) = report_coupled(springs, (Replaced(mended, PAIR), Replaced(mended, PAIR)))
+    (one,) = report_coupled(springs, (LawReplacement(mended, PAIR), LawReplacement(mended, PAIR)))
     told = [f for f in one.findings if "replaced" in f.sentence]
     assert len(told) == 2
     assert one.doubts == ()

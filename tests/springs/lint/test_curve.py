@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.figure_file import read_figure
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import (
     NUMPY,
     AxisSpring,
@@ -24,9 +24,9 @@ from springs import (
     Stop,
     passive_cubic,
 )
-from springs.fit import Run, SampledCurve
-from springs.lint.curve import FIRM, UNKNOWN_END, lint_curve
-from springs.lint.finding import Finding, Kind
+from springs.fit import SampledCurve, SignInterval
+from springs.lint.curve import DEFAULT_RANGE_END, FIRM_TORQUE, lint_curve
+from springs.lint.finding import Finding, FindingKind
 from springs.lint.report import CurveReport, report_curves
 from springs.published.range_of_motion import RangeEnd, normal_range
 from springs.published.reference import Reference, Sureness
@@ -40,13 +40,13 @@ SOURCE = Reference("invented for this test", Sureness.PAGE)
 @pytest.fixture(scope="module")
 def prototype() -> tuple[CurveReport, ...]:
     path = FIGURES / "prototype.springs.toml"
-    springs = springs_for(read_figure("prototype"), path.parent, "prototype").springs
+    springs = load_springs(read_figure("prototype"), path.parent, "prototype").springs
     assert springs is not None
     return report_curves(springs)
 
 
 def found_in(
-    reports: tuple[CurveReport, ...], joint: str, motion: str, kind: Kind
+    reports: tuple[CurveReport, ...], joint: str, motion: str, kind: FindingKind
 ) -> list[Finding]:
     """The findings of a kind about one motion of a joint."""
     (report,) = (r for r in reports if joint in r.joints and r.spring.motion == motion)
@@ -64,11 +64,11 @@ def lint(
     return lint_curve(AxisSpring(Z, laws), *ends)
 
 
-def doubts(findings: tuple[Finding, ...], kind: Kind) -> list[Finding]:
+def doubts(findings: tuple[Finding, ...], kind: FindingKind) -> list[Finding]:
     return [finding for finding in findings if finding.is_doubt and finding.kind is kind]
 
 
-def notes(findings: tuple[Finding, ...], kind: Kind) -> list[Finding]:
+def notes(findings: tuple[Finding, ...], kind: FindingKind) -> list[Finding]:
     return [finding for finding in findings if not finding.is_doubt and finding.kind is kind]
 
 
@@ -86,14 +86,14 @@ def test_the_prototypes_curves_are_eleven(prototype: tuple[CurveReport, ...]):
 def test_elbow_and_knee_stop_inside_the_normal_range(
     prototype: tuple[CurveReport, ...], joint: str, edge: float, end: float
 ):
-    (finding,) = found_in(prototype, joint, "flexion", Kind.FREE_MOTION)
+    (finding,) = found_in(prototype, joint, "flexion", FindingKind.FREE_MOTION)
     assert finding.is_doubt
     assert np.degrees(finding.angles) == pytest.approx([edge, end], abs=0.05)
     assert f"free motion ends at {edge:.1f} deg" in finding.sentence
 
 
 def test_the_elbows_moment_at_its_normal_end(prototype: tuple[CurveReport, ...]):
-    low, high = found_in(prototype, "right_elbow", "flexion", Kind.END)
+    low, high = found_in(prototype, "right_elbow", "flexion", FindingKind.RANGE_END)
     a, edge = radians(144.6), radians(97.402825)
     c1, c2, c3 = 29.224, -6.13885, 214.423
     resisting = c1 * (a - edge) + c2 * (a**2 - edge**2) + c3 * (a**3 - edge**3)
@@ -103,18 +103,20 @@ def test_the_elbows_moment_at_its_normal_end(prototype: tuple[CurveReport, ...])
 
 
 def test_the_shoulder_resists_flexion_at_90_deg(prototype: tuple[CurveReport, ...]):
-    backward, forward = found_in(prototype, "left_shoulder", "flexion", Kind.EARLY)
+    backward, forward = found_in(
+        prototype, "left_shoulder", "flexion", FindingKind.EARLY_RESISTANCE
+    )
     assert backward.angles[-1] < 0.0 < forward.angles[-1]
     at = dict(zip(np.degrees(forward.angles).round(1), forward.values, strict=True))
     assert at[90.0] == pytest.approx(-36.1, abs=0.1)
     assert "36.15 N m at 90.0 deg" in forward.sentence
     c0, c1, c2, c3 = -2.206618, 30.54884913, -50.8802156, 29.9064608
     firm = forward.angles[0]
-    assert c0 + c1 * firm + c2 * firm**2 + c3 * firm**3 == pytest.approx(FIRM, abs=0.2)
+    assert c0 + c1 * firm + c2 * firm**2 + c3 * firm**3 == pytest.approx(FIRM_TORQUE, abs=0.2)
 
 
 def test_the_hips_rest_is_at_23_deg(prototype: tuple[CurveReport, ...]):
-    (finding,) = found_in(prototype, "left_hip_joint", "flexion", Kind.EQUILIBRIUM)
+    (finding,) = found_in(prototype, "left_hip_joint", "flexion", FindingKind.EQUILIBRIUM)
     assert not finding.is_doubt
     assert degrees(finding.angles[0]) == pytest.approx(23.2, abs=0.05)
 
@@ -122,14 +124,14 @@ def test_the_hips_rest_is_at_23_deg(prototype: tuple[CurveReport, ...]):
 def test_no_curve_of_the_prototype_drives_away(prototype: tuple[CurveReport, ...]):
     """The rule for sense and dead zone keeps its word."""
     for report in prototype:
-        assert not doubts(report.findings, Kind.SENSE)
-        assert not doubts(report.findings, Kind.JUMP)
-        assert not doubts(report.findings, Kind.ENERGY)
-        assert not doubts(report.findings, Kind.SYMMETRY)
+        assert not doubts(report.findings, FindingKind.SENSE)
+        assert not doubts(report.findings, FindingKind.JUMP)
+        assert not doubts(report.findings, FindingKind.ENERGY)
+        assert not doubts(report.findings, FindingKind.SYMMETRY)
 
 
 def test_only_the_shoulders_rotation_has_a_negative_stiffness(prototype: tuple[CurveReport, ...]):
-    found = {r.joints[0]: f for r in prototype for f in doubts(r.findings, Kind.SLOPE)}
+    found = {r.joints[0]: f for r in prototype for f in doubts(r.findings, FindingKind.SLOPE)}
     ((joint, slope),) = found.items()
     assert joint == "left_shoulder"
     assert np.degrees(slope.angles) == pytest.approx([-58.4, -16.8], abs=0.2)
@@ -140,15 +142,15 @@ def test_only_the_shoulders_rotation_has_a_negative_stiffness(prototype: tuple[C
 
 def test_a_cubic_of_the_wrong_sense_is_flagged():
     good = passive_cubic((0.0, 10.0, 0.0, 100.0))
-    assert not doubts(lint(good), Kind.SENSE)
+    assert not doubts(lint(good), FindingKind.SENSE)
     findings = lint(Cubic(good.coefficients, -good.sense))
-    away, lower, upper = doubts(findings, Kind.SENSE)
+    away, lower, upper = doubts(findings, FindingKind.SENSE)
     assert away.angles == pytest.approx((0.0, 0.0), abs=1e-9)
     assert "drives away from 0.0 deg" in away.sentence
-    push = 10.0 * UNKNOWN_END + 100.0 * UNKNOWN_END**3
+    push = 10.0 * DEFAULT_RANGE_END + 100.0 * DEFAULT_RANGE_END**3
     assert [f.values[0] for f in (away, lower, upper)] == pytest.approx([push] * 3)
-    assert (lower.angles[0], upper.angles[0]) == (-UNKNOWN_END, UNKNOWN_END)
-    (equilibrium,) = (f for f in findings if f.kind is Kind.EQUILIBRIUM)
+    assert (lower.angles[0], upper.angles[0]) == (-DEFAULT_RANGE_END, DEFAULT_RANGE_END)
+    (equilibrium,) = (f for f in findings if f.kind is FindingKind.EQUILIBRIUM)
     assert equilibrium.is_doubt
     assert "unstable" in equilibrium.sentence
 
@@ -156,9 +158,9 @@ def test_a_cubic_of_the_wrong_sense_is_flagged():
 def test_a_printed_cubic_pushes_outwards_in_the_middle():
     """The hip's abduction as printed, without its dead zone: 40 and 43 N m the wrong way."""
     findings = lint(Cubic((-0.131, 136.0, 8.42, -218.0), 1))
-    (away,) = doubts(findings, Kind.SENSE)
+    (away,) = doubts(findings, FindingKind.SENSE)
     assert away.values[0] == pytest.approx(43.0, abs=0.1)
-    equilibria = [f for f in findings if f.kind is Kind.EQUILIBRIUM]
+    equilibria = [f for f in findings if f.kind is FindingKind.EQUILIBRIUM]
     stable = [degrees(f.angles[0]) for f in equilibria if not f.is_doubt]
     unstable = [degrees(f.angles[0]) for f in equilibria if f.is_doubt]
     assert stable == pytest.approx([-44.19, 46.35], abs=0.01)
@@ -166,30 +168,33 @@ def test_a_printed_cubic_pushes_outwards_in_the_middle():
 
 
 def test_a_wrong_sense_behind_a_dead_zone():
-    (away, *ends) = doubts(lint(Cubic((0.0, 10.0, 0.0, 0.0), 1, (-0.5, 0.5))), Kind.SENSE)
+    (away, *ends) = doubts(lint(Cubic((0.0, 10.0, 0.0, 0.0), 1, (-0.5, 0.5))), FindingKind.SENSE)
     assert away.angles == pytest.approx((-0.5, 0.5))
     assert len(ends) == 2
 
 
 def test_a_torque_of_one_sign_drives_on():
-    (end,) = doubts(lint(Linear(5.0, rest=3.0)), Kind.SENSE)
-    assert end.angles == (UNKNOWN_END,)
+    (end,) = doubts(lint(Linear(5.0, rest=3.0)), FindingKind.SENSE)
+    assert end.angles == (DEFAULT_RANGE_END,)
     assert "upper end" in end.sentence
 
 
 def test_a_free_joint_is_said_to_be_free():
     findings = lint(Stop(-3.0, 3.0))
-    assert "there is no torque over" in notes(findings, Kind.SENSE)[0].sentence
-    assert notes(findings, Kind.EQUILIBRIUM)[0].angles == (-UNKNOWN_END, UNKNOWN_END)
+    assert "there is no torque over" in notes(findings, FindingKind.SENSE)[0].sentence
+    assert notes(findings, FindingKind.EQUILIBRIUM)[0].angles == (
+        -DEFAULT_RANGE_END,
+        DEFAULT_RANGE_END,
+    )
     assert not any(finding.is_doubt for finding in findings)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.1, 1e4))
 def test_a_linear_spring_has_one_stable_rest(rest: float, stiffness: float):
     findings = lint(Linear(stiffness, rest))
-    (equilibrium,) = notes(findings, Kind.EQUILIBRIUM)
+    (equilibrium,) = notes(findings, FindingKind.EQUILIBRIUM)
     assert equilibrium.angles[0] == pytest.approx(rest, abs=1e-9)
-    (slope,) = notes(findings, Kind.SLOPE)
+    (slope,) = notes(findings, FindingKind.SLOPE)
     assert slope.values[0] == pytest.approx(stiffness, rel=1e-6)
     assert not any(finding.is_doubt for finding in findings)
 
@@ -198,18 +203,21 @@ def test_a_linear_spring_has_one_stable_rest(rest: float, stiffness: float):
 def test_the_runs_join_and_cover_the_range(one: float, other: float):
     zone = (min(one, other), max(one, other))
     curve = SampledCurve((Cubic((0.0, 10.0, 0.0, 20.0), -1, zone),), -2.0, 2.0)
-    assert curve.runs[0].start == -2.0
-    assert curve.runs[-1].end == 2.0
-    assert [run.sign for run in curve.runs if run.end > run.start + 1e-6] in ([1, 0, -1], [1, -1])
-    for before, after in zip(curve.runs, curve.runs[1:], strict=False):
+    assert curve.sign_intervals[0].start == -2.0
+    assert curve.sign_intervals[-1].end == 2.0
+    assert [run.sign for run in curve.sign_intervals if run.end > run.start + 1e-6] in (
+        [1, 0, -1],
+        [1, -1],
+    )
+    for before, after in zip(curve.sign_intervals, curve.sign_intervals[1:], strict=False):
         assert before.end == after.start
 
 
 def test_the_edges_of_a_run_are_the_zeros():
     curve = SampledCurve((Linear(3.0, 0.1234567),), -1.0, 1.0)
-    assert curve.runs == (
-        Run(1, -1.0, pytest.approx(0.1234567)),  # type: ignore[arg-type]
-        Run(-1, pytest.approx(0.1234567), 1.0),  # type: ignore[arg-type]
+    assert curve.sign_intervals == (
+        SignInterval(1, -1.0, pytest.approx(0.1234567)),  # type: ignore[arg-type]
+        SignInterval(-1, pytest.approx(0.1234567), 1.0),  # type: ignore[arg-type]
     )
 
 
@@ -217,9 +225,9 @@ def test_the_edges_of_a_run_are_the_zeros():
 
 
 def test_the_greatest_stiffness_is_found_where_it_is():
-    (slope,) = notes(lint(Cubic((0.0, 1.0, 0.0, 10.0)), high=50.0), Kind.SLOPE)
-    assert slope.angles[0] == pytest.approx(-UNKNOWN_END, abs=0.002)
-    assert slope.values[0] == pytest.approx(1.0 + 30.0 * UNKNOWN_END**2, rel=0.005)
+    (slope,) = notes(lint(Cubic((0.0, 1.0, 0.0, 10.0)), high=50.0), FindingKind.SLOPE)
+    assert slope.angles[0] == pytest.approx(-DEFAULT_RANGE_END, abs=0.002)
+    assert slope.values[0] == pytest.approx(1.0 + 30.0 * DEFAULT_RANGE_END**2, rel=0.005)
 
 
 @dataclass(frozen=True)
@@ -246,7 +254,7 @@ class Broken:
 
 
 def test_a_jump_is_found():
-    (jump,) = doubts(lint(Broken(0.3, 7.0)), Kind.JUMP)
+    (jump,) = doubts(lint(Broken(0.3, 7.0)), FindingKind.JUMP)
     assert jump.angles == (0.3,)
     assert jump.values[0] == pytest.approx(-7.0, rel=1e-6)
 
@@ -254,23 +262,23 @@ def test_a_jump_is_found():
 def test_a_steep_curve_without_a_jump_has_none():
     law = Cubic((0.0, 1e4, 0.0, 1e5), -1, (-0.1, 0.1))
     findings = lint(law)
-    assert not doubts(findings, Kind.JUMP)
-    lower, upper = notes(findings, Kind.JUMP)
+    assert not doubts(findings, FindingKind.JUMP)
+    lower, upper = notes(findings, FindingKind.JUMP)
     edge = 1e4 + 3.0 * 1e5 * 0.01
     assert (lower.values[0], upper.values[0]) == pytest.approx((-edge, edge), rel=1e-3)
 
 
 def test_an_energy_that_is_not_the_torques_is_found():
-    assert not doubts(lint(Broken(0.3, 0.0)), Kind.ENERGY)
-    (leak,) = doubts(lint(Broken(0.3, 0.0, leak=0.5), low=-45.0), Kind.ENERGY)
-    low, high = radians(-55.0), UNKNOWN_END
+    assert not doubts(lint(Broken(0.3, 0.0)), FindingKind.ENERGY)
+    (leak,) = doubts(lint(Broken(0.3, 0.0, leak=0.5), low=-45.0), FindingKind.ENERGY)
+    low, high = radians(-55.0), DEFAULT_RANGE_END
     assert leak.values[0] == pytest.approx(0.5 * 5.0 * (high**2 - low**2), rel=1e-6)
 
 
 def test_what_a_cycle_stores_and_loses():
     """Worked by hand: 2 pi^2 b A^2 + 4 c A, and k A^2 / 2."""
     spring = AxisSpring(Z, (Linear(10.0),), Damping(0.08, 0.5))
-    (energy,) = notes(lint_curve(spring), Kind.ENERGY)
+    (energy,) = notes(lint_curve(spring), FindingKind.ENERGY)
     amplitude = pi / 2.0
     stored, lost = energy.values
     assert stored == pytest.approx(5.0 * amplitude**2, rel=1e-9)
@@ -283,7 +291,7 @@ def test_the_loss_is_that_of_the_damping_law():
     times = (np.arange(200_000) + 0.5) / 200_000
     rates = amplitude * 2.0 * pi * np.cos(2.0 * pi * times)
     spent = -float(np.mean(np.asarray(damping.torque(rates)) * rates))
-    (energy,) = notes(lint_curve(AxisSpring(Z, (Linear(1.0),), damping)), Kind.ENERGY)
+    (energy,) = notes(lint_curve(AxisSpring(Z, (Linear(1.0),), damping)), FindingKind.ENERGY)
     assert energy.values[1] == pytest.approx(spent, rel=1e-3)
 
 
@@ -293,14 +301,14 @@ def test_the_loss_is_that_of_the_damping_law():
 def test_a_soft_joint_is_not_early():
     findings = lint(Linear(2.0), low=-5.0, high=140.0)
     assert not any(finding.is_doubt for finding in findings)
-    assert [f.values[0] for f in notes(findings, Kind.END)] == pytest.approx(
+    assert [f.values[0] for f in notes(findings, FindingKind.RANGE_END)] == pytest.approx(
         [2.0 * radians(5.0), -2.0 * radians(140.0)]
     )
 
 
 def test_a_joint_that_is_firm_everywhere():
     """Firm from the other end of what was looked at."""
-    (early,) = doubts(lint(Linear(100.0, -3.0), low=-5.0, high=40.0), Kind.EARLY)
+    (early,) = doubts(lint(Linear(100.0, -3.0), low=-5.0, high=40.0), FindingKind.EARLY_RESISTANCE)
     assert degrees(early.angles[0]) == pytest.approx(-15.0)
     assert np.degrees(early.angles[1:]) == pytest.approx([0.0, 30.0, 40.0], abs=1e-9)
     assert early.sentence.startswith(
@@ -309,7 +317,7 @@ def test_a_joint_that_is_firm_everywhere():
 
 
 def test_a_joint_that_becomes_firm_is_told_from_where():
-    (early,) = doubts(lint(Linear(40.0), low=-5.0, high=40.0), Kind.EARLY)
+    (early,) = doubts(lint(Linear(40.0), low=-5.0, high=40.0), FindingKind.EARLY_RESISTANCE)
     assert early.sentence.startswith("it resists with 10 N m from 14.3 deg on: 20.94 N m at 30.0")
 
 
@@ -323,21 +331,21 @@ def test_a_joint_that_becomes_firm_is_told_from_where():
 )
 def test_a_stretch_without_torque_is_told_by_its_ends(lower: float, upper: float, where: str):
     limits = SmoothLimit(radians(lower), radians(upper), 30.0, 30.0, radians(3.0))
-    said = [one.sentence for one in notes(lint(limits), Kind.EQUILIBRIUM)]
+    said = [one.sentence for one in notes(lint(limits), FindingKind.EQUILIBRIUM)]
     assert said == [f"there is no torque {where}"]
 
 
 def test_what_drives_on_at_an_end_is_not_called_resistance():
     findings = lint(Linear(100.0, 3.0), high=40.0)
-    assert not doubts(findings, Kind.EARLY)
-    assert doubts(findings, Kind.SENSE)
+    assert not doubts(findings, FindingKind.EARLY_RESISTANCE)
+    assert doubts(findings, FindingKind.SENSE)
 
 
 def test_the_lower_end_mirrors_the_upper():
     law = Cubic((1.0, 20.0, -6.0, 90.0), -1, (0.1, 0.6))
     up = lint(law, low=-30.0, high=70.0)
     down = lint(law.mirrored(), low=-70.0, high=30.0)
-    for kind in (Kind.EARLY, Kind.FREE_MOTION):
+    for kind in (FindingKind.EARLY_RESISTANCE, FindingKind.FREE_MOTION):
         mine = sorted(tuple(-a for a in f.angles) for f in doubts(up, kind))
         assert mine
         its = sorted(f.angles for f in doubts(down, kind))
@@ -390,7 +398,7 @@ def test_equal_sides_are_one_curve():
     law = Cubic((1.0, 2.0, 3.0, 4.0))
     (report,) = two_sided(AxisSpring((1.0, 0.0, 0.0), (law,)), AxisSpring((-1.0, 0.0, 0.0), (law,)))
     assert report.joints == ("left_knee", "right_knee")
-    assert notes(report.findings, Kind.SYMMETRY)
+    assert notes(report.findings, FindingKind.SYMMETRY)
 
 
 def test_unequal_sides_are_found():
@@ -399,28 +407,28 @@ def test_unequal_sides_are_found():
     reports = two_sided(AxisSpring(Z, (left,)), AxisSpring(Z, (right,)))
     assert len(reports) == 2
     for report in reports:
-        (finding,) = doubts(report.findings, Kind.SYMMETRY)
+        (finding,) = doubts(report.findings, FindingKind.SYMMETRY)
         assert finding.values[0] == pytest.approx(2.0 * (1.0 + 2.0 * pi + 3 * pi**2 + 4 * pi**3))
 
 
 def test_another_damping_on_one_side_is_found():
     one, other = AxisSpring(Z, (Linear(1.0),)), AxisSpring(Z, (Linear(1.0),), Damping(0.1))
-    assert all(doubts(report.findings, Kind.SYMMETRY) for report in two_sided(one, other))
+    assert all(doubts(report.findings, FindingKind.SYMMETRY) for report in two_sided(one, other))
 
 
 def test_a_spring_on_one_side_only_is_found():
     (report,) = two_sided(AxisSpring(Z, (Linear(1.0),)), None)
-    (finding,) = doubts(report.findings, Kind.SYMMETRY)
+    (finding,) = doubts(report.findings, FindingKind.SYMMETRY)
     assert "`right_knee` has no spring" in finding.sentence
     reports = two_sided(AxisSpring(Z, (Linear(1.0),)), AxisSpring((1.0, 0.0, 0.0), (Linear(1.0),)))
-    assert all(doubts(report.findings, Kind.SYMMETRY) for report in reports)
+    assert all(doubts(report.findings, FindingKind.SYMMETRY) for report in reports)
 
 
 def test_a_joint_without_sides_has_no_symmetry():
     (report,) = report_curves(
         SpringSet({"waist": JointSprings("waist", (AxisSpring(Z, (Linear(1.0),)),))})
     )
-    assert not [f for f in report.findings if f.kind is Kind.SYMMETRY]
+    assert not [f for f in report.findings if f.kind is FindingKind.SYMMETRY]
 
 
 def test_an_axis_with_damping_alone_has_no_curve():

@@ -57,10 +57,10 @@ def test_printed_senses_are_turned_into_ours(signs, ours):
 def test_a_range_is_turned_with_the_angle():
     row = the_curve("angle_sign = -1\nmoment_sign = -1\nmeasured_deg = [-120, 10]")
     assert row.range_is_measured
-    assert [degrees(end) for end in row.measured] == pytest.approx([-10.0, 120.0])
-    assert row.law.measured == row.measured
+    assert [degrees(end) for end in row.valid_range] == pytest.approx([-10.0, 120.0])
+    assert row.law.valid_range == row.valid_range
     assert not the_curve("usable_deg = [-120, 10]").range_is_measured
-    assert the_curve().measured is None
+    assert the_curve().valid_range is None
 
 
 def test_units_are_turned():
@@ -78,11 +78,11 @@ def test_defaults_stand_in_for_what_a_row_leaves_out():
 
 
 def test_a_coupled_row_in_the_other_sense():
-    law = parse_publication(HEAD + COUPLED + 'turned = ["knee"]').coupled["leg"].law
-    plain = parse_publication(HEAD + COUPLED).coupled["leg"].law
+    law = parse_publication(HEAD + COUPLED + 'turned = ["knee"]').coupled_laws["leg"].law
+    plain = parse_publication(HEAD + COUPLED).coupled_laws["leg"].law
     assert plain.torques((0.3, 0.4)) == pytest.approx((1.5, -exp(0.2 + 0.15 + 0.8)))
     assert law.torques((0.3, -0.4)) == pytest.approx((1.5, exp(0.2 + 0.15 + 0.8)))
-    assert [degrees(end) for end in law.measured[1]] == pytest.approx([-120.0, 0.0], abs=1e-9)
+    assert [degrees(end) for end in law.valid_ranges[1]] == pytest.approx([-120.0, 0.0], abs=1e-9)
 
 
 def test_numbers_may_be_whole_and_a_limit_may_be_a_least_value():

@@ -14,4 +14,4 @@ def test_what_is_not_known_is_left_out():
 
 
 def test_every_degree_of_sureness_has_words():
-    assert len({kind.words for kind in Sureness}) == len(Sureness)
+    assert len({kind.description for kind in Sureness}) == len(Sureness)

@@ -11,10 +11,10 @@ import pytest
 from scipy.optimize import brentq
 
 from springs import Cubic
-from springs.elastic import measured_range
+from springs.elastic import valid_range
 from springs.published.tables import (
     PublishedError,
-    coupled,
+    coupled_law,
     curve,
     motion_ranges,
     publication,
@@ -230,8 +230,8 @@ def test_curves_have_the_values_that_are_told_of_them(key, angle, torque):
 @pytest.mark.parametrize("key", sorted({key for key, *_ in ROWS}))
 def test_every_law_knows_the_range_of_its_row(key):
     row = curve(key)
-    if row.measured is not None and not isinstance(row.law, Cubic) and "schmidt" not in key:
-        assert measured_range(row.law) == pytest.approx(row.measured)
+    if row.valid_range is not None and not isinstance(row.law, Cubic) and "schmidt" not in key:
+        assert valid_range(row.law) == pytest.approx(row.valid_range)
     assert row.damping is None or row.damping > 0.0
     assert row.motion
     assert row.reference.text == publication(key.partition("/")[0]).reference.text
@@ -248,8 +248,8 @@ def test_the_thesis_s_dead_zones_are_those_of_the_rule_and_of_the_table():
     assert zones["hip_y"] == zones["shoulder_y"] == zones["shoulder_z"] == []
 
 
-RIENER = coupled("riener_edrich_1999/leg").law
-SILDER_LEG = coupled("silder_2007/leg").law
+RIENER = coupled_law("riener_edrich_1999/leg").law
+SILDER_LEG = coupled_law("silder_2007/leg").law
 
 
 def riener_printed(h, k, a):
@@ -314,8 +314,8 @@ def test_where_the_hip_is_at_rest():
     assert straight == pytest.approx(23.6, abs=0.05)
     assert zero(curve("silder_2007/hip_knee_15").law) == pytest.approx(23.6, abs=0.5)
     held = {"knee flexion": radians(15.0), "ankle dorsiflexion": 0.0}
-    assert zero(SILDER_LEG.about("hip flexion", held)) == pytest.approx(31.0, abs=0.1)
-    assert zero(RIENER.about("hip flexion", held)) == pytest.approx(36.7, abs=0.1)
+    assert zero(SILDER_LEG.single_angle_law("hip flexion", held)) == pytest.approx(31.0, abs=0.1)
+    assert zero(RIENER.single_angle_law("hip flexion", held)) == pytest.approx(36.7, abs=0.1)
     assert zero(curve("otani_1989/hip_y").law) == pytest.approx(23.2, abs=0.1)
     assert zero(curve("davy_audu_1987/hip").law) == pytest.approx(18.6, abs=0.1)
 
@@ -329,11 +329,11 @@ def test_equation_and_digitised_curve_of_silder_agree_in_the_normal_range():
 
 
 def test_the_equations_of_the_leg_tell_where_they_hold():
-    assert [degrees(end) for pair in SILDER_LEG.measured for end in pair] == pytest.approx(
+    assert [degrees(end) for pair in SILDER_LEG.valid_ranges for end in pair] == pytest.approx(
         [-15.0, 100.0, 0.0, 135.0, -20.0, 20.0]
     )
-    assert coupled("silder_2007/leg").range_is_measured
-    assert not coupled("riener_edrich_1999/leg").range_is_measured
+    assert coupled_law("silder_2007/leg").range_is_measured
+    assert not coupled_law("riener_edrich_1999/leg").range_is_measured
 
 
 RHYTHMS = [
@@ -503,7 +503,7 @@ def test_every_publication_can_be_cited():
         source = publication(name)
         assert source.name == name
         assert source.reference.text in str(source.reference)
-        assert source.curves or source.coupled or source.rhythms or source.ranges
+        assert source.curves or source.coupled_laws or source.rhythms or source.ranges
 
 
 def test_a_row_may_be_less_sure_than_its_publication():
@@ -524,7 +524,7 @@ def test_a_row_may_be_less_sure_than_its_publication():
             lambda: curve("saul_2015/zzz"),
             "`saul_2015` has no curve `zzz`; there are elbow_flexion,",
         ),
-        (lambda: coupled("saul_2015/leg"), "`saul_2015` has no coupled law `leg`$"),
+        (lambda: coupled_law("saul_2015/leg"), "`saul_2015` has no coupled law `leg`$"),
         (lambda: rhythm("spartacus/oki"), "`spartacus` has no rhythm `oki`"),
     ],
 )

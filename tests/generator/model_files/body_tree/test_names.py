@@ -20,22 +20,22 @@ MODEL = """<robot name="r">
 
 @given(st.lists(WORDS, unique=True, max_size=12))
 def test_a_valid_name_stays_wherever_it_stands(asked):
-    names, alone = Names(), [Names().taken(name) for name in asked]
-    names.keep(asked)
-    found = [names.taken(name) for name in asked]
+    names, alone = Names(), [Names().assign(name) for name in asked]
+    names.protect(asked)
+    found = [names.assign(name) for name in asked]
     assert len(set(found)) == len(found)
     for name, word, given_alone in zip(asked, found, alone, strict=True):
         if given_alone == name:
             assert word == name
-        assert (name in names.changed) == (word != name)
+        assert (name in names.renamed) == (word != name)
 
 
 def test_a_name_that_is_made_gives_way_to_the_models():
     names = Names()
-    names.keep(["arm_1"])
-    assert names.made("arm_1") == "arm_1_2"
-    assert names.taken("arm_1") == "arm_1"
-    assert names.made("arm_2") == "arm_2"
+    names.protect(["arm_1"])
+    assert names.assign_new("arm_1") == "arm_1_2"
+    assert names.assign("arm_1") == "arm_1"
+    assert names.assign_new("arm_2") == "arm_2"
 
 
 def test_links_and_joints_keep_valid_names_behind_invalid_ones():

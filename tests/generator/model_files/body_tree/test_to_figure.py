@@ -8,13 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from generator.diagnostics import Findings
+from generator.diagnostics import Diagnostics
 from generator.inertia import MassProperties
-from generator.losses import Report
-from generator.model_files.body_tree.joints import groups_of
-from generator.model_files.body_tree.to_figure import figure_of
-from generator.model_files.body_tree.tree import Body, Freedom, PassiveTree, without_massless
-from generator.rotations import cross_matrix, homogeneous, matrix_from_rotation_vector
+from generator.losses import LossReport
+from generator.model_files.body_tree.joints import group_dofs
+from generator.model_files.body_tree.to_figure import figure_from_tree
+from generator.model_files.body_tree.tree import (
+    Body,
+    BodyTree,
+    DegreeOfFreedom,
+    merge_massless_bodies,
+)
+from generator.rotations import cross_matrix, matrix_from_rotation_vector, pose_matrix
 from tests.generator.model_files.imported_models import placed, pose_in_model
 
 AXES = st.sampled_from(
@@ -38,7 +43,7 @@ def rows(draw):
     """The freedoms of a body, with a value for each."""
     count = draw(st.integers(1, 5))
     freedoms = tuple(
-        Freedom(
+        DegreeOfFreedom(
             f"q{k}",
             draw(st.sampled_from("RRT")),
             draw(AXES),
@@ -52,7 +57,7 @@ def rows(draw):
 
 @st.composite
 def poses(draw):
-    return homogeneous(matrix_from_rotation_vector(draw(VECTORS)), np.array(draw(VECTORS)))
+    return pose_matrix(matrix_from_rotation_vector(draw(VECTORS)), np.array(draw(VECTORS)))
 
 
 def weight(turn=(0.3, -0.5, 0.7)) -> MassProperties:
@@ -76,9 +81,11 @@ def moved(freedoms, values):
 
 
 def imported(*bodies: Body, apart: bool = False):
-    findings = Findings()
-    made = figure_of(PassiveTree(bodies, {}, np.eye(3)), findings, Report("test"), apart=apart)
-    assert made is not None, findings.faults
+    findings = Diagnostics()
+    made = figure_from_tree(
+        BodyTree(bodies, {}, np.eye(3)), findings, LossReport("test"), separate=apart
+    )
+    assert made is not None, findings.entries
     return made
 
 
@@ -96,7 +103,7 @@ def test_a_body_moves_as_its_freedoms_say(row, pose, apart):
 @settings(deadline=None, max_examples=40)
 def test_a_massless_body_is_a_part_of_the_next_ones_joint(first, second, one, other):
     inner = tuple(
-        Freedom(f"p{k}", freedom.kind, freedom.axis, freedom.point)
+        DegreeOfFreedom(f"p{k}", freedom.kind, freedom.axis, freedom.point)
         for k, freedom in enumerate(second[0])
     )
     values = first[1] | {f"p{k}": second[1][f"q{k}"] for k in range(len(inner))}
@@ -117,17 +124,19 @@ def test_a_body_that_is_fixed_becomes_a_part_of_its_parent(row, one, other):
     placement = placed(made, values)
     seen = pose_in_model(placement, "a", "b")
     np.testing.assert_allclose(seen, one @ moved(freedoms, values) @ other, atol=1e-9)
-    whole = weight() + weight((1.0, 0.2, 0.4)).in_frame(other)
+    whole = weight() + weight((1.0, 0.2, 0.4)).transform(other)
     segment, frame = made.figure.segments["a"], pose_in_model(placement, "a")
     centre = np.linalg.inv(frame) @ pose_in_model(placement, "a", "CM")
     np.testing.assert_allclose(centre[:3, 3], whole.centre, atol=1e-9)
     if "a_1" not in made.figure.segments:
-        assert sorted(segment.inertia) == pytest.approx(sorted(whole.principal.moments), rel=1e-9)
+        assert sorted(segment.inertia) == pytest.approx(
+            sorted(whole.principal_inertia.moments), rel=1e-9
+        )
 
 
 def test_a_body_on_a_massless_one_keeps_its_name():
-    hinge = Freedom("q", "R", (1.0, 0.0, 0.0))
-    shift = homogeneous(np.eye(3), np.array([0.0, 0.0, -0.3]))
+    hinge = DegreeOfFreedom("q", "R", (1.0, 0.0, 0.0))
+    shift = pose_matrix(np.eye(3), np.array([0.0, 0.0, -0.3]))
     made = imported(
         Body("pin", None, np.eye(4), (hinge,), joint="knee"),
         Body("shank", "pin", shift, (), weight()),
@@ -140,38 +149,41 @@ def test_a_body_on_a_massless_one_keeps_its_name():
 
 def test_hinges_through_one_point_make_one_joint_where_axes_are_across():
     def row(*axes, point=(0.0, 0.0, 0.0)):
-        return [Freedom(f"q{k}", "R", axis, point) for k, axis in enumerate(axes)]
+        return [DegreeOfFreedom(f"q{k}", "R", axis, point) for k, axis in enumerate(axes)]
 
     x, y, z, slant = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.6, 0.8, 0.0)
     sizes = [
-        [len(group.freedoms) for group in groups_of(hinges)]
+        [len(group.dofs) for group in group_dofs(hinges)]
         for hinges in (row(x, y, z), row(x, y, x), row(x, slant), row(x, y, z, x), row(z, slant))
     ]
     assert sizes == [[3], [3], [1, 1], [3, 1], [2]]
-    apart = [*row(x), Freedom("q1", "R", y, (0.0, 0.0, 0.1))]
-    assert [len(group.freedoms) for group in groups_of(apart)] == [1, 1]
+    apart = [*row(x), DegreeOfFreedom("q1", "R", y, (0.0, 0.0, 0.1))]
+    assert [len(group.dofs) for group in group_dofs(apart)] == [1, 1]
     # Points along the axes: the two lines meet all the same.
-    meeting = [Freedom("a", "R", x, (0.3, 0.0, 0.1)), Freedom("b", "R", y, (0.0, -2.0, 0.1))]
-    (group,) = groups_of(meeting)
+    meeting = [
+        DegreeOfFreedom("a", "R", x, (0.3, 0.0, 0.1)),
+        DegreeOfFreedom("b", "R", y, (0.0, -2.0, 0.1)),
+    ]
+    (group,) = group_dofs(meeting)
     assert group.centre == pytest.approx((0.0, 0.0, 0.1))
 
 
 def test_a_ball_stays_whole_whatever_stands_beside_it():
     ball = [
-        Freedom(name, "R", axis, whole="ball", damping=1.0)
+        DegreeOfFreedom(name, "R", axis, joint="ball", damping=1.0)
         for name, axis in (("z", (0, 0, 1.0)), ("y", (0, 1.0, 0)), ("x", (1.0, 0, 0)))
     ]
-    groups = groups_of([Freedom("hinge", "R", (1.0, 0, 0)), *ball], apart=True)
-    assert [len(group.freedoms) for group in groups] == [1, 3]
+    groups = group_dofs([DegreeOfFreedom("hinge", "R", (1.0, 0, 0)), *ball], separate=True)
+    assert [len(group.dofs) for group in groups] == [1, 3]
 
 
 def test_massless_bodies_that_branch_stay():
-    hinge = Freedom("q", "R", (1.0, 0.0, 0.0))
+    hinge = DegreeOfFreedom("q", "R", (1.0, 0.0, 0.0))
     bodies = (
         Body("fork", None, np.eye(4), (hinge,)),
         Body("a", "fork", np.eye(4), (hinge,), weight()),
         Body("b", "fork", np.eye(4), (hinge,), weight()),
     )
-    kept, gone = without_massless(PassiveTree(bodies, {}, np.eye(3)))
+    kept, gone = merge_massless_bodies(BodyTree(bodies, {}, np.eye(3)))
     assert gone == ()
     assert len(kept.bodies) == 3

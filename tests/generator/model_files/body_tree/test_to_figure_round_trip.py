@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from generator.figure import Figure
-from generator.kinematics.placement import drawn_displacements, place
-from generator.kinematics.tree import hang
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.model_files.body_tree.to_figure import FRAME, WORLD
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf import write as mjcf
@@ -41,7 +41,7 @@ def again(figure: Figure, form: str, folder: Path) -> Imported:
 
 def seen(imported: Imported, values: dict[str, float]) -> dict[str, np.ndarray]:
     """Pose of every body of the model in the figure's world."""
-    placement = place(hang(imported.figure), displacements(imported, values))
+    placement = forward_kinematics(build_tree(imported.figure), displacements(imported, values))
     return {
         name: placement.poses[name] @ segment.sites[FRAME].pose_in_segment
         for name, segment in imported.figure.segments.items()
@@ -54,8 +54,8 @@ def seen(imported: Imported, values: dict[str, float]) -> dict[str, np.ndarray]:
 def test_segments_stand_where_they_stood(name, form, tmp_path):
     figure = CASES[name]
     imported = again(figure, form, tmp_path)
-    tree, rng = hang(figure), np.random.default_rng(1)
-    moved = {key: np.zeros_like(values) for key, values in drawn_displacements(tree).items()}
+    tree, rng = build_tree(figure), np.random.default_rng(1)
+    moved = {key: np.zeros_like(values) for key, values in initial_displacements(tree).items()}
     values = {}
     for key, row in moved.items():
         names = (
@@ -65,7 +65,7 @@ def test_segments_stand_where_they_stood(name, form, tmp_path):
         if all(one in imported.coordinates for one in names):
             row += rng.uniform(-0.4, 0.4, len(row))
             values |= dict(zip(names, row, strict=True))
-    ours, theirs = place(tree, moved).poses, seen(imported, values)
+    ours, theirs = forward_kinematics(tree, moved).poses, seen(imported, values)
     common = [key for key in figure.bodies if key in theirs]
     assert common
     for key in common:

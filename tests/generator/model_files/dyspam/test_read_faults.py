@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.diagnostics import Findings, InputError, Severity, Source, errors_among
+from generator.diagnostics import Diagnostics, InputError, Severity, Source, select_errors
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.records import Structure
-from generator.model_files.dyspam.tables import tables_in
+from generator.model_files.dyspam.tables import parse_tables
 from tests.chains import chain, two_bodies
 from tests.generator.model_files.dyspam_folders import own_springs
 
@@ -87,7 +87,7 @@ def test_each_fault_is_a_sentence_with_file_and_line(file, old, new, line, messa
     changed = text.replace(old, new, 1)
     assert changed != text
     (folder / file).write_text(changed)
-    faults = errors_among(dyspam_reader.examine(folder).faults)
+    faults = select_errors(dyspam_reader.parse_dyspam(folder).faults)
     if message is None:
         assert faults == ()
         return
@@ -105,8 +105,8 @@ def test_all_faults_of_a_file_are_told_at_once(good, tmp_path):
     text = (folder / N).read_text()
     (folder / N).write_text(text.replace("120.00", "far").replace("1 3 25", "1 9 25"))
     with pytest.raises(InputError) as caught:
-        dyspam_reader.read(folder)
-    assert [fault.span.line for fault in caught.value.faults if fault.span] == [4, 10]
+        dyspam_reader.read_dyspam(folder)
+    assert [fault.span.line for fault in caught.value.diagnostics if fault.span] == [4, 10]
 
 
 @pytest.mark.parametrize("file", [S, N, J])
@@ -114,7 +114,7 @@ def test_a_missing_file_is_named(file, good, tmp_path):
     folder = tmp_path / "broken"
     copytree(good, folder)
     (folder / file).unlink()
-    (fault,) = dyspam_reader.examine(folder).faults
+    (fault,) = dyspam_reader.parse_dyspam(folder).faults
     assert fault.message == f"`{folder / file}` cannot be read: no such file or directory"
 
 
@@ -123,7 +123,7 @@ def test_an_empty_file_is_told_at_its_start(file, good, tmp_path):
     folder = tmp_path / "broken"
     copytree(good, folder)
     (folder / file).write_text("")
-    (fault,) = dyspam_reader.examine(folder).faults
+    (fault,) = dyspam_reader.parse_dyspam(folder).faults
     assert fault.message.startswith("the file ends before ")
     assert fault.span is not None
     assert fault.span.line == 1
@@ -133,19 +133,19 @@ def test_optional_is_optional(good, tmp_path):
     folder = tmp_path / "without"
     copytree(good, folder)
     (folder / O).unlink()
-    reading = dyspam_reader.read(folder)
+    reading = dyspam_reader.read_dyspam(folder)
     assert reading.springs is not None
     assert [len(joint.axes) for joint in reading.springs.joints.values()] == [3]
     (folder / O).write_text("# none\n")
-    assert "there is no record" in dyspam_reader.examine(folder).faults[0].message
+    assert "there is no record" in dyspam_reader.parse_dyspam(folder).faults[0].message
     (folder / O).write_text("\n")
-    assert dyspam_reader.examine(folder).faults == ()
+    assert dyspam_reader.parse_dyspam(folder).faults == ()
 
 
 def test_no_folder_and_a_file_in_place_of_one(tmp_path):
     (tmp_path / "file").write_text("1, 1, 3\n")
     for name in ("nothing", "file"):
-        (fault,) = dyspam_reader.examine(tmp_path / name).faults
+        (fault,) = dyspam_reader.parse_dyspam(tmp_path / name).faults
         assert fault.message == f"there is no folder `{tmp_path / name}`"
 
 
@@ -153,7 +153,7 @@ def test_points_need_no_commas(good, tmp_path):
     folder = tmp_path / "plain"
     copytree(good, folder)
     (folder / N).write_text((folder / N).read_text().replace(",", " "))
-    assert dyspam_reader.read(folder).figure == dyspam_reader.read(good).figure
+    assert dyspam_reader.read_dyspam(folder).figure == dyspam_reader.read_dyspam(good).figure
 
 
 def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(good, tmp_path):
@@ -163,7 +163,7 @@ def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(good, tmp_path)
     turned = "0.71 0.00 -0.71 0.00\n0.00 1.00 0.00 120.00\n0.71 0.00 0.71 0.00\n"
     old = "0.00 0.00 -1.00 0.00\n0.00 1.00 0.00 120.00\n1.00 0.00 0.00 0.00\n"
     (folder / N).write_text(text.replace(old, turned))
-    reading = dyspam_reader.read(folder)
+    reading = dyspam_reader.read_dyspam(folder)
     assert [fault.severity for fault in reading.faults] == [Severity.WARNING]
     assert reading.figure is not None
     pose = reading.figure.segments["ground"].sites["joint1"].pose_in_segment
@@ -177,7 +177,7 @@ def test_a_second_joint_that_leaves_a_body_alone(tmp_path):
     text = (folder / N).read_text().replace("2 1 2 1\n", "2 0 1 1\n").replace("\n2 2\n", "\n1 2\n")
     head, _, tail = text.partition("\n1 2\n")
     (folder / N).write_text(f"{head}\n0 2\n{tail}")
-    (fault,) = errors_among(dyspam_reader.examine(folder).faults)
+    (fault,) = select_errors(dyspam_reader.parse_dyspam(folder).faults)
     assert fault.message == "no joints lead from the root to segment `body2`"
     assert fault.span is not None
     assert fault.span.text.startswith("2 ")
@@ -189,8 +189,8 @@ WORDS = st.sampled_from(["0", "1", "2", "7", "0.5", ",", "/", "#", "\n", "-", "1
 @settings(max_examples=300, deadline=None)
 @given(st.lists(WORDS, max_size=60).map(" ".join), st.integers(1, 3), st.integers(1, 3))
 def test_any_text_is_read_or_refused(text, bodies, joints):
-    findings = Findings()
+    findings = Diagnostics()
     structure = Structure(bodies, joints, 3, (0, 0, 0, 0), 1)
-    mechanism = tables_in(Source("ndyspamfile", text), structure, findings)
+    mechanism = parse_tables(Source("ndyspamfile", text), structure, findings)
     assert (mechanism is not None) or findings.has_errors
-    assert all(str(fault) for fault in findings.in_order())
+    assert all(str(fault) for fault in findings.sorted_by_position())

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.figure import Factor, Figure, Site, SiteRef
+from generator.figure import Figure, JointAxis, Site, SiteRef
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from tests.chains import BALL, at, body, chain, figure, ground, joint, two_bodies
 from tests.generator.model_files.dyspam_folders import own_springs, run, there_and_back, tracks
@@ -23,7 +23,7 @@ NEAR = 1e-7
 
 def shipped(name: str) -> tuple[Figure, SpringSet]:
     made = read_figure(SHIPPED / f"{name}.fig")
-    springs = springs_for(made, SHIPPED, name).springs
+    springs = load_springs(made, SHIPPED, name).springs
     assert springs is not None
     return made, springs
 
@@ -83,7 +83,7 @@ def test_the_prototype_bent_until_its_springs_push_on_both_sides(tmp_path):
 def test_axes_of_all_kinds_and_connections_written_backwards(text, reverse, tmp_path):
     factors = chain(text)
     if text == "Rs Ra Rz":
-        factors = (*factors[:2], Factor("R", (2.0 / 3.0, 2.0 / 3.0, -1.0 / 3.0)))
+        factors = (*factors[:2], JointAxis("R", (2.0 / 3.0, 2.0 / 3.0, -1.0 / 3.0)))
     values = (0.7, -0.4, 0.5)[: len(factors)]
     given = two_bodies(factors, values, reverse=reverse)
     assert distance(given, own_springs(given), tmp_path / "out") < NEAR
@@ -132,6 +132,6 @@ def test_rates_are_those_of_the_displacements(tmp_path):
     lines[-2] = " ".join([*lines[-2].split()[:4], "0.1", "0.2", "0.3"])
     lines[-1] = " ".join([*lines[-1].split()[:2], "-1.5"])
     path.write_text("\n".join(lines))
-    reading = dyspam_reader.read(tmp_path / "out")
+    reading = dyspam_reader.read_dyspam(tmp_path / "out")
     assert reading.rates == {"joint1": (0.3, 0.2, 0.1), "joint2": (-1.5,)}
-    assert any("rates" in str(loss) for loss in reading.losses.each)
+    assert any("rates" in str(loss) for loss in reading.losses.entries)

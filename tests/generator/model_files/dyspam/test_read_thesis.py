@@ -16,7 +16,7 @@ from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.records import Times
 from generator.springs_file.optional import parse_optional
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 
 PRINTED = Path(__file__).parent / "figures_3_1_to_3_3"
 SHIPPED = Path(str(files("figures")))
@@ -24,7 +24,7 @@ SHIPPED = Path(str(files("figures")))
 
 def written(name: str, folder: Path, **options: Times) -> dict[str, str]:
     figure = read_figure(SHIPPED / f"{name}.fig")
-    springs = springs_for(figure, SHIPPED, name).springs
+    springs = load_springs(figure, SHIPPED, name).springs
     assert springs is not None
     dyspam.write(figure, springs, folder, **options)
     return {file: (folder / file).read_text() for file in dyspam.FILES}
@@ -114,14 +114,14 @@ def mended(tmp_path: Path) -> Path:
 
 
 def test_the_inertia_of_figure_3_2_is_one_that_no_body_has():
-    (fault,) = dyspam_reader.examine(PRINTED).faults
+    (fault,) = dyspam_reader.parse_dyspam(PRINTED).faults
     assert "no body has the inertia of `body1`" in fault.message
     assert fault.span is not None
     assert fault.span.line == 10
 
 
 def test_the_printed_figures_are_read(mended):
-    reading = dyspam_reader.read(mended)
+    reading = dyspam_reader.read_dyspam(mended)
     assert reading.faults == ()
     assert reading.times == Times(0.0, 0.1, 30.0, 0.3)
     assert reading.rates == {}
@@ -141,7 +141,7 @@ def test_the_printed_figures_are_read(mended):
 def test_the_printed_figures_are_the_pendulum_in_geometry(mended):
     """The site of figure 3.4, turned by xyz(-45,-90,-45) deg, is the triad of figure 3.2."""
     pendulum = read_figure(SHIPPED / "pendulum.fig")
-    figure = dyspam_reader.read(mended).figure
+    figure = dyspam_reader.read_dyspam(mended).figure
     assert figure is not None
     for ref, name in (("floor", "ground"), ("link1", "body1")):
         site = "dist" if ref == "floor" else "prox"

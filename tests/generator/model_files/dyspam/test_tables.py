@@ -7,27 +7,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from generator.diagnostics import Findings, Source
+from generator.diagnostics import Diagnostics, Source
 from generator.model_files.dyspam.mechanism import (
     LOAD_KINDS,
-    Body,
     Connection,
     JointType,
     LinearSpring,
     Mechanism,
+    MechanismBody,
     Point,
     PointLoad,
 )
 from generator.model_files.dyspam.records import (
     Structure,
     Times,
-    counts_of,
-    jackforce_in,
-    jackforce_text,
-    structure_in,
-    structure_text,
+    count_loads,
+    format_jackforce,
+    format_structure,
+    parse_jackforce,
+    parse_structure,
 )
-from generator.model_files.dyspam.tables import tables_in, tables_text
+from generator.model_files.dyspam.tables import format_tables, parse_tables
 
 NUMBERS = st.floats(-1e9, 1e9, allow_nan=False)
 POSITIVE = st.floats(0.0, 1e9, exclude_min=True)
@@ -60,28 +60,30 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
         for axis in connection.type.axes
         if draw(st.booleans())
     ]
-    made = [Body(k, draw(POSITIVE), draw(VECTORS)) for k in range(1, bodies + 1)]
+    made = [MechanismBody(k, draw(POSITIVE), draw(VECTORS)) for k in range(1, bodies + 1)]
     return Mechanism(tuple(connections), tuple(made), tuple(points), tuple(springs))
 
 
 @given(mechanisms())
 def test_a_mechanism_is_read_as_it_was_written(mechanism):
-    findings = Findings()
+    findings = Diagnostics()
     structure = Structure(
         len(mechanism.bodies), len(mechanism.connections), 0, (0,) * 4, len(mechanism.springs)
     )
-    text = tables_text(mechanism)
-    assert tables_in(Source("ndyspamfile", text), structure, findings) == mechanism
-    assert findings.faults == []
+    text = format_tables(mechanism)
+    assert parse_tables(Source("ndyspamfile", text), structure, findings) == mechanism
+    assert findings.entries == []
 
 
 @given(
     st.lists(st.builds(PointLoad, st.sampled_from(LOAD_KINDS), st.integers(1, 5), VECTORS)),
 )
 def test_loads_are_read_as_they_were_written_in_the_order_of_their_kinds(loads):
-    findings = Findings()
-    read = jackforce_in(Source("jackforce", jackforce_text(loads)), counts_of(loads), 5, findings)
-    assert findings.faults == []
+    findings = Diagnostics()
+    read = parse_jackforce(
+        Source("jackforce", format_jackforce(loads)), count_loads(loads), 5, findings
+    )
+    assert findings.entries == []
     assert list(read) == sorted(loads, key=lambda load: LOAD_KINDS.index(load.kind))
 
 
@@ -94,29 +96,34 @@ def test_loads_are_read_as_they_were_written_in_the_order_of_their_kinds(loads):
     st.builds(Times, st.floats(-1e3, 0.0), POSITIVE, POSITIVE, POSITIVE),
 )
 def test_structure_is_read_as_it_was_written(bodies, joints, freedoms, loads, springs, times):
-    findings = Findings()
+    findings = Diagnostics()
     structure = Structure(bodies, joints, freedoms, loads, springs, times)
-    read = structure_in(Source("structure", structure_text(structure)), findings)
-    assert findings.faults == []
+    read = parse_structure(Source("structure", format_structure(structure)), findings)
+    assert findings.entries == []
     assert read is not None
-    assert replace(read, place=None) == structure
+    assert replace(read, span=None) == structure
 
 
 def test_comments_and_commas_are_read_as_fortran_and_people_have_them():
-    text = structure_text(Structure(1, 2, 3, (1, 0, 0, 2), 4))
-    findings = Findings()
+    text = format_structure(Structure(1, 2, 3, (1, 0, 0, 2), 4))
+    findings = Diagnostics()
     changed = text.replace("1, 2, 3", "1 2,3   # bodies, joints, freedoms").replace(
         "0.020000", "2.D-2"
     )
-    read = structure_in(Source("structure", changed), findings)
-    assert findings.faults == []
+    read = parse_structure(Source("structure", changed), findings)
+    assert findings.entries == []
     assert read is not None
-    assert (read.bodies, read.joints, read.freedoms, read.loads) == (1, 2, 3, (1, 0, 0, 2))
+    assert (read.bodies, read.joints, read.degrees_of_freedom, read.loads) == (
+        1,
+        2,
+        3,
+        (1, 0, 0, 2),
+    )
     assert read.times.frame == 0.02
 
 
 def test_flags_are_noticed():
-    text = structure_text(Structure(1, 1, 3, (0,) * 4, 0)).replace("\n0\n", "\n1\n")
-    read = structure_in(Source("structure", text), Findings())
+    text = format_structure(Structure(1, 1, 3, (0,) * 4, 0)).replace("\n0\n", "\n1\n")
+    read = parse_structure(Source("structure", text), Diagnostics())
     assert read is not None
-    assert read.flagged
+    assert read.has_flags

@@ -9,15 +9,15 @@ import pytest
 from generator import read_figure
 from generator.cli.convert import Request, convert
 from generator.diagnostics import InputError
-from generator.figure import CENTRE_OF_MASS, Figure, Segment, Site
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Segment, Site
 from generator.figure_file.write import write_figure
 from generator.losses import Losses
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
-from generator.model_files.dyspam.read import imported_of
+from generator.model_files.dyspam.read import imported_from_dyspam
 from generator.model_files.read import read_model
 from generator.springs_file.parse import parse_springs
-from generator.springs_file.read import springs_for
+from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
 from springs import (
     AxisSpring,
@@ -31,7 +31,7 @@ from springs import (
     Linear,
     SpringSet,
 )
-from springs.interpolated import Table
+from springs.interpolated import Interpolated
 from springs.published import tables as published
 from tests.chains import BALL, SKEW, X, Y, Z, at, body, chain, figure, ground, joint, one_body
 from tests.generator.model_files.dyspam_folders import own_springs, there_and_back
@@ -41,7 +41,7 @@ RESTORING = (0.0, 2.0, 0.0, 3.0)
 
 
 def sentences(losses: Losses) -> dict[str, tuple[str, ...]]:
-    return {loss.what: loss.where for loss in losses.each}
+    return {loss.what: loss.where for loss in losses.entries}
 
 
 def written(given: Figure, springs: SpringSet, folder: Path) -> dict[str, tuple[str, ...]]:
@@ -84,7 +84,11 @@ def test_everything_of_a_figure_that_goes_is_told(tmp_path):
 @pytest.mark.parametrize(
     ("springs", "what", "where"),
     [
-        (hung(X, Table(((-1.0, 2.0), (1.0, -2.0)))), "neither a line nor a cubic", ("pin x",)),
+        (
+            hung(X, Interpolated(((-1.0, 2.0), (1.0, -2.0)))),
+            "neither a line nor a cubic",
+            ("pin x",),
+        ),
         (hung(X, Linear(2.0), Linear(3.0)), "several laws about one axis", ("pin x",)),
         (hung(SKEW, Linear(2.0)), "none of their joint's x, y and z", ("pin",)),
         (hung(Y, Cubic(RESTORING, +1)), "another sense or dead zone", ("pin y",)),
@@ -98,7 +102,7 @@ def test_a_spring_that_would_come_back_as_another_is_left_out_and_told(
     springs, what, where, tmp_path
 ):
     reading, losses = there_and_back(one_body(BALL), springs, tmp_path / "out")
-    found = [loss for loss in losses.each if what in loss.what]
+    found = [loss for loss in losses.entries if what in loss.what]
     assert [loss.where for loss in found] == [where]
     assert found[0].what.endswith("left out")
     assert reading.springs is not None
@@ -107,7 +111,7 @@ def test_a_spring_that_would_come_back_as_another_is_left_out_and_told(
 
 def test_what_is_lost_of_springs_that_are_written(tmp_path):
     spring = AxisSpring(X, (Cubic(RESTORING),), Damping(0.1, 0.2, 0.5), "bend", "a book", "why")
-    law = published.coupled("riener_edrich_1999/leg").law
+    law = published.coupled_law("riener_edrich_1999/leg").law
     axes = tuple(CoupledAxis("pin", X) for _ in law.coordinates)
     springs = SpringSet(
         {"pin": JointSprings("pin", (spring,))},
@@ -143,21 +147,23 @@ def test_a_joint_that_the_files_cannot_hold_is_refused_before_anything_is_writte
     given = one_body(factors, (0.0,) * len(factors))
     with pytest.raises(InputError) as caught:
         dyspam.write(given, SpringSet(), tmp_path / "out")
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert fault.message.startswith("joint `pin` cannot be written for DYSPAM: ")
     assert said in fault.message
     assert not (tmp_path / "out").exists()
 
 
 def test_all_refusals_are_told_at_once(tmp_path):
-    bare = Segment("light", sites={"near": Site("near"), CENTRE_OF_MASS: Site(CENTRE_OF_MASS)})
+    bare = Segment(
+        "light", sites={"near": Site("near"), CENTRE_OF_MASS_SITE: Site(CENTRE_OF_MASS_SITE)}
+    )
     joints = [
         joint("pin", "ground.base", "link.near", chain("Tx")),
         joint("pan", "ground.base", "light.near", chain("Rx Ry")),
     ]
     with pytest.raises(InputError) as caught:
         dyspam.write(figure([ground(), body("link"), bare], joints), SpringSet(), tmp_path / "out")
-    assert [fault.message.split(" ")[1] for fault in caught.value.faults] == [
+    assert [fault.message.split(" ")[1] for fault in caught.value.diagnostics] == [
         "`light`",
         "`pin`",
         "`pan`",
@@ -195,11 +201,11 @@ def test_springs_of_an_older_figure_do_not_stay_behind(tmp_path):
 def test_what_was_read_goes_into_a_figure_file_and_a_springs_file(tmp_path):
     name = "prototype"
     made = read_figure(SHIPPED / f"{name}.fig")
-    springs = springs_for(made, SHIPPED, name).springs
+    springs = load_springs(made, SHIPPED, name).springs
     assert springs is not None
     reading, _ = there_and_back(made, springs, tmp_path / "out")
     imported = read_model(tmp_path / "out")
-    assert imported == imported_of(reading)
+    assert imported == imported_from_dyspam(reading)
     assert imported.springs is not None
     (tmp_path / "back.fig").write_text(write_figure(imported.figure))
     text = write_springs(imported.springs)
@@ -207,7 +213,7 @@ def test_what_was_read_goes_into_a_figure_file_and_a_springs_file(tmp_path):
     (tmp_path / "back.springs.toml").write_text(text)
     back = read_figure(tmp_path / "back.fig")
     assert back == reading.figure
-    again = springs_for(back, tmp_path, "back").springs
+    again = load_springs(back, tmp_path, "back").springs
     assert again is not None
     assert reading.springs is not None
     assert laws_of(again) == laws_of(reading.springs)
@@ -239,4 +245,4 @@ def test_the_command_takes_the_folder_s_name_for_its_format(tmp_path):
 
 def test_a_reading_with_errors_gives_no_figure(tmp_path):
     with pytest.raises(InputError, match="there is no folder"):
-        imported_of(dyspam_reader.examine(tmp_path / "nothing"))
+        imported_from_dyspam(dyspam_reader.parse_dyspam(tmp_path / "nothing"))

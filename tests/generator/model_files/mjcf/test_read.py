@@ -33,7 +33,7 @@ def parsed(text: str, **choices: bool) -> Imported:
 
 def lost(imported: Imported, word: str) -> tuple[str, ...]:
     """The places of the one loss whose sentence has a word."""
-    (found,) = [loss for loss in imported.losses.each if word in loss.what]
+    (found,) = [loss for loss in imported.losses.entries if word in loss.what]
     return found.where
 
 
@@ -45,7 +45,7 @@ def path(request: pytest.FixtureRequest) -> Path:
 @pytest.mark.verify
 @pytest.mark.parametrize("apart", [False, True])
 def test_bodies_and_sites_stand_where_mujoco_has_them(path, apart):
-    imported, twin = read_model(path, apart=apart), MuJoCo(path)
+    imported, twin = read_model(path, separate=apart), MuJoCo(path)
     rng = np.random.default_rng(3)
     for _ in range(5):
         values = rng.uniform(-1.2, 1.2, len(twin.names))
@@ -89,7 +89,7 @@ def test_the_mass_is_mujocos_and_so_is_its_centre(path):
 
 @pytest.mark.verify
 def test_a_passive_fall_is_mujocos(path, tmp_path):
-    imported = without_limits(read_model(path, apart=True))
+    imported = without_limits(read_model(path, separate=True))
     assert difference(path, imported, tmp_path) < 1e-6
 
 
@@ -100,7 +100,7 @@ def test_a_public_humanoid_falls_as_in_mujoco(tmp_path):
     if found is None or found.origin is None:
         pytest.skip("gymnasium is not installed")
     path = Path(found.origin).parent / "envs" / "mujoco" / "assets" / "humanoid.xml"
-    imported = without_limits(read_model(path, apart=True))
+    imported = without_limits(read_model(path, separate=True))
     assert imported.figure.total_mass > 40.0
     assert difference(path, imported, tmp_path) < 1e-6
 
@@ -129,7 +129,7 @@ def test_axes_that_miss_each_other_get_a_carrier():
 
 def test_every_figure_that_was_read_is_written_and_read_again(path, tmp_path):
     for apart in (False, True):
-        figure, _ = written_and_read(read_model(path, apart=apart), tmp_path)
+        figure, _ = written_and_read(read_model(path, separate=apart), tmp_path)
         assert figure.degrees_of_freedom == (22 if path == HUMANOID else 9)
 
 
@@ -173,7 +173,7 @@ def test_angles_count_from_the_pose_that_the_model_is_drawn_in():
     )
     imported = parsed(text)
     joint = imported.figure.joints["j"]
-    assert np.degrees(imported.coordinates["j"].shift) == pytest.approx(30.0)
+    assert np.degrees(imported.coordinates["j"].offset) == pytest.approx(30.0)
     assert np.degrees(joint.rest) == pytest.approx([20.0])
     assert np.degrees(joint.lower_limit) == pytest.approx([-40.0])
     assert np.degrees(joint.upper_limit) == pytest.approx([60.0])

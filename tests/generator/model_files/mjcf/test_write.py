@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from generator.figure import Figure
-from generator.kinematics.loops import assemble
-from generator.kinematics.placement import drawn_displacements
-from generator.kinematics.tree import hang
-from generator.model_files.mjcf.write import mjcf_of
-from generator.rotations import homogeneous
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.model_files.mjcf.write import format_mjcf
+from generator.rotations import pose_matrix
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
 from tests.chains import ACROSS, SKEW, chain, two_bodies
 from tests.generator.model_files.model_cases import (
@@ -47,12 +47,12 @@ def loaded(text: str) -> tuple:
 
 def poses(of: Figure, data: object) -> dict[str, np.ndarray]:
     bodies = {n: data.body(n if n != "world" else "world_2") for n in of.bodies}
-    return {n: homogeneous(b.xmat.reshape(3, 3).copy(), b.xpos.copy()) for n, b in bodies.items()}
+    return {n: pose_matrix(b.xmat.reshape(3, 3).copy(), b.xpos.copy()) for n, b in bodies.items()}
 
 
 def moved(of: Figure, springs: SpringSet, finer: int = 1) -> dict[str, np.ndarray]:
     """The motion as MuJoCo has it, with the options of the file but for a finer step."""
-    model, data = loaded(mjcf_of(of, springs)[0])
+    model, data = loaded(format_mjcf(of, springs)[0])
     model.opt.timestep /= finer
     rows = [poses(of, data)]
     for _ in range(round(STOP / FRAME)):
@@ -65,10 +65,10 @@ def moved(of: Figure, springs: SpringSet, finer: int = 1) -> dict[str, np.ndarra
 @pytest.mark.parametrize("name", TREES | LOOPS)
 def test_segments_and_sites_start_where_the_figure_is_drawn(name: str) -> None:
     of = (TREES | LOOPS)[name]
-    text, _ = mjcf_of(of, SpringSet())
+    text, _ = format_mjcf(of, SpringSet())
     _, data = loaded(text)
-    tree = hang(of)
-    expected = assemble(tree, drawn_displacements(tree)).poses
+    tree = build_tree(of)
+    expected = close_loops(tree, initial_displacements(tree)).poses
     for segment, pose in poses(of, data).items():
         assert pose == pytest.approx(expected[segment], abs=1e-12)
     for segment, one in of.segments.items():
@@ -90,8 +90,8 @@ def test_the_prototype_falls_alike_on_its_own_hinges_and_equal_balls() -> None:
     hinges = [one for name, one in own.joints.items() if len(PROTOTYPE.joints[name].chain) == 1]
     balls = [n for n in own.joints if len(PROTOTYPE.joints[n].chain) == 3]
     springs = spring_set(*hinges, *(equal(PROTOTYPE, name, 40.0, 0.08) for name in balls))
-    _, losses = mjcf_of(PROTOTYPE, springs)
-    assert [loss.what for loss in losses.each] == ["the references of the springs"]
+    _, losses = format_mjcf(PROTOTYPE, springs)
+    assert [loss.what for loss in losses.entries] == ["the references of the springs"]
     assert apart(moved(PROTOTYPE, springs, finer=4), ours(PROTOTYPE, springs).poses) < AGREEMENT
 
 
@@ -99,8 +99,8 @@ def test_the_prototype_falls_alike_on_its_own_hinges_and_equal_balls() -> None:
 def test_hinges_and_slides_have_the_torques_of_their_curves(name: str) -> None:
     of, laws = on_a_rail(), CURVES[name]
     springs = spring_set(hinge("hinge", *laws, axis=(-1.0, 0.0, 0.0)), slide("rail", SKEW, *laws))
-    text, losses = mjcf_of(of, springs)
-    assert not losses.each
+    text, losses = format_mjcf(of, springs)
+    assert not losses.entries
     model, data = loaded(text)
     for value in np.linspace(-2.0, 2.0, 83):
         data.qpos[:] = value
@@ -125,7 +125,7 @@ def test_equal_springs_of_a_ball_are_held(reverse: bool) -> None:
     law, damping = (Linear(8.0),), Damping(0.05)
     axes = tuple(AxisSpring(axis, law, damping) for axis in (SKEW, ACROSS, third))
     springs = spring_set(JointSprings("tested", axes), equal(of, "ball", 5.0, 0.0))
-    assert not mjcf_of(of, springs)[1].each
+    assert not format_mjcf(of, springs)[1].entries
     assert apart(moved(of, springs), ours(of, springs).poses) < AGREEMENT
 
 

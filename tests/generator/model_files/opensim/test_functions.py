@@ -5,20 +5,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from generator.diagnostics import Findings, Source
-from generator.model_files.opensim.functions import Motion, motion_of
+from generator.diagnostics import Diagnostics, Source
+from generator.model_files.opensim.functions import AxisMotion, evaluate_function
 from generator.model_files.xml_read import parse_xml
 
 KNOTS = ((-2.0, -0.02), (-1.2, -0.011), (-0.4, -0.003), (0.0, 0.0), (0.5, 0.002), (1.4, -0.004))
 PLACES = (-2.5, -2.0, -1.7, -0.4, 0.2, 1.39, 1.4, 2.0)
 
 
-def motion(text: str, at: float) -> Motion:
-    findings = Findings()
+def motion(text: str, at: float) -> AxisMotion:
+    findings = Diagnostics()
     root = parse_xml(Source("f.xml", text), findings)
     assert root is not None
-    found = motion_of(root, at, findings)
-    assert found is not None, findings.faults
+    found = evaluate_function(root, at, findings)
+    assert found is not None, findings.entries
     return found
 
 
@@ -44,14 +44,14 @@ def test_curves_through_points_are_opensims(kind, count):
 
 def test_straight_functions_have_a_slope():
     line = "<LinearFunction><coefficients>-1.5 0.25</coefficients></LinearFunction>"
-    assert motion(line, 2.0) == Motion(-1.5, -2.75)
-    assert motion("<Constant><value>0.3</value></Constant>", 2.0) == Motion(0.0, 0.3)
+    assert motion(line, 2.0) == AxisMotion(-1.5, -2.75)
+    assert motion("<Constant><value>0.3</value></Constant>", 2.0) == AxisMotion(0.0, 0.3)
     scaled = f"<MultiplierFunction><function>{line}</function><scale>2</scale></MultiplierFunction>"
-    assert motion(scaled, 2.0) == Motion(-3.0, -5.5)
+    assert motion(scaled, 2.0) == AxisMotion(-3.0, -5.5)
     parabola = "<PolynomialFunction><coefficients>2 0 1</coefficients></PolynomialFunction>"
-    assert motion(parabola, 3.0) == Motion(None, 19.0)
+    assert motion(parabola, 3.0) == AxisMotion(None, 19.0)
     two = curve("SimmSpline", ((0.0, 1.0), (2.0, 5.0)))
-    assert motion(two, 3.0) == Motion(2.0, 7.0)
+    assert motion(two, 3.0) == AxisMotion(2.0, 7.0)
     assert motion(curve("SimmSpline", ((0.0, 1.0), (1.0, 3.0), (2.0, 5.0))), 3.0).slope == 2.0
 
 
@@ -70,8 +70,8 @@ def test_a_natural_spline_is_not_bent_at_its_ends():
     ],
 )
 def test_what_is_no_function_is_a_fault(text):
-    findings = Findings()
+    findings = Diagnostics()
     root = parse_xml(Source("f.xml", text), findings)
     assert root is not None
-    assert motion_of(root, 0.0, findings) is None
+    assert evaluate_function(root, 0.0, findings) is None
     assert findings.has_errors

@@ -5,7 +5,7 @@ from math import exp, sin, tanh
 import numpy as np
 import pytest
 
-from generator.model_files.opensim.lepton import WRITTEN, Expression
+from generator.model_files.opensim.lepton import EXPRESSION_OPERATIONS, Expression
 from springs import AxisSpring, Damping, total_torque
 from springs.smooth_limit import SmoothLimit
 from tests.generator.model_files.model_cases import CURVES, OTHER_CURVES
@@ -23,7 +23,9 @@ def calculated(text: str, q: float, qdot: float) -> float:
 def test_the_text_of_a_law_gives_its_torque(name: str) -> None:
     spring = AxisSpring((1.0, 0.0, 0.0), LAWS[name], Damping(0.3, 0.7, 0.1))
     q, rate = Expression("q"), Expression("qdot")
-    written = total_torque(spring.elastic, q, WRITTEN) + spring.resistance(q, rate, WRITTEN)
+    written = total_torque(spring.elastic, q, EXPRESSION_OPERATIONS) + spring.resistance(
+        q, rate, EXPRESSION_OPERATIONS
+    )
     assert " " not in written.text
     for value, speed in zip(np.linspace(-2, 2, 81), np.linspace(1, -1, 81), strict=True):
         expected = total_torque(spring.elastic, value) + spring.resistance(value, speed)
@@ -43,4 +45,4 @@ def test_what_changes_nothing_is_not_written() -> None:
 
 def test_an_expression_is_no_vector() -> None:
     with pytest.raises(TypeError, match="several turns"):
-        WRITTEN.vector([Expression("q")])
+        EXPRESSION_OPERATIONS.vector([Expression("q")])

@@ -9,7 +9,7 @@ import pytest
 from generator.diagnostics import Source
 from generator.model_files.imported import Imported
 from generator.model_files.read import parse_model, read_model
-from generator.rotations import Array, homogeneous
+from generator.rotations import Array, pose_matrix
 from tests.generator.model_files.imported_models import (
     MODELS,
     coordinate,
@@ -29,7 +29,7 @@ WITHOUT_RATES = ("sh_x", "sh_y", "sh_z", "k_rx", "k_ry", "k_rz")
 
 def lost(imported: Imported, word: str) -> tuple[str, ...]:
     """The places of the one loss whose sentence has a word."""
-    (found,) = [loss for loss in imported.losses.each if word in loss.what]
+    (found,) = [loss for loss in imported.losses.entries if word in loss.what]
     return found.where
 
 
@@ -58,7 +58,7 @@ class OpenSim:
         found = self.model.getBodySet().get(body).getTransformInGround(self.state)
         turn, offset = found.R().asMat33(), found.p()
         matrix = [[turn.get(i, j) for j in range(3)] for i in range(3)]
-        return homogeneous(matrix, [offset.get(i) for i in range(3)])
+        return pose_matrix(matrix, [offset.get(i) for i in range(3)])
 
     def reach(self, manager: Any, time: float) -> Array:
         if time > 0.0:
@@ -95,7 +95,7 @@ def test_the_mass_is_opensims():
 
 @pytest.mark.verify
 def test_a_passive_fall_is_opensims(tmp_path):
-    imported, twin = read_model(LEG, apart=True), OpenSim()
+    imported, twin = read_model(LEG, separate=True), OpenSim()
     rng = np.random.default_rng(8)
     values = rng.uniform(-0.3, 0.3, len(twin.moving))
     # The speeds of a ball and of a free body are not the rates of its angles, unless they are zero.

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from generator.figure import Figure
-from generator.kinematics.loops import assemble
-from generator.kinematics.placement import drawn_displacements, place
-from generator.kinematics.tree import hang
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.model_files.opensim.write import write
-from generator.motion_files.motion import clip_of_recording
+from generator.motion_files.motion import motion_from_recording
 from generator.motion_files.opensim import write_mot
 from springs import AxisSpring, SpringSet
 from tests.chains import SKEW
@@ -89,8 +89,8 @@ def matrix(transform: object) -> np.ndarray:
 def test_segments_and_sites_start_where_the_figure_is_drawn(name: str, tmp_path: Path) -> None:
     of = (TREES | LOOPS)[name]
     loaded = Loaded(of, SpringSet(), tmp_path)
-    tree = hang(of)
-    expected = assemble(tree, drawn_displacements(tree)).poses
+    tree = build_tree(of)
+    expected = close_loops(tree, initial_displacements(tree)).poses
     for segment, pose in loaded.poses().items():
         assert pose == pytest.approx(expected[segment], abs=1e-9)
     for segment, one in of.segments.items():
@@ -106,14 +106,14 @@ def test_coordinates_are_the_displacements(name: str, tmp_path: Path) -> None:
     of = TREES[name]
     loaded = Loaded(of, SpringSet(), tmp_path)
     random = np.random.default_rng(3)
-    tree = hang(of)
+    tree = build_tree(of)
     assert loaded.model.getNumCoordinates() == of.degrees_of_freedom
     for _ in range(5):
         values = {
             joint: random.uniform(-1.2, 1.2, len(one.chain)) for joint, one in of.joints.items()
         }
         loaded.set(values)
-        expected = place(tree, values).poses
+        expected = forward_kinematics(tree, values).poses
         for segment, pose in loaded.poses().items():
             assert pose == pytest.approx(expected[segment], abs=1e-9)
 
@@ -139,11 +139,11 @@ def test_hinges_and_slides_have_the_forces_of_their_laws(name: str, tmp_path: Pa
     turned = hinge("hinge", *laws, axis=(1.0, 0.0, 0.0), **damping)
     springs = spring_set(turned, slide("rail", SKEW, *laws, **damping))
     loaded = Loaded(of, springs, tmp_path)
-    assert not loaded.losses.each
+    assert not loaded.losses.entries
     for value, rate in zip(np.linspace(-2.0, 2.0, 41), np.linspace(0.9, -1.0, 41), strict=True):
         for name, sign, spring in (
             ("hinge_1", -1.0, turned.axes[0]),
-            ("rail_1", 1.0, springs.joints["rail"].slides[0]),
+            ("rail_1", 1.0, springs.joints["rail"].translations[0]),
         ):
             coordinate = loaded.model.getCoordinateSet().get(name)
             coordinate.setValue(loaded.state, value, False)
@@ -190,7 +190,7 @@ def test_a_constant_load_acts_alike(tmp_path: Path) -> None:
 def test_a_motion_file_plays_on_the_model(name: str, tmp_path: Path) -> None:
     of = TREES[name]
     recording = ours(of, SpringSet())
-    write_mot(clip_of_recording(recording, of), tmp_path / "fall.mot")
+    write_mot(motion_from_recording(recording, of), tmp_path / "fall.mot")
     loaded = Loaded(of, SpringSet(), tmp_path)
     table = opensim.TimeSeriesTable(str(tmp_path / "fall.mot"))
     assert table.getTableMetaDataAsString("inDegrees") == "yes"

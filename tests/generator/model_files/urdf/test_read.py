@@ -25,7 +25,7 @@ ARM = MODELS / "arm.urdf"
 
 def lost(imported: Imported, word: str) -> tuple[str, ...]:
     """The places of the one loss whose sentence has a word."""
-    (found,) = [loss for loss in imported.losses.each if word in loss.what]
+    (found,) = [loss for loss in imported.losses.entries if word in loss.what]
     return found.where
 
 

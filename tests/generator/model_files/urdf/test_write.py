@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from generator.figure import Figure
-from generator.kinematics.placement import drawn_displacements, motion_maps, place
-from generator.kinematics.tree import Tree, hang
-from generator.model_files.urdf.write import urdf_of
+from generator.kinematics.placement import (
+    forward_kinematics,
+    initial_displacements,
+    segment_jacobians,
+)
+from generator.kinematics.tree import Tree, build_tree
+from generator.model_files.urdf.write import format_urdf
 from generator.rotations import Array
 from springs import SpringSet
 from tests.chains import SKEW
@@ -40,7 +44,7 @@ class Loaded:
     """A model as Pinocchio has read it."""
 
     def __init__(self, of: Figure, springs: SpringSet) -> None:
-        text, self.losses = urdf_of(of, springs)
+        text, self.losses = format_urdf(of, springs)
         self.figure = of
         self.model = pinocchio.buildModelFromXML(text)
         self.model.gravity.linear = np.array([0.0, 0.0, -9.81])
@@ -72,7 +76,7 @@ class Loaded:
         """Place of each displacement of the tree's branches among the velocities."""
         return [
             self.joint(branch.joint.name, number).idx_v
-            for branch in tree.branches
+            for branch in tree.joints
             for number in range(len(branch.joint.chain))
         ]
 
@@ -119,14 +123,14 @@ def unloaded(of: Figure) -> Figure:
 @pytest.mark.parametrize("name", TREES)
 def test_joint_values_are_the_displacements(name: str) -> None:
     of = TREES[name]
-    loaded, tree = Loaded(of, SpringSet()), hang(of)
+    loaded, tree = Loaded(of, SpringSet()), build_tree(of)
     random = np.random.default_rng(3)
     assert loaded.model.nv == of.degrees_of_freedom
     for _ in range(5):
         values = {
             joint: random.uniform(-1.2, 1.2, len(one.chain)) for joint, one in of.joints.items()
         }
-        expected = place(tree, values).poses
+        expected = forward_kinematics(tree, values).poses
         for segment, pose in loaded.poses(loaded.positions(values)).items():
             assert pose == pytest.approx(expected[segment], abs=1e-12)
 
@@ -134,10 +138,10 @@ def test_joint_values_are_the_displacements(name: str) -> None:
 @pytest.mark.parametrize("name", TREES)
 def test_the_mass_matrix_is_that_of_the_segments(name: str) -> None:
     of = TREES[name]
-    loaded, tree = Loaded(of, SpringSet()), hang(of)
-    placement = place(tree, drawn_displacements(tree))
+    loaded, tree = Loaded(of, SpringSet()), build_tree(of)
+    placement = forward_kinematics(tree, initial_displacements(tree))
     expected = np.zeros((loaded.model.nv, loaded.model.nv))
-    maps = motion_maps(placement)
+    maps = segment_jacobians(placement)
     for segment in of.bodies.values():
         pose, motion = placement.poses[segment.name], maps[segment.name]
         turn = pose[:3, :3]
