@@ -1,4 +1,4 @@
-"""Draws the psurf geometry of the shipped figures: `python figures/make_psurfs.py`.
+"""Draws the psurf geometry of the shipped figures: `python docs/make_psurfs.py`.
 
 A segment is a sequence of rings, drawn as a tailor would measure it: where the ring's front and
 back lie in the side view, and how wide it is. `loft` joins the rings to one closed surface with
@@ -304,4 +304,4 @@ def write_psurfs(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_psurfs(Path(__file__).parent)
+    write_psurfs(Path(__file__).parents[1] / "figures")

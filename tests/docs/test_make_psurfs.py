@@ -9,9 +9,9 @@ import pytest
 import trimesh
 
 from generator.geometry import read_psurf
-from tests.paths import FIGURES
+from tests.paths import DOCS, FIGURES
 
-SCRIPT = FIGURES / "make_psurfs.py"
+SCRIPT = DOCS / "make_psurfs.py"
 
 # Appendix A: mass [g] and z of the centre of mass [cm]; then the density that mass and volume must
 # imply [g/cm3] and the extent along x, y and z [cm].
