@@ -1,0 +1,141 @@
+"""The words of the project as docs/conventions.md lists them: names, texts, docstrings, help."""
+
+import ast
+import io
+import os
+import re
+import subprocess
+import sys
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.paths import DOCS, ROOT
+
+PACKAGES = ("generator", "springs", "plots")
+MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+CONVENTIONS = DOCS / "conventions.md"
+PAGES = [ROOT / "README.md", ROOT / "figures/README.md", ROOT / "CHANGELOG.md", *DOCS.rglob("*.md")]
+
+ROW = re.compile(r"^\| `([^`]+)` \| (name|whole name|text) \|", re.MULTILINE)
+NO_NOUN = r"(?<!there )(?<!here )\b(?:is|are)\s+no\s+(?!longer\b|more\b|less\b|worse\b|\w+er\b)"
+OPENING = re.compile(r"(?:What|Whether|Where|How|Which)\b")
+DEFAULT = re.compile(r"; -?\d[\d.,e-]*(?: [\w/^]+)?\.?$")
+PART = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+
+BANNED = {kind: {word for word, where in ROW.findall(CONVENTIONS.read_text(encoding="utf-8"))
+                 if where == kind} for kind in ("name", "whole name", "text")}  # fmt: skip
+SPACED = [r"\b" + word.replace(" ", r"\s+") + r"\b(?! apart)" for word in sorted(BANNED["text"])]
+PHRASES = re.compile("|".join([NO_NOUN, *SPACED]), re.IGNORECASE)
+
+
+def relative(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def defined_names(tree: ast.AST) -> Iterator[tuple[str, int]]:
+    """Every identifier that a module defines, with its line."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.arg(arg=name):
+                yield name, node.lineno
+            case ast.Name(id=name, ctx=ast.Store()):
+                yield name, node.lineno
+            case ast.Attribute(attr=name, ctx=ast.Store()):
+                yield name, node.lineno
+            case _:
+                pass
+
+
+def bad_name(name: str) -> bool:
+    parts = {part.lower() for part in PART.findall(name)}
+    return bool(parts & BANNED["name"]) or name.strip("_").lower() in BANNED["whole name"]
+
+
+def texts(source: str) -> Iterator[tuple[str, int]]:
+    """Strings, with neighbours joined, and comments of a module, with their lines."""
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.Constant(value=str(text)):
+                yield text, node.lineno
+            case ast.JoinedStr(values=values):
+                parts = [v.value if isinstance(v, ast.Constant) else "{}" for v in values]
+                yield "".join(map(str, parts)), node.lineno
+            case _:
+                pass
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.string, token.start[0]
+
+
+def docstrings(tree: ast.AST) -> Iterator[tuple[str, int]]:
+    """Docstrings of modules, classes and functions, and those below attributes."""
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        for statement in body if isinstance(body, list) else ():
+            if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
+                yield str(statement.value.value), statement.lineno
+
+
+def help_entries(*command: str) -> list[str]:
+    """Sentences and options of a help page, each as one line."""
+    code = "from generator.cli.app import main; main()"
+    environment = {**os.environ, "COLUMNS": "100", "NO_COLOR": "1", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *command, "--help"],
+        cwd=ROOT, env=environment, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return [" ".join(entry.split()) for entry in re.split(r"\n(?= {0,2}\S)", done.stdout)]
+
+
+def test_the_table_is_read():
+    assert all(BANNED.values())
+    assert bad_name("insist_on_it")
+    assert bad_name("TorqueMeter")
+    assert bad_name("_given")
+    assert not bad_name("given_angle")
+    assert PHRASES.search("this is no link")
+    assert PHRASES.search("1e-3 unless\ntold")
+    assert not PHRASES.search("there is no link, which is no longer wanted: it is no slower")
+    assert DEFAULT.search("Scale of the load; 1.")
+
+
+@pytest.mark.parametrize("path", MODULES, ids=relative)
+def test_a_module_speaks_plainly(path: Path):
+    source = path.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    faults = [f"{line}: name {name}" for name, line in defined_names(tree) if bad_name(name)]
+    faults += [
+        f"{line}: {found[0]!r} in {text.strip()[:60]!r}"
+        for text, line in texts(source)
+        if (found := PHRASES.search(text))
+    ]
+    faults += [
+        f"{line}: docstring {text[:50]!r}" for text, line in docstrings(tree) if OPENING.match(text)
+    ]
+    assert sorted(set(faults)) == []
+
+
+@pytest.mark.parametrize("path", sorted(PAGES), ids=relative)
+def test_a_page_speaks_plainly(path: Path):
+    text = path.read_text(encoding="utf-8")
+    if path == CONVENTIONS:
+        text = text[: text.index("## Words that are not used")]
+    found = [
+        f"{text.count(chr(10), 0, match.start()) + 1}: {match[0]!r}"
+        for match in PHRASES.finditer(text)
+    ]
+    assert found == []
+
+
+def test_help_speaks_plainly():
+    entries = help_entries()
+    names = [entry.split()[0] for entry in entries[entries.index("Commands:") + 1 :]]
+    commands = [name for name in names if name.islower()]
+    assert len(commands) > 10
+    lines = [("mover", entry) for entry in entries]
+    lines += [(name, entry) for name in commands for entry in help_entries(name)]
+    faults = [line for line in lines if PHRASES.search(line[1]) or DEFAULT.search(line[1])]
+    assert faults == []
