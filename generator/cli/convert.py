@@ -34,9 +34,11 @@ from generator.figure_file import shipped_figures
 from generator.kinematics.placement import Placement
 from generator.losses import Losses
 from generator.model_files.formats import (
+    SUFFIXES,
     ModelFormat,
     UnknownModelFormatError,
     model_format,
+    read_model,
     suffixes,
 )
 from generator.model_files.imported import (
@@ -45,7 +47,6 @@ from generator.model_files.imported import (
     springs_path,
     write_imported,
 )
-from generator.model_files.read import SUFFIXES, read_model
 from generator.motion_files import (
     MOTION_FORMATS,
     FigureMotion,

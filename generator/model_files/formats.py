@@ -1,18 +1,110 @@
 """The formats of models: one table, in which a format is a row."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from generator.diagnostics import MoverError, spelling_hint
+from generator.diagnostics import (
+    Diagnostics,
+    InputError,
+    MoverError,
+    Source,
+    TooManyErrors,
+    shorten,
+    spelling_hint,
+)
 from generator.figure import Figure
-from generator.losses import Losses
-from generator.model_files import peabody
+from generator.figure_file.write import write_figure
+from generator.losses import Loss, Losses
 from generator.model_files.dyspam import write as dyspam
+from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
+from generator.model_files.imported import Imported
 from generator.model_files.mjcf import write as mjcf
+from generator.model_files.mjcf.read import figure_from_mjcf
 from generator.model_files.opensim import write as osim
+from generator.model_files.opensim.read import figure_from_osim
 from generator.model_files.urdf import write as urdf
+from generator.model_files.urdf.read import figure_from_urdf
+from generator.model_files.xml import XmlElement, parse_xml
+from generator.springs_file.read import FIGURE_ORIGIN
+from generator.text_io import load_text, write_atomic
 from springs import SpringSet
+
+
+def write_fig(figure: Figure, springs: SpringSet, path: Path) -> Losses:
+    """Write a figure file (`.fig`), whole or not at all; reading it gives an equal figure.
+
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: the language cannot say a name or a string of the figure.
+    """
+    write_atomic(path, write_figure(figure))
+    said = [Loss("the comments of the figure's file, and the units it was written in")]
+    psurfs = tuple(seg.psurf for seg in figure.segments.values() if seg.psurf is not None)
+    if psurfs and (figure.path is None or figure.path.parent.resolve() != path.resolve().parent):
+        said.append(
+            Loss("the psurfs, which stay where they are", tuple(dict.fromkeys(map(str, psurfs))))
+        )
+    if springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
+        said.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
+    return Losses("figure file", tuple(said))
+
+
+SUFFIXES = (".xml", ".mjcf", ".urdf", ".osim")
+"""Suffixes of files that are models; which one, their root element tells."""
+
+READERS: Mapping[str, Callable[..., Imported | None]] = {
+    "mujoco": figure_from_mjcf,
+    "robot": figure_from_urdf,
+    "OpenSimDocument": figure_from_osim,
+}
+"""By the root element, what makes a figure of it."""
+
+
+def read_model(path: str | Path, *, separate: bool = False) -> Imported:
+    """The figure of a model in MJCF, URDF, OpenSim's form or DYSPAM's.
+
+    Args:
+        path: the file, or the folder of DYSPAM's input files.
+        separate: whether hinges with springs, damping or limits each become a joint of their own.
+
+    Raises:
+        InputError: with everything that is wrong, each with its place.
+    """
+    if Path(path).is_dir():
+        return imported_from_dyspam(parse_dyspam(Path(path)))
+    source, fault = load_text(Path(path), str(path))
+    if fault is not None:
+        raise InputError([fault])
+    return parse_model(source, Path(path).parent, separate=separate)
+
+
+def parse_model(
+    source: Source, directory: Path | None = None, *, separate: bool = False
+) -> Imported:
+    """As `read_model`, of a text; included files are looked for in `directory`."""
+    findings = Diagnostics()
+    imported = None
+    with suppress(TooManyErrors):
+        root = parse_xml(source, findings)
+        if root is not None:
+            reader = READERS.get(root.tag)
+            if reader is None:
+                _report_unknown_root(root, findings)
+            else:
+                imported = reader(root, directory, findings, separate=separate)
+    if imported is None or findings.has_errors:
+        raise InputError(findings.sorted_by_position())
+    return imported
+
+
+def _report_unknown_root(root: XmlElement, diagnostics: Diagnostics) -> None:
+    near = spelling_hint(root.tag, READERS)
+    known = "mujoco (MJCF), robot (URDF) or OpenSimDocument"
+    hint = near if near.startswith("did") else f"the root element of a model is {known}"
+    diagnostics.error(f"`{shorten(root.tag)}` is no model that is read", root.span, hint)
+
 
 ModelWriter = Callable[[Figure, SpringSet, Path], Losses]
 """Writes a figure with its springs to a path, whole or not at all, and tells what was lost.
@@ -39,7 +131,7 @@ class ModelFormat:
 
 
 MODEL_FORMATS: Mapping[str, ModelFormat] = {
-    "peabody": ModelFormat((".fig",), peabody.write, "figure file of this program"),
+    "peabody": ModelFormat((".fig",), write_fig, "figure file of this program"),
     "mjcf": ModelFormat((".xml", ".mjcf"), mjcf.write, "MuJoCo model"),
     "urdf": ModelFormat((".urdf",), urdf.write, "robot model without loops or springs"),
     "osim": ModelFormat((".osim",), osim.write, "OpenSim model"),

@@ -1,5 +1,12 @@
-"""Motions as files: one format a module, each with `write(clip, path)`, which tells its losses."""
+"""Motions as files: one format a module, whose `write(motion, path)` returns its losses."""
 
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from generator.diagnostics import MoverError
+from generator.figure import Figure
+from generator.losses import Losses
+from generator.motion_files import action, bvh, glb, npz, tables, x3d
 from generator.motion_files.action import (
     ActionFile,
     action_from_recording,
@@ -8,14 +15,9 @@ from generator.motion_files.action import (
     parse_action,
     read_action,
 )
-from generator.motion_files.formats import (
-    MOTION_FORMATS,
-    UnknownMotionFormatError,
-    motion_writer,
-    write_recording,
-)
 from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.npz import read_npz
+from generator.recording import Recording
 
 __all__ = [
     "MOTION_FORMATS",
@@ -32,3 +34,51 @@ __all__ = [
     "read_npz",
     "write_recording",
 ]
+
+MotionWriter = Callable[[FigureMotion, Path], Losses]
+"""Writes a motion to a path, whole or not at all, and tells what was lost.
+
+It raises OSError when the path cannot be written, OtherMotionError when the motion is not one of
+its figure, MoverError when the format cannot hold it at all.
+"""
+
+MOTION_FORMATS: Mapping[str, MotionWriter] = {
+    ".action": action.write,
+    ".csv": tables.write_csv,
+    ".npz": npz.write,
+    ".glb": glb.write,
+    ".bvh": bvh.write,
+    ".mot": tables.write_mot,
+    ".sto": tables.write_sto,
+    ".x3d": x3d.write,
+}
+"""What writes a motion of a figure to a path, by suffix."""
+
+
+class UnknownMotionFormatError(MoverError):
+    """A path whose suffix names no format."""
+
+
+def motion_writer(path: Path) -> MotionWriter:
+    """What writes the format that a path's suffix names. Raises UnknownFormatError."""
+    try:
+        return MOTION_FORMATS[path.suffix.lower()]
+    except KeyError:
+        said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
+        raise UnknownMotionFormatError(
+            f"{path}: {said}; known are {', '.join(MOTION_FORMATS)}"
+        ) from None
+
+
+def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:
+    """Write a recording of a figure in the format that the path's suffix names.
+
+    The file is written whole or not at all. Returns what the format could not hold.
+
+    Raises:
+        UnknownFormatError: the suffix names no format.
+        OSError: the file cannot be written.
+        OtherMotionError: the recording is not one of the figure.
+        MoverError: the format cannot hold the motion.
+    """
+    return motion_writer(Path(path))(motion_from_recording(recording, figure), Path(path))

@@ -6,9 +6,10 @@ become several joints with carriers between them: segments with a tiny share of 
 The axes of a segment: those of its principal inertia, as near as can be to a body's own.
 """
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import permutations
+from itertools import count, permutations, takewhile
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from generator.figure import (
     Translation,
     Vector,
 )
+from generator.figure_file.lexer import KEYWORDS, MAX_WORD_LENGTH
 from generator.inertia import MassProperties
 from generator.losses import LossReport
 from generator.model_files.body_tree.joints import (
@@ -34,7 +36,6 @@ from generator.model_files.body_tree.joints import (
     joint_fields,
     spring_entries,
 )
-from generator.model_files.body_tree.names import Names, common_stem
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
@@ -43,9 +44,75 @@ from generator.model_files.body_tree.tree import (
     swap_massless_parents,
 )
 from generator.model_files.imported import CoordinateMapping, Imported
-from generator.model_files.xml_write import body_fixed_angles
+from generator.model_files.xml import body_fixed_angles
 from generator.rotations import Array, pose_matrix
 from generator.springs_file.parse import SpringEntry, SpringsFile
+
+_INVALID_CHARACTER = re.compile(r"[^A-Za-z0-9_]")
+_SUFFIX_LENGTH = 12
+"""Characters that are left for a number at the end."""
+
+
+@dataclass
+class Names:
+    """Names of one kind.
+
+    Attributes:
+        renamed: by the name that was asked for, the one that was given instead.
+    """
+
+    renamed: dict[str, str] = field(default_factory=dict[str, str])
+    _assigned: set[str] = field(default_factory=set[str])
+    _protected: set[str] = field(default_factory=set[str])
+
+    def protect(self, names: Iterable[str]) -> None:
+        """Put names of the model that need no change aside: none is made of another one."""
+        self._protected |= {name for name in names if _sanitise(name) == name}
+
+    def assign(self, name: str) -> str:
+        """The name that is given for one that is asked for: itself where it can be."""
+        word = _sanitise(name)
+        if word in self._assigned or (word in self._protected and word != name):
+            gone = self._assigned | self._protected
+            word = next(new for k in count(2) if (new := f"{word}_{k}") not in gone)
+        self._assigned.add(word)
+        if word != name:
+            self.renamed[name] = word
+        return word
+
+    def assign_new(self, stem: str) -> str:
+        """The name that is given for one that the model does not have."""
+        free = next(new for k in count(1) if (new := _numbered(stem, k)) not in self._protected)
+        return self.assign(free)
+
+
+def _numbered(stem: str, k: int) -> str:
+    return stem if k == 1 else f"{stem}_{k}"
+
+
+def _sanitise(name: str) -> str:
+    """The name, or what the figure language has nearest to it."""
+    word = _INVALID_CHARACTER.sub("_", name)[: MAX_WORD_LENGTH - _SUFFIX_LENGTH]
+    if not word or word[0].isdigit():
+        word = f"_{word}"
+    return f"{word}_" if word in KEYWORDS else word
+
+
+def common_stem(names: tuple[str, ...]) -> str:
+    """What several names share at their beginning and their end: `hip_right` of `hip_x_right` ...
+
+    Empty where they share nothing.
+    """
+    front = _common_prefix(names)
+    back = _common_prefix([name[len(front) :][::-1] for name in names])[::-1]
+    stem = f"{front.rstrip('_')}{back}" if front else back.lstrip("_")
+    return stem if any(letter.isalpha() for letter in stem) else ""
+
+
+def _common_prefix(names: Sequence[str]) -> str:
+    letters = takewhile(lambda column: len(set(column)) == 1, zip(*names, strict=False))
+    return "".join(column[0] for column in letters)
+
 
 MAX_OFF_DIAGONAL = 1e-12
 """Off-diagonal parts of a tensor that count as rounding, relative to its largest part."""

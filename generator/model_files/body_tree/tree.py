@@ -5,7 +5,7 @@ A body hangs on its parent by a row of freedoms. With values q its pose in the p
 body's own frame: the first is outermost, next to the parent.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -161,6 +161,16 @@ Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """From x ahead, y left, z up to x left, y up, z ahead."""
 
 
+def rotation_from_z_to(axis: tuple[float, float, float]) -> Array:
+    """The shortest turn that brings z onto a unit axis; half a turn about x onto -z."""
+    target = np.asarray(axis)
+    across = np.cross([0.0, 0.0, 1.0], target)
+    sine = float(np.linalg.norm(across))
+    if sine < 1e-10:
+        return np.eye(3) if target[2] > 0.0 else np.diag([1.0, -1.0, -1.0])
+    return matrix_from_axis_angle(across / sine, float(np.arctan2(sine, target[2])))
+
+
 def swap_massless_parents(tree: BodyTree) -> BodyTree:
     """The tree in which a joint carries the body that has the mass.
 
@@ -258,3 +268,47 @@ def merge_massless_bodies(tree: BodyTree) -> tuple[BodyTree, tuple[str, ...]]:
         siblings[siblings.index(body.name)] = child.name
         gone.append(body.name)
     return replace(tree, bodies=tuple(bodies.values())), tuple(reversed(gone))
+
+
+STANDARD_GRAVITY = 9.81
+_ALIGNMENT_TOLERANCE = 1e-9
+
+
+def rotation_to_y_up(gravity: Array) -> Array:
+    """The rotation from the model's world to a figure's, shape (3, 3), by its gravity [m/s^2].
+
+    Where y is up nothing turns. Without gravity z counts as up. A direction between the axes is
+    brought up by the shortest turn from z.
+    """
+    size = float(np.linalg.norm(gravity))
+    if size == 0.0:
+        return Y_UP_FROM_Z_UP
+    up = -gravity / size
+    if np.abs(up - [0.0, 1.0, 0.0]).max() < _ALIGNMENT_TOLERANCE:
+        return np.eye(3)
+    if np.abs(up - [0.0, 0.0, 1.0]).max() < _ALIGNMENT_TOLERANCE:
+        return Y_UP_FROM_Z_UP
+    x, y, z = up.tolist()
+    return Y_UP_FROM_Z_UP @ rotation_from_z_to((x, y, z)).T
+
+
+def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
+    """What to say of the turn, and of a gravity that is not the standard one."""
+    columns = [_axis_name(axis) for axis in up.T]
+    if columns == ["x", "y", "z"]:
+        pass
+    elif all(columns):
+        yield f"the world is turned: the model's x, y, z are {', '.join(columns)} of the figure's"
+    else:
+        yield "the world is turned so that gravity points against y"
+    size = float(np.linalg.norm(gravity))
+    if abs(size - STANDARD_GRAVITY) > 1e-12:
+        yield f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size:.8g},0`"
+
+
+def _axis_name(axis: Array) -> str:
+    """`x`, `-z` ... of a unit vector along a coordinate axis; empty for another."""
+    place = int(np.argmax(np.abs(axis)))
+    if abs(axis[place]) < 1.0 - _ALIGNMENT_TOLERANCE:
+        return ""
+    return f"{'-' if axis[place] < 0.0 else ''}{'xyz'[place]}"

@@ -45,14 +45,14 @@ from generator.model_files.dyspam.mechanism import (
     PointLoad,
     Triad,
 )
-from generator.model_files.dyspam.records import (
+from generator.model_files.dyspam.tables import (
     MAX_COUNT,
     Structure,
     Times,
     parse_jackforce,
     parse_structure,
+    parse_tables,
 )
-from generator.model_files.dyspam.tables import parse_tables
 from generator.model_files.dyspam.write import FILES, FORMAT, LOADS, OPTIONAL, STRUCTURE, TABLES
 from generator.model_files.imported import Imported
 from generator.rotations import Array, RotationSequence

@@ -8,30 +8,316 @@
 6. initial conditions: joint, angles, rates; of a spherical joint about z, y and x
 """
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, Source, Span
+from generator.diagnostics import Diagnostics, Source, Span, shorten
+from generator.figure_file.lexer import MAX_WORD_LENGTH
+from generator.loads import LoadKind
 from generator.model_files.dyspam.mechanism import (
+    LOAD_KINDS,
     Connection,
     JointType,
     LinearSpring,
     Mechanism,
     MechanismBody,
     Point,
+    PointLoad,
     Row4,
     Triad,
 )
-from generator.model_files.dyspam.records import (
-    BrokenTableError,
-    Row,
-    RowReader,
-    Structure,
-    format_number,
-)
-from generator.units import Dimension
+from generator.units import Dimension, convert_to_si, default_unit_factor, shortest_decimal
+
+MAX_COUNT = 1_000_000
+"""No mechanism has so many bodies, joints, points or springs."""
+
+_WORD = re.compile(r"[^\s,]++")
+_LINE_END = re.compile(r"[#/]")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]{1,6})?")
+
+
+class BrokenTableError(Exception):
+    """A row does not have its form: what follows cannot be told apart. The fault is noted."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The words of a line that has any, and whether commas stand between them."""
+
+    words: tuple[Span, ...]
+    has_commas: bool
+
+    @property
+    def span(self) -> Span:
+        """From the first word to the last."""
+        return self.words[0].extend_to(self.words[-1])
+
+
+class RowReader:
+    """The rows of a file, taken one after the other; faults go to `diagnostics`."""
+
+    def __init__(self, source: Source, diagnostics: Diagnostics) -> None:
+        """Find the rows of a text."""
+        self.source = source
+        self.diagnostics = diagnostics
+        self._rows = _split_rows(source)
+        self._next = 0
+
+    @property
+    def next_row(self) -> Row | None:
+        """The row that comes next."""
+        return self._rows[self._next] if self._next < len(self._rows) else None
+
+    @property
+    def remaining(self) -> int:
+        """How many rows there still are."""
+        return len(self._rows) - self._next
+
+    @property
+    def diagnostic_count(self) -> int:
+        """How many faults there are so far."""
+        return len(self.diagnostics.entries)
+
+    def take_row(self, what: str, form: str) -> Row:
+        """The next row.
+
+        Args:
+            what: what it is, for sentences.
+            form: a word for each of its numbers, with blanks between.
+
+        Raises:
+            BrokenTableError: the file has ended, or the row has another number of words.
+        """
+        row, count = self.next_row, len(form.split())
+        if row is None:
+            self.diagnostics.error(
+                f"the file ends before {what}", self._last_span(), f"it is `{form}`"
+            )
+            raise BrokenTableError
+        if len(row.words) != count:
+            number = len(row.words)
+            said = f"{number} value{'s' if number > 1 else ''} instead of {count}"
+            self.diagnostics.error(said, row.span, f"here stands {what}, `{form}`")
+            raise BrokenTableError
+        self._next += 1
+        return row
+
+    def expect_end(self, last: str) -> None:
+        """Note a fault when a row is left after what should be the `last`."""
+        if self.next_row is not None:
+            self.diagnostics.error(f"a line is left over after {last}", self.next_row.span)
+
+    def parse_number(self, word: Span, dimension: Dimension = Dimension.NUMBER) -> float:
+        """The number of a word [SI]; zero, with a fault noted, where it is none."""
+        if word.end - word.start > MAX_WORD_LENGTH or not _NUMBER.fullmatch(word.text):
+            hint = "a number looks like `12`, `-0.5` or `2.41e+09`, without a unit"
+            self.diagnostics.error(f"`{shorten(word.text)}` is not a number", word, hint)
+            return 0.0
+        try:
+            return convert_to_si(
+                word.text.lower().replace("d", "e"), default_unit_factor(dimension)
+            )
+        except OverflowError:
+            said = f"`{shorten(word.text)}` is too large"
+            self.diagnostics.error(said, word, "a number must be finite")
+            return 0.0
+
+    def parse_numbers(
+        self, words: tuple[Span, ...], dimension: Dimension = Dimension.NUMBER
+    ) -> tuple[float, ...]:
+        """The numbers of words of one dimension [SI]."""
+        return tuple(self.parse_number(word, dimension) for word in words)
+
+    def parse_integer(
+        self, word: Span, what: str, minimum: int = 0, maximum: int = MAX_COUNT
+    ) -> int:
+        """The whole number of a word; `minimum`, with a fault noted, where it is none of the range."""
+        before, value = self.diagnostic_count, self.parse_number(word)
+        if self.diagnostic_count > before:
+            return minimum
+        if not value.is_integer() or not minimum <= value <= maximum:
+            hint = f"it is {minimum}" if minimum == maximum else f"it is {minimum} to {maximum}"
+            self.diagnostics.error(f"the {what} is `{shorten(word.text)}`", word, hint)
+            return minimum
+        return int(value)
+
+    def _last_span(self) -> Span:
+        return self._rows[-1].span if self._rows else Span(self.source, 0, 1)
+
+
+def format_number(value: float, dimension: Dimension = Dimension.NUMBER, decimals: int = 2) -> str:
+    """The shortest cgs number that is read as `value` [SI], with at least `decimals` decimals."""
+    text = shortest_decimal(value, default_unit_factor(dimension))
+    if "e" in text:
+        return text
+    whole, _, fraction = text.partition(".")
+    return f"{whole}.{fraction.ljust(decimals, '0')}"
+
+
+def _split_rows(source: Source) -> list[Row]:
+    rows: list[Row] = []
+    start = 0
+    for line in source.text.split("\n"):
+        bare = _LINE_END.split(line, maxsplit=1)[0]
+        words = tuple(
+            Span(source, start + match.start(), start + match.end())
+            for match in _WORD.finditer(bare)
+        )
+        if words:
+            rows.append(Row(words, "," in bare))
+        start += len(line) + 1
+    return rows
+
+
+_LOAD_FORM = "load point x y z"
+
+
+def count_loads(loads: Iterable[PointLoad]) -> tuple[int, ...]:
+    """How many loads there are of each of `LOAD_KINDS`."""
+    kinds = [load.kind for load in loads]
+    return tuple(kinds.count(kind) for kind in LOAD_KINDS)
+
+
+def format_jackforce(loads: Iterable[PointLoad]) -> str:
+    """The text of the file; empty without loads."""
+    lines: list[str] = []
+    for load in sorted(loads, key=lambda load: LOAD_KINDS.index(load.kind)):
+        parts = [format_number(part, _dimension(load.kind)) for part in load.components]
+        lines.append(f"{len(lines) + 1} {load.point} {' '.join(parts)}\n")
+    return "".join(lines)
+
+
+def parse_jackforce(
+    source: Source, counts: Sequence[int], points: int, diagnostics: Diagnostics
+) -> tuple[PointLoad, ...]:
+    """The loads of a text, as far as they can be told; faults go to `diagnostics`.
+
+    Args:
+        source: the text.
+        counts: how many loads there are of each of `LOAD_KINDS`.
+        points: how many points of interest there are.
+        diagnostics: for faults.
+    """
+    rows, loads = RowReader(source, diagnostics), list[PointLoad]()
+    with suppress(BrokenTableError):
+        for kind, count in zip(LOAD_KINDS, counts, strict=True):
+            for k in range(1, count + 1):
+                row = rows.take_row(f"{kind.value} {k} of {count}", _LOAD_FORM)
+                number = len(loads) + 1
+                rows.parse_integer(row.words[0], "number of the load", number, number)
+                point = rows.parse_integer(row.words[1], "number of the point", 1, points)
+                x, y, z = rows.parse_numbers(row.words[2:], _dimension(kind))
+                loads.append(PointLoad(kind, point, (x, y, z)))
+        rows.expect_end(f"the {sum(counts)} loads that `structure` counts")
+    return tuple(loads)
+
+
+def _dimension(kind: LoadKind) -> Dimension:
+    return Dimension.FORCE if kind.is_force else Dimension.MOMENT
+
+
+_NUMERICS = "0.00000001, 0.00001, 0.000001, 7\n10.0 ,1.0 ,0.1/\n"
+"""The parameters of the numerical procedures, as figure 3.1 has them."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """When a simulation starts and stops, its step, and the interval of what it writes [s]."""
+
+    start: float = 0.0
+    step: float = 0.001
+    stop: float = 1.0
+    frame: float = 0.02
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What the file says.
+
+    Attributes:
+        bodies: how many move.
+        joints: how many there are.
+        degrees_of_freedom: degrees of freedom of the whole.
+        loads: how many of each of `LOAD_KINDS`.
+        springs: how many linear springs `ndyspamfile` has.
+        times: of the simulation.
+        has_flags: whether a flag is set; what it asks for is not known.
+        span: of the first line.
+    """
+
+    bodies: int
+    joints: int
+    degrees_of_freedom: int
+    loads: tuple[int, ...]
+    springs: int
+    times: Times = Times()
+    has_flags: bool = False
+    span: Span | None = None
+
+
+def format_structure(structure: Structure) -> str:
+    """The text of the file, with all flags zero."""
+    times = structure.times
+    said = (times.start, times.step, times.stop, times.frame)
+    return (
+        f"{structure.bodies}, {structure.joints}, {structure.degrees_of_freedom}\n"
+        f"{' '.join(map(str, structure.loads))}\n"
+        f"0, 0, {structure.springs}\n"
+        "0, 0\n"
+        "0\n"
+        f"{', '.join(format_number(time, decimals=6) for time in said)}\n"
+        f"{_NUMERICS}"
+    )
+
+
+def parse_structure(source: Source, diagnostics: Diagnostics) -> Structure | None:
+    """What a text says, as far as it can be told; faults go to `diagnostics`."""
+    with suppress(BrokenTableError):
+        return _structure(RowReader(source, diagnostics))
+    return None
+
+
+def _structure(rows: RowReader) -> Structure:
+    first = rows.take_row("the first line", "bodies joints degrees_of_freedom")
+    names = ("number of bodies", "number of joints", "number of degrees of freedom")
+    bodies, joints, freedoms = (
+        rows.parse_integer(word, name, minimum=low)
+        for word, name, low in zip(first.words, names, (1, 1, 0), strict=True)
+    )
+    line = rows.take_row(
+        "the line of loads", "global_forces local_forces global_moments local_moments"
+    )
+    loads = tuple(
+        rows.parse_integer(word, f"number of loads `{kind.value}`")
+        for word, kind in zip(line.words, LOAD_KINDS, strict=True)
+    )
+    line = rows.take_row("the line of springs", "flag flag rotational_springs")
+    springs = rows.parse_integer(line.words[2], "number of rotational springs")
+    flags = [*line.words[:2]]
+    flags += rows.take_row("a line of flags", "flag flag").words
+    flags += rows.take_row("a line of flags", "flag").words
+    flagged = any([rows.parse_number(word) != 0.0 for word in flags])
+    times = _times(rows.take_row("the line of times", "start step stop animation_step"), rows)
+    for form in ("parameter parameter parameter parameter", "parameter parameter parameter"):
+        rows.parse_numbers(rows.take_row("a line of numerical parameters", form).words)
+    rows.expect_end("the numerical parameters")
+    return Structure(bodies, joints, freedoms, loads, springs, times, flagged, first.span)
+
+
+def _times(line: Row, rows: RowReader) -> Times:
+    start, step, stop, frame = rows.parse_numbers(line.words)
+    if not rows.diagnostics.has_errors:
+        if stop <= start:
+            rows.diagnostics.error("the stop time is not after the start", line.words[2])
+        for word, what, value in ((line.words[1], "step", step), (line.words[3], "frame", frame)):
+            if value <= 0.0:
+                rows.diagnostics.error(f"the {what} is not above zero", word)
+    return Times(start, step, stop, frame)
+
 
 MAX_TRIAD_ERROR = 0.02
 """A triad printed with two decimals, as figure 3.2's, has dot products as far from those of unit

@@ -7,7 +7,7 @@ from typing import Final
 
 from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
 from generator.model_files.mjcf.joints import ORIENTATION_ATTRIBUTES, AngleConvention
-from generator.model_files.xml_read import SourceText, XmlElement, parse_xml
+from generator.model_files.xml import SourceText, XmlElement, parse_xml
 from generator.text_io import load_text
 
 MAIN = "main"

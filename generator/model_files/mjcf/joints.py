@@ -13,8 +13,8 @@ import numpy as np
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import Vector
 from generator.losses import LossReport
-from generator.model_files.body_tree.tree import DegreeOfFreedom
-from generator.model_files.xml_read import (
+from generator.model_files.body_tree.tree import DegreeOfFreedom, rotation_from_z_to
+from generator.model_files.xml import (
     SourceText,
     XmlElement,
     parse_number,
@@ -83,16 +83,6 @@ def parse_orientation(
             )
         case _:
             return _from_euler(written, angles, diagnostics)
-
-
-def rotation_from_z_to(axis: tuple[float, float, float]) -> Array:
-    """The shortest turn that brings z onto a unit axis; half a turn about x onto -z."""
-    target = np.asarray(axis)
-    across = np.cross([0.0, 0.0, 1.0], target)
-    sine = float(np.linalg.norm(across))
-    if sine < 1e-10:
-        return np.eye(3) if target[2] > 0.0 else np.diag([1.0, -1.0, -1.0])
-    return matrix_from_axis_angle(across / sine, float(np.arctan2(sine, target[2])))
 
 
 def matrix_from_quaternion(quaternion: Array) -> Array:

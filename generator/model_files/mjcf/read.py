@@ -1,20 +1,456 @@
 """MJCF, the models of MuJoCo: the passive tree of one as a figure."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import pi
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten
+from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.inertia import MassProperties
 from generator.losses import LossReport
-from generator.model_files.body_tree.names import gravity_losses, rotation_to_y_up
 from generator.model_files.body_tree.to_figure import figure_from_tree
-from generator.model_files.body_tree.tree import BodyTree
+from generator.model_files.body_tree.tree import (
+    Body,
+    BodyTree,
+    gravity_losses,
+    rotation_from_z_to,
+    rotation_to_y_up,
+)
 from generator.model_files.imported import Imported
-from generator.model_files.mjcf.bodies import BodyReader
-from generator.model_files.mjcf.document import Document, parse_document
-from generator.model_files.xml_read import XmlElement, parse_numbers
-from generator.rotations import Array
+from generator.model_files.mjcf.document import MAIN, Document, parse_document
+from generator.model_files.mjcf.joints import (
+    ORIENTATION_ATTRIBUTES,
+    AngleConvention,
+    JointReader,
+    parse_orientation,
+    parse_pose,
+)
+from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
+from generator.model_files.xml import (
+    SourceText,
+    XmlElement,
+    parse_number,
+    parse_numbers,
+    parse_vector,
+    unit_direction,
+)
+from generator.rotations import Array, pose_matrix
+
+DENSITY = 1000.0
+"""Of a geom that tells neither mass nor density [kg/m3]."""
+
+SIZES: Final = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+"""How many sizes each solid shape has."""
+
+FROMTO_SHAPES: Final = ("capsule", "cylinder", "ellipsoid", "box")
+"""Shapes that `fromto` may tell."""
+
+WEIGHTLESS: Final = ("plane", "hfield")
+"""Shapes that stand in the world only and have no mass."""
+
+UNREAD: Final = ("mesh", "sdf")
+"""Shapes whose mass is that of a file, or of a plugin."""
+
+
+def geom_mass(
+    element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
+) -> MassProperties | None:
+    """The mass properties of a geom in its body's frame; None for a weightless one.
+
+    `element` has the values of its default class. What cannot be read is a fault.
+    """
+    shape = element.get("type") or "sphere"
+    if shape in WEIGHTLESS or _is_massless(element, diagnostics):
+        return None
+    if shape in UNREAD or "mesh" in element.attributes:
+        diagnostics.error(
+            "the mass of this body would come from a mesh, and meshes are not read",
+            element.span_of("mesh" if "mesh" in element.attributes else "type"),
+            "give the body an `inertial` with its mass and inertia",
+        )
+        return None
+    if shape not in SIZES:
+        diagnostics.error(
+            f"unknown geom type `{shorten(shape)}`",
+            element.span_of("type"),
+            spelling_hint(shape, SIZES),
+        )
+        return None
+    if element.get("shellinertia") == "true":
+        diagnostics.error(
+            "the inertia of a shell is not computed here",
+            element.span_of("shellinertia"),
+            "give the body an `inertial` with its mass and inertia",
+        )
+        return None
+    place = _placed(element, shape, angles, diagnostics)
+    if place is None:
+        return None
+    pose, size = place
+    volume, unit = _volume_and_moments(shape, size)
+    mass = parse_number(element, "density", diagnostics, DENSITY) * volume
+    if "mass" in element.attributes:
+        mass = parse_number(element, "mass", diagnostics)
+    if not mass > 0.0:
+        diagnostics.error("a mass is not negative", element.span_of("mass"))
+        return None
+    return MassProperties(mass, np.zeros(3), np.diag(unit) * mass).transform(pose)
+
+
+def _is_massless(element: XmlElement, diagnostics: Diagnostics) -> bool:
+    if "mass" in element.attributes:
+        return parse_number(element, "mass", diagnostics) == 0.0
+    return parse_number(element, "density", diagnostics, DENSITY) == 0.0
+
+
+def _placed(
+    element: XmlElement, shape: str, angles: AngleConvention, diagnostics: Diagnostics
+) -> tuple[Array, tuple[float, ...]] | None:
+    """The pose of a shape in its body, shape (4, 4), and its sizes [m]."""
+    count, ends = SIZES[shape], element.attributes.get("fromto")
+    size = element.attributes.get("size", SourceText("", element.span))
+    told = parse_numbers(size, diagnostics, 0, 3)
+    if told is None:
+        return None
+    needed = count
+    if ends is not None and shape in FROMTO_SHAPES:
+        needed = 1
+    if len(told) < needed or not all(part > 0.0 for part in told[:needed]):
+        plural = "s" if needed > 1 else ""
+        diagnostics.error(
+            f"a {shape} needs {needed} positive size{plural}",
+            element.span_of("size"),
+            "half lengths and radii [m]",
+        )
+        return None
+    if ends is None or shape not in FROMTO_SHAPES:
+        at = parse_vector(element, "pos", diagnostics)
+        return pose_matrix(parse_orientation(element, angles, diagnostics), at), told[:count]
+    read = parse_numbers(ends, diagnostics, 6)
+    if read is None:
+        return None
+    start, end = np.array(read[:3]), np.array(read[3:])
+    along = unit_direction((start - end).tolist(), ends.span, diagnostics)
+    half = float(np.linalg.norm(end - start)) / 2.0
+    sizes = (told[0], half) if count == 2 else (told[0], told[0], half)
+    return pose_matrix(rotation_from_z_to(along), (start + end) / 2.0), sizes
+
+
+def _volume_and_moments(
+    shape: str, size: Sequence[float]
+) -> tuple[float, tuple[float, float, float]]:
+    """Volume [m3] of a shape, and principal moments for the mass one [m2]."""
+    match shape:
+        case "sphere":
+            r = size[0]
+            round_about = 0.4 * r * r
+            return 4.0 / 3.0 * pi * r**3, (round_about, round_about, round_about)
+        case "cylinder":
+            r, h = size[:2]
+            across = r * r / 4.0 + h * h / 3.0
+            return 2.0 * pi * r * r * h, (across, across, r * r / 2.0)
+        case "capsule":
+            return _capsule_volume_and_moments(size[0], size[1])
+        case "ellipsoid":
+            a, b, c = (part * part for part in size[:3])
+            volume = 4.0 / 3.0 * pi * size[0] * size[1] * size[2]
+            return volume, ((b + c) / 5.0, (a + c) / 5.0, (a + b) / 5.0)
+        case _:
+            a, b, c = (part * part for part in size[:3])
+            volume = 8.0 * size[0] * size[1] * size[2]
+            return volume, ((b + c) / 3.0, (a + c) / 3.0, (a + b) / 3.0)
+
+
+def _capsule_volume_and_moments(r: float, h: float) -> tuple[float, tuple[float, float, float]]:
+    """A cylinder of half length h with a half sphere of the radius r at either end.
+
+    The centre of a half sphere is 3/8 r from its flat side.
+    """
+    middle, ends = 2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r**3
+    volume = middle + ends
+    along = middle * r * r / 2.0 + ends * 0.4 * r * r
+    arm = h + 0.375 * r
+    across = middle * (r * r / 4.0 + h * h / 3.0)
+    across += ends * (0.4 * r * r - (0.375 * r) ** 2 + arm * arm)
+    return volume, (across / volume, across / volume, along / volume)
+
+
+_UNSUPPORTED_ELEMENTS: Final = {
+    "composite": "a composite of many bodies",
+    "flexcomp": "a flexible body",
+    "attach": "a model that is attached",
+    "replicate": "a part that is replicated",
+}
+_READ_ATTRIBUTES: Final = {
+    "body": {"name", "pos", *ORIENTATION_ATTRIBUTES, "childclass", "mocap"},
+    "frame": {"name", "pos", *ORIENTATION_ATTRIBUTES, "childclass"},
+    "inertial": {"pos", *ORIENTATION_ATTRIBUTES, "mass", "diaginertia", "fullinertia"},
+    "joint": READ_OF_JOINTS,
+    "freejoint": {"name"},
+}
+_BODY_ELEMENTS: Final = (
+    "body",
+    "frame",
+    "joint",
+    "freejoint",
+    "inertial",
+    "geom",
+    "site",
+    "camera",
+    "light",
+    "plugin",
+    *_UNSUPPORTED_ELEMENTS,
+)
+
+
+@dataclass
+class _BodyContents:
+    """What stands in a body, also within its frames."""
+
+    joints: list[XmlElement] = field(default_factory=list[XmlElement])
+    inertial: XmlElement | None = None
+    geoms: list[tuple[XmlElement, Array]] = field(default_factory=list[tuple[XmlElement, Array]])
+    sites: dict[str, Array] = field(default_factory=dict[str, Array])
+    bodies: list[tuple[XmlElement, Array, str]] = field(
+        default_factory=list[tuple[XmlElement, Array, str]]
+    )
+
+
+@dataclass
+class BodyReader:
+    """Reads the bodies below `worldbody`.
+
+    Attributes:
+        document: the model.
+        diagnostics: for faults.
+        report: for what a figure does not hold.
+        bodies: what was read, each parent before its children.
+        sites: frames fixed to the world.
+    """
+
+    document: Document
+    diagnostics: Diagnostics
+    report: LossReport
+    bodies: list[Body] = field(default_factory=list[Body])
+    sites: dict[str, Array] = field(default_factory=dict[str, Array])
+    _names: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    _fixed: set[str | None] = field(default_factory=lambda: {None})
+
+    def read_world(self, world: XmlElement) -> None:
+        """All that hangs on a `worldbody`."""
+        held = self._collect_contents(world, world.get("childclass") or MAIN)
+        for element in held.joints:
+            self.diagnostics.error(
+                "the world has no joints", element.span, "joints stand in a body"
+            )
+        self.sites |= held.sites
+        for element, before, childclass in held.bodies:
+            self._read_body(element, None, before, childclass)
+
+    def _read_body(
+        self, element: XmlElement, parent: str | None, parent_pose: Array, childclass: str
+    ) -> None:
+        name = element.get("name") or f"body_{len(self.bodies) + 1}"
+        first = self._names.setdefault(name, element)
+        if first is not element:
+            self.diagnostics.error(
+                f"a second body named `{shorten(name)}`",
+                element.span_of("name"),
+                f"the first stands in line {first.span.line}",
+            )
+            return
+        if element.get("mocap") == "true":
+            self.report.add("bodies that are moved from outside, which are held here", name)
+        self._add_unread_losses(element)
+        childclass = element.get("childclass") or childclass
+        held = self._collect_contents(element, childclass)
+        joints = JointReader(
+            self.document.angle_convention, self._autolimits, self.diagnostics, self.report
+        )
+        freedoms = joints.read(name, held.joints, is_outermost=parent is None)
+        # A body that nothing can move needs no mass, but has its share in a total that is told.
+        fixed = not freedoms and parent in self._fixed
+        if fixed:
+            self._fixed.add(name)
+        needless = fixed and not self._number_setting("settotalmass") > 0.0
+        mass = None if needless else self._body_mass(held)
+        self.bodies.append(
+            Body(
+                name,
+                parent,
+                parent_pose @ parse_pose(element, self.document.angle_convention, self.diagnostics),
+                freedoms,
+                mass,
+                held.sites,
+                element.span_of("name"),
+            )
+        )
+        for child, pose, inner in held.bodies:
+            self._read_body(child, name, pose, inner)
+
+    @property
+    def _autolimits(self) -> bool:
+        return self.document.setting("autolimits", "true") == "true"
+
+    def _collect_contents(self, element: XmlElement, childclass: str) -> _BodyContents:
+        held = _BodyContents()
+        self._collect_children(element, np.eye(4), childclass, held)
+        return held
+
+    def _collect_children(
+        self, element: XmlElement, pose_in_body: Array, childclass: str, contents: _BodyContents
+    ) -> None:
+        """What stands in a body or a frame whose pose in its body is `pose_in_body`."""
+        angles, findings = self.document.angle_convention, self.diagnostics
+        for child in element.children:
+            match child.tag:
+                case "body":
+                    contents.bodies.append((child, pose_in_body, childclass))
+                case "frame":
+                    self._add_unread_losses(child)
+                    inner = child.get("childclass") or childclass
+                    self._collect_children(
+                        child, pose_in_body @ parse_pose(child, angles, findings), inner, contents
+                    )
+                case "joint" | "freejoint":
+                    self._collect_joint(child, element, childclass, contents)
+                case "inertial":
+                    self._add_unread_losses(child)
+                    contents.inertial = child
+                case "geom":
+                    whole = self.document.with_defaults(child, childclass, findings)
+                    contents.geoms.append((whole, pose_in_body))
+                    self.report.add(
+                        "shapes of geoms: segments have no shape and touch nothing",
+                        child.get("name") or whole.get("type") or "sphere",
+                    )
+                case "site":
+                    whole = self.document.with_defaults(child, childclass, findings)
+                    pose = pose_in_body @ parse_pose(whole, angles, findings)
+                    contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
+                case "camera" | "light" | "plugin":
+                    self.report.add(f"{child.tag}s", child.get("name") or f"a {child.tag}")
+                case tag if tag in _UNSUPPORTED_ELEMENTS:
+                    findings.error(
+                        f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
+                        child.span,
+                        "save the model as MuJoCo compiles it, in which it is written out",
+                    )
+                case tag:
+                    findings.error(
+                        f"unknown element `{shorten(tag)}` in `{element.tag}`",
+                        child.span,
+                        spelling_hint(tag, _BODY_ELEMENTS),
+                    )
+
+    def _collect_joint(
+        self, child: XmlElement, parent: XmlElement, childclass: str, contents: _BodyContents
+    ) -> None:
+        if parent.tag == "frame":
+            self.diagnostics.error(
+                "a joint stands in a frame", child.span, "a joint stands in its body"
+            )
+            return
+        whole = child
+        if child.tag == "joint":
+            whole = self.document.with_defaults(child, childclass, self.diagnostics)
+        self._add_unread_losses(whole)
+        contents.joints.append(whole)
+
+    def _body_mass(self, contents: _BodyContents) -> MassProperties | None:
+        """The mass properties of a body: its `inertial`, or the sum of its geoms."""
+        choice = self.document.setting("inertiafromgeom", "auto")
+        if contents.inertial is not None and choice != "true":
+            return self._with_mass_bounds(self._parse_inertial(contents.inertial))
+        if choice == "false":
+            return self._with_mass_bounds(None)
+        total: MassProperties | None = None
+        for element, before in contents.geoms:
+            if not self._is_in_inertia_group(element):
+                continue
+            part = geom_mass(element, self.document.angle_convention, self.diagnostics)
+            if part is not None:
+                moved = part.transform(before)
+                total = moved if total is None else total + moved
+        return self._with_mass_bounds(total)
+
+    def _is_in_inertia_group(self, geom: XmlElement) -> bool:
+        written = self.document.compiler.get("inertiagrouprange")
+        bounds = None if written is None else parse_numbers(written, self.diagnostics, 2)
+        return (
+            bounds is None
+            or bounds[0] <= parse_number(geom, "group", self.diagnostics) <= bounds[1]
+        )
+
+    def _parse_inertial(self, element: XmlElement) -> MassProperties | None:
+        findings = self.diagnostics
+        if "mass" not in element.attributes:
+            findings.error("`inertial` tells no mass", element.span, "add `mass`")
+            return None
+        mass = parse_number(element, "mass", findings)
+        if mass == 0.0:
+            return None
+        turn = parse_orientation(element, self.document.angle_convention, findings)
+        tensor = np.diag(parse_vector(element, "diaginertia", findings))
+        full = element.attributes.get("fullinertia")
+        if full is not None:
+            xx, yy, zz, xy, xz, yz = parse_numbers(full, findings, 6) or (1.0,) * 3 + (0.0,) * 3
+            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        elif "diaginertia" not in element.attributes:
+            findings.error(
+                "`inertial` tells no inertia", element.span, "add `diaginertia` or `fullinertia`"
+            )
+            return None
+        moments, axes = np.linalg.eigh(tensor)
+        balance = self.document.setting("balanceinertia", "false") == "true"
+        if balance and moments[2] > moments[0] + moments[1]:
+            moments = np.full(3, moments.mean())
+        tensor = turn @ axes @ np.diag(moments) @ axes.T @ turn.T
+        try:
+            return MassProperties(mass, np.array(parse_vector(element, "pos", findings)), tensor)
+        except ValueError as failure:
+            findings.error(str(failure), element.span, "MuJoCo refuses it as well")
+            return None
+
+    def _with_mass_bounds(self, mass: MassProperties | None) -> MassProperties | None:
+        """The mass properties with the least values that the compiler is told."""
+        least = self._number_setting("boundmass")
+        least_inertia = self._number_setting("boundinertia")
+        if mass is None:
+            if not (least > 0.0 and least_inertia > 0.0):
+                return None
+            return MassProperties(least, np.zeros(3), least_inertia * np.eye(3))
+        moments, axes = np.linalg.eigh(mass.inertia)
+        tensor = axes @ np.diag(np.maximum(moments, least_inertia)) @ axes.T
+        return MassProperties(max(mass.mass, least), mass.centre, tensor)
+
+    def _number_setting(self, name: str) -> float:
+        written = self.document.compiler.get(name)
+        read = None if written is None else parse_numbers(written, self.diagnostics, 1)
+        return 0.0 if read is None else read[0]
+
+    def _add_unread_losses(self, element: XmlElement) -> None:
+        unread = element.attributes.keys() - _READ_ATTRIBUTES[element.tag] - {"class"}
+        for name in sorted(unread):
+            self.report.add("attributes without a meaning here", f"{element.tag} {name}")
+
+    def scaled_bodies(self) -> list[Body]:
+        """The bodies, with the total mass that the compiler is told."""
+        total = self._number_setting("settotalmass")
+        if not total > 0.0:
+            return self.bodies
+        factor = total / sum(body.mass.mass for body in self.bodies if body.mass is not None)
+        return [_scale_mass(body, factor) for body in self.bodies]
+
+
+def _scale_mass(body: Body, factor: float) -> Body:
+    if body.mass is None:
+        return body
+    return replace(body, mass=body.mass.with_mass(body.mass.mass * factor))
+
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 

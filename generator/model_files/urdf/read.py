@@ -14,18 +14,18 @@ from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import Vector
 from generator.inertia import MassProperties
 from generator.losses import LossReport
-from generator.model_files.body_tree.names import gravity_losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Y_UP_FROM_Z_UP,
     Body,
     BodyTree,
     DegreeOfFreedom,
+    gravity_losses,
+    rotation_from_z_to,
     split_extra_inertia,
 )
 from generator.model_files.imported import Imported
-from generator.model_files.mjcf.joints import rotation_from_z_to
-from generator.model_files.xml_read import XmlElement, parse_number, parse_vector, unit_direction
+from generator.model_files.xml import XmlElement, parse_number, parse_vector, unit_direction
 from generator.rotations import Array, matrix_from_xyz, pose_matrix
 
 FIXED = "fixed"

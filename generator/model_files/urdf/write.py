@@ -27,7 +27,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
-from generator.model_files.xml_write import (
+from generator.model_files.xml import (
     Element,
     add_element,
     format_document,

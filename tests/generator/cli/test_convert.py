@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 
 from generator import read_action, read_figure
 from generator.cli.app import app
-from generator.model_files.peabody import write as write_peabody
+from generator.model_files.formats import write_fig
 from generator.motion_files import MOTION_FORMATS, format_action, motion_from_action, read_npz
 from generator.motion_files.action import ActionFile
 from generator.motion_files.glb import write as write_glb
@@ -140,7 +140,7 @@ def test_a_figure_becomes_a_figure_file(tmp_path: Path):
 
 def test_no_output_is_written_when_one_cannot_be(tmp_path: Path):
     rail = tmp_path / "rail.fig"
-    write_peabody(on_a_rail(), SpringSet(), rail)
+    write_fig(on_a_rail(), SpringSet(), rail)
     text = rail.read_text(encoding="utf-8")
     code, said = failure("convert", rail, tmp_path / "a.xml", tmp_path / "dyspam")
     assert code == 1

@@ -10,10 +10,10 @@ from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.model_files.body_tree.to_figure import FRAME, WORLD
+from generator.model_files.formats import read_model
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf import write as mjcf
 from generator.model_files.opensim import write as osim
-from generator.model_files.read import read_model
 from generator.model_files.urdf import write as urdf
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate

@@ -12,8 +12,7 @@ from generator import read_figure
 from generator.diagnostics import Diagnostics, InputError, Severity, Source, select_errors
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
-from generator.model_files.dyspam.records import Structure
-from generator.model_files.dyspam.tables import parse_tables
+from generator.model_files.dyspam.tables import Structure, parse_tables
 from tests.chains import chain, two_bodies
 from tests.generator.model_files.dyspam_folders import own_springs
 

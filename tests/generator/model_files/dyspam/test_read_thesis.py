@@ -14,7 +14,7 @@ import pytest
 from generator import read_figure
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
-from generator.model_files.dyspam.records import Times
+from generator.model_files.dyspam.tables import Times
 from generator.springs_file.optional import parse_optional
 from generator.springs_file.read import load_springs
 

@@ -18,16 +18,17 @@ from generator.model_files.dyspam.mechanism import (
     Point,
     PointLoad,
 )
-from generator.model_files.dyspam.records import (
+from generator.model_files.dyspam.tables import (
     Structure,
     Times,
     count_loads,
     format_jackforce,
     format_structure,
+    format_tables,
     parse_jackforce,
     parse_structure,
+    parse_tables,
 )
-from generator.model_files.dyspam.tables import format_tables, parse_tables
 
 NUMBERS = st.floats(-1e9, 1e9, allow_nan=False)
 POSITIVE = st.floats(0.0, 1e9, exclude_min=True)

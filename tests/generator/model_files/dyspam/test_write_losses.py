@@ -15,7 +15,7 @@ from generator.losses import Losses
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.read import imported_from_dyspam
-from generator.model_files.read import read_model
+from generator.model_files.formats import read_model
 from generator.springs_file.parse import parse_springs
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs

@@ -12,7 +12,7 @@ from generator.kinematics.placement import forward_kinematics, initial_displacem
 from generator.kinematics.tree import build_tree
 from generator.model_files.opensim.write import write
 from generator.motion_files.motion import motion_from_recording
-from generator.motion_files.opensim import write_mot
+from generator.motion_files.tables import write_mot
 from springs import AxisSpring, SpringSet
 from tests.chains import SKEW
 from tests.generator.model_files.model_cases import (

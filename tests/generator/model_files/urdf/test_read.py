@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import Source
+from generator.model_files.formats import parse_model, read_model
 from generator.model_files.imported import Imported
-from generator.model_files.read import parse_model, read_model
 from tests.generator.model_files.imported_models import (
     MODELS,
     placed,

@@ -10,7 +10,7 @@ import pytest
 from generator.figure import Figure, Joint, JointAxis
 from generator.kinematics.tree import TreeJoint
 from generator.motion_files.motion import FigureMotion
-from generator.motion_files.opensim import write_mot, write_sto
+from generator.motion_files.tables import write_mot, write_sto
 from tests.motions import MOTIONS, all_sites, clip, site, ten_frames
 
 WITHIN = 1e-6

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from generator.diagnostics import InputError, Source
-from generator.model_files.read import parse_model, read_model
+from generator.model_files.formats import parse_model, read_model
 from tests.generator.model_files.imported_models import MODELS
 
 LINK = (

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import Diagnostics, Source
-from generator.model_files.opensim.functions import AxisMotion, evaluate_function
-from generator.model_files.xml_read import parse_xml
+from generator.model_files.opensim.joints import AxisMotion, evaluate_function
+from generator.model_files.xml import parse_xml
 
 KNOTS = ((-2.0, -0.02), (-1.2, -0.011), (-0.4, -0.003), (0.0, 0.0), (0.5, 0.002), (1.4, -0.004))
 PLACES = (-2.5, -2.0, -1.7, -0.4, 0.2, 1.39, 1.4, 2.0)

@@ -5,7 +5,7 @@ from math import exp, sin, tanh
 import numpy as np
 import pytest
 
-from generator.model_files.opensim.lepton import EXPRESSION_OPERATIONS, Expression
+from generator.model_files.opensim.write import EXPRESSION_OPERATIONS, Expression
 from springs import AxisSpring, Damping, total_torque
 from springs.smooth_limit import SmoothLimit
 from tests.generator.model_files.model_cases import CURVES, OTHER_CURVES

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import Source
-from generator.model_files.body_tree.names import Names
-from generator.model_files.read import parse_model
+from generator.model_files.body_tree.to_figure import Names
+from generator.model_files.formats import parse_model
 
 WORDS = st.text("ab _1", min_size=1, max_size=4)
 

@@ -1,0 +1,103 @@
+"""A motion as a table of comma-separated values, with its header in lines that begin with `#`."""
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from generator.losses import Loss, Losses
+from generator.motion_files.action import display_unit, format_chain, format_displacement
+from generator.motion_files.motion import NO_FIGURE, FigureMotion, unrepresented
+from generator.names import coordinate_names, plain_names, renaming_loss
+from generator.recording import ENERGY_KINDS
+from generator.text_io import write_atomic
+
+NO_ENERGIES = Loss("energies: the motion is not that of a run, which alone has them")
+
+
+def write_csv(motion: FigureMotion, path: Path) -> Losses:
+    """Write a motion as a table of comma-separated values, whole or not at all.
+
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: a displacement is not finite.
+    """
+    write_atomic(path, format_csv(motion))
+    return Losses.collect("table", [NO_FIGURE, unrepresented(motion, "energies") or NO_ENERGIES])
+
+
+def format_csv(motion: FigureMotion) -> str:
+    """The text of the table: `time [s]`, each displacement `JOINT.k`, the energies of a run.
+
+    Raises ValueError for a displacement that is not finite.
+    """
+    return "".join(f"{line}\n" for line in _csv_lines(motion))
+
+
+def _csv_lines(motion: FigureMotion) -> Iterator[str]:
+    yield from (f"# {line}" for line in motion.header.lines())
+    titles, columns = ["time [s]"], [[repr(time) for time in motion.times.tolist()]]
+    for name, chain in motion.chains.items():
+        yield f"# joint {name} {format_chain(chain)}"
+        for k, factor in enumerate(chain):
+            unit = display_unit(factor)
+            titles.append(f"{name}.{k + 1} [{unit}]")
+            values = motion.displacements[name][:, k].tolist()
+            columns.append([format_displacement(value, unit) for value in values])
+    if motion.recording is not None:
+        for kind in ENERGY_KINDS:
+            titles.append(f"{kind} [J]")
+            columns.append([repr(value) for value in motion.recording.energy[kind].tolist()])
+    yield ",".join(titles)
+    yield from (",".join(row) for row in zip(*columns, strict=True))
+
+
+def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) -> Losses:
+    """Write the displacements of a motion, whole or not at all.
+
+    Raises OSError when the file cannot be written.
+    """
+    write_atomic(path, "".join(f"{line}\n" for line in _coordinate_lines(motion, in_degrees)))
+    fixed = tuple(name for name, chain in motion.chains.items() if not chain)
+    losses = [
+        NO_FIGURE,
+        Loss("the axes of the displacements, which are those of the figure"),
+        Loss("joints without freedoms", fixed) if fixed else None,
+        renaming_loss(plain_names(motion.chains)),
+        unrepresented(motion),
+        Loss("digits: degrees are rounded to 17, which may change the last bit of an angle")
+        if in_degrees
+        else None,
+    ]
+    return Losses.collect("OpenSim table", losses)
+
+
+write_mot = partial(_write_coordinates, in_degrees=True)
+"""As OpenSim's own motions are."""
+
+write_sto = partial(_write_coordinates, in_degrees=False)
+"""As OpenSim's own results are: no digit is lost."""
+
+
+def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
+    names = coordinate_names(motion.chains)
+    labels = ["time"]
+    columns = [motion.times]
+    for name, chain in motion.chains.items():
+        labels += names[name]
+        for k, factor in enumerate(chain):
+            values = motion.displacements[name][:, k]
+            columns.append(np.degrees(values) if in_degrees and factor.kind == "R" else values)
+    yield "Coordinates"
+    yield "version=1"
+    yield f"nRows={len(motion.times)}"
+    yield f"nColumns={len(labels)}"
+    yield f"inDegrees={'yes' if in_degrees else 'no'}"
+    for line in motion.header.lines():
+        name, _, value = line.partition(" ")
+        yield f"{name}={value}"
+    yield "endheader"
+    yield "\t".join(labels)
+    for row in np.stack(columns, axis=1).tolist():
+        yield "\t".join(map(repr, row))
