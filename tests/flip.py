@@ -1,0 +1,245 @@
+"""Flip one sign, unit, sense, bound or format detail at a time: some test must fail each time.
+
+Run by hand in the project's folder:
+
+    python tests/flip.py             # all flips, 5 to 10 minutes on one core
+    python tests/flip.py mirror cm   # those whose description contains one of the words
+
+Each flip replaces a text that occurs once in a room of the packages, in a temporary copy, and runs
+the tests that should notice. A flip that survives, or whose text is not found, makes the exit code 1.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+COPIED = ("generator", "springs", "plots", "figures", "tests", "docs", "benchmarks")
+COPIED_FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE")
+
+
+class Flip(NamedTuple):
+    """A change that some test must notice.
+
+    Attributes:
+        what: the detail.
+        room: the file or folder in which `old` stands exactly once.
+        old: text before.
+        new: text after.
+        tests: files, folders or patterns below `tests` to run, separated by blanks.
+    """
+
+    what: str
+    room: str
+    old: str
+    new: str
+    tests: str
+
+
+LAWS = "properties/test_laws.py springs/test_{}*.py"
+SPRINGS = "springs properties/test_laws.py"
+KINEMATICS = "generator/kinematics"
+MOTIONS = "generator/motion_files properties/test_round_trips.py"
+MODELS = "generator/model_files"
+SIMULATION = "generator/simulation"
+
+FLIPS = (
+    # Laws
+    Flip("sign of a linear spring", "springs", "(self.rest - angle) * self.stiffness",
+         "(angle - self.rest) * self.stiffness", LAWS.format("linear")),
+    Flip("sense in which a cubic restores", "springs", "return -1 if c3 > 0.0 else 1",
+         "return 1 if c3 > 0.0 else -1", LAWS.format("cubic")),
+    Flip("lower edge of a dead zone", "springs", "return ops.where(a < low, below",
+         "return ops.where(a > low, below", LAWS.format("cubic")),
+    Flip("mirror image of a cubic", "springs", "Cubic((-c0, c1, -c2, c3)", "Cubic((c0, c1, c2, c3)",
+         LAWS.format("cubic")),
+    Flip("energy of a cubic", "springs", "return -self.sense * antiderivative",
+         "return self.sense * antiderivative", LAWS.format("cubic")),
+    Flip("sign of viscous damping", "springs", "-self.viscous * rate", "self.viscous * rate",
+         "springs/test_damping.py springs"),
+    Flip("sign of Coulomb friction", "springs", "torque - self.coulomb * ops.tanh",
+         "torque + self.coulomb * ops.tanh", "springs/test_damping.py springs"),
+    Flip("sign of the lower stop", "springs", "torque + self._restoring_torque(self.lower",
+         "torque - self._restoring_torque(self.lower", LAWS.format("stop")),
+    Flip("onset of a stop in degrees", "springs", "DEFAULT_STOP_ONSET = radians(1.0)",
+         "DEFAULT_STOP_ONSET = 1.0", "springs/test_stop.py springs generator/springs_file"),
+    Flip("energy of an exponential", "springs", "-t.amplitude / t.rate", "t.amplitude / t.rate",
+         LAWS.format("exponential")),
+    Flip("stiffness below a smooth limit", "springs",
+         "below = self.lower_stiffness * self._smoothed_excess(",
+         "below = self.upper_stiffness * self._smoothed_excess(", LAWS.format("smooth_limit")),
+    Flip("mirror image of an interpolated curve", "springs", "((-angle, -torque) for",
+         "((-angle, torque) for", LAWS.format("interpolated")),
+    Flip("half-way factor of a spherical joint", "springs", "1.0 + excess * a * a",
+         "1.0 - excess * a * a", "springs/test_spherical*.py properties/test_laws.py"),
+    # Units
+    Flip("radians in a degree", "generator/units.py", '"deg": Unit(PI / 180', '"deg": Unit(PI / 200',
+         "generator/test_units.py"),
+    Flip("newtons in a dyne", "generator/units.py", '"dyn": Unit(Fraction(1, 100_000)',
+         '"dyn": Unit(Fraction(1, 10_000)', "generator/test_units.py"),
+    Flip("a unit after `/` divides", "generator/units.py", "sign = -1 if place else 1",
+         "sign = 1 if place else 1", "generator/test_units.py"),
+    # Rotations and mass properties
+    Flip("order of xyz()", "generator/rotations.py",
+         "matrix_from_axis_angle(x, a) @ matrix_from_axis_angle(y, b)",
+         "matrix_from_axis_angle(y, b) @ matrix_from_axis_angle(x, a)", "generator/test_rotations.py"),
+    Flip("order of a joint's chain", "generator/rotations.py",
+         "matrix = matrix_from_axis_angle(axis, values[..., index]) @ matrix",
+         "matrix = matrix @ matrix_from_axis_angle(axis, values[..., index])",
+         "generator/test_rotations.py"),
+    Flip("translation of an inverse pose", "generator/rotations.py", "-(turned @ x[..., :3, 3:])",
+         "(turned @ x[..., :3, 3:])", "generator/test_rotations.py"),
+    Flip("parallel axis theorem", "generator/inertia.py",
+         "self.inertia + self.mass * _unit_point_inertia", "self.inertia - self.mass * _unit_point_inertia",
+         "generator/test_inertia.py"),
+    Flip("rotation of an inertia tensor", "generator/inertia.py", "@ self.inertia @", ".T @ self.inertia.T @",
+         "generator/test_inertia.py"),
+    # Kinematics
+    Flip("sense of a rotation in the mirror", KINEMATICS, "image = -image", "image = +image",
+         KINEMATICS + "/test_mirror.py " + KINEMATICS),
+    Flip("side of the tree that moves", KINEMATICS, "(1.0 if branch.parent_is_inboard else -1.0)",
+         "(-1.0 if branch.parent_is_inboard else 1.0)", KINEMATICS + "/test_tree*.py " + KINEMATICS),
+    Flip("weights of the centre of mass", KINEMATICS, "return self.masses / self.total",
+         "return 0.0 * self.masses + 1.0 / len(self.masses)", KINEMATICS + "/test_centre_of_mass.py"),
+    Flip("sign of the stability margin", KINEMATICS, "Balance.INSIDE if margin > 0.0",
+         "Balance.INSIDE if margin < 0.0", KINEMATICS + "/test_stability*.py"),
+    Flip("width of the support's edge", KINEMATICS, "EDGE_TOLERANCE = 1e-6", "EDGE_TOLERANCE = 1e-2",
+         KINEMATICS + "/test_stability*.py generator/cli"),
+    Flip("zero of the longitude of an arm", KINEMATICS, "abduction = QUARTER_TURN - theta",
+         "abduction = theta - QUARTER_TURN", KINEMATICS + "/test_shoulder*.py"),
+    Flip("mirror plane of the shoulder", KINEMATICS, "np.array([1.0, -1.0, 1.0])",
+         "np.array([-1.0, 1.0, 1.0])", KINEMATICS + "/test_shoulder*.py"),
+    # Geometry
+    Flip("volume of a tetrahedron", "generator/geometry", "self.determinants.sum()) / 6.0",
+         "self.determinants.sum()) / 3.0", "generator/geometry"),
+    # Motion files
+    Flip("length unit of action files", "generator/motion_files", 'LENGTH_UNIT = "cm"',
+         'LENGTH_UNIT = "mm"', MOTIONS),
+    Flip("normalised time of action files", "generator/motion_files", "(times - times[0]) / (whole",
+         "times / (whole", MOTIONS),
+    Flip("degrees in .mot files", "generator/motion_files", "np.degrees(values) if in_degrees",
+         "np.degrees(values) if not in_degrees", MOTIONS),
+    Flip("order of rotations in .bvh files", "generator/motion_files", "near[::-1]", "near", MOTIONS),
+    Flip("length unit of .bvh files", "generator/motion_files", "_CENTIMETRES_PER_METRE = 100.0",
+         "_CENTIMETRES_PER_METRE = 1000.0", MOTIONS),
+    Flip("metres in .glb files", "generator/motion_files", "moved = bone.offset + bone.translations",
+         "moved = 100.0 * (bone.offset + bone.translations)", MOTIONS),
+    Flip("order of a quaternion in .glb files", "generator/motion_files",
+         "Rotation.from_matrix(matrices).as_quat()",
+         "Rotation.from_matrix(matrices).as_quat(scalar_first=True)", MOTIONS),
+    # Model files
+    Flip("damping of MJCF joints", MODELS,
+         'element.set("damping", format_numbers(spring.damping.viscous))',
+         'element.set("damping", format_numbers(2.0 * spring.damping.viscous))', MODELS),
+    Flip("order of a quaternion in MJCF", MODELS, "w, x, y, z = quaternion", "x, y, z, w = quaternion",
+         MODELS),
+    Flip("axis of a reversed URDF joint", MODELS, "xyz=format_numbers(sign * unit_vector",
+         "xyz=format_numbers(unit_vector", MODELS),
+    Flip("degrees of OpenSim's limit forces", MODELS, "lower / _DEGREES_PER_RADIAN - offset",
+         "lower - offset", MODELS),
+    Flip("range of OpenSim coordinates", MODELS, "limits = (lower[index], upper[index])",
+         "limits = (upper[index], lower[index])", MODELS),
+    Flip("rows of DYSPAM's springs", MODELS, "{spring.joint} {stiffness} {damping} {rest}",
+         "{spring.joint} {damping} {stiffness} {rest}", MODELS),
+    # Simulation
+    Flip("direction of gravity", SIMULATION, "(0.0, -9.81, 0.0)", "(0.0, 9.81, 0.0)",
+         SIMULATION + "/test_plan.py " + SIMULATION + "/test_model.py " + SIMULATION),
+    Flip("frame of local loads", SIMULATION, "bodyFixed=load.kind.is_local",
+         "bodyFixed=not load.kind.is_local", SIMULATION + "/test_bodies.py " + SIMULATION),
+    Flip("initial velocity of a body", SIMULATION, "motion[3:] + np.cross(motion[:3]",
+         "motion[3:] - np.cross(motion[:3]", SIMULATION + "/test_bodies.py " + SIMULATION),
+    Flip("sign of the potential energy", SIMULATION, "gravity = -np.sum(masses", "gravity = np.sum(masses",
+         SIMULATION + "/test_joint_motion*.py physics/test_energy_balance.py physics"),
+    Flip("sign of a constraint's reaction", SIMULATION, "force = -(first @ multipliers",
+         "force = (first @ multipliers", SIMULATION + "/test_joint_motion*.py " + SIMULATION),
+    Flip("comparison with the tolerance", SIMULATION, "if estimate <= asked", "if estimate >= asked",
+         SIMULATION + "/test_error_control.py " + SIMULATION),
+    Flip("until when the tolerance holds", SIMULATION, "trace.times[errors <= tolerance]",
+         "trace.times[errors >= tolerance]", SIMULATION + "/test_error_control.py " + SIMULATION),
+    # Commands and claims
+    Flip("exit code of a failed run", "generator/cli", "RUN_FAILED = 3", "RUN_FAILED = 4", "generator/cli"),
+    Flip("bounds of a claim", "plots/plate.py", "self.at_least <= value <= self.at_most",
+         "self.at_least <= value", "plots/test_plate*.py plots"),
+)  # fmt: skip
+
+
+def sources(folder: Path, room: str) -> list[Path]:
+    """The modules of a room."""
+    place = folder / room
+    return [place] if place.is_file() else sorted(place.rglob("*.py"))
+
+
+def place_of(folder: Path, flip: Flip) -> Path | None:
+    """The one module in which the text stands, once; None where it does not."""
+    counts = {path: path.read_text(encoding="utf-8").count(flip.old)
+              for path in sources(folder, flip.room)}  # fmt: skip
+    found = [path for path, count in counts.items() if count]
+    return found[0] if len(found) == 1 and counts[found[0]] == 1 else None
+
+
+def stages(folder: Path, flip: Flip) -> list[list[str]]:
+    """The existing tests of a flip, one run for each word of `tests`."""
+    return [
+        paths
+        for pattern in flip.tests.split()
+        if (paths := sorted(map(str, (folder / "tests").glob(pattern))))
+    ]
+
+
+def tests_fail(folder: Path, paths: list[str]) -> bool:
+    """Run tests until the first failure, also one of collection."""
+    options = ["-q", "-x", "-m", "not slow and not verify", "-p", "no:cacheprovider"]
+    environment = {**os.environ, "PYTHONPATH": str(folder), "CI": "true", "PYTEST_ADDOPTS": ""}
+    command = [sys.executable, "-m", "pytest", *options, *paths]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=False)
+    return done.returncode in (1, 2)
+
+
+def verdict(folder: Path, flip: Flip) -> str:
+    """Apply a flip to the copy, run its tests, and restore the copy."""
+    path = place_of(folder, flip)
+    if path is None:
+        return "TEXT NOT FOUND"
+    runs = stages(folder, flip)
+    if not runs:
+        return "NO TESTS"
+    before = path.read_text(encoding="utf-8")
+    path.write_text(before.replace(flip.old, flip.new), encoding="utf-8")
+    try:
+        return "noticed" if any(tests_fail(folder, paths) for paths in runs) else "SURVIVED"
+    finally:
+        path.write_text(before, encoding="utf-8")
+
+
+def main(words: list[str]) -> int:
+    """Print a row for each chosen flip; 1 unless all are noticed."""
+    chosen = [flip for flip in FLIPS if not words or any(word in flip.what for word in words)]
+    verdicts: list[str] = []
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        ignored = shutil.ignore_patterns("__pycache__", ".hypothesis")
+        for name in COPIED:
+            shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+        for name in COPIED_FILES:
+            shutil.copy(ROOT / name, folder / name)
+        everything = {path for flip in chosen for paths in stages(folder, flip) for path in paths}
+        if tests_fail(folder, ["--collect-only", *sorted(everything)]):
+            sys.exit("the tests cannot be collected")
+        for flip in chosen:
+            began = time.monotonic()
+            verdicts.append(verdict(folder, flip))
+            print(
+                f"{flip.what:<42} {verdicts[-1]:<14} {time.monotonic() - began:4.0f} s", flush=True
+            )
+    noticed = verdicts.count("noticed")
+    print(f"{noticed} of {len(verdicts)} flips noticed")
+    return 0 if noticed == len(verdicts) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
