@@ -9,7 +9,7 @@ from typing import Any
 from unittest.mock import patch
 
 from benchmarks import cases, chains, tables
-from benchmarks.engines import in_exudyn
+from benchmarks.engines import exudyn_engine
 from generator.simulation import integrate
 from springs import SpringSet
 
@@ -27,7 +27,7 @@ CLOCKS = {
 def main() -> None:
     """Print the table."""
     reference, own = cases.reference(), cases.prototype("striding")
-    springs = in_exudyn.radial_springs(reference.figure, reference.radial)
+    springs = exudyn_engine.radial_springs(reference.figure, reference.radial)
     runs = [
         (name, case, given, step, cases.STOP)
         for name, case, given in (
@@ -39,14 +39,14 @@ def main() -> None:
     ]
     for count in chains.COUNTS:
         case = cases.chain(count)
-        given = in_exudyn.radial_springs(case.figure, case.radial)
+        given = exudyn_engine.radial_springs(case.figure, case.radial)
         runs.append((f"chain of {count}", case, given, chains.STEP, chains.STOP))
     rows: list[tables.Row] = []
     for name, case, given, step, stop in runs:
         clocked = _Clocked()
         with clocked.patched():
-            plan = in_exudyn.plan_of(case.displacements, given, step=step, stop=stop)
-            made, _ = in_exudyn.fall(case.figure, plan)
+            plan = exudyn_engine.plan_of(case.displacements, given, step=step, stop=stop)
+            made, _ = exudyn_engine.fall(case.figure, plan)
         rows.append(
             {
                 "figure": name,

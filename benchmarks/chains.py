@@ -10,7 +10,7 @@ from math import inf, nan
 
 from benchmarks import cases, tables
 from benchmarks.cases import Case
-from benchmarks.engines import in_exudyn, in_mujoco, in_opensim
+from benchmarks.engines import exudyn_engine, mujoco_engine, opensim_engine
 from benchmarks.outside import Fall
 
 COMMAND = "python -m benchmarks chains"
@@ -61,23 +61,23 @@ def _runs(case: Case) -> tuple[Mapping[str, Callable[[], Fall]], dict[str, float
         builds[name] = time.perf_counter() - begun
         return made
 
-    springs = in_exudyn.radial_springs(case.figure, law)
+    springs = exudyn_engine.radial_springs(case.figure, law)
     ours = "Exudyn, fixed step"
-    plan = in_exudyn.plan_of(case.displacements, springs, stop=STOP, step=STEP)
-    builds[ours] = in_exudyn.fall(case.figure, plan)[1].build_time
-    runs: dict[str, Callable[[], Fall]] = {ours: lambda: in_exudyn.fall(case.figure, plan)[0]}
-    mujoco = built("MuJoCo, RK4", lambda: in_mujoco.MuJoCo(case.tree, law))
+    plan = exudyn_engine.plan_of(case.displacements, springs, stop=STOP, step=STEP)
+    builds[ours] = exudyn_engine.fall(case.figure, plan)[1].build_time
+    runs: dict[str, Callable[[], Fall]] = {ours: lambda: exudyn_engine.fall(case.figure, plan)[0]}
+    mujoco = built("MuJoCo, RK4", lambda: mujoco_engine.MuJoCo(case.tree, law))
     builds["MuJoCo, implicitfast"] = builds["MuJoCo, RK4"]
     for integrator in ("RK4", "implicitfast"):
         runs[f"MuJoCo, {integrator}"] = lambda i=integrator: mujoco.fall(STOP, STEP, i, None, None)
     name = "OpenSim, Runge-Kutta-Merson"
-    opensim = built(name, lambda: in_opensim.OpenSim(case.tree, law))
+    opensim = built(name, lambda: opensim_engine.OpenSim(case.tree, law))
     runs[name] = lambda: opensim.fall(STOP, ACCURACY)
     try:
-        from benchmarks.engines import in_drake
+        from benchmarks.engines import drake_engine
     except ImportError:
         return runs, builds
     name = "Drake, Runge-Kutta 3"
-    drake = built(name, lambda: in_drake.Drake(case.tree, law))
+    drake = built(name, lambda: drake_engine.Drake(case.tree, law))
     runs[name] = lambda: drake.fall(STOP, ACCURACY)
     return runs, builds

@@ -17,20 +17,20 @@ def this_project(case: Case) -> float:
     from generator.simulation.import_exudyn import import_exudyn
 
     import_exudyn()
-    from benchmarks.engines import in_exudyn
+    from benchmarks.engines import exudyn_engine
     from generator.simulation.model import ExudynModel
 
-    springs = in_exudyn.radial_springs(case.figure, case.radial)
-    plan = in_exudyn.plan_of(case.displacements, springs)
+    springs = exudyn_engine.radial_springs(case.figure, case.radial)
+    plan = exudyn_engine.plan_of(case.displacements, springs)
     begun = time.perf_counter()
     ExudynModel.of(case.figure, plan)
     spent = time.perf_counter() - begun
-    in_exudyn.fall(case.figure, plan)
+    exudyn_engine.fall(case.figure, plan)
     return spent
 
 
 def mujoco(case: Case) -> float:
-    from benchmarks.engines.in_mujoco import MuJoCo
+    from benchmarks.engines.mujoco_engine import MuJoCo
 
     begun = time.perf_counter()
     engine = MuJoCo(case.tree, case.radial)
@@ -40,7 +40,7 @@ def mujoco(case: Case) -> float:
 
 
 def opensim(case: Case) -> float:
-    from benchmarks.engines.in_opensim import OpenSim
+    from benchmarks.engines.opensim_engine import OpenSim
 
     begun = time.perf_counter()
     engine = OpenSim(case.tree, case.radial)
@@ -50,7 +50,7 @@ def opensim(case: Case) -> float:
 
 
 def pinocchio(case: Case) -> float:
-    from benchmarks.engines.in_pinocchio import Pinocchio
+    from benchmarks.engines.pinocchio_engine import Pinocchio
     from benchmarks.outside import fall
 
     begun = time.perf_counter()
@@ -61,7 +61,7 @@ def pinocchio(case: Case) -> float:
 
 
 def drake(case: Case) -> float:
-    from benchmarks.engines.in_drake import Drake
+    from benchmarks.engines.drake_engine import Drake
 
     begun = time.perf_counter()
     engine = Drake(case.tree, case.radial)

@@ -15,12 +15,12 @@ import numpy as np
 from generator.figure import Figure
 from generator.figure_file.read import read_figure
 from generator.rotations import rotation_vector_from_matrix
+from generator.simulation.error_control import richardson_extrapolation
 from generator.simulation.integrate import IntegrationPass, frame_times, integrate
 from generator.simulation.model import build_model
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.run import simulate
 from generator.simulation.springs import SpringBuilder
-from generator.simulation.states import richardson_extrapolation
 from generator.simulation.step_schedule import StepHints
 
 STOP = 2.0

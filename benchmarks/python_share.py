@@ -11,7 +11,7 @@ from typing import Any
 
 from benchmarks import cases, tables
 from benchmarks.cases import Case
-from benchmarks.engines import in_exudyn
+from benchmarks.engines import exudyn_engine
 from generator.simulation.exudyn_api import exu
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -25,7 +25,7 @@ def main() -> None:
     """Print the table and write it."""
     rows: list[tables.Row] = []
     reference = cases.reference()
-    springs = in_exudyn.radial_springs(reference.figure, reference.radial)
+    springs = exudyn_engine.radial_springs(reference.figure, reference.radial)
     own = cases.prototype("striding")
     for name, case, given in (("reference", reference, springs), ("prototype", own, None)):
         for method, settings in (
@@ -33,7 +33,7 @@ def main() -> None:
             ("tolerance 1e-5", {"tolerance": 1e-5}),
             ("step 1 ms", {"step": 1e-3}),
         ):
-            plan = in_exudyn.plan_of(case.displacements, given, **settings)
+            plan = exudyn_engine.plan_of(case.displacements, given, **settings)
             rows.append({"figure": name, "run": method, **_best(case, plan)})
     tables.show(rows)
     tables.write("python_share", COMMAND, rows)

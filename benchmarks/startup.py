@@ -20,7 +20,7 @@ COMMAND = "python -m benchmarks startup"
 ROUNDS = 3
 
 IMPORTS: Mapping[str, str] = {
-    "this project": "from generator.simulation.import_exudyn import open_exudyn; open_exudyn(); "
+    "this project": "from generator.simulation.import_exudyn import import_exudyn; import_exudyn(); "
     "import generator.simulation.run",
     "Exudyn alone": "import exudyn",
     "reader alone": "from generator.figure_file import read_figure",

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks import cases, tables
 from benchmarks.cases import Case
-from benchmarks.engines import in_exudyn, in_mujoco, in_opensim, in_pinocchio
+from benchmarks.engines import exudyn_engine, mujoco_engine, opensim_engine, pinocchio_engine
 from benchmarks.outside import Fall, fall
 from benchmarks.tree import between
 from generator.rotations import Array
@@ -69,12 +69,12 @@ def difference(one: Fall, other: Fall) -> Difference:
 def runs(case: Case) -> Iterator[Run]:
     """The motions of all engines; of each engine the coarsest first."""
     for tolerance in OUR_TOLERANCES:
-        plan = in_exudyn.plan_of(case.displacements, stop=cases.STOP, tolerance=tolerance)
-        made, _ = in_exudyn.fall(case.figure, plan)
-        yield Run(in_exudyn.NAME, "tolerance", tolerance, made)
-    mujoco = in_mujoco.MuJoCo(case.tree)
+        plan = exudyn_engine.plan_of(case.displacements, stop=cases.STOP, tolerance=tolerance)
+        made, _ = exudyn_engine.fall(case.figure, plan)
+        yield Run(exudyn_engine.NAME, "tolerance", tolerance, made)
+    mujoco = mujoco_engine.MuJoCo(case.tree)
     for step in STEPS:
-        yield Run(in_mujoco.NAME, "RK4", step, mujoco.fall(cases.STOP, step, law=case.law))
+        yield Run(mujoco_engine.NAME, "RK4", step, mujoco.fall(cases.STOP, step, law=case.law))
     for name, engine in _accelerators(case):
         for tolerance in TOLERANCES:
             made = fall(case.tree, case.law, engine, cases.STOP, tolerance)
@@ -83,19 +83,19 @@ def runs(case: Case) -> Iterator[Run]:
 
 def reference(case: Case) -> Fall:
     """The motion that all are held against."""
-    engine = in_pinocchio.Pinocchio(case.tree)
+    engine = pinocchio_engine.Pinocchio(case.tree)
     return fall(case.tree, case.law, engine, cases.STOP, REFERENCE)
 
 
 def _accelerators(case: Case) -> Iterator[tuple[str, object]]:
-    yield in_pinocchio.NAME, in_pinocchio.Pinocchio(case.tree)
-    yield in_opensim.NAME, in_opensim.OpenSim(case.tree)
+    yield pinocchio_engine.NAME, pinocchio_engine.Pinocchio(case.tree)
+    yield opensim_engine.NAME, opensim_engine.OpenSim(case.tree)
     try:
-        from benchmarks.engines import in_drake
+        from benchmarks.engines import drake_engine
     except ImportError:
         print("Drake is not installed and is left out")
         return
-    yield in_drake.NAME, in_drake.Drake(case.tree)
+    yield drake_engine.NAME, drake_engine.Drake(case.tree)
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 Run with `python -m benchmarks work-precision`. The *reference* figure has springs that every engine
 holds by itself:
 
-- this project: as six axis springs a ball (`in_exudyn.radial_springs`), expression trees
+- this project: as six axis springs a ball (`exudyn_engine.radial_springs`), expression trees
 - MuJoCo: `stiffness="20 0 60" damping="0.08"`
 - OpenSim: a bushing of expressions and a damper a ball, an expression a hinge
 - Drake: a system of symbolic expressions, and the joints' own damping
@@ -23,7 +23,7 @@ import numpy as np
 
 from benchmarks import cases, tables
 from benchmarks.cases import Case
-from benchmarks.engines import in_exudyn, in_mujoco, in_opensim, in_pinocchio
+from benchmarks.engines import exudyn_engine, mujoco_engine, opensim_engine, pinocchio_engine
 from benchmarks.outside import Accelerator, Fall, fall
 from benchmarks.tree import between
 
@@ -56,7 +56,7 @@ def main() -> None:
         ("reference", cases.reference(), _native),
         ("prototype", cases.prototype("striding"), _called),
     ):
-        engine = in_pinocchio.Pinocchio(case.tree)
+        engine = pinocchio_engine.Pinocchio(case.tree)
         truth = fall(case.tree, case.law, engine, cases.STOP, 1e-13, None)
         rows += measured(list(make(name, case)), truth)
     tables.show(rows)
@@ -103,34 +103,34 @@ def _error(truth: Fall, made: Fall) -> float:
 def _native(name: str, case: Case) -> Iterator[Setting]:
     """Each engine with springs of its own."""
     law = case.radial
-    springs = in_exudyn.radial_springs(case.figure, law)
+    springs = exudyn_engine.radial_springs(case.figure, law)
     yield from _ours(name, case, springs)
-    mujoco = in_mujoco.MuJoCo(case.tree, law)
+    mujoco = mujoco_engine.MuJoCo(case.tree, law)
     for count in (62, 88, 125, 177, 250, 354, 500, 707, 1000, 2000):
         yield _stepped(name, mujoco, "RK4", count)
     for integrator in ("Euler", "implicitfast"):
         for count in (1000, 4000, 16000, 64000, 90000):
             yield _stepped(name, mujoco, integrator, count)
-    opensim = in_opensim.OpenSim(case.tree, law)
+    opensim = opensim_engine.OpenSim(case.tree, law)
     for accuracy in (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 1e-7):
         yield Setting(
             name,
-            in_opensim.NAME,
+            opensim_engine.NAME,
             "Runge-Kutta-Merson",
             accuracy,
             lambda accuracy=accuracy: opensim.fall(cases.STOP, accuracy),
         )
-    yield from _integrated(name, case, in_pinocchio.NAME, in_pinocchio.Pinocchio(case.tree))
+    yield from _integrated(name, case, pinocchio_engine.NAME, pinocchio_engine.Pinocchio(case.tree))
     try:
-        from benchmarks.engines import in_drake
+        from benchmarks.engines import drake_engine
     except ImportError:
         print("Drake is not installed and is left out")
         return
-    drake = in_drake.Drake(case.tree, law)
+    drake = drake_engine.Drake(case.tree, law)
     for accuracy in (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4):
         yield Setting(
             name,
-            in_drake.NAME,
+            drake_engine.NAME,
             "Runge-Kutta 3",
             accuracy,
             lambda accuracy=accuracy: drake.fall(cases.STOP, accuracy),
@@ -140,12 +140,12 @@ def _native(name: str, case: Case) -> Iterator[Setting]:
 def _called(name: str, case: Case) -> Iterator[Setting]:
     """The curves with dead zones: Exudyn holds them, all others call numpy."""
     yield from _ours(name, case, None)
-    mujoco = in_mujoco.MuJoCo(case.tree)
+    mujoco = mujoco_engine.MuJoCo(case.tree)
     for count in (250, 500, 1000, 2000, 4000):
         yield _stepped(name, mujoco, "RK4", count, case)
         yield _stepped(name, mujoco, SPLIT, count, case)
-    yield from _integrated(name, case, in_pinocchio.NAME, in_pinocchio.Pinocchio(case.tree))
-    yield from _integrated(name, case, in_opensim.NAME, in_opensim.OpenSim(case.tree))
+    yield from _integrated(name, case, pinocchio_engine.NAME, pinocchio_engine.Pinocchio(case.tree))
+    yield from _integrated(name, case, opensim_engine.NAME, opensim_engine.OpenSim(case.tree))
 
 
 def _ours(name: str, case: Case, springs: object) -> Iterator[Setting]:
@@ -154,25 +154,27 @@ def _ours(name: str, case: Case, springs: object) -> Iterator[Setting]:
         ("step", (8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4)),
     ):
         for value in values:
-            plan = in_exudyn.plan_of(case.displacements, springs, stop=cases.STOP, **{key: value})
+            plan = exudyn_engine.plan_of(
+                case.displacements, springs, stop=cases.STOP, **{key: value}
+            )
             method = "tolerance" if key == "tolerance" else "fixed step"
             yield Setting(
                 name,
-                in_exudyn.NAME,
+                exudyn_engine.NAME,
                 method,
                 value,
-                lambda plan=plan: in_exudyn.fall(case.figure, plan)[0],
+                lambda plan=plan: exudyn_engine.fall(case.figure, plan)[0],
             )
 
 
 def _stepped(
-    name: str, mujoco: in_mujoco.MuJoCo, integrator: str, count: int, case: Case | None = None
+    name: str, mujoco: mujoco_engine.MuJoCo, integrator: str, count: int, case: Case | None = None
 ) -> Setting:
     step = cases.STOP / count
     law = None if case is None else case.law
     return Setting(
         name,
-        in_mujoco.NAME,
+        mujoco_engine.NAME,
         integrator,
         step,
         lambda: mujoco.fall(
@@ -203,7 +205,7 @@ def _show_costs(rows: list[dict[str, object]]) -> None:
         line: dict[str, object] = {"engine": engine, "method": method}
         for target in TARGETS:
             line[f"{target:g} rad"] = _cheapest(rows, target, engine, method)
-            ratio = _cheapest(rows, target, in_exudyn.NAME) / _cheapest(
+            ratio = _cheapest(rows, target, exudyn_engine.NAME) / _cheapest(
                 rows, target, engine, method
             )
             line[f"ours over it, {target:g} rad"] = round(ratio, 2)

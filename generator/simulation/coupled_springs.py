@@ -29,7 +29,7 @@ from generator.simulation.relative_rotation import (
     SphericalAngles,
     build_joint_end,
 )
-from generator.simulation.springs import Connector, SpringBuilder, SpringError, check_half_turn
+from generator.simulation.springs import Connector, JointKind, SpringBuilder, SpringError
 from springs import FLOATS, CoupledAxis, CoupledSpring, group_torque
 
 _COORDINATES_PER_BODY = 7
@@ -94,9 +94,6 @@ def add_coupled_spring(
         builder: where it is hung.
         spring: a law that `check_coupled` has let pass, over joints that all move.
         connectors: of the joints; those that it is about have one that reads the turn.
-
-    Raises:
-        SpringError: a joint of several turns that starts at 180 deg.
     """
     figure = builder.placement.tree.figure
     joints = [figure.joints[name] for name in dict.fromkeys(axis.joint for axis in spring.axes)]
@@ -124,7 +121,6 @@ def add_coupled_spring(
             angles = RevoluteAngles((x, y, z), signs)
             counter = rotation_connector(connectors[joint.name]).angle_node
         else:
-            check_half_turn(builder, joint)
             angles = SphericalAngles(tuple(spring.axes[k].direction for k in mine))
         turn = RelativeRotation(end(joint.parent), end(joint.child))
         parts.append(_JointTerm(turn, angles, mine, counter))
@@ -148,7 +144,7 @@ def axis_sign(axis: CoupledAxis, turn_axis: tuple[float, float, float]) -> float
 
 def rotation_connector(connectors: Sequence[Connector]) -> Connector:
     """The connector among a joint's own that reads its turn."""
-    return next(connector for connector in connectors if connector.kind != "slide")
+    return next(connector for connector in connectors if connector.kind is not JointKind.PRISMATIC)
 
 
 @dataclass(frozen=True)

@@ -123,8 +123,7 @@ def find_equilibrium(figure: Figure, plan: Plan | None = None) -> Equilibrium:
     start = reduced.static_state(reduced.start[None])
     z, force, steps = _minimise(reduced)
     rest, free, slope = reduced.static_state(z[None]), z.size > 0, reduced.stiffness(z)
-    joining = plan.joining or assembly.spring_set.joining
-    stores = joining is not Joining.WEIGHTED and all(
+    stores = assembly.spring_set.joining is not Joining.WEIGHTED and all(
         one.is_conservative for one in assembly.coupled
     )
     slowest, growth = None, None

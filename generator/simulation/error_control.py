@@ -15,9 +15,14 @@ import numpy as np
 
 from generator.figure import Figure
 from generator.recording import Accuracy, Ending, Outcome
-from generator.rotations import Array, inverse_pose, pose_matrix, rotation_vector_from_matrix
-from generator.simulation.integrate import IntegrationPass
-from generator.simulation.states import Trace, richardson_extrapolation
+from generator.rotations import (
+    Array,
+    inverse_pose,
+    matrix_from_rotation_vector,
+    pose_matrix,
+    rotation_vector_from_matrix,
+)
+from generator.simulation.integrate import IntegrationPass, Trace
 from generator.simulation.step_schedule import StepHints
 
 LONGEST_STEP = 5e-3
@@ -148,6 +153,34 @@ def estimated_errors(figure: Figure, passes: list[IntegrationPass]) -> Array:
     one = richardson_extrapolation(first.trace, second.trace, first.step / second.step)
     two = richardson_extrapolation(second.trace, third.trace, second.step / third.step)
     return np.maximum.accumulate(ERROR_SAFETY_FACTOR * joint_differences(figure, one, two))
+
+
+def richardson_extrapolation(coarse: Trace, fine: Trace, ratio: float) -> Trace:
+    """Richardson's limit of two passes of a second-order method with steps `ratio` to 1.
+
+    Vectors are extrapolated as they are, rotations along the shortest way from the coarse to the
+    fine one. Frames that only one pass has are left out.
+    """
+    count = min(len(coarse), len(fine))
+    coarse, fine = coarse.first_frames(count), fine.first_frames(count)
+    gain = 1.0 / (ratio**2 - 1.0)
+
+    def limit(one: Array, other: Array) -> Array:
+        return other + gain * (other - one)
+
+    step = rotation_vector_from_matrix(np.swapaxes(coarse.rotations, -1, -2) @ fine.rotations)
+    return Trace(
+        fine.times,
+        limit(coarse.positions, fine.positions),
+        fine.rotations @ matrix_from_rotation_vector(gain * step),
+        limit(coarse.velocities, fine.velocities),
+        limit(coarse.angular_velocities, fine.angular_velocities),
+        {name: limit(coarse.multipliers[name], m) for name, m in fine.multipliers.items()},
+        limit(coarse.dissipated, fine.dissipated),
+        limit(coarse.spring_work, fine.spring_work),
+        limit(coarse.load_work, fine.load_work),
+        limit(coarse.coordinate_multipliers, fine.coordinate_multipliers),
+    )
 
 
 def joint_differences(figure: Figure, one: Trace, other: Trace) -> Array:

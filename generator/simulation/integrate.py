@@ -8,9 +8,9 @@ halved, so no pass can crawl.
 """
 
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil
 from typing import Any
 
@@ -22,11 +22,6 @@ from generator.simulation.exudyn_api import SolverError, exu, set_times
 from generator.simulation.joints import Constraint
 from generator.simulation.model import ExudynModel
 from generator.simulation.sensors import HalfTurnCrossing, SensorLog
-from generator.simulation.states import (
-    Trace,
-    angular_velocities_from_parameters,
-    rotations_from_parameters,
-)
 from generator.simulation.step_schedule import (
     MAX_STEPS_PER_CHUNK,
     StepHints,
@@ -45,6 +40,91 @@ FRAMES_PER_SENSOR_READ = 20
 
 _MIN_SUSPECT_ANGLE = 2.8
 """A solver that fails with a sprung joint beyond this angle [rad] failed for that joint."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """States at n frames of B bodies, in world axes.
+
+    Attributes:
+        times: shape (n,) [s].
+        positions: of the centres of mass, shape (n, B, 3) [m].
+        rotations: of the segment axes, shape (n, B, 3, 3).
+        velocities: of the centres of mass, shape (n, B, 3) [m/s].
+        angular_velocities: angular velocities, shape (n, B, 3) [rad/s].
+        multipliers: of each constraint item of each joint, shape (n, items, 6), as Exudyn tells
+            them.
+        dissipated: energy taken by damping since the start, shape (n,) [J].
+        spring_work: work done since the start against springs that have no energy, shape (n,) [J].
+        load_work: work done by loads and drives since the start, shape (n,) [J].
+        coordinate_multipliers: multipliers of the servos' rows, shape (n, rows) [N m]: minus the torques.
+    """
+
+    times: Array
+    positions: Array
+    rotations: Array
+    velocities: Array
+    angular_velocities: Array
+    multipliers: Mapping[str, Array]
+    dissipated: Array
+    spring_work: Array
+    load_work: Array
+    coordinate_multipliers: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __len__(self) -> int:
+        """Number of frames."""
+        return self.times.size
+
+    def first_frames(self, count: int) -> "Trace":
+        """The first `count` frames."""
+        return self._map_arrays(lambda values: values[:count])
+
+    def with_motion(
+        self, positions: Array, rotations: Array, velocities: Array, angular_velocities: Array
+    ) -> "Trace":
+        """The same with the bodies elsewhere; shapes and axes as those of the attributes."""
+        return replace(
+            self,
+            positions=positions,
+            rotations=rotations,
+            velocities=velocities,
+            angular_velocities=angular_velocities,
+        )
+
+    def extend_from(self, longer: "Trace") -> "Trace":
+        """These frames, and after them those that another trace has more."""
+        count = len(self)
+
+        def after(mine: Array, others: Array) -> Array:
+            return np.concatenate([mine, others[count:]])
+
+        return Trace(
+            after(self.times, longer.times),
+            after(self.positions, longer.positions),
+            after(self.rotations, longer.rotations),
+            after(self.velocities, longer.velocities),
+            after(self.angular_velocities, longer.angular_velocities),
+            {name: after(m, longer.multipliers[name]) for name, m in self.multipliers.items()},
+            after(self.dissipated, longer.dissipated),
+            after(self.spring_work, longer.spring_work),
+            after(self.load_work, longer.load_work),
+            after(self.coordinate_multipliers, longer.coordinate_multipliers),
+        )
+
+    def _map_arrays(self, change: Callable[[Array], Array]) -> "Trace":
+        multipliers = {name: change(values) for name, values in self.multipliers.items()}
+        return Trace(
+            change(self.times),
+            change(self.positions),
+            change(self.rotations),
+            change(self.velocities),
+            change(self.angular_velocities),
+            multipliers,
+            change(self.dissipated),
+            change(self.spring_work),
+            change(self.load_work),
+            change(self.coordinate_multipliers),
+        )
 
 
 @dataclass(frozen=True)
@@ -333,6 +413,25 @@ class _StateLog:
             work[:, 2],
             np.array([row.coordinates for row in self._multipliers[:count]]),
         )
+
+
+def rotations_from_parameters(parameters: Array) -> Array:
+    """Rotation matrices of Euler parameters (scalar first), shape (..., 4) to (..., 3, 3)."""
+    e = parameters / np.linalg.norm(parameters, axis=-1, keepdims=True)
+    w, x, y, z = (e[..., k] for k in range(4))
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def angular_velocities_from_parameters(parameters: Array, rates: Array) -> Array:
+    """Angular velocities in world axes [rad/s] of Euler parameters and rates: (..., 4) each."""
+    scalar, vector = parameters[..., :1], parameters[..., 1:]
+    scalar_rate, vector_rate = rates[..., :1], rates[..., 1:]
+    return 2.0 * (scalar * vector_rate - scalar_rate * vector + np.cross(vector, vector_rate))
 
 
 @dataclass(frozen=True)

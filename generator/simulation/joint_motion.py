@@ -7,6 +7,7 @@ What the multipliers of servos are as torques on the joints.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import assert_never
 
 import numpy as np
 
@@ -22,9 +23,9 @@ from generator.rotations import (
 )
 from generator.simulation.constraints import RateTerm
 from generator.simulation.coupled_springs import coupled_energy, coupled_torques
+from generator.simulation.integrate import Trace
 from generator.simulation.model import ExudynModel
-from generator.simulation.springs import generalized_force
-from generator.simulation.states import Trace
+from generator.simulation.springs import JointKind, generalized_force
 from springs import (
     NUMPY,
     Joining,
@@ -164,11 +165,11 @@ class SegmentMotion:
                 spring, angle, joint_motion.relative_velocity[:, :3] @ axis, NUMPY
             )
             return np.asarray(size)[:, None] * axis
-        joining = self._assembly.plan.joining or self._assembly.spring_set.joining
         r = joint_motion.rotation_vectors
         half = matrix_from_rotation_vector(0.5 * r)
         rate = (np.swapaxes(half, -1, -2) @ joint_motion.relative_velocity[:, :3, None])[..., 0]
-        torque = elastic_torque(joining, springs.axes, r) + damping_torque(springs.axes, r, rate)
+        torque = elastic_torque(self._assembly.spring_set.joining, springs.axes, r)
+        torque = torque + damping_torque(springs.axes, r, rate)
         return (half @ torque[..., None])[..., 0]
 
     def reaction(self, joint: Joint, joint_motion: JointMotion) -> Array:
@@ -266,18 +267,21 @@ def energy_by_kind(
 
 
 def _spring_energy(assembly: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
-    joining = assembly.plan.joining or assembly.spring_set.joining
-    weighted = joining is Joining.WEIGHTED
+    weighted = assembly.spring_set.joining is Joining.WEIGHTED
     stored = trace.spring_work.copy()
     for name, connectors in assembly.springs.items():
         moved = joints[name]
         for connector in connectors:
-            if connector.kind != "ball":
-                along = moved.displacements[:, connector.axis_index]
-                for spring in connector.springs:
-                    stored += total_energy(spring.elastic, along)
-            elif not weighted:
-                stored += conservative_energy(connector.springs, moved.rotation_vectors)
+            match connector.kind:
+                case JointKind.REVOLUTE | JointKind.PRISMATIC:
+                    along = moved.displacements[:, connector.axis_index]
+                    for spring in connector.springs:
+                        stored += total_energy(spring.elastic, along)
+                case JointKind.SPHERICAL:
+                    if not weighted:
+                        stored += conservative_energy(connector.springs, moved.rotation_vectors)
+                case _:
+                    assert_never(connector.kind)
     chains = assembly.placement.tree.chains
     for one in assembly.coupled:
         if one.is_conservative:

@@ -1,7 +1,8 @@
 """The figure as a live Exudyn system, spoken of by the figure's own names."""
 
+import weakref
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -40,7 +41,8 @@ class ExudynModel:
 
     Attributes:
         mbs: the live Exudyn main system.
-        container: the Exudyn container that owns it; None when the caller brought the system.
+        container: the Exudyn container that owns it; None when the caller brought the system. It is
+            emptied together with this object, so keep the model as long as its system.
         placement: the figure's start, in the world.
         bodies: object index of each segment; parts of the ground share the ground's.
         sites: marker index of each site, by "segment.site"; axes are the site's.
@@ -51,7 +53,7 @@ class ExudynModel:
         coordinate_constraints: the constraints of links and drives.
         prescribed: what is locked, linked and driven.
         loads: each load with its marker.
-        spring_set: the springs that were built.
+        spring_set: the springs that were built; its joining is the plan's, if it has one.
         plan: the plan that it was built for.
     """
 
@@ -190,6 +192,8 @@ def build_model(
         MoverError: the figure or the plan cannot be built; the message says why.
     """
     check_coupled(figure, springs.coupled)
+    if plan.joining is not None:
+        springs = replace(springs, joining=plan.joining)
     return _build_from_initial_state(initial_state(figure, plan), plan, springs, mbs)
 
 
@@ -239,7 +243,7 @@ def _build_from_initial_state(
             hanger,
             moving[name],
             springs.joints.get(name, JointSprings(name)),
-            plan.joining or springs.joining,
+            springs.joining,
             read_rotation=name in read,
         )
         for name in dict.fromkeys([*springs.joints, *read])
@@ -252,7 +256,7 @@ def _build_from_initial_state(
     added = add_loads(mbs, placement, bodies, moved)
     if container is not None:
         cast("Any", mbs).Assemble()
-    return ExudynModel(
+    model = ExudynModel(
         mbs,
         container,
         placement,
@@ -267,3 +271,7 @@ def _build_from_initial_state(
         springs,
         plan,
     )
+    if container is not None:
+        # Exudyn keeps the symbolic functions of a system that is dropped without a reset.
+        weakref.finalize(model, container.Reset)
+    return model

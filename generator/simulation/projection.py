@@ -15,9 +15,9 @@ from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.prescribed import PrescribedMotion, loop_closure_jacobian
 from generator.recording import Ending, Outcome
 from generator.rotations import Array
+from generator.simulation.integrate import Trace
 from generator.simulation.joint_motion import JointMotion
 from generator.simulation.model import ExudynModel
-from generator.simulation.states import Trace
 
 _RANK_TOLERANCE = 1e-7
 """Singular values below this are of rows that follow from others [m or 1]."""

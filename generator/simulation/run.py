@@ -15,7 +15,7 @@ from generator.simulation.error_control import (
     first_step,
     refine_until_converged,
 )
-from generator.simulation.integrate import IntegrationPass, frame_times, integrate
+from generator.simulation.integrate import IntegrationPass, Trace, frame_times, integrate
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
@@ -31,7 +31,6 @@ from generator.simulation.projection import (
     explain_singularity,
     project_to_constraints,
 )
-from generator.simulation.states import Trace
 from generator.simulation.step_schedule import StepHints
 from springs import SpringSet
 
@@ -205,7 +204,7 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         wall_time=refined.wall_time,
         build_time=runner.build_time,
         springs=assembly.spring_set.origin,
-        law=(assembly.plan.joining or assembly.spring_set.joining).value,
+        law=assembly.spring_set.joining.value,
     )
 
 

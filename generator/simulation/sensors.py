@@ -5,6 +5,7 @@ keep every step in memory.
 """
 
 from dataclasses import dataclass
+from typing import assert_never
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from generator.simulation.constraints import CoordinateConstraint
 from generator.simulation.coupled_springs import coupled_torques
 from generator.simulation.exudyn_api import Index, exu, items
 from generator.simulation.model import ExudynModel
-from generator.simulation.springs import Connector
+from generator.simulation.springs import Connector, JointKind
 from generator.simulation.step_schedule import BreakpointCrossing, StepHints
 from springs import AxisSpring, Joining, damping_torque, elastic_torque
 
@@ -57,7 +58,7 @@ class SensorLog:
         self._flipping = {
             joint
             for joint, connector, *_ in self._springs
-            if connector.kind == "ball"
+            if connector.kind is JointKind.SPHERICAL
             and (joint in coupled or any(axis.elastic for axis in connector.springs))
         }
         self._loads = [(load, self._add_load_sensor(load)) for load, *_ in assembly.loads]
@@ -67,7 +68,7 @@ class SensorLog:
             if servo.driven_joint
         ]
         self._tracked = {
-            f"{joint} {connector.kind} {number}": (connector, spring, position_sensor)
+            f"{joint} {connector.kind.value} {number}": (connector, spring, position_sensor)
             for joint, connector, position_sensor, _ in self._springs
             for number, spring in enumerate(connector.springs)
             if any(law.breakpoints for law in spring.elastic)
@@ -94,7 +95,7 @@ class SensorLog:
         kinds = exu.OutputVariableType
         position, rate = (
             (kinds.DisplacementLocal, kinds.VelocityLocal)
-            if connector.kind == "slide"
+            if connector.kind is JointKind.PRISMATIC
             else (kinds.Rotation, kinds.AngularVelocityLocal)
         )
         first, second = (
@@ -159,13 +160,17 @@ class SensorLog:
                 damped, sprung = _spring_powers(self._assembly, connector, position, rate)
                 powers[0].append(damped)
                 powers[1].append(sprung)
-            if connector.kind != "slide":
-                hinge = connector.kind == "hinge"
-                turns[joint], rates[joint] = (
-                    (position[:, 0], rate[:, 0]) if hinge else (position, rate)
-                )
-            if connector.kind == "ball" and joint in self._flipping:
-                flips.extend(self._half_turn_crossings(joint, times, position))
+            match connector.kind:
+                case JointKind.REVOLUTE:
+                    turns[joint], rates[joint] = position[:, 0], rate[:, 0]
+                case JointKind.SPHERICAL:
+                    turns[joint], rates[joint] = position, rate
+                    if joint in self._flipping:
+                        flips.extend(self._half_turn_crossings(joint, times, position))
+                case JointKind.PRISMATIC:
+                    pass
+                case _:
+                    assert_never(connector.kind)
         for spring in self._working:
             torques = coupled_torques(spring, self._assembly.placement.tree.chains, turns)
             powers[1].extend(-_power(torque, rates[joint]) for joint, torque in torques.items())
@@ -242,7 +247,9 @@ def _breakpoint_crossings(
 
 def _sensor_axis(connector: Connector, spring: AxisSpring) -> Array:
     """What turns a sensor's reading into the displacement along a spring."""
-    return np.asarray(spring.direction if connector.kind == "ball" else connector.output_weights)
+    return np.asarray(
+        spring.direction if connector.kind is JointKind.SPHERICAL else connector.output_weights
+    )
 
 
 def _sum_powers(powers: list[Array], count: int) -> Array:
@@ -257,8 +264,8 @@ def _spring_powers(
     The energy of other springs is a function of their displacement and needs no integral.
     """
     still = np.zeros(len(rate))
-    if connector.kind == "ball":
-        joining = assembly.plan.joining or assembly.spring_set.joining
+    if connector.kind is JointKind.SPHERICAL:
+        joining = assembly.spring_set.joining
         damping = damping_torque(connector.springs, position, rate)
         if joining is Joining.CONSERVATIVE:
             return -_power(damping, rate), still

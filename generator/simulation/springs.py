@@ -13,8 +13,9 @@ Springs about the only rotation of a joint: a torque of its unwrapped angle.
 The connectors of a joint's springs and damping: of its hinge or ball, and of its slides.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,6 @@ from generator.rotations import (
     PERPENDICULAR_TOLERANCE,
     Array,
     pose_matrix,
-    rotation_vector_from_matrix,
     rotation_with_z_axis,
     unit_vector,
 )
@@ -41,6 +41,7 @@ from generator.simulation.exudyn_api import (
     symbols,
     unused_name,
 )
+from generator.simulation.preconditions import unsupported_spring
 from springs import (
     FLOATS,
     AxisSpring,
@@ -52,11 +53,21 @@ from springs import (
     elastic_torque,
     total_torque,
 )
-from springs.elastic import Frictional
 
 
 class SpringError(MoverError):
-    """A spring that no connector can hold."""
+    """A spring that no connector can represent."""
+
+
+class JointKind(Enum):
+    """The kind of displacement that a connector acts on."""
+
+    REVOLUTE = "revolute"
+    """One angle."""
+    SPHERICAL = "spherical"
+    """A rotation vector."""
+    PRISMATIC = "prismatic"
+    """One translation."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +77,7 @@ class Connector:
     Attributes:
         item: the Exudyn connector.
         springs: the axes it holds; none where it only reads.
-        kind: "hinge" (one angle), "ball" (a rotation vector) or "slide" (one translation).
+        kind: the displacement that it acts on.
         function: its user function, which must outlive the system; None where it only reads.
         axis_index: of a hinge or a slide, the factor of the joint's chain whose displacement it takes.
         output_weights: of a hinge or a slide, what turns the item's output into that displacement.
@@ -75,7 +86,7 @@ class Connector:
 
     item: Index
     springs: tuple[AxisSpring, ...]
-    kind: str
+    kind: JointKind
     function: Any
     axis_index: int = 0
     output_weights: tuple[float, ...] = (1.0,)
@@ -133,26 +144,17 @@ def generalized_force(spring: AxisSpring, value: Real, rate: Real, ops: Operatio
 _TORQUE_ROWS = np.vstack([np.zeros((3, 3)), -np.eye(3)])
 """Puts a torque on the child into Exudyn's left-hand six-vector of force and torque."""
 
-_HALF_TURN_TOLERANCE = 1e-6
-"""A start nearer than this to 180 deg falls to either side by its rounding [rad]."""
+WrenchFunction = Callable[[Any, Any, Any, Any], Any]
+"""Left-hand six-vector of force and torque, of a connector's displacement [m], rotation vector
+[rad], velocity [m/s] and angular velocity [rad/s]."""
 
 
-def add_spherical_spring(
-    builder: SpringBuilder, joint: Joint, axes: tuple[AxisSpring, ...], joining: Joining
-) -> Connector:
-    """A torque of the rotation vector, in the half-way frame; without axes, a reader of it.
+def _add_wrench_connector(
+    builder: SpringBuilder, joint: Joint, wrench: WrenchFunction | None
+) -> tuple[Index, Any]:
+    """A connector between the sites of a joint, and its user function; without one, a sensor."""
 
-    Raises:
-        SpringError: an elastic torque that would start at 180 deg.
-    """
-    if any(axis.elastic for axis in axes):
-        check_half_turn(builder, joint)
-
-    def torque(rotation: Any, rate: Any, ops: Operations) -> Any:
-        elastic = elastic_torque(joining, axes, rotation, ops)
-        return elastic + damping_torque(axes, rotation, rate, ops)
-
-    def in_symbols(
+    def user_function(
         mbs: Any,
         t: Real,
         itemNumber: Real,
@@ -166,28 +168,14 @@ def add_spherical_spring(
         rotJ1: Any,
         offset: Any,
     ) -> Any:
-        return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(rotation, angularVelocity, SYMBOLIC)
+        assert wrench is not None
+        return wrench(displacement, rotation, velocity, angularVelocity)
 
-    def in_python(
-        mbs: Any,
-        t: Real,
-        itemNumber: Real,
-        displacement: Any,
-        rotation: Any,
-        velocity: Any,
-        angularVelocity: Any,
-        stiffness: Any,
-        damping: Any,
-        rotJ0: Any,
-        rotJ1: Any,
-        offset: Any,
-    ) -> Any:
-        return _TORQUE_ROWS @ torque(np.asarray(rotation), np.asarray(angularVelocity), FLOATS)
-
-    name = "ObjectConnectorRigidBodySpringDamper"
-    field = "springForceTorqueUserFunction"
-    used = in_python if builder.python_torques else in_symbols
-    function = builder.function(used, field, name) if axes else None
+    function = None
+    if wrench is not None:
+        function = builder.function(
+            user_function, "springForceTorqueUserFunction", "ObjectConnectorRigidBodySpringDamper"
+        )
     item = builder.mbs.AddObject(
         items.ObjectConnectorRigidBodySpringDamper(
             name=unused_name(builder.mbs, f"{joint.name} spring"),
@@ -196,18 +184,44 @@ def add_spherical_spring(
             springForceTorqueUserFunction=0 if function is None else function,
         )
     )
-    return Connector(item, axes, "ball", function)
+    return item, function
 
 
-def check_half_turn(builder: SpringBuilder, joint: Joint) -> None:
-    """Raises SpringError where a joint of several turns starts at 180 deg."""
-    angle = np.linalg.norm(
-        rotation_vector_from_matrix(builder.placement.pose_in_parent(joint)[:3, :3])
-    )
-    if angle > np.pi - _HALF_TURN_TOLERANCE:
-        raise SpringError(
-            f"joint {joint.name} starts at 180 deg, where the torque of its springs is not defined"
-        )
+def _scalar_user_function(builder: SpringBuilder, spring: AxisSpring, field: str, item: str) -> Any:
+    """The user function of a torsional or linear connector: minus the force of a spring."""
+    ops = FLOATS if builder.python_torques else SYMBOLIC
+
+    def user_function(
+        mbs: Any,
+        t: Real,
+        itemNumber: Real,
+        displacement: Real,
+        velocity: Real,
+        stiffness: Real,
+        damping: Real,
+        offset: Real,
+    ) -> Real:
+        return -generalized_force(spring, displacement, velocity, ops)
+
+    return builder.function(user_function, field, item)
+
+
+def add_spherical_spring(
+    builder: SpringBuilder, joint: Joint, axes: tuple[AxisSpring, ...], joining: Joining
+) -> Connector:
+    """A torque of the rotation vector, in the half-way frame; without axes, a reader of it."""
+
+    def torque(rotation: Any, rate: Any, ops: Operations) -> Any:
+        elastic = elastic_torque(joining, axes, rotation, ops)
+        return elastic + damping_torque(axes, rotation, rate, ops)
+
+    def wrench(displacement: Any, rotation: Any, velocity: Any, rate: Any) -> Any:
+        if builder.python_torques:
+            return _TORQUE_ROWS @ torque(np.asarray(rotation), np.asarray(rate), FLOATS)
+        return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(rotation, rate, SYMBOLIC)
+
+    item, function = _add_wrench_connector(builder, joint, wrench if axes else None)
+    return Connector(item, axes, JointKind.SPHERICAL, function)
 
 
 def add_revolute_spring(
@@ -217,22 +231,9 @@ def add_revolute_spring(
     if spring is None:
         return _add_torsional_connector(builder, joint, chain, (), None)
     spring = orient_spring(spring, chain.rotation_axes[0])
-    ops = FLOATS if builder.python_torques else SYMBOLIC
-
-    def left_hand_torque(
-        mbs: Any,
-        t: Real,
-        itemNumber: Real,
-        rotation: Real,
-        angularVelocity: Real,
-        stiffness: Real,
-        damping: Real,
-        offset: Real,
-    ) -> Real:
-        return -generalized_force(spring, rotation, angularVelocity, ops)
-
-    name = "ObjectConnectorTorsionalSpringDamper"
-    function = builder.function(left_hand_torque, "springTorqueUserFunction", name)
+    function = _scalar_user_function(
+        builder, spring, "springTorqueUserFunction", "ObjectConnectorTorsionalSpringDamper"
+    )
     return _add_torsional_connector(builder, joint, chain, (spring,), function)
 
 
@@ -256,35 +257,18 @@ def _add_torsional_connector(
             springTorqueUserFunction=0 if function is None else function,
         )
     )
-    return Connector(item, springs, "hinge", function, chain.rotations[0], angle_node=counter)
+    return Connector(
+        item, springs, JointKind.REVOLUTE, function, chain.rotations[0], angle_node=counter
+    )
 
 
 def add_prismatic_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
 ) -> Connector:
-    """A force along one translation of a joint.
-
-    Raises:
-        SpringError: the joint does not slide there, or slides in a way that is not supported.
-    """
-    if len(chain.translations) > 1 and chain.rotations:
-        raise SpringError(
-            f"joint {joint.name} both turns and slides along more than one axis: "
-            "springs along its slides are not supported"
-        )
-    held = {ref.segment for ref in joint.ends} & builder.placement.tree.figure.ground
-    if len(chain.translations) > 1 and not held and _has_damping(spring):
-        # Exudyn gives the difference of two points' velocities, which holds the parent's turning.
-        raise SpringError(
-            f"joint {joint.name} slides along more than one axis between two moving segments: "
-            "damping along its slides is not supported"
-        )
-    hang = (
-        _add_single_translation_spring
-        if len(chain.translations) == 1
-        else _add_multi_translation_spring
-    )
-    return hang(builder, joint, chain, spring)
+    """A force along one translation of a joint. Raises SpringError without one along the spring."""
+    if len(chain.translations) == 1:
+        return _add_single_translation_spring(builder, joint, chain, spring)
+    return _add_multi_translation_spring(builder, joint, chain, spring)
 
 
 def _add_single_translation_spring(
@@ -293,22 +277,9 @@ def _add_single_translation_spring(
     """A force along the only translation of a joint."""
     place = _translation_index(joint, chain, spring)
     spring = orient_spring(spring, chain.joint_axes[place].axis)
-    ops = FLOATS if builder.python_torques else SYMBOLIC
-
-    def left_hand_force(
-        mbs: Any,
-        t: Real,
-        itemNumber: Real,
-        displacement: Real,
-        velocity: Real,
-        stiffness: Real,
-        damping: Real,
-        offset: Real,
-    ) -> Real:
-        return -generalized_force(spring, displacement, velocity, ops)
-
-    name = "ObjectConnectorLinearSpringDamper"
-    function = builder.function(left_hand_force, "springForceUserFunction", name)
+    function = _scalar_user_function(
+        builder, spring, "springForceUserFunction", "ObjectConnectorLinearSpringDamper"
+    )
     markers, axis = builder.add_markers(joint, np.eye(3)), spring.direction
     if not chain.translations_are_outer:
         # The axis is the child's, and seen from there the parent slides the other way.
@@ -321,7 +292,7 @@ def _add_single_translation_spring(
             springForceUserFunction=function,
         )
     )
-    return Connector(item, (spring,), "slide", function, place)
+    return Connector(item, (spring,), JointKind.PRISMATIC, function, place)
 
 
 def _add_multi_translation_spring(
@@ -340,46 +311,16 @@ def _add_multi_translation_spring(
     # What reads one displacement where the slides are oblique to each other.
     x, y, z = np.linalg.pinv(axes)[chain.translations.index(place)].tolist()
 
-    def left_hand(displacement: Any, velocity: Any) -> list[Real]:
+    def wrench(displacement: Any, rotation: Any, velocity: Any, angular_velocity: Any) -> Any:
         p, q, r = (displacement[k] for k in range(3))
         speed = x * velocity[0] + y * velocity[1] + z * velocity[2]
         force = -generalized_force(spring, x * p + y * q + z * r, speed, ops)
         arms = (q * z - r * y, r * x - p * z, p * y - q * x)
-        return [force * x, force * y, force * z, *(0.5 * arm * force for arm in arms)]
-
-    def six(
-        mbs: Any,
-        t: Real,
-        itemNumber: Real,
-        displacement: Any,
-        rotation: Any,
-        velocity: Any,
-        angularVelocity: Any,
-        stiffness: Any,
-        damping: Any,
-        rotJ0: Any,
-        rotJ1: Any,
-        offset: Any,
-    ) -> Any:
-        parts = left_hand(displacement, velocity)
+        parts = [force * x, force * y, force * z, *(0.5 * arm * force for arm in arms)]
         return np.array(parts) if builder.python_torques else symbols.Vector(parts)
 
-    name = "ObjectConnectorRigidBodySpringDamper"
-    function = builder.function(six, "springForceTorqueUserFunction", name)
-    item = builder.mbs.AddObject(
-        items.ObjectConnectorRigidBodySpringDamper(
-            name=unused_name(builder.mbs, f"{joint.name} spring"),
-            markerNumbers=builder.add_markers(joint, np.eye(3)),
-            useIntrinsicFormulation=True,
-            springForceTorqueUserFunction=function,
-        )
-    )
-    return Connector(item, (spring,), "slide", function, place, (x, y, z))
-
-
-def _has_damping(spring: AxisSpring) -> bool:
-    rubs = any(isinstance(law, Frictional) for law in spring.elastic)
-    return rubs or spring.damping.viscous > 0.0 or spring.damping.coulomb > 0.0
+    item, function = _add_wrench_connector(builder, joint, wrench)
+    return Connector(item, (spring,), JointKind.PRISMATIC, function, place, (x, y, z))
 
 
 def _translation_index(joint: Joint, chain: Chain, spring: AxisSpring) -> int:
@@ -409,13 +350,17 @@ def add_joint_springs(
         read_rotation: whether the joint's turn is read in any case, also without springs about its axes.
 
     Raises:
-        SpringError: springs about axes or along slides that the joint's chain does not have.
+        SpringError: springs about axes or along slides that the joint's chain does not have, or that
+            no simulation supports.
     """
     chain = builder.placement.tree.chains[joint.name]
     if springs.axes and not chain.rotations:
         raise SpringError(f"joint {joint.name} has springs about axes but no rotation")
     if springs.translations and not chain.translations:
         raise SpringError(f"joint {joint.name} has springs along slides but no translation")
+    refusal = unsupported_spring(builder.placement, joint, springs, is_coupled=read_rotation)
+    if refusal is not None:
+        raise SpringError(refusal.reason)
     made: list[Connector] = []
     if springs.axes or read_rotation:
         if len(chain.rotations) == 1:

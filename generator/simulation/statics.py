@@ -28,10 +28,11 @@ from generator.kinematics.placement import (
     site_pose,
 )
 from generator.loads import LoadKind, TimedLoad
-from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
+from generator.rotations import Array, matrix_from_rotation_vector
 from generator.simulation.bodies import body_pose
 from generator.simulation.coupled_springs import coupled_torques
 from generator.simulation.exudyn_api import exu, rigid
+from generator.simulation.integrate import Trace
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
@@ -40,7 +41,8 @@ from generator.simulation.joint_motion import (
 )
 from generator.simulation.model import ExudynModel, build_model, initial_state
 from generator.simulation.plan import Plan, resolve_springs
-from generator.simulation.states import Trace
+from generator.simulation.preconditions import is_at_half_turn
+from generator.simulation.springs import JointKind
 from springs import elastic_torque, total_torque
 
 
@@ -146,13 +148,13 @@ class StaticState:
     def _elastic_forces(self) -> dict[str, Array]:
         """Elastic forces on the displacements of each joint that has any, shape (n, dof)."""
         chains = self.assembly.placement.tree.chains
-        joining = self.assembly.plan.joining or self.assembly.spring_set.joining
+        joining = self.assembly.spring_set.joining
         forces: dict[str, Array] = {}
         for name, connectors in self.assembly.springs.items():
             moved = self.joints[name]
             forces[name] = np.zeros_like(moved.displacements)
             for one in connectors:
-                if one.kind == "ball":
+                if one.kind is JointKind.SPHERICAL:
                     torque = elastic_torque(joining, one.springs, moved.rotation_vectors)
                     forces[name] += self._project_onto_axes(name, torque)
                     continue
@@ -206,10 +208,6 @@ def _add_force(wrench: Array, force: Array, point: Array) -> None:
     """Add a force at points (n, 3) to wrenches (n, 6): moment about the origin, force."""
     wrench[:, :3] += np.cross(point, force)
     wrench[:, 3:] += force
-
-
-_HALF_TURN_TOLERANCE = 1e-6
-"""A rotation vector nearer than this to 180 deg points either way by its rounding [rad]."""
 
 
 class StaticsError(MoverError):
@@ -304,9 +302,9 @@ class _StaticModel:
             tuple(
                 (name, one.axis_index, data.GetObjectLTGData(one.item))
                 for name, one in connectors
-                if one.kind == "hinge"
+                if one.kind is JointKind.REVOLUTE
             ),
-            tuple(name for name, one in connectors if one.kind == "ball"),
+            tuple(name for name, one in connectors if one.kind is JointKind.SPHERICAL),
             np.array(data.GetODE2Coordinates(configuration=exu.ConfigurationType.Reference)),
         )
 
@@ -328,9 +326,7 @@ class _StaticModel:
     def _check_half_turn(self, placement: Placement) -> None:
         """Raise StaticsError where springs see a rotation vector that may point either way."""
         for name in self.spherical_joints:
-            between = placement.pose_in_parent(placement.tree.figure.joints[name])[:3, :3]
-            angle = np.linalg.norm(rotation_vector_from_matrix(between))
-            if angle > np.pi - _HALF_TURN_TOLERANCE:
+            if is_at_half_turn(placement, placement.tree.figure.joints[name]):
                 raise StaticsError(
                     f"joint {name} is turned by 180 deg, where the torque of its springs is not "
                     "defined"

@@ -5,11 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from generator.simulation.error_control import joint_differences
+from generator.simulation.error_control import joint_differences, richardson_extrapolation
 from generator.simulation.integrate import IntegrationPass, frame_times, integrate
 from generator.simulation.model import build_model
 from generator.simulation.plan import Plan, resolve_springs
-from generator.simulation.states import richardson_extrapolation
 from tests.chains import BALL, chain, row
 
 FIGURE = row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05)

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import cases
 from benchmarks.cases import Case
-from benchmarks.engines import in_exudyn
+from benchmarks.engines import exudyn_engine
 from benchmarks.outside import Fall, fall
 from benchmarks.tree import between
 from tests.physics.test_engines_law import random_state
@@ -23,16 +23,16 @@ def accelerator(name: str, case: Case):
     """An engine that gives accelerations; skips the test where it is not installed."""
     if name == "Pinocchio":
         pytest.importorskip("pinocchio")
-        from benchmarks.engines.in_pinocchio import Pinocchio
+        from benchmarks.engines.pinocchio_engine import Pinocchio
 
         return Pinocchio(case.tree)
     if name == "OpenSim":
         pytest.importorskip("opensim")
-        from benchmarks.engines.in_opensim import OpenSim
+        from benchmarks.engines.opensim_engine import OpenSim
 
         return OpenSim(case.tree)
     pytest.importorskip("pydrake")
-    from benchmarks.engines.in_drake import Drake
+    from benchmarks.engines.drake_engine import Drake
 
     return Drake(case.tree)
 
@@ -41,7 +41,7 @@ def moved(name: str, case: Case, stop: float) -> Fall:
     """The case in an engine, converged to about 1e-7 rad."""
     if name == "MuJoCo":
         pytest.importorskip("mujoco")
-        from benchmarks.engines.in_mujoco import MuJoCo
+        from benchmarks.engines.mujoco_engine import MuJoCo
 
         return MuJoCo(case.tree).fall(stop, 2.5e-4, law=case.law)
     return fall(case.tree, case.law, accelerator(name, case), stop, 1e-10)
@@ -50,8 +50,8 @@ def moved(name: str, case: Case, stop: float) -> Fall:
 @cache
 def ours(pose: str, stop: float, tolerance: float) -> Fall:
     case = cases.prototype(pose)
-    plan = in_exudyn.plan_of(case.displacements, stop=stop, tolerance=tolerance)
-    return in_exudyn.fall(case.figure, plan)[0]
+    plan = exudyn_engine.plan_of(case.displacements, stop=stop, tolerance=tolerance)
+    return exudyn_engine.fall(case.figure, plan)[0]
 
 
 def apart(one: Fall, other: Fall) -> tuple[float, float, float]:
@@ -115,13 +115,13 @@ def test_the_reference_figure_is_the_same_with_each_engine_s_own_springs(name: s
     case = cases.reference()
     truth = fall(case.tree, case.law, accelerator("Pinocchio", case), 0.2, 1e-11, None)
     if name == "MuJoCo":
-        mujoco = pytest.importorskip("benchmarks.engines.in_mujoco")
+        mujoco = pytest.importorskip("benchmarks.engines.mujoco_engine")
         made = mujoco.MuJoCo(case.tree, case.radial).fall(0.2, 5e-4, frame=None)
     elif name == "OpenSim":
-        opensim = pytest.importorskip("benchmarks.engines.in_opensim")
+        opensim = pytest.importorskip("benchmarks.engines.opensim_engine")
         made = opensim.OpenSim(case.tree, case.radial).fall(0.2, 1e-8)
     else:
-        drake = pytest.importorskip("benchmarks.engines.in_drake")
+        drake = pytest.importorskip("benchmarks.engines.drake_engine")
         made = drake.Drake(case.tree, case.radial).fall(0.2, 1e-5)
     assert between(truth.rotations, made.rotations).max() < 1e-6
 
@@ -129,8 +129,8 @@ def test_the_reference_figure_is_the_same_with_each_engine_s_own_springs(name: s
 def test_the_reference_figure_is_the_same_here() -> None:
     case = cases.reference()
     truth = fall(case.tree, case.law, accelerator("Pinocchio", case), 0.2, 1e-11, None)
-    springs = in_exudyn.radial_springs(case.figure, case.radial)
-    plan = in_exudyn.plan_of(case.displacements, springs, stop=0.2, tolerance=1e-5)
-    made, _ = in_exudyn.fall(case.figure, plan)
+    springs = exudyn_engine.radial_springs(case.figure, case.radial)
+    plan = exudyn_engine.plan_of(case.displacements, springs, stop=0.2, tolerance=1e-5)
+    made, _ = exudyn_engine.fall(case.figure, plan)
     last = {name: turns[[0, -1]] for name, turns in made.rotations.items()}
     assert between(truth.rotations, last).max() < 1e-6

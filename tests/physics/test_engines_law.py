@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks import cases
-from benchmarks.engines.in_exudyn import radial_springs
+from benchmarks.engines.exudyn_engine import radial_springs
 from generator.simulation.plan import Plan, resolve_springs
 from springs import damping_torque, elastic_torque, total_energy, total_torque
 from springs.spherical import conservative_energy

@@ -11,6 +11,7 @@ from generator.simulation.exudyn_api import exu
 from generator.simulation.model import build_model
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.run import simulate
+from generator.simulation.springs import JointKind
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
 from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
 
@@ -26,7 +27,7 @@ def torques(assembly) -> np.ndarray:
     given = []
     for connectors in assembly.springs.values():
         for connector in connectors:
-            kind = kinds.ForceLocal if connector.kind == "slide" else kinds.TorqueLocal
+            kind = kinds.ForceLocal if connector.kind is JointKind.PRISMATIC else kinds.TorqueLocal
             given.append(np.atleast_1d(assembly.mbs.GetObjectOutput(connector.item, kind)))
     return np.concatenate(given)
 

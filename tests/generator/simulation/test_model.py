@@ -73,7 +73,7 @@ def test_it_counts_the_freedoms(prototype) -> None:
     data = prototype.mbs.systemData
     bodies = len(prototype.figure.bodies)
     locked = sum(
-        sum(c.lock.translations) + sum(c.lock.rotations)
+        sum(c.locked_axes.translations) + sum(c.locked_axes.rotations)
         for constraints in prototype.joints.values()
         for c in constraints
     )

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
-from generator.simulation.states import (
+from generator.simulation.error_control import richardson_extrapolation
+from generator.simulation.integrate import (
     Trace,
     angular_velocities_from_parameters,
-    richardson_extrapolation,
     rotations_from_parameters,
 )
 
