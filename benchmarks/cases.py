@@ -7,7 +7,17 @@ import numpy as np
 
 from benchmarks.passive_law import CurveLaw, PassiveLaw, RadialLaw
 from benchmarks.tree import TreeModel, tree_model
-from generator.figure import Figure, Joint, JointAxis, Location, Segment, Site, SiteRef, Translation
+from generator.figure import (
+    AxisKind,
+    Figure,
+    Joint,
+    JointAxis,
+    Location,
+    Segment,
+    Site,
+    SiteRef,
+    Translation,
+)
 from generator.figure_file.read import read_figure
 
 STOP = 1.0
@@ -92,7 +102,8 @@ def chain(count: int) -> Case:
     segments, joints = {"ground": ground}, {}
     last = SiteRef("ground", "base")
     factors = tuple(
-        JointAxis("R", axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        JointAxis(AxisKind.ROTATION, axis)
+        for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     )
     for k in range(count):
         places = {"near": 0.0, "CM": 0.15, "far": 0.3}

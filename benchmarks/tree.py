@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from generator.figure import Figure, Joint, SiteRef
+from generator.figure import AxisKind, Figure, Joint, SiteRef
 from generator.rotations import Array
 
 GRAVITY = 9.81
@@ -130,7 +130,10 @@ def _link(
     segment = figure.segments[tip.segment]
     sign = 1.0 if tip is joint.child else -1.0
     axis = sign * np.array(joint.chain[0].axis) if len(joint.chain) == 1 else None
-    if [factor.kind for factor in joint.chain] not in (["R"], ["R", "R", "R"]):
+    if [factor.kind for factor in joint.chain] not in (
+        [AxisKind.ROTATION],
+        [AxisKind.ROTATION] * 3,
+    ):
         raise ValueError(f"joint {joint.name} is neither a ball nor a hinge")
     in_base = figure.site(base).pose_in_segment
     if base.segment == figure.root.segment:

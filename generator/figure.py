@@ -5,9 +5,9 @@ Values are frozen and compare by what they mean: origins do not take part in equ
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property, reduce
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -117,11 +117,21 @@ class SiteRef:
         return f"{self.segment}.{self.site}"
 
 
+class AxisKind(StrEnum):
+    """Kind of a joint axis; the value is the letter that files write.
+
+    Match it exhaustively, so that the type checker finds every place that a new kind needs.
+    """
+
+    ROTATION = "R"
+    TRANSLATION = "T"
+
+
 @dataclass(frozen=True)
 class JointAxis:
     """`R(x,y,z)` or `T(x,y,z)`: one degree of freedom about or along a unit axis."""
 
-    kind: Literal["R", "T"]
+    kind: AxisKind
     axis: Vector
 
 

@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from itertools import pairwise
+from typing import assert_never
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.diagnostics import MoverError
-from generator.figure import JointAxis
+from generator.figure import AxisKind, JointAxis
 from generator.rotations import (
     PERPENDICULAR_TOLERANCE,
     Array,
@@ -64,12 +65,16 @@ class Chain:
     @cached_property
     def rotations(self) -> tuple[int, ...]:
         """Places of the rotations among the factors."""
-        return tuple(k for k, factor in enumerate(self.joint_axes) if factor.kind == "R")
+        return tuple(
+            k for k, factor in enumerate(self.joint_axes) if factor.kind is AxisKind.ROTATION
+        )
 
     @cached_property
     def translations(self) -> tuple[int, ...]:
         """Places of the translations among the factors."""
-        return tuple(k for k, factor in enumerate(self.joint_axes) if factor.kind == "T")
+        return tuple(
+            k for k, factor in enumerate(self.joint_axes) if factor.kind is AxisKind.TRANSLATION
+        )
 
     @cached_property
     def translations_are_outer(self) -> bool:
@@ -117,11 +122,15 @@ class Chain:
         outer = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
         for k in reversed(range(len(self.joint_axes))):
             axis = outer[..., :3, :3] @ unit_vector(self.joint_axes[k].axis)
-            if self.joint_axes[k].kind == "R":
-                rows[..., k, :3] = axis
-                rows[..., k, 3:] = np.cross(outer[..., :3, 3], axis)
-            else:
-                rows[..., k, 3:] = axis
+            kind = self.joint_axes[k].kind
+            match kind:
+                case AxisKind.ROTATION:
+                    rows[..., k, :3] = axis
+                    rows[..., k, 3:] = np.cross(outer[..., :3, 3], axis)
+                case AxisKind.TRANSLATION:
+                    rows[..., k, 3:] = axis
+                case _:
+                    assert_never(kind)
             outer = outer @ _axis_pose(self.joint_axes[k], values[..., k])
         return rows
 
@@ -181,12 +190,15 @@ def _commute(rotation: JointAxis, translation: JointAxis) -> bool:
 def _axis_pose(joint_axis: JointAxis, value: ArrayLike) -> Array:
     """Pose matrix of one factor, shape (..., 4, 4)."""
     v = np.asarray(value, dtype=float)
-    if joint_axis.kind == "R":
-        return pose_matrix(
-            matrix_from_axis_angle(unit_vector(joint_axis.axis), v), np.zeros((*v.shape, 3))
-        )
-    turn = np.broadcast_to(np.eye(3), (*v.shape, 3, 3))
-    return pose_matrix(turn, v[..., None] * unit_vector(joint_axis.axis))
+    axis = unit_vector(joint_axis.axis)
+    match joint_axis.kind:
+        case AxisKind.ROTATION:
+            return pose_matrix(matrix_from_axis_angle(axis, v), np.zeros((*v.shape, 3)))
+        case AxisKind.TRANSLATION:
+            identity = np.broadcast_to(np.eye(3), (*v.shape, 3, 3))
+            return pose_matrix(identity, v[..., None] * axis)
+        case _:
+            assert_never(joint_axis.kind)
 
 
 def _nearest_rotation_angle(axis: Array, matrix: Array) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from generator.figure import (
+    AxisKind,
     Figure,
     Joint,
     JointAxis,
@@ -39,7 +40,7 @@ def chain(text: str) -> tuple[JointAxis, ...]:
     axes = {"x": X, "y": Y, "z": Z, "s": SKEW, "a": ACROSS}
     return tuple(
         JointAxis(
-            "R" if word[0] == "R" else "T",
+            AxisKind(word[0]),
             negative(axes[word[-1]]) if "-" in word else axes[word[-1]],
         )
         for word in text.split()

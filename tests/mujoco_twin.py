@@ -21,7 +21,7 @@ import pytest
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from generator.figure import Figure, Joint, JointAxis, SiteRef
+from generator.figure import AxisKind, Figure, Joint, JointAxis, SiteRef
 from generator.recording import Recording
 from generator.rotations import Array, matrix_from_rotation_vector
 from springs import AxisSpring, Linear, SpringSet
@@ -146,7 +146,7 @@ class Twin:
             axis = hung.sign * tip[:3, :3] @ joint.chain[0].axis
             ElementTree.SubElement(body, "joint", type="hinge", axis=_text(axis), **given)
         else:
-            assert [factor.kind for factor in joint.chain] == ["R", "R", "R"]
+            assert [factor.kind for factor in joint.chain] == [AxisKind.ROTATION] * 3
             ElementTree.SubElement(body, "joint", type="ball", **given)
 
     def _on_world(self, hung: Hung) -> Array:
@@ -194,7 +194,7 @@ class Twin:
         rates = self._velocities.get(hung.tip.segment)
         if rates is not None:
             # The angles of a free root are about x, y, z of the world, x innermost.
-            factors = [JointAxis("R", (x, y, z)) for x, y, z in np.eye(3)]
+            factors = [JointAxis(AxisKind.ROTATION, (x, y, z)) for x, y, z in np.eye(3)]
             shown = Rotation.from_matrix(pose[:3, :3]).as_euler("xyz")
             _, spin = _turned(factors, shown, np.asarray(rates[:3]))
             data.qvel[v : v + 3] = rates[3:]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import load_figure, springs_from_option
 from generator.cli.springs_text import coupled_spring_lines, spring_lines, springs_data
-from generator.figure import Figure, Joint, JointAxis, Segment
+from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment
 from generator.motion_files.action import display_unit, format_chain
 from generator.units import parse_unit
 from springs import SpringSet
@@ -26,8 +26,8 @@ def describe(name: str, springs: str | None = None) -> CommandResult:
 
 def joint_kind(chain: Sequence[JointAxis]) -> str:
     """The name of a joint of this chain among mechanisms."""
-    turns = sum(factor.kind == "R" for factor in chain)
-    slides = len(chain) - turns
+    turns = sum(factor.kind is AxisKind.ROTATION for factor in chain)
+    slides = sum(factor.kind is AxisKind.TRANSLATION for factor in chain)
     names = {
         (0, 0): "fixed",
         (1, 0): "revolute",

@@ -319,7 +319,7 @@ def resolve_joint_field(
     if field.value is None:
         return None
     about, along = _JOINT_FIELD_DIMENSIONS[field.name.text]
-    dimensions = [about if factor.kind == "R" else along for factor in chain]
+    dimensions = [values.axis_dimension(factor.kind, about, along) for factor in chain]
     what = (
         f"`{field.name.text}` has a value for each degree of freedom; this joint has {len(chain)}"
     )

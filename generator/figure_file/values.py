@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from math import hypot
+from typing import assert_never
 
 from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
-from generator.figure import JointAxis, Location, Rotation, Translation, Vector
+from generator.figure import AxisKind, JointAxis, Location, Rotation, Translation, Vector
 from generator.figure_file.parser import Call, ItemList, Number, Product, String, Value, Word
 from generator.units import (
     DIMENSION_POWERS,
@@ -116,24 +117,37 @@ def resolve_location(node: Value, diagnostics: Diagnostics) -> Location | None:
     return Location(read) if len(read) == len(factors) else None
 
 
+_AXIS_LETTERS = tuple(kind.value for kind in AxisKind)
+
+
 def resolve_chain(node: Value, diagnostics: Diagnostics) -> tuple[JointAxis, ...] | None:
     """`R(x,y,z)` and `T(x,y,z)`, joined by `*`."""
     factors: list[JointAxis | None] = []
     for factor in _factors(node):
-        if not isinstance(factor, Call) or factor.name.text not in ("R", "T"):
-            _report_unknown_factor(factor, ("R", "T"), "`R(x,y,z)` and `T(x,y,z)`", diagnostics)
+        if not isinstance(factor, Call) or factor.name.text not in _AXIS_LETTERS:
+            _report_unknown_factor(factor, _AXIS_LETTERS, "`R(x,y,z)` and `T(x,y,z)`", diagnostics)
             factors.append(None)
             continue
         axis = _resolve_axis(factor, diagnostics)
-        kind = "R" if factor.name.text == "R" else "T"
-        factors.append(axis and JointAxis(kind, axis))
+        factors.append(axis and JointAxis(AxisKind(factor.name.text), axis))
     read = tuple(factor for factor in factors if factor is not None)
     return read if len(read) == len(factors) else None
 
 
 def displacement_bound(joint_axis: JointAxis) -> InputBound:
     """How large a displacement about or along `joint_axis`, or its rate, may be where one is given."""
-    return INPUT_BOUNDS[Dimension.ANGLE if joint_axis.kind == "R" else Dimension.LENGTH]
+    return INPUT_BOUNDS[axis_dimension(joint_axis.kind, Dimension.ANGLE, Dimension.LENGTH)]
+
+
+def axis_dimension(kind: AxisKind, rotation: Dimension, translation: Dimension) -> Dimension:
+    """The dimension of a quantity about or along a joint axis."""
+    match kind:
+        case AxisKind.ROTATION:
+            return rotation
+        case AxisKind.TRANSLATION:
+            return translation
+        case _:
+            assert_never(kind)
 
 
 def _resolve_axis(call: Call, diagnostics: Diagnostics) -> Vector | None:

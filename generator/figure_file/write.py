@@ -15,6 +15,7 @@ from generator.figure import (
     SiteRef,
 )
 from generator.figure_file.lexer import MAX_WORD_LENGTH
+from generator.figure_file.values import axis_dimension
 from generator.units import Dimension, format_quantity
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -122,7 +123,9 @@ def _joint(joint: Joint) -> list[str]:
     )
     lines = [f"connect {_site_ref(joint.parent)} to {_site_ref(joint.child)};"]
     if joint.chain:
-        lines.append(f"type = {'*'.join(f.kind + _format_numbers(f.axis) for f in joint.chain)};")
+        lines.append(
+            f"type = {'*'.join(f.kind.value + _format_numbers(f.axis) for f in joint.chain)};"
+        )
     if any(joint.displacement):
         values = _format_joint_values(
             joint.displacement, joint.chain, Dimension.ANGLE, Dimension.LENGTH
@@ -140,7 +143,7 @@ def _format_joint_values(
     row: Sequence[float], chain: Sequence[JointAxis], about: Dimension, along: Dimension
 ) -> str:
     return _format_list(
-        format_quantity(value, about if factor.kind == "R" else along)
+        format_quantity(value, axis_dimension(factor.kind, about, along))
         for value, factor in zip(row, chain, strict=True)
     )
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import assert_never
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from generator.diagnostics import (
     spelling_hint,
 )
 from generator.drive import MAX_DISPLACEMENT, MIN_ROW_INTERVAL, Drive, Overshoot
-from generator.figure import Figure, Joint
+from generator.figure import AxisKind, Figure, Joint
 from generator.input_files.csv_columns import (
     data_lines,
     parse_number_cell,
@@ -156,11 +157,17 @@ def _parse_column(
     index = _parse_coordinate_index(joint, number, cell, diagnostics)
     if index is None:
         return None
-    if joint.chain[index].kind != "R":
-        diagnostics.error(
-            f"`{shorten(title)}` slides: only turns can be driven in a simulation", cell
-        )
-        return None
+    kind = joint.chain[index].kind
+    match kind:
+        case AxisKind.ROTATION:
+            pass
+        case AxisKind.TRANSLATION:
+            diagnostics.error(
+                f"`{shorten(title)}` slides: only turns can be driven in a simulation", cell
+            )
+            return None
+        case _:
+            assert_never(kind)
     if unit not in _ANGLE_UNITS:
         what = f"has the unknown unit `{shorten(unit)}`" if unit else "has no unit"
         diagnostics.error(

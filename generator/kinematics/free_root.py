@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.figure import Figure, Joint, JointAxis, Site, SiteRef
+from generator.figure import AxisKind, Figure, Joint, JointAxis, Site, SiteRef
 from generator.joint_chain import build_chain
 from generator.kinematics.placement import Displacements, forward_kinematics
 from generator.kinematics.tree import build_tree
@@ -14,12 +14,12 @@ _FRAME_SITE = "segment frame"
 """A site at the segment's own frame; the blank keeps it apart from every written name."""
 
 FREE_CHAIN = (
-    JointAxis("R", (1.0, 0.0, 0.0)),
-    JointAxis("R", (0.0, 1.0, 0.0)),
-    JointAxis("R", (0.0, 0.0, 1.0)),
-    JointAxis("T", (1.0, 0.0, 0.0)),
-    JointAxis("T", (0.0, 1.0, 0.0)),
-    JointAxis("T", (0.0, 0.0, 1.0)),
+    JointAxis(AxisKind.ROTATION, (1.0, 0.0, 0.0)),
+    JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),
+    JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0)),
+    JointAxis(AxisKind.TRANSLATION, (1.0, 0.0, 0.0)),
+    JointAxis(AxisKind.TRANSLATION, (0.0, 1.0, 0.0)),
+    JointAxis(AxisKind.TRANSLATION, (0.0, 0.0, 1.0)),
 )
 """Turn in the world, then shift along the world's axes."""
 

@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import assert_never
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from generator.diagnostics import (
     shorten,
     spelling_hint,
 )
-from generator.figure import Figure, Joint
+from generator.figure import AxisKind, Figure, Joint
 from generator.input_files.links import MAX_LINK_FACTOR, LinkEntry, LinksFile, parse_links_source
 from generator.kinematics.mirror import MirrorError, format_dof_count, mirror_signs
 from generator.kinematics.placement import Displacements
@@ -387,19 +388,43 @@ def _is_compatible(
     """Whether both turn or both slide, and the offset is of their kind."""
     kind = joint.chain[follower.index].kind
     if kind != control.chain[followed.index].kind:
-        verbs = {"R": "turns", "T": "slides"}
         diagnostics.error(
-            f"{follower} {verbs[kind]} and {followed} "
-            f"{verbs[control.chain[followed.index].kind]}: a link joins like with like",
+            f"{follower} {_motion_verb(kind)} and {followed} "
+            f"{_motion_verb(control.chain[followed.index].kind)}: a link joins like with like",
             span,
         )
         return False
-    if entry.offset and entry.offset_is_length != (kind == "T"):
-        unit = "offset_m" if kind == "T" else "offset_deg"
-        diagnostics.error(f"the offset of {follower} is `{unit}`", _offset_span(entry))
+    key = _offset_key(kind)
+    if entry.offset and key != _offset_key_in(entry):
+        diagnostics.error(f"the offset of {follower} is `{key}`", _offset_span(entry))
         return False
     return True
 
 
+def _motion_verb(kind: AxisKind) -> str:
+    match kind:
+        case AxisKind.ROTATION:
+            return "turns"
+        case AxisKind.TRANSLATION:
+            return "slides"
+        case _:
+            assert_never(kind)
+
+
+def _offset_key(kind: AxisKind) -> str:
+    """The key of the offset of a link between displacements of this kind."""
+    match kind:
+        case AxisKind.ROTATION:
+            return "offset_deg"
+        case AxisKind.TRANSLATION:
+            return "offset_m"
+        case _:
+            assert_never(kind)
+
+
+def _offset_key_in(entry: LinkEntry) -> str:
+    return "offset_m" if entry.offset_is_length else "offset_deg"
+
+
 def _offset_span(entry: LinkEntry) -> Span | None:
-    return entry.span("offset_m" if entry.offset_is_length else "offset_deg")
+    return entry.span(_offset_key_in(entry))

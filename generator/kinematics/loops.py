@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from generator.diagnostics import MoverError
+from generator.figure import AxisKind
 from generator.kinematics.placement import (
     Displacements,
     Placement,
@@ -99,7 +100,8 @@ def _solve_loops(tree: Tree, target: Displacements, held: Set[str]) -> Placement
         return placed(start)
     found = least_squares(misfit, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=200)
     # The solver may go round more than once: of the same poses the nearest to the start is meant.
-    turns = np.array([factor.kind == "R" for joint in free for factor in joint.chain], dtype=bool)
+    kinds = [factor.kind for joint in free for factor in joint.chain]
+    turns = np.array([kind is AxisKind.ROTATION for kind in kinds], dtype=bool)
     change = np.asarray(found.x, dtype=float) - start
     return placed(start + np.where(turns, wrap_angle(change), change))
 

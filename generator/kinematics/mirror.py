@@ -7,11 +7,12 @@ is, in the mirror, the opposite turn about the axis's image; a slide goes along 
 """
 
 import re
+from typing import assert_never
 
 import numpy as np
 
 from generator.diagnostics import MoverError
-from generator.figure import Figure, Joint, JointAxis
+from generator.figure import AxisKind, Figure, Joint, JointAxis
 from generator.kinematics.placement import Placement, forward_kinematics, site_pose
 from generator.kinematics.tree import build_tree
 from generator.rotations import Array, unit_vector
@@ -65,9 +66,7 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
         )
     signs: list[int] = []
     for number, (one, other) in enumerate(zip(control.chain, follower.chain, strict=True), 1):
-        image = _MIRROR_SIGNS * _axis_in_world(placement, control, one)
-        if one.kind == "R":
-            image = -image
+        image = _mirrored_direction(_axis_in_world(placement, control, one), one.kind)
         sign = _relative_sign(image, _axis_in_world(placement, follower, other))
         if one.kind != other.kind or sign is None:
             raise MirrorError(
@@ -76,6 +75,17 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
             )
         signs.append(sign)
     return tuple(signs)
+
+
+def _mirrored_direction(direction: Array, kind: AxisKind) -> Array:
+    """Mirror image in the plane x = 0 of an axis to slide along, or of one to turn about."""
+    match kind:
+        case AxisKind.ROTATION:
+            return -_MIRROR_SIGNS * direction
+        case AxisKind.TRANSLATION:
+            return _MIRROR_SIGNS * direction
+        case _:
+            assert_never(kind)
 
 
 def _names_match(one: Joint, other: Joint) -> bool:

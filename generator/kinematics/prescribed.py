@@ -7,12 +7,13 @@ those that are free. What follows a driven or a locked joint is driven or locked
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import assert_never
 
 import numpy as np
 
 from generator.diagnostics import MoverError, spelling_hint
 from generator.drive import Drive
-from generator.figure import Joint
+from generator.figure import AxisKind, Joint
 from generator.kinematics.links import Coordinate, Links
 from generator.kinematics.placement import (
     Displacements,
@@ -103,10 +104,17 @@ class PrescribedMotion:
         return joint
 
     def _check_is_rotation(self, joint: Joint, index: int, verb: str) -> None:
-        if joint.chain[index].kind != "R":
-            raise PrescriptionError(
-                f"{Coordinate(joint.name, index)} slides: only turns can be {verb} in a simulation"
-            )
+        kind = joint.chain[index].kind
+        match kind:
+            case AxisKind.ROTATION:
+                return
+            case AxisKind.TRANSLATION:
+                raise PrescriptionError(
+                    f"{Coordinate(joint.name, index)} slides: "
+                    f"only turns can be {verb} in a simulation"
+                )
+            case _:
+                assert_never(kind)
 
     def _check_drive_fits(self, name: str, drive: Drive) -> None:
         joint = self._require_movable_joint(name, "driven")

@@ -14,11 +14,12 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.figure import Figure, Joint
+from generator.figure import AxisKind, Figure, Joint
 from generator.joint_chain import Chain, build_chain
 from generator.rotations import Array, cross_matrix, inverse_pose, unit_vector
 
@@ -78,10 +79,13 @@ class Kinematics:
             self.columns[joint.name] = slice(start, stop)
             for k, factor in enumerate(joint.chain, start):
                 axis = unit_vector(factor.axis) * (1.0 if branch.parent_is_inboard else -1.0)
-                if factor.kind == "R":
-                    self._rotation_generators[k, :3, :3] = cross_matrix(axis)
-                else:
-                    self._translation_generators[k, :3, 3] = axis
+                match factor.kind:
+                    case AxisKind.ROTATION:
+                        self._rotation_generators[k, :3, :3] = cross_matrix(axis)
+                    case AxisKind.TRANSLATION:
+                        self._translation_generators[k, :3, 3] = axis
+                    case _:
+                        assert_never(factor.kind)
             parent, child = (figure.site(ref).pose_in_segment for ref in joint.ends)
             order = range(start, stop)
             self._links.append(

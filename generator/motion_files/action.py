@@ -16,6 +16,7 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from math import isfinite
 from pathlib import Path
+from typing import assert_never
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from generator.diagnostics import (
     shorten,
     spelling_hint,
 )
-from generator.figure import Figure, JointAxis
+from generator.figure import AxisKind, Figure, JointAxis
 from generator.losses import Losses
 from generator.motion_files.motion import (
     NO_FIGURE,
@@ -53,7 +54,13 @@ _ROUNDING_CONTEXT = Context(prec=18)  # with 17 the floats just above a power of
 
 def display_unit(factor: JointAxis) -> str:
     """The unit in which a displacement about or along `factor` is shown."""
-    return ANGLE_UNIT if factor.kind == "R" else LENGTH_UNIT
+    match factor.kind:
+        case AxisKind.ROTATION:
+            return ANGLE_UNIT
+        case AxisKind.TRANSLATION:
+            return LENGTH_UNIT
+        case _:
+            assert_never(factor.kind)
 
 
 def format_displacement(value: float, unit: str) -> str:
@@ -83,7 +90,7 @@ def parse_displacement(text: str, unit: str) -> float:
 
 def format_chain(chain: Sequence[JointAxis]) -> str:
     """A chain as the figure language writes it; `fixed` for one without freedoms."""
-    return "*".join(f"{f.kind}({_format_axis(f)})" for f in chain) or "fixed"
+    return "*".join(f"{f.kind.value}({_format_axis(f)})" for f in chain) or "fixed"
 
 
 def _format_axis(factor: JointAxis) -> str:
@@ -420,5 +427,5 @@ def _parse_chain(span: Span) -> tuple[JointAxis, ...]:
                 span, f"`{shorten(span.text)}` is no chain", "`R(0,0,1)*R(1,0,0)` or `fixed`"
             )
         x, y, z = (float(part) for part in match.groups()[1:])
-        factors.append(JointAxis("R" if match[1] == "R" else "T", (x, y, z)))
+        factors.append(JointAxis(AxisKind(match[1]), (x, y, z)))
     return tuple(factors)

@@ -12,7 +12,7 @@ from generator.diagnostics import (
     warning,
 )
 from generator.drive import Drive
-from generator.figure import Figure
+from generator.figure import AxisKind, Figure
 from generator.input_files.drives import (
     OVERSHOOT_HINT,
     DrivesReading,
@@ -84,7 +84,7 @@ def drives_from_action(
             faults.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
         elif known.chain != chain:
             faults.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
-        elif any(factor.kind != "R" for factor in chain):
+        elif any(factor.kind is not AxisKind.ROTATION for factor in chain):
             said = f"{name}: joint `{joint}` slides, and only turns can be driven in a simulation"
             faults.append(error(said))
     if faults:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.lib.npyio import NpzFile
 
 from generator.diagnostics import Diagnostic, InputError, error
-from generator.figure import JointAxis
+from generator.figure import AxisKind, JointAxis
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, Header, first_frame_interval
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
@@ -82,7 +82,7 @@ def _metadata(motion: FigureMotion) -> dict[str, Any]:
         "outcome": header.outcome.value,
         "message": header.message,
         "chains": {
-            name: [[f.kind, *f.axis] for f in chain] for name, chain in motion.chains.items()
+            name: [[f.kind.value, *f.axis] for f in chain] for name, chain in motion.chains.items()
         },
     }
     if run is not None:
@@ -203,8 +203,7 @@ def _read_metadata(arrays: Mapping[str, np.ndarray[Any, Any]], path: Path) -> di
 def _chains(chains: Mapping[str, list[list[Any]]]) -> Chains:
     return {
         name: tuple(
-            JointAxis("R" if kind == "R" else "T", (float(x), float(y), float(z)))
-            for kind, x, y, z in factors
+            JointAxis(AxisKind(kind), (float(x), float(y), float(z))) for kind, x, y, z in factors
         )
         for name, factors in chains.items()
     }

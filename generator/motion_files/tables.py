@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from generator.figure import AxisKind
 from generator.losses import Loss, Losses
 from generator.motion_files.action import display_unit, format_chain, format_displacement
 from generator.motion_files.motion import NO_FIGURE, FigureMotion, unrepresented
@@ -88,7 +89,9 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
         labels += names[name]
         for k, factor in enumerate(chain):
             values = motion.displacements[name][:, k]
-            columns.append(np.degrees(values) if in_degrees and factor.kind == "R" else values)
+            columns.append(
+                np.degrees(values) if in_degrees and factor.kind is AxisKind.ROTATION else values
+            )
     yield "Coordinates"
     yield "version=1"
     yield f"nRows={len(motion.times)}"

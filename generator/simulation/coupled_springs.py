@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from generator.diagnostics import spelling_hint
-from generator.figure import Figure, SiteRef
+from generator.figure import AxisKind, Figure, SiteRef
 from generator.joint_chain import Chain
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
 from generator.simulation.exudyn_api import Index, exu, items, unused_name
@@ -69,7 +69,11 @@ def check_coupled(figure: Figure, springs: Sequence[CoupledSpring]) -> None:
                     f"the figure has no joint {axis.joint}, to which a coupled law gives its "
                     f"{name}; {spelling_hint(axis.joint, figure.joints)}"
                 )
-            turns = [unit_vector(factor.axis) for factor in joint.chain if factor.kind == "R"]
+            turns = [
+                unit_vector(factor.axis)
+                for factor in joint.chain
+                if factor.kind is AxisKind.ROTATION
+            ]
             if not turns:
                 raise SpringError(f"joint {joint.name} has the {name} of a coupled law but no turn")
             across = _distance_from_span(np.array(turns), np.asarray(axis.direction))

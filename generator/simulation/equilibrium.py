@@ -10,14 +10,14 @@ displacement far, and none is taken that the forces do not help along.
 from cmath import sqrt
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any, assert_never, cast
 
 import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 
 from generator.diagnostics import MoverError
-from generator.figure import Figure
+from generator.figure import AxisKind, Figure
 from generator.kinematics.links import Coordinate
 from generator.kinematics.placement import Placement, forward_kinematics
 from generator.kinematics.prescribed import loop_closure_jacobian
@@ -263,17 +263,17 @@ class _ReducedModel:
     def stiffness_unit(self) -> str:
         """Of a stiffness over the independent displacements."""
         kinds = sorted({self._leading_coordinate(k)[1] for k in range(self._leading.size)})
-        return " or ".join({"R": "N m/rad", "T": "N/m"}[kind] for kind in kinds)
+        return " or ".join(_stiffness_unit(kind) for kind in kinds)
 
-    def _leading_coordinate(self, k: int) -> tuple[Coordinate, str]:
-        """The k-th independent displacement, and whether it turns, `R`, or slides, `T`."""
+    def _leading_coordinate(self, k: int) -> tuple[Coordinate, AxisKind]:
+        """The k-th independent displacement, and the kind of its axis."""
         freedom = self._prescribed.free_coordinates[int(self._leading[k])]
         return freedom, self._assembly.figure.joints[freedom.joint].chain[freedom.index].kind
 
     def no_equilibrium_message(self, z: Array, force: Array) -> str:
         """What is said of a figure that still moves."""
         freedom, kind = self._leading_coordinate(int(np.argmax(np.abs(force))))
-        unit = "N m" if kind == "R" else "N"
+        unit = _effort_unit(kind)
         said = (
             f"the figure comes to no rest: after {MAX_STEPS} steps {_max_abs(force):.3g} "
             f"{unit} still move {freedom}; "
@@ -282,7 +282,7 @@ class _ReducedModel:
         if _max_abs(gone) < RUNAWAY_DISPLACEMENT:
             return said + "it does not go away, so another start may lead to a rest"
         farthest, kind = self._leading_coordinate(int(np.argmax(gone)))
-        way = f"{_max_abs(gone):.3g} {'rad' if kind == 'R' else 'm'}"
+        way = f"{_max_abs(gone):.3g} {_displacement_unit(kind)}"
         return said + f"{farthest} has gone {way}: what falls freely needs a spring or a lock"
 
     def _tree_displacements(self, z: Array) -> Array:
@@ -311,3 +311,33 @@ class _ReducedModel:
         free[self._following] = found.x
         self._free[self._following] = found.x
         return self._offset + columns @ free
+
+
+def _stiffness_unit(kind: AxisKind) -> str:
+    match kind:
+        case AxisKind.ROTATION:
+            return "N m/rad"
+        case AxisKind.TRANSLATION:
+            return "N/m"
+        case _:
+            assert_never(kind)
+
+
+def _effort_unit(kind: AxisKind) -> str:
+    match kind:
+        case AxisKind.ROTATION:
+            return "N m"
+        case AxisKind.TRANSLATION:
+            return "N"
+        case _:
+            assert_never(kind)
+
+
+def _displacement_unit(kind: AxisKind) -> str:
+    match kind:
+        case AxisKind.ROTATION:
+            return "rad"
+        case AxisKind.TRANSLATION:
+            return "m"
+        case _:
+            assert_never(kind)

@@ -13,7 +13,7 @@ from math import ceil, inf, isfinite, sqrt
 
 import numpy as np
 
-from generator.figure import Figure
+from generator.figure import AxisKind, Figure
 from generator.recording import Accuracy, Ending, Outcome
 from generator.rotations import (
     Array,
@@ -201,7 +201,7 @@ def joint_differences(figure: Figure, one: Trace, other: Trace) -> Array:
         apart = inverse_pose(between[0]) @ between[1]
         turn = np.linalg.norm(rotation_vector_from_matrix(apart[:, :3, :3]), axis=-1)
         worst = np.maximum(worst, turn)
-        if any(factor.kind == "T" for factor in joint.chain):
+        if any(factor.kind is AxisKind.TRANSLATION for factor in joint.chain):
             worst = np.maximum(worst, np.linalg.norm(apart[:, :3, 3], axis=-1))
     return worst
 

@@ -9,7 +9,7 @@ from itertools import compress
 import numpy as np
 
 from generator.diagnostics import shorten
-from generator.figure import Joint, Vector
+from generator.figure import AxisKind, Joint, Vector
 from generator.rotations import PERPENDICULAR_TOLERANCE, unit_vector
 
 AXIS_NAMES = ("x", "y", "z")
@@ -30,7 +30,9 @@ class AxisError(ValueError):
 
 def rotation_axes(joint: Joint) -> tuple[Vector, ...]:
     """Unit axes of the rotations of a joint's chain, in its order."""
-    return tuple(unit_axis(factor.axis) for factor in joint.chain if factor.kind == "R")
+    return tuple(
+        unit_axis(factor.axis) for factor in joint.chain if factor.kind is AxisKind.ROTATION
+    )
 
 
 def unit_axis(axis: Vector) -> Vector:

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import assert_never
 
 from generator.diagnostics import (
     Diagnostic,
@@ -19,7 +20,7 @@ from generator.diagnostics import (
     error,
     shorten,
 )
-from generator.figure import Figure, Joint, Vector
+from generator.figure import AxisKind, Figure, Joint, Vector
 from generator.figure_file.read import FIGURE_SUFFIX, parse_figure_file, shipped_figures
 from generator.figure_file.resolve import origin_span
 from generator.springs_file.axes import parallel_sign, unit_axis
@@ -269,23 +270,21 @@ def _combine_springs(
     slides: list[AxisSpring] = []
     for k, factor in enumerate(joint.chain):
         axis = unit_axis(factor.axis)
-        if factor.kind == "T":
-            slides += _figure_spring(
-                joint,
-                k,
-                axis,
-                (DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET),
-                diagnostics,
-            )
-            continue
-        match = next((one for one in given if parallel_sign(one.spring.direction, axis)), None)
-        if match is None:
-            axes += _figure_spring(
-                joint, k, axis, (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET), diagnostics
-            )
-        elif match not in used:
-            used.append(match)
-            axes.append(_add_stops(joint, match))
+        match factor.kind:
+            case AxisKind.ROTATION:
+                matches = (one for one in given if parallel_sign(one.spring.direction, axis))
+                bound_spring = next(matches, None)
+                if bound_spring is None:
+                    stop = (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET)
+                    axes += _figure_spring(joint, k, axis, stop, diagnostics)
+                elif bound_spring not in used:
+                    used.append(bound_spring)
+                    axes.append(_add_stops(joint, bound_spring))
+            case AxisKind.TRANSLATION:
+                stop = (DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET)
+                slides += _figure_spring(joint, k, axis, stop, diagnostics)
+            case _:
+                assert_never(factor.kind)
     axes += [one.spring for one in given if one not in used]
     return JointSprings(joint.name, tuple(axes), tuple(slides)) if axes or slides else None
 
@@ -295,7 +294,9 @@ def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
     laws: list[Elastic] = list(bound_spring.spring.elastic)
     for k, factor in enumerate(joint.chain):
         sign = (
-            parallel_sign(bound_spring.spring.direction, factor.axis) if factor.kind == "R" else 0
+            parallel_sign(bound_spring.spring.direction, factor.axis)
+            if factor.kind is AxisKind.ROTATION
+            else 0
         )
         if sign:
             stops = _build_stops(joint, k, bound_spring.stop_stiffness, bound_spring.stop_onset)

@@ -5,6 +5,7 @@ import pytest
 
 from generator.diagnostics import Source, Span
 from generator.figure import (
+    AxisKind,
     Figure,
     Joint,
     JointAxis,
@@ -17,7 +18,7 @@ from generator.figure import (
 )
 from generator.figure_file import read_figure
 
-Z = JointAxis("R", (0.0, 0.0, 1.0))
+Z = JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0))
 
 
 def _turn(*degrees):

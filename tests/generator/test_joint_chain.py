@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.figure import JointAxis
+from generator.figure import AxisKind, JointAxis
 from generator.joint_chain import Chain, ChainError, build_chain
 from generator.rotations import matrix_from_xyz, pose_matrix
 from tests.chains import SKEW, chain
@@ -112,6 +112,6 @@ def test_chains_that_no_joint_can_hold(text, reason) -> None:
 
 
 def test_a_slide_that_commutes_may_stand_anywhere() -> None:
-    made = Chain((JointAxis("R", SKEW), JointAxis("T", SKEW), JointAxis("R", SKEW[::1]))[:2])
-    other = Chain((JointAxis("T", SKEW), JointAxis("R", SKEW)))
+    made = Chain((JointAxis(AxisKind.ROTATION, SKEW), JointAxis(AxisKind.TRANSLATION, SKEW)))
+    other = Chain((JointAxis(AxisKind.TRANSLATION, SKEW), JointAxis(AxisKind.ROTATION, SKEW)))
     assert np.allclose(made.pose([0.4, 0.2]), other.pose([0.2, 0.4]))

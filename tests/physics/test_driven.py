@@ -9,7 +9,7 @@ import pytest
 
 from generator import read_figure
 from generator.drive import Drive
-from generator.figure import JointAxis
+from generator.figure import AxisKind, JointAxis
 from generator.joint_chain import build_chain
 from generator.recording import Ending
 from generator.simulation.plan import Plan
@@ -28,7 +28,7 @@ def integral(run, values):
 @pytest.mark.parametrize("axis", [Z, X, negative(Z), SKEW])
 def test_a_driven_pendulum_needs_the_torque_of_its_motion(axis) -> None:
     """Inertia times acceleration, less gravity's torque; from the first frame on."""
-    made = one_body((JointAxis("R", axis),), (0.0,))
+    made = one_body((JointAxis(AxisKind.ROTATION, axis),), (0.0,))
     link = made.segments["link"]
     times = np.linspace(0.0, 1.0, 41)
     drive = Drive(times, (0.3 + 0.5 * np.sin(4.0 * times))[:, None])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from generator.figure import JointAxis
+from generator.figure import AxisKind, JointAxis
 from generator.rotations import matrix_from_axis_angle, matrix_from_xyz
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -49,7 +49,7 @@ def test_a_compound_hinge_about_any_axis(axis) -> None:
     link = body("link")
     about, torque = compound(axis, link.mass, link.inertia, link.centre_of_mass)
     plan = Plan(stop=2.0, tolerance=1e-6, springs=NONE, velocities={"pin": (1.5,)})
-    run = simulate(one_body((JointAxis("R", axis),), (0.9,), link), plan)
+    run = simulate(one_body((JointAxis(AxisKind.ROTATION, axis),), (0.9,), link), plan)
     angle, rate = integrated(lambda _, a, __: torque(a) / about, 0.9, 1.5, run.times)
     assert np.max(np.abs(run.displacements["pin"][:, 0] - angle)) < 1e-6
     assert np.max(np.abs(run.velocities["pin"][:, 0] - rate)) < 1e-5
@@ -107,7 +107,7 @@ def test_a_hinge_with_a_cubic_and_damping(axis) -> None:
 
     springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(axis, (law,), damping),))})
     run = simulate(
-        one_body((JointAxis("R", axis),), (1.1,), link),
+        one_body((JointAxis(AxisKind.ROTATION, axis),), (1.1,), link),
         Plan(stop=1.0, tolerance=1e-6, springs=springs),
     )
     angle, rate = integrated(acceleration, 1.1, 0.0, run.times)

@@ -6,10 +6,11 @@ The passive laws of a joint: as fields of a figure, else as tables of a springs 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import pi
+from typing import assert_never
 
 import numpy as np
 
-from generator.figure import JointAxis, Vector
+from generator.figure import AxisKind, JointAxis, Vector
 from generator.joint_chain import ChainError, build_chain
 from generator.losses import LossReport
 from generator.model_files.body_tree.tree import DegreeOfFreedom
@@ -39,7 +40,7 @@ class JointGroup:
     @property
     def rotations(self) -> tuple[DegreeOfFreedom, ...]:
         """Those that turn."""
-        return tuple(freedom for freedom in self.dofs if freedom.kind == "R")
+        return tuple(freedom for freedom in self.dofs if freedom.kind is AxisKind.ROTATION)
 
     @property
     def chain(self) -> tuple[JointAxis, ...]:
@@ -80,8 +81,8 @@ def group_dofs(
 
 def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointGroup | None:
     """The joint of these freedoms; None where one joint cannot hold them."""
-    turns = [freedom for freedom in dofs if freedom.kind == "R"]
-    slides = [freedom for freedom in dofs if freedom.kind == "T"]
+    turns = [freedom for freedom in dofs if freedom.kind is AxisKind.ROTATION]
+    slides = [freedom for freedom in dofs if freedom.kind is AxisKind.TRANSLATION]
     try:
         build_chain(_joint_chain(dofs, np.eye(3)))
     except ChainError:
@@ -182,17 +183,27 @@ def joint_fields(group: JointGroup, joint: str, report: LossReport) -> JointFiel
 def _limit_or_unlimited(dof: DegreeOfFreedom, bound: float | None, sign: float) -> float:
     if bound is not None:
         return bound
-    return sign * (UNLIMITED_ANGLE if dof.kind == "R" else UNLIMITED_LENGTH)
+    match dof.kind:
+        case AxisKind.ROTATION:
+            return sign * UNLIMITED_ANGLE
+        case AxisKind.TRANSLATION:
+            return sign * UNLIMITED_LENGTH
+        case _:
+            assert_never(dof.kind)
 
 
 def _field_part(dof: DegreeOfFreedom, joint: str, report: LossReport) -> DegreeOfFreedom:
     """The part of a freedom's law that stands in the fields."""
     if not needs_table(dof):
         return dof
-    if dof.kind == "R":
-        return replace(dof, stiffness=0.0, damping=0.0)
-    report.add("friction, limits and curved springs along slides", dof.name or joint)
-    return dof
+    match dof.kind:
+        case AxisKind.ROTATION:
+            return replace(dof, stiffness=0.0, damping=0.0)
+        case AxisKind.TRANSLATION:
+            report.add("friction, limits and curved springs along slides", dof.name or joint)
+            return dof
+        case _:
+            assert_never(dof.kind)
 
 
 def needs_table(dof: DegreeOfFreedom) -> bool:

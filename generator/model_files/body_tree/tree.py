@@ -7,12 +7,12 @@ body's own frame: the first is outermost, next to the parent.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import assert_never
 
 import numpy as np
 
 from generator.diagnostics import Span
-from generator.figure import Vector
+from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
 from springs.smooth_limit import SmoothLimit
@@ -24,7 +24,7 @@ class DegreeOfFreedom:
 
     Attributes:
         name: of the coordinate.
-        kind: "R" turns, "T" slides.
+        kind: of its motion, about the axis or along it.
         axis: unit vector in the body's frame.
         point: a point of the axis of a turn in the body's frame [m].
         value: at the start [rad or m], counted from the pose that the body is drawn in.
@@ -42,7 +42,7 @@ class DegreeOfFreedom:
     """
 
     name: str
-    kind: Literal["R", "T"]
+    kind: AxisKind
     axis: Vector
     point: Vector = (0.0, 0.0, 0.0)
     value: float = 0.0
@@ -68,11 +68,15 @@ class DegreeOfFreedom:
     @property
     def pose(self) -> Array:
         """Pose matrix of the freedom at `value`, shape (4, 4)."""
-        if self.kind == "T":
-            return pose_matrix(np.eye(3), self.value * np.asarray(self.axis))
-        turn = matrix_from_axis_angle(self.axis, self.value)
-        point = np.asarray(self.point)
-        return pose_matrix(turn, point - turn @ point)
+        match self.kind:
+            case AxisKind.ROTATION:
+                turn = matrix_from_axis_angle(self.axis, self.value)
+                point = np.asarray(self.point)
+                return pose_matrix(turn, point - turn @ point)
+            case AxisKind.TRANSLATION:
+                return pose_matrix(np.eye(3), self.value * np.asarray(self.axis))
+            case _:
+                assert_never(self.kind)
 
     @property
     def flipped(self) -> "DegreeOfFreedom":

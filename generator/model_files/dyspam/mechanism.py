@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.diagnostics import Diagnostic, Span, error
-from generator.figure import Joint, JointAxis, Vector
+from generator.figure import AxisKind, Joint, JointAxis, Vector
 from generator.figure_file.resolve import origin_span
 from generator.joint_chain import ChainError, build_chain
 from generator.loads import LoadKind
@@ -56,10 +56,14 @@ class JointType(IntEnum):
     @property
     def chain(self) -> tuple[JointAxis, ...]:
         """The chain that DYSPAM allows: about z, or z-y-x (innermost first)."""
-        z = JointAxis("R", (0.0, 0.0, 1.0))
+        z = JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0))
         if self is JointType.REVOLUTE:
             return (z,)
-        return JointAxis("R", (1.0, 0.0, 0.0)), JointAxis("R", (0.0, 1.0, 0.0)), z
+        return (
+            JointAxis(AxisKind.ROTATION, (1.0, 0.0, 0.0)),
+            JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),
+            z,
+        )
 
     @property
     def axes(self) -> tuple[int, ...]:

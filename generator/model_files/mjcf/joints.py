@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
-from generator.figure import Vector
+from generator.figure import AxisKind, Vector
 from generator.losses import LossReport
 from generator.model_files.body_tree.tree import DegreeOfFreedom, rotation_from_z_to
 from generator.model_files.xml import (
@@ -231,7 +231,8 @@ class JointReader:
         if joint_type == "free":
             row = [
                 self._with_passive_law(
-                    DegreeOfFreedom(f"{name}_t{letter}", "T", axis, joint=name), element
+                    DegreeOfFreedom(f"{name}_t{letter}", AxisKind.TRANSLATION, axis, joint=name),
+                    element,
                 )
                 for letter, axis in LETTERS
             ]
@@ -240,7 +241,8 @@ class JointReader:
         for letter, axis in LETTERS:
             row.append(
                 self._with_passive_law(
-                    DegreeOfFreedom(f"{name}_{letter}", "R", axis, point, joint=name), element
+                    DegreeOfFreedom(f"{name}_{letter}", AxisKind.ROTATION, axis, point, joint=name),
+                    element,
                 )
             )
         return row
@@ -253,7 +255,8 @@ class JointReader:
         turns = joint_type == "hinge"
         shift = self._in_radians(parse_number(element, "ref", self.diagnostics), turns)
         rest = self._in_radians(parse_number(element, "springref", self.diagnostics), turns) - shift
-        made = DegreeOfFreedom(name, "R" if turns else "T", axis, point, offset=shift, rest=rest)
+        kind = AxisKind.ROTATION if turns else AxisKind.TRANSLATION
+        made = DegreeOfFreedom(name, kind, axis, point, offset=shift, rest=rest)
         made = self._with_passive_law(made, element)
         if not made.stiffness and not any(made.cubic):
             made = replace(made, rest=0.0)

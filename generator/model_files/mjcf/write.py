@@ -12,12 +12,13 @@ what a curve does beyond a corner is a tendon of one joint, slack on one side.
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import assert_never
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from generator.diagnostics import InputError
-from generator.figure import Figure, Joint, Segment, SiteRef
+from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef
 from generator.geometry.read import read_segment_surface
 from generator.geometry.surface import Surface
 from generator.kinematics.tree import TreeJoint
@@ -348,10 +349,15 @@ class _BodyWriter:
                 @ unit_vector(factor.axis)
                 * (1.0 if branch.parent_is_inboard else -1.0)
             )
-            kind = "hinge" if factor.kind == "R" else "slide"
-            place = {} if kind == "slide" else {"pos": position}
+            match factor.kind:
+                case AxisKind.ROTATION:
+                    placing = {"type": "hinge", "pos": position}
+                case AxisKind.TRANSLATION:
+                    placing = {"type": "slide"}
+                case _:
+                    assert_never(factor.kind)
             element = add_element(
-                body, "joint", name=names[k], type=kind, **place, axis=format_numbers(axis)
+                body, "joint", name=names[k], **placing, axis=format_numbers(axis)
             )
             if k in laws.uncoupled:
                 self._add_axis_spring(element, joint, laws.uncoupled[k])
@@ -367,11 +373,11 @@ class _BodyWriter:
         if len(joint.chain) == 1:
             return {0: name}
         coordinates = self._model.coordinates[joint.name]
-        is_ball = [factor.kind for factor in joint.chain].count("R") == 3
+        is_ball = len(self._model.tree.chains[joint.name].rotations) == 3
         parts = {
             k: reserve_name(coordinates[k], self._joints)
             for k, factor in enumerate(joint.chain)
-            if factor.kind == "T" or not is_ball
+            if factor.kind is not AxisKind.ROTATION or not is_ball
         }
         return {None: name, **parts}
 
@@ -432,8 +438,8 @@ class _BodyWriter:
 def chain_indices(branch: TreeJoint, translations_are_outermost: bool) -> Iterator[int | None]:
     """Places in a branch's chain, the outermost first; None stands for a ball of three turns."""
     chain = branch.joint.chain
-    turns = [k for k, factor in enumerate(chain) if factor.kind == "R"]
-    slides = [k for k, factor in enumerate(chain) if factor.kind == "T"]
+    turns = [k for k, factor in enumerate(chain) if factor.kind is AxisKind.ROTATION]
+    slides = [k for k, factor in enumerate(chain) if factor.kind is AxisKind.TRANSLATION]
     ball: list[int | None] = [None]
     about: list[int | None] = ball if len(turns) == 3 else [*reversed(turns)]
     outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]

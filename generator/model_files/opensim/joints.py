@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
-from generator.figure import Vector
+from generator.figure import AxisKind, Vector
 from generator.losses import LossReport
 from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.model_files.xml import XmlElement, parse_numbers, unit_direction
@@ -181,21 +181,23 @@ def _list(function: XmlElement, name: str, diagnostics: Diagnostics) -> tuple[fl
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
-ROWS: Final[Mapping[str, tuple[tuple[int, str, Vector], ...]]] = {
+R, T = AxisKind.ROTATION, AxisKind.TRANSLATION
+
+ROWS: Final[Mapping[str, tuple[tuple[int, AxisKind, Vector], ...]]] = {
     "WeldJoint": (),
-    "PinJoint": ((0, "R", Z),),
-    "SliderJoint": ((0, "T", X),),
-    "UniversalJoint": ((0, "R", X), (1, "R", Y)),
-    "GimbalJoint": ((0, "R", X), (1, "R", Y), (2, "R", Z)),
-    "BallJoint": ((0, "R", X), (1, "R", Y), (2, "R", Z)),
-    "PlanarJoint": ((1, "T", X), (2, "T", Y), (0, "R", Z)),
+    "PinJoint": ((0, R, Z),),
+    "SliderJoint": ((0, T, X),),
+    "UniversalJoint": ((0, R, X), (1, R, Y)),
+    "GimbalJoint": ((0, R, X), (1, R, Y), (2, R, Z)),
+    "BallJoint": ((0, R, X), (1, R, Y), (2, R, Z)),
+    "PlanarJoint": ((1, T, X), (2, T, Y), (0, R, Z)),
     "FreeJoint": (
-        (3, "T", X),
-        (4, "T", Y),
-        (5, "T", Z),
-        (0, "R", X),
-        (1, "R", Y),
-        (2, "R", Z),
+        (3, T, X),
+        (4, T, Y),
+        (5, T, Z),
+        (0, R, X),
+        (1, R, Y),
+        (2, R, Z),
     ),
 }
 """By type: number of the coordinate, kind and axis of each freedom, from the parent outwards."""
@@ -259,7 +261,7 @@ def parse_joint(joint: XmlElement, diagnostics: Diagnostics, report: LossReport)
         one = OsimCoordinate(f"{name}_coord_{number}")
         if number < len(coordinates):
             one = coordinates[number]
-        freedom = DegreeOfFreedom(one.name, "R" if kind == "R" else "T", axis, value=one.default)
+        freedom = DegreeOfFreedom(one.name, kind, axis, value=one.default)
         if one.locked:
             row.add_fixed(freedom)
         else:
@@ -322,7 +324,8 @@ def _custom(
         move = moves.get(which)
         if move is None:
             continue
-        freedom = DegreeOfFreedom("", "R" if which in _TRANSFORMS[3:] else "T", move.axis)
+        kind = R if which in _TRANSFORMS[3:] else T
+        freedom = DegreeOfFreedom("", kind, move.axis)
         freedom = replace(freedom, value=move.motion.value)
         one, slope = move.coordinate, move.motion.slope
         if one is not None and not one.locked and slope and leading[one.name] == which:

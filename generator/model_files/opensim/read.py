@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.figure import AxisKind
 from generator.inertia import MassProperties
 from generator.losses import LossReport
 from generator.model_files.body_tree.to_figure import figure_from_tree
@@ -106,7 +107,11 @@ def _apply_coordinate_force(
             damping=freedom.damping + viscous * scale * scale,
         )
         return
-    if freedom.kind == "T" or freedom.scale != 1.0 or freedom.smooth_limit is not None:
+    if (
+        freedom.kind is not AxisKind.ROTATION
+        or freedom.scale != 1.0
+        or freedom.smooth_limit is not None
+    ):
         report.add("limit forces along slides, or a second one on a coordinate", name)
         return
     limit = _limit(force, freedom.offset, diagnostics)

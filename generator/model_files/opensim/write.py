@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.figure import Figure, Joint, Segment, SiteRef
+from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef
 from generator.losses import Losses, LossReport
 from generator.model_files.export_model import (
     ExportModel,
@@ -299,7 +299,7 @@ class _JointWriter:
         freedoms = [self._coordinate_axis(joint, k, sign) for k in places]
         if not outside:
             parent, child = child, parent
-        turns = [freedom.axis for freedom in freedoms if freedom.kind == "R"]
+        turns = [freedom.axis for freedom in freedoms if freedom.kind is AxisKind.ROTATION]
         if len(turns) == 3 and np.linalg.norm(np.cross(turns[0], turns[2])) < _MAX_COLLINEAR_SINE:
             between = reserve_name(f"{name}_between", self._body_names)
             _add_body(self._bodies, between, None)
@@ -311,7 +311,7 @@ class _JointWriter:
     def _coordinate_axis(self, joint: Joint, index: int, sign: float) -> _CoordinateAxis:
         factor = joint.chain[index]
         limits = None
-        if len(joint.chain) == 1 or factor.kind == "T":
+        if len(joint.chain) == 1 or factor.kind is not AxisKind.ROTATION:
             lower, upper = joint.lower_limit, joint.upper_limit
             if lower is not None and upper is not None:
                 limits = (lower[index], upper[index])
@@ -323,9 +323,15 @@ class _JointWriter:
         self, name: str, parent: str, child: str, coordinate_axes: Sequence[_CoordinateAxis]
     ) -> None:
         kinds = [freedom.kind for freedom in coordinate_axes]
-        tag = {"": "WeldJoint", "R": "PinJoint", "T": "SliderJoint"}.get(
-            "".join(kinds), "CustomJoint"
-        )
+        match kinds:
+            case []:
+                tag = "WeldJoint"
+            case [AxisKind.ROTATION]:
+                tag = "PinJoint"
+            case [AxisKind.TRANSLATION]:
+                tag = "SliderJoint"
+            case _:
+                tag = "CustomJoint"
         element = add_element(self._joints, tag, name=name)
         turned = _FRAME_COLUMNS.get(tag)
         ends = (parent, child) if turned is None else ("parent", "child")
@@ -358,7 +364,7 @@ def _add_coordinates(joint: Element, coordinate_axes: Sequence[_CoordinateAxis])
     for freedom in sorted(coordinate_axes, key=lambda freedom: freedom.kind):
         coordinate = add_element(coordinates, "Coordinate", name=freedom.name)
         add_element(coordinate, "default_value", format_numbers(freedom.value))
-        limits = freedom.limits or ((-np.pi, np.pi) if freedom.kind == "R" else None)
+        limits = freedom.limits or ((-np.pi, np.pi) if freedom.kind is AxisKind.ROTATION else None)
         if limits is not None:
             add_element(coordinate, "range", format_numbers(limits))
 
@@ -366,8 +372,8 @@ def _add_coordinates(joint: Element, coordinate_axes: Sequence[_CoordinateAxis])
 def _add_transform(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
     """The axes of a CustomJoint: three to turn about, three to slide along, some of them unused."""
     transform = add_element(joint, "SpatialTransform")
-    for kind, word in (("R", "rotation"), ("T", "translation")):
-        used = [freedom for freedom in coordinate_axes if freedom.kind == kind]
+    for kind, word in ((AxisKind.ROTATION, "rotation"), (AxisKind.TRANSLATION, "translation")):
+        used = [freedom for freedom in coordinate_axes if freedom.kind is kind]
         axes = [freedom.axis for freedom in used] + _complementary_axes(
             [freedom.axis for freedom in used]
         )

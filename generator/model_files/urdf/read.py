@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
-from generator.figure import Vector
+from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
 from generator.losses import LossReport
 from generator.model_files.body_tree.to_figure import figure_from_tree
@@ -63,7 +63,8 @@ def parse_joint_dofs(
     if kind in ("floating", "planar"):
         return _several(joint, kind, name, diagnostics)
     turns = kind != "prismatic"
-    freedom = DegreeOfFreedom(name, "R" if turns else "T", _axis(joint, diagnostics))
+    axis_kind = AxisKind.ROTATION if turns else AxisKind.TRANSLATION
+    freedom = DegreeOfFreedom(name, axis_kind, _axis(joint, diagnostics))
     dynamics, limit = joint.find("dynamics"), joint.find("limit")
     if dynamics is not None:
         freedom = replace(
@@ -94,11 +95,11 @@ def _several(
     """The six freedoms of a floating joint, or the three of a planar one."""
     if kind == "floating":
         slides = [
-            DegreeOfFreedom(f"{name}_t{letter}", "T", axis, joint=name)
+            DegreeOfFreedom(f"{name}_t{letter}", AxisKind.TRANSLATION, axis, joint=name)
             for letter, axis in reversed(_AXES.items())
         ]
         turns = [
-            DegreeOfFreedom(f"{name}_{letter}", "R", axis, joint=name)
+            DegreeOfFreedom(f"{name}_{letter}", AxisKind.ROTATION, axis, joint=name)
             for letter, axis in reversed(_AXES.items())
         ]
         return (*slides, *turns)
@@ -106,9 +107,9 @@ def _several(
     across = rotation_from_z_to(normal)
     first, second = (_vector_from_array(across[:, k]) for k in (0, 1))
     return (
-        DegreeOfFreedom(f"{name}_ty", "T", second, joint=name),
-        DegreeOfFreedom(f"{name}_tx", "T", first, joint=name),
-        DegreeOfFreedom(f"{name}_turn", "R", normal, joint=name),
+        DegreeOfFreedom(f"{name}_ty", AxisKind.TRANSLATION, second, joint=name),
+        DegreeOfFreedom(f"{name}_tx", AxisKind.TRANSLATION, first, joint=name),
+        DegreeOfFreedom(f"{name}_turn", AxisKind.ROTATION, normal, joint=name),
     )
 
 

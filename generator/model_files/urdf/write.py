@@ -10,10 +10,11 @@ segments are turned in it, so that their frames and all further out are the figu
 """
 
 from pathlib import Path
+from typing import assert_never
 
 import numpy as np
 
-from generator.figure import Figure, Joint, Site
+from generator.figure import AxisKind, Figure, Joint, Site
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses, LossReport
 from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
@@ -177,17 +178,22 @@ class _LinkWriter:
 
 def _limits(joint: Joint, index: int) -> tuple[float | None, float | None]:
     """The limits of one displacement; those of several turns are none of one turn."""
-    turns = [factor.kind for factor in joint.chain].count("R")
-    if joint.chain[index].kind == "R" and turns > 1:
+    kinds = [factor.kind for factor in joint.chain]
+    if kinds[index] is AxisKind.ROTATION and kinds.count(AxisKind.ROTATION) > 1:
         return None, None
     lower, upper = joint.lower_limit, joint.upper_limit
     return None if lower is None else lower[index], None if upper is None else upper[index]
 
 
 def _joint_type(joint: Joint, index: int) -> str:
-    if joint.chain[index].kind == "T":
-        return "prismatic"
-    return "continuous" if _limits(joint, index) == (None, None) else "revolute"
+    kind = joint.chain[index].kind
+    match kind:
+        case AxisKind.ROTATION:
+            return "continuous" if _limits(joint, index) == (None, None) else "revolute"
+        case AxisKind.TRANSLATION:
+            return "prismatic"
+        case _:
+            assert_never(kind)
 
 
 def _add_limits(element: Element, joint: Joint, index: int) -> None:

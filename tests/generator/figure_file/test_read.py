@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import Diagnostics, InputError, Source, TooManyErrors, select_errors
-from generator.figure import JointAxis, Rotation, SiteRef, Translation
+from generator.figure import AxisKind, JointAxis, Rotation, SiteRef, Translation
 from generator.figure_file import parse_figure, parse_figure_file, read_figure, shipped_figures
 from generator.figure_file.lexer import TokenKind, tokenize
 
@@ -86,7 +86,10 @@ def test_all_fields_of_a_joint():
         llimit = (-90deg, 0);
         ulimit = (1rad, 1ft);"""
     ).joints["elbow"]
-    assert joint.chain == (JointAxis("R", (0.0, 1.0, 0.0)), JointAxis("T", (0.0, 0.0, -1.0)))
+    assert joint.chain == (
+        JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),
+        JointAxis(AxisKind.TRANSLATION, (0.0, 0.0, -1.0)),
+    )
     assert joint.displacement == pytest.approx((math.radians(30), 0.02), rel=1e-15)
     assert joint.stiff == (2.0, 3.0)
     assert joint.rest == (math.radians(-10), 0.0254)

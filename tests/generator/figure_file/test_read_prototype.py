@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from generator.figure import Rotation, SiteRef, Translation
+from generator.figure import AxisKind, Rotation, SiteRef, Translation
 from generator.figure_file import (
     parse_figure_file,
     read_figure,
@@ -135,7 +135,7 @@ def test_the_joints_are_those_of_the_appendix(figure):
         for factor, axis in zip(joint.chain, axes.split(), strict=True):
             expected = [0.0, 0.0, 0.0]
             expected["xyz".index(axis[1])] = float(axis[0] + "1")
-            assert (factor.kind, list(factor.axis)) == ("R", expected)
+            assert (factor.kind, list(factor.axis)) == (AxisKind.ROTATION, expected)
         assert joint.displacement == (0.0,) * len(joint.chain)
         assert joint.stiff == (stiff and (_shifted(stiff, -7),) * len(joint.chain))
         assert (joint.rest, joint.damp, joint.lower_limit, joint.upper_limit) == (None,) * 4

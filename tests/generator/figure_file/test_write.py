@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from generator.figure import (
     Attribute,
+    AxisKind,
     Figure,
     Joint,
     JointAxis,
@@ -176,7 +177,7 @@ def test_the_layout():
         "elbow",
         SiteRef("floor", "top"),
         SiteRef("arm", "near"),
-        (JointAxis("R", (0.0, 0.0, 1.0)),),
+        (JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0)),),
         (math.pi / 6,),
         stiff=(1000.0,),
     )

@@ -30,7 +30,9 @@ def fourbar(**moved: float):
 def gaps(placement) -> float:
     joints = placement.tree.closures
     return max(
-        float(np.max(np.abs(placement.tree.chains[j.name].gap(placement.between(j)))))
+        float(
+            np.max(np.abs(placement.tree.chains[j.name].pose_residual(placement.pose_in_parent(j))))
+        )
         for j in joints
     )
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.figure import JointAxis
+from generator.figure import AxisKind, JointAxis
 from generator.figure_file import read_figure
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.mirror import MirrorError, mirror_signs
@@ -97,7 +97,7 @@ def test_joints_that_are_no_images_are_refused():
     with pytest.raises(MirrorError, match="`left_elbow` has 1 degree of freedom and `waist` 3"):
         mirror_signs(FIGURE, joints["left_elbow"], joints["waist"])
     oblique = declared(FIGURE, "right_elbow", [1])
-    chain = (JointAxis("R", (1.0, 0.0, 0.0)),)
+    chain = (JointAxis(AxisKind.ROTATION, (1.0, 0.0, 0.0)),)
     oblique = replace(
         oblique,
         joints={**oblique.joints, "right_elbow": replace(joints["right_elbow"], chain=chain)},

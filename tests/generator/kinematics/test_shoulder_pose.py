@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.figure import JointAxis, Location, Rotation, Translation
+from generator.figure import AxisKind, JointAxis, Location, Rotation, Translation
 from generator.figure_file import read_figure
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.shoulder import (
@@ -142,7 +142,10 @@ def test_the_order_within_connect_does_not_matter():
     figure = FIGURES["clavicles"]
     for name in ("left_clavicle", "left_shoulder"):
         joint = figure.joints[name]
-        chain = tuple(JointAxis("R", tuple(-x for x in one.axis)) for one in reversed(joint.chain))
+        chain = tuple(
+            JointAxis(AxisKind.ROTATION, tuple(-x for x in one.axis))
+            for one in reversed(joint.chain)
+        )
         figure = with_joint(figure, name, parent=joint.child, child=joint.parent, chain=chain)
     poses = posed("", Side.LEFT, 1.0, 0.4, figure=figure)
     same = posed("clavicles", Side.LEFT, 1.0, 0.4)
@@ -185,7 +188,9 @@ def test_what_is_no_arm_is_refused():
 
 def test_a_joint_that_cannot_reach_is_named():
     figure = FIGURES["clavicles"]
-    hinge = with_joint(figure, "left_shoulder", chain=(JointAxis("R", (0.0, 1.0, 0.0)),))
+    hinge = with_joint(
+        figure, "left_shoulder", chain=(JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),)
+    )
     with pytest.raises(ShoulderError, match=r"`left_shoulder` cannot turn so: it stays .* deg"):
         pose_arm(hinge, Side.LEFT, 1.0, 1.0)
 

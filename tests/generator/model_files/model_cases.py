@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.figure import Figure, JointAxis, Site
+from generator.figure import AxisKind, Figure, JointAxis, Site
 from generator.figure_file import read_figure
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops
@@ -64,7 +64,7 @@ START = (0.5, -0.3, 0.4)
 def slider(text: str, *, reverse: bool = False) -> Figure:
     """Two bodies whose second one slides and turns, by a chain as in `chain`."""
     kinds = [word[0] for word in text.split()]
-    start = [0.2 if kind == "R" else 0.05 for kind in kinds]
+    start = [0.2 if kind is AxisKind.ROTATION else 0.05 for kind in kinds]
     return two_bodies(chain(text), start, reverse=reverse)
 
 

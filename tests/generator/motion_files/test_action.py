@@ -18,7 +18,7 @@ from hypothesis.extra.numpy import arrays
 
 from generator import read_action, read_figure, write_recording
 from generator.diagnostics import InputError
-from generator.figure import Figure, JointAxis
+from generator.figure import AxisKind, Figure, JointAxis
 from generator.motion_files import (
     ActionFile,
     UnknownMotionFormatError,
@@ -32,12 +32,12 @@ from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recordi
 from generator.text_io import unwritable_reason, write_atomic
 from tests.paths import DOCS, FIGURES, ROOT
 
-KNEE = (JointAxis("R", (0.0, -1.0, 0.0)),)
+KNEE = (JointAxis(AxisKind.ROTATION, (0.0, -1.0, 0.0)),)
 FREE = (
-    JointAxis("R", (1.0, 0.0, 0.0)),
-    JointAxis("R", (0.0, 1.0, 0.0)),
-    JointAxis("R", (0.0, 0.0, 1.0)),
-    JointAxis("T", (0.0, 0.6, 0.8)),
+    JointAxis(AxisKind.ROTATION, (1.0, 0.0, 0.0)),
+    JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),
+    JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0)),
+    JointAxis(AxisKind.TRANSLATION, (0.0, 0.6, 0.8)),
 )
 CHAINS = {"hip": FREE, "knee": KNEE, "weld": ()}
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from generator.figure import Figure, Joint, JointAxis
+from generator.figure import AxisKind, Figure, Joint, JointAxis
 from generator.kinematics.tree import TreeJoint
 from generator.motion_files.motion import FigureMotion
 from generator.motion_files.tables import write_mot, write_sto
@@ -86,7 +86,7 @@ class Twin:
         body = self.body(f"{name}_body")
         along = self.across(factor, forward=forward)
         start = self.frame(parent, along, f"{name}_start")
-        made = self.osim.PinJoint if factor.kind == "R" else self.osim.SliderJoint
+        made = self.osim.PinJoint if factor.kind is AxisKind.ROTATION else self.osim.SliderJoint
         moved = made(f"{name}_joint", start, body)
         moved.updCoordinate().setName(name)
         self.model.addJoint(moved)
@@ -99,7 +99,7 @@ class Twin:
         other = np.cross(axis, AXES[int(np.argmin(np.abs(axis)))])
         other /= np.linalg.norm(other)
         third = np.cross(axis, other)
-        columns = [other, third, axis] if factor.kind == "R" else [axis, other, third]
+        columns = [other, third, axis] if factor.kind is AxisKind.ROTATION else [axis, other, third]
         pose = np.eye(4)
         pose[:3, :3] = np.stack(columns, axis=1)
         return pose
@@ -169,7 +169,7 @@ def test_opensim_finds_every_site_in_its_place(name: str, suffix: str, how: str,
     for frame in frames:
         values = {
             label: np.radians(columns[label][frame])
-            if in_degrees and kind == "R"
+            if in_degrees and kind is AxisKind.ROTATION
             else columns[label][frame]
             for label, kind in kinds.items()
         }
@@ -192,6 +192,8 @@ def test_columns_are_the_displacements_in_order(name: str, suffix: str, folder: 
     assert header["figure"] == motion.header.figure
     assert header["inDegrees"] == ("yes" if suffix == "mot" else "no")
     said = np.concatenate(list(motion.displacements.values()), axis=1)
-    turns = np.array([f.kind == "R" for chain in motion.chains.values() for f in chain])
+    turns = np.array(
+        [f.kind is AxisKind.ROTATION for chain in motion.chains.values() for f in chain]
+    )
     shown = np.where(turns & (suffix == "mot"), np.degrees(said), said)
     assert np.array_equal(rows, np.column_stack([motion.times, shown]))

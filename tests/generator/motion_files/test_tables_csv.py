@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 from generator import read_figure, write_recording
-from generator.figure import Figure, JointAxis
+from generator.figure import AxisKind, Figure, JointAxis
 from generator.motion_files.action import parse_displacement
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
 
-SLIDE = (JointAxis("R", (0.0, 0.0, 1.0)), JointAxis("T", (0.0, 0.0, 1.0)))
+SLIDE = (
+    JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0)),
+    JointAxis(AxisKind.TRANSLATION, (0.0, 0.0, 1.0)),
+)
 
 
 @pytest.fixture(scope="module")

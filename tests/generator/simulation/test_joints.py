@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from generator.figure import Joint, JointAxis
+from generator.figure import AxisKind, Joint, JointAxis
 from generator.joint_chain import build_chain
 from generator.rotations import inverse_pose
 from generator.simulation.joints import locked_axes_from_chain
@@ -164,7 +164,7 @@ def test_the_sign_of_an_axis_is_the_sign_of_the_displacement(axis) -> None:
     runs = []
     for sign in (1.0, -1.0):
         x, y, z = (sign * c for c in axis)
-        figure = one_body((JointAxis("R", (x, y, z)),), (sign * 0.5,))
+        figure = one_body((JointAxis(AxisKind.ROTATION, (x, y, z)),), (sign * 0.5,))
         runs.append(
             simulate(
                 figure,
@@ -196,7 +196,7 @@ def spring_along_slides(text: str, damping: float = 0.0) -> SpringSet:
     slides = tuple(
         AxisSpring(f.axis, (Linear(300.0, 0.02),), Damping(damping))
         for f in chain(text)
-        if f.kind == "T"
+        if f.kind is AxisKind.TRANSLATION
     )
     return SpringSet({"tested": JointSprings("tested", (), slides)})
 
@@ -219,7 +219,7 @@ def test_springs_along_slides_keep_energy_and_momentum(text, reverse) -> None:
     )
     run = simulate(figure, plan)
     assert run.outcome.succeeded
-    slides = [k for k, f in enumerate(chain(text)) if f.kind == "T"]
+    slides = [k for k, f in enumerate(chain(text)) if f.kind is AxisKind.TRANSLATION]
     stored = 150.0 * np.sum((run.displacements["tested"][:, slides] - 0.02) ** 2, axis=1)
     assert np.allclose(run.energy["spring"], stored, atol=1e-12)
     exchanged = np.ptp(run.energy["spring"])
@@ -251,7 +251,7 @@ def test_damping_along_slides_is_in_the_energy_book(text) -> None:
     slides = tuple(
         AxisSpring(f.axis, (Linear(300.0, 0.02),), Damping(2.0, 0.3))
         for f in chain(text)
-        if f.kind == "T"
+        if f.kind is AxisKind.TRANSLATION
     )
     springs = SpringSet({"pin": JointSprings("pin", (), slides)})
     figure = one_body(chain(text), 0.1 * np.ones(size))

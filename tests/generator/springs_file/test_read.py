@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import select_errors
-from generator.figure import Figure, Joint, JointAxis, Segment, SiteRef
+from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment, SiteRef
 from generator.figure_file import parse_figure, read_figure, shipped_figures
 from generator.springs_file.read import PassiveReading, load_springs
 from springs import (
@@ -305,7 +305,7 @@ def test_a_figure_made_in_python_may_have_axes_of_any_length():
         "hinge",
         SiteRef("a", "s"),
         SiteRef("b", "s"),
-        (JointAxis("R", (0.0, -2.0, 0.0)),),
+        (JointAxis(AxisKind.ROTATION, (0.0, -2.0, 0.0)),),
         stiff=(3.0,),
     )
     springs = own(Figure(segments, {"hinge": joint}, SiteRef("a", "s")))

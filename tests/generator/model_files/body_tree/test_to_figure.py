@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from generator.diagnostics import Diagnostics
+from generator.figure import AxisKind
 from generator.inertia import MassProperties
 from generator.losses import LossReport
 from generator.model_files.body_tree.joints import group_dofs
@@ -71,7 +72,7 @@ def moved(freedoms, values):
     pose = np.eye(4)
     for freedom in freedoms:
         screw = np.zeros((4, 4))
-        if freedom.kind == "R":
+        if freedom.kind is AxisKind.ROTATION:
             screw[:3, :3] = cross_matrix(freedom.axis)
             screw[:3, 3] = -np.cross(freedom.axis, freedom.point)
         else:
@@ -135,7 +136,7 @@ def test_a_body_that_is_fixed_becomes_a_part_of_its_parent(row, one, other):
 
 
 def test_a_body_on_a_massless_one_keeps_its_name():
-    hinge = DegreeOfFreedom("q", "R", (1.0, 0.0, 0.0))
+    hinge = DegreeOfFreedom("q", AxisKind.ROTATION, (1.0, 0.0, 0.0))
     shift = pose_matrix(np.eye(3), np.array([0.0, 0.0, -0.3]))
     made = imported(
         Body("pin", None, np.eye(4), (hinge,), joint="knee"),
@@ -149,7 +150,9 @@ def test_a_body_on_a_massless_one_keeps_its_name():
 
 def test_hinges_through_one_point_make_one_joint_where_axes_are_across():
     def row(*axes, point=(0.0, 0.0, 0.0)):
-        return [DegreeOfFreedom(f"q{k}", "R", axis, point) for k, axis in enumerate(axes)]
+        return [
+            DegreeOfFreedom(f"q{k}", AxisKind.ROTATION, axis, point) for k, axis in enumerate(axes)
+        ]
 
     x, y, z, slant = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.6, 0.8, 0.0)
     sizes = [
@@ -157,12 +160,12 @@ def test_hinges_through_one_point_make_one_joint_where_axes_are_across():
         for hinges in (row(x, y, z), row(x, y, x), row(x, slant), row(x, y, z, x), row(z, slant))
     ]
     assert sizes == [[3], [3], [1, 1], [3, 1], [2]]
-    apart = [*row(x), DegreeOfFreedom("q1", "R", y, (0.0, 0.0, 0.1))]
+    apart = [*row(x), DegreeOfFreedom("q1", AxisKind.ROTATION, y, (0.0, 0.0, 0.1))]
     assert [len(group.dofs) for group in group_dofs(apart)] == [1, 1]
     # Points along the axes: the two lines meet all the same.
     meeting = [
-        DegreeOfFreedom("a", "R", x, (0.3, 0.0, 0.1)),
-        DegreeOfFreedom("b", "R", y, (0.0, -2.0, 0.1)),
+        DegreeOfFreedom("a", AxisKind.ROTATION, x, (0.3, 0.0, 0.1)),
+        DegreeOfFreedom("b", AxisKind.ROTATION, y, (0.0, -2.0, 0.1)),
     ]
     (group,) = group_dofs(meeting)
     assert group.centre == pytest.approx((0.0, 0.0, 0.1))
@@ -170,15 +173,17 @@ def test_hinges_through_one_point_make_one_joint_where_axes_are_across():
 
 def test_a_ball_stays_whole_whatever_stands_beside_it():
     ball = [
-        DegreeOfFreedom(name, "R", axis, joint="ball", damping=1.0)
+        DegreeOfFreedom(name, AxisKind.ROTATION, axis, joint="ball", damping=1.0)
         for name, axis in (("z", (0, 0, 1.0)), ("y", (0, 1.0, 0)), ("x", (1.0, 0, 0)))
     ]
-    groups = group_dofs([DegreeOfFreedom("hinge", "R", (1.0, 0, 0)), *ball], separate=True)
+    groups = group_dofs(
+        [DegreeOfFreedom("hinge", AxisKind.ROTATION, (1.0, 0, 0)), *ball], separate=True
+    )
     assert [len(group.dofs) for group in groups] == [1, 3]
 
 
 def test_massless_bodies_that_branch_stay():
-    hinge = DegreeOfFreedom("q", "R", (1.0, 0.0, 0.0))
+    hinge = DegreeOfFreedom("q", AxisKind.ROTATION, (1.0, 0.0, 0.0))
     bodies = (
         Body("fork", None, np.eye(4), (hinge,)),
         Body("a", "fork", np.eye(4), (hinge,), weight()),

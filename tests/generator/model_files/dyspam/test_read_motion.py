@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.figure import Figure, JointAxis, Site, SiteRef
+from generator.figure import AxisKind, Figure, JointAxis, Site, SiteRef
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
 from generator.springs_file.read import load_springs
@@ -83,7 +83,7 @@ def test_the_prototype_bent_until_its_springs_push_on_both_sides(tmp_path):
 def test_axes_of_all_kinds_and_connections_written_backwards(text, reverse, tmp_path):
     factors = chain(text)
     if text == "Rs Ra Rz":
-        factors = (*factors[:2], JointAxis("R", (2.0 / 3.0, 2.0 / 3.0, -1.0 / 3.0)))
+        factors = (*factors[:2], JointAxis(AxisKind.ROTATION, (2.0 / 3.0, 2.0 / 3.0, -1.0 / 3.0)))
     values = (0.7, -0.4, 0.5)[: len(factors)]
     given = two_bodies(factors, values, reverse=reverse)
     assert distance(given, own_springs(given), tmp_path / "out") < NEAR

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import Source
+from generator.figure import AxisKind
 from generator.model_files.formats import parse_model, read_model
 from generator.model_files.imported import Imported
 from generator.rotations import Array, pose_matrix
@@ -168,7 +169,7 @@ def test_a_motion_that_follows_a_coordinate_is_fixed_where_its_default_has_it():
     assert lost(imported, "follow a coordinate") == ("knee translation1 (bend)",)
     assert lost(imported, "ranges of coordinates") == ("bend -2 .. 0.1",)
     knee = imported.figure.joints["knee"]
-    assert [factor.kind for factor in knee.chain] == ["R"]
+    assert [factor.kind for factor in knee.chain] == [AxisKind.ROTATION]
     seen = pose_in_model(placed(imported, {"bend": 1.0}), "shank")
     np.testing.assert_allclose(seen[:3, 3], (0.2 * 0.5**2 + 0.1, 0.0, 0.0), atol=1e-12)
 
