@@ -7,7 +7,7 @@ Colours are those of Okabe & Ito; no two lines differ by colour alone.
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from math import inf
 from textwrap import fill
@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from plots.plate import DrawnPlate, Plate, table_files
 from springs.backends import Array
 from springs.elastic import Range
 
@@ -32,8 +33,6 @@ VERMILION = "#D55E00"
 GREEN = "#009E73"
 GREY = "#6E6E6E"
 PALE = "#D9D9D9"
-
-FORMATS = ("svg", "png")
 
 _RC: Mapping[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -66,7 +65,7 @@ def plot_style() -> Generator[None]:
 
 
 def render_figure(figure: Figure, kind: str) -> bytes:
-    """The figure as a file of a kind in `FORMATS`; the same figure gives the same bytes."""
+    """The figure as a file of a kind in `PICTURE_FORMATS`; the same figure gives the same bytes."""
     FigureCanvasAgg(figure)
     stream = BytesIO()
     metadata = {"Date": None} if kind == "svg" else {"Software": None}
@@ -91,10 +90,6 @@ def _fix_layout(figure: Figure) -> None:
     for axes in figure.axes:
         x, y, width, height = axes.get_position(original=True).bounds
         axes.set_position((round(x, 6), round(y, 6), round(width, 6), round(height, 6)))
-
-
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
 
 
 CANVAS_WIDTH = 7.2
@@ -243,3 +238,21 @@ def add_footer(figure: Figure, sign: str, references: Sequence[str]) -> None:
     parts = [sign, *(f"[{number}] {text}" for number, text in enumerate(references, start=1))]
     lines = [fill(part, _FOOTER_LINE_LENGTH, subsequent_indent="     ") for part in parts]
     figure.supxlabel("\n".join(lines), fontsize=_FOOTER_FONT_SIZE, x=0.01, ha="left")
+
+
+def draw_plate(plate: Plate) -> DrawnPlate:
+    """Draw a plate with its title above it; the same plate gives the same bytes."""
+    with plot_style():
+        add_title(plate.figure, plate.title)
+    return DrawnPlate(
+        name=plate.name,
+        title=plate.title,
+        caption=plate.caption,
+        sign=plate.sign,
+        # A number of numpy's would take numpy along wherever the claim is sent.
+        claims=tuple(replace(claim, measured=float(claim.measured)) for claim in plate.claims),
+        references=plate.references,
+        svg=render_figure(plate.figure, "svg"),
+        png=render_figure(plate.figure, "png"),
+        tables=table_files(plate),
+    )

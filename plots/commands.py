@@ -60,19 +60,17 @@ def fit(
     The option --joint may be repeated.
     """
     del as_json
-    from plots import fit as command
+    from plots.fit import fit
 
-    return command.fit(
-        command.Request(
-            data=data,
-            passive=passive,
-            output=output,
-            joints=tuple(joints or ()),
-            axis=None if axis is Axis.JOINT else axis.value,
-            motion=motion,
-            reference=reference,
-            plot=plot,
-        )
+    return fit(
+        data,
+        passive=passive,
+        output=output,
+        joints=joints or (),
+        axis=None if axis is Axis.JOINT else axis.value,
+        motion=motion,
+        reference=reference,
+        plot=plot,
     )
 
 
@@ -108,16 +106,14 @@ def plots(
     Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all.
     """
     del quiet, as_json
-    from plots import run as command
+    from plots.run import plots
 
-    return command.plots(
-        command.Request(
-            names=tuple(names or ()),
-            output=output,
-            gallery=gallery,
-            strict=strict,
-            jobs=jobs,
-            listed=listed,
-        ),
-        progress,
+    return plots(
+        names or (),
+        output=output,
+        gallery=gallery,
+        strict=strict,
+        jobs=jobs,
+        listed=listed,
+        progress=progress,
     )

@@ -9,16 +9,18 @@ Draws a plate: its picture as SVG and PNG, its numbers as comma-separated values
 
 import csv
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from io import StringIO
 from math import inf, isinf, isnan
+from typing import TYPE_CHECKING
 
-import numpy as np
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-from plots.canvas import add_title, plot_style, render_figure
-from springs.backends import Array
+    from springs.backends import Array
+
+PICTURE_FORMATS = ("svg", "png")
 
 
 @dataclass(frozen=True)
@@ -155,9 +157,9 @@ class Plate:
     title: str
     caption: str
     sign: str
-    figure: Figure
+    figure: "Figure"
     claims: tuple[Claim, ...]
-    tables: Mapping[str, Mapping[str, Array]]
+    tables: "Mapping[str, Mapping[str, Array]]"
     references: tuple[str, ...]
 
     def __post_init__(self) -> None:
@@ -169,59 +171,32 @@ class Plate:
             if not getattr(self, what):
                 raise ValueError(f"the plate `{self.name}` has no {what}")
         for table, columns in self.tables.items():
-            shapes = {np.shape(column) for column in columns.values()}
+            shapes = {column.shape for column in columns.values()}
             if len(shapes) != 1 or len(shapes.pop()) != 1:
                 raise ValueError(f"the columns of the table `{table}` are not of one length")
 
 
-def draw_plate(plate: Plate) -> DrawnPlate:
-    """Draw a plate with its title above it; the same plate gives the same bytes."""
-    with plot_style():
-        add_title(plate.figure, plate.title)
-    return DrawnPlate(
-        name=plate.name,
-        title=plate.title,
-        caption=plate.caption,
-        sign=plate.sign,
-        # A number of numpy's would take numpy along wherever the claim is sent.
-        claims=tuple(replace(claim, measured=float(claim.measured)) for claim in plate.claims),
-        references=plate.references,
-        svg=render_figure(plate.figure, "svg"),
-        png=render_figure(plate.figure, "png"),
-        tables={
-            file_name: table_text(plate, table)
-            for file_name, table in zip(_table_file_names(plate), plate.tables, strict=True)
-        },
-    )
-
-
-def table_text(plate: Plate, table: str) -> str:
-    """One table of a plate as text.
+def table_files(plate: Plate) -> dict[str, str]:
+    """The text of each table of a plate, by the name of its file.
 
     Three lines of comment (title, sign convention, references), then the headers, then the rows, in
     nine digits.
     """
+    single = len(plate.tables) == 1
+    return {
+        f"{plate.name}.csv" if single else f"{plate.name}.{table}.csv": _table_text(
+            plate, plate.title if single else f"{plate.title}: {table}", columns
+        )
+        for table, columns in plate.tables.items()
+    }
+
+
+def _table_text(plate: Plate, title: str, columns: "Mapping[str, Array]") -> str:
     stream = StringIO()
-    of_several = f": {table}" if len(plate.tables) > 1 else ""
-    for comment in (
-        f"{plate.title}{of_several}",
-        plate.sign,
-        f"References: {'; '.join(plate.references) or 'none'}",
-    ):
+    for comment in (title, plate.sign, f"References: {'; '.join(plate.references) or 'none'}"):
         stream.write(f"# {' '.join(comment.split())}\n")
-    columns = plate.tables[table]
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(_rows(columns))
-    return stream.getvalue()
-
-
-def _rows(columns: Mapping[str, Array]) -> Iterator[list[str]]:
     for values in zip(*columns.values(), strict=True):
-        yield [f"{float(value):.9g}" for value in values]
-
-
-def _table_file_names(plate: Plate) -> list[str]:
-    if len(plate.tables) == 1:
-        return [f"{plate.name}.csv"]
-    return [f"{plate.name}.{table}.csv" for table in plate.tables]
+        writer.writerow([f"{float(value):.9g}" for value in values])
+    return stream.getvalue()

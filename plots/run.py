@@ -1,21 +1,24 @@
-"""`mover plots`: the plates made and written, with a report of all claims.
+"""`mover plots`: plates made in several processes and written, with a report of all claims."""
 
-The plates that this package makes, in the order of the thesis.
-
-Each is named by where it is made, `module:function`, and imported by the process that makes it.
-
-Files that a command writes, or a sentence that says why it cannot.
-
-What a report was made with: the versions, the machine and the command.
-"""
-
+import multiprocessing
+import os
 import platform
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing
-from dataclasses import dataclass, replace
+import signal
+import tempfile
+import traceback
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
 from importlib.metadata import version
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from threading import Thread
+from types import ModuleType
 
 from generator.cli.answer import (
     CommandResult,
@@ -30,7 +33,6 @@ from generator.diagnostics import InputError, error, spelling_hint
 from generator.text_io import os_error_reason, unwritable_reason, write_atomic
 from plots.plate import Claim, DrawnPlate, FailedPlate
 from plots.report import PICTURE_FORMAT, gallery_page, report, tally
-from plots.workers import cores, make_plates
 
 PLATES: Mapping[str, str] = {
     name: f"plots.plates.{module}:{name}"
@@ -49,7 +51,88 @@ PLATES: Mapping[str, str] = {
     )
     for name in names
 }
-"""Where each plate is made, by its name."""
+"""Where each plate of the gallery is made, `module:function`, by its name, in order."""
+
+
+REPORT_NAME = "report.html"
+
+
+def plots(
+    names: Sequence[str] = (),
+    *,
+    output: Path | None = None,
+    gallery: Path | None = None,
+    strict: bool = False,
+    jobs: int | None = None,
+    listed: bool = False,
+    progress: ItemMonitor = no_item_monitor,
+) -> CommandResult:
+    """Make plates and write their files.
+
+    Args:
+        names: of the plates; all when empty.
+        output: folder of the files and the report.
+        gallery: page of Markdown; its pictures go into the folder of its name.
+        strict: whether a claim that does not hold fails the command.
+        jobs: largest number of processes [default: number of cores].
+        listed: name the plates and make none.
+        progress: shows each plate that is done.
+
+    Raises:
+        UsageError: options that do not go together, or an unknown plate.
+        InputError: a file cannot be written.
+        KeyboardInterrupt: an interrupt came before a plate was done.
+    """
+    if listed:
+        return CommandResult(text="\n".join(PLATES), data=list(PLATES))
+    targets = _select_targets(names, output, gallery)
+    _prepare_output(output, gallery)
+    results = _run_plates(targets, jobs or cores(), output, progress)
+    files = list(results.files)
+    if output is not None:
+        ordered = [name for name in PLATES if name in names]
+        text = report(results.plates, results.failed, report_provenance(ordered))
+        files += _write(output, {REPORT_NAME: text})
+    if gallery is not None and not results.failed:
+        folder = gallery.with_suffix("")
+        pictures = {f"{plate.name}.{PICTURE_FORMAT}": plate.files for plate in results.plates}
+        files += _write(folder, {name: content[name] for name, content in pictures.items()})
+        files += _write(gallery.parent, {gallery.name: gallery_page(results.plates, folder.name)})
+    failure = _failure_message(results, strict)
+    return CommandResult(
+        text="\n\n".join(_format_paragraphs(results, files, output)),
+        data=_json_data(results, files),
+        code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
+        failure=failure,
+    )
+
+
+def _select_targets(
+    names: Sequence[str], output: Path | None, gallery: Path | None
+) -> Mapping[str, str]:
+    """The plates asked for, in the order of the gallery. Raises UsageError."""
+    if output is None and gallery is None:
+        raise UsageError("say where the plates go: -o DIR")
+    if gallery is not None:
+        if gallery.suffix != ".md":
+            raise UsageError(f"--gallery {gallery}: the page ends in .md")
+        if names:
+            raise UsageError("--gallery shows all plates: give no names with it")
+    for name in names:
+        if name not in PLATES:
+            hint = spelling_hint(name, PLATES)
+            raise UsageError(f"there is no plate `{name}`{f'; {hint}' if hint else ''}")
+    return {name: target for name, target in PLATES.items() if name in (names or PLATES)}
+
+
+def _prepare_output(output: Path | None, gallery: Path | None) -> None:
+    """See that all can be written, and make the folders. Raises InputError."""
+    if output is not None:
+        _create_folder(output)
+        _check_file_writable(output / REPORT_NAME)
+    if gallery is not None:
+        _check_file_writable(gallery)
+        _create_folder(gallery.with_suffix(""))
 
 
 def write_file(path: Path, content: str | bytes) -> None:
@@ -60,13 +143,13 @@ def write_file(path: Path, content: str | bytes) -> None:
         raise _write_error(path, os_error_reason(failure)) from None
 
 
-def check_file_writable(path: Path) -> None:
+def _check_file_writable(path: Path) -> None:
     """See that a file can be written. Raises InputError."""
     if (reason := unwritable_reason(path)) is not None:
         raise _write_error(path, reason)
 
 
-def create_folder(folder: Path) -> None:
+def _create_folder(folder: Path) -> None:
     """See that a folder is there, and make it where it is not. Raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -78,6 +161,224 @@ def create_folder(folder: Path) -> None:
 
 def _write_error(path: Path, reason: str) -> InputError:
     return InputError((error(f"`{path}` cannot be written: {reason}"),))
+
+
+def _write(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:
+    for name, content in files.items():
+        write_file(folder / name, content)
+    return [folder / name for name in files]
+
+
+@dataclass(frozen=True)
+class _PlateResults:
+    """Plates in the order of the gallery, and the files of those that were made.
+
+    Attributes:
+        plates: that were made.
+        failed: that were not, and why.
+        interrupted: whether that is why.
+        files: that were written.
+    """
+
+    plates: tuple[DrawnPlate, ...]
+    failed: tuple[FailedPlate, ...]
+    interrupted: bool
+    files: tuple[Path, ...]
+
+    @property
+    def claims(self) -> list[Claim]:
+        """Of all plates that were made."""
+        return [claim for plate in self.plates for claim in plate.claims]
+
+
+def _run_plates(
+    targets: Mapping[str, str], jobs: int, output: Path | None, progress: ItemMonitor
+) -> _PlateResults:
+    """Make the plates, and write the files of each when it is done."""
+    results: dict[str, DrawnPlate | FailedPlate] = {}
+    files: list[Path] = []
+    interrupted = False
+    with defer_interrupt() as check, progress(len(targets), "plates") as done:
+        try:
+            with closing(make_plates(targets, jobs, check)) as arriving:
+                for result in arriving:
+                    if isinstance(result, DrawnPlate) and output is not None:
+                        files += _write(output, result.files)
+                    results[result.name] = result
+                    done(result.name)
+        except KeyboardInterrupt:
+            interrupted = True
+            if not any(isinstance(result, DrawnPlate) for result in results.values()):
+                raise
+    every = [
+        results.get(name, FailedPlate(name, "the command was interrupted")) for name in targets
+    ]
+    return _PlateResults(
+        plates=tuple(result for result in every if isinstance(result, DrawnPlate)),
+        failed=tuple(result for result in every if isinstance(result, FailedPlate)),
+        interrupted=interrupted,
+        files=tuple(files),
+    )
+
+
+_CHECK_INTERVAL = 0.1
+"""How often the caller's check is called while plates are being made [s]."""
+
+
+def cores() -> int:
+    """Number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def make_plates(
+    targets: Mapping[str, str], jobs: int, check: Callable[[], None] = lambda: None
+) -> Generator[DrawnPlate | FailedPlate]:
+    """Make plates in several processes, and yield each when it is done.
+
+    A process that dies fails its plate only: each process is a pool of its own, and a new one
+    takes its place. Closing the generator ends the processes.
+
+    Args:
+        targets: where each plate is made, `module:function`, by its name.
+        jobs: largest number of processes, at least 1.
+        check: called several times a second; what it raises ends all.
+    """
+    queue = list(targets.items())[::-1]
+    workers: list[_Worker] = []
+    idle: list[_Worker] = []
+    running: dict[Future[DrawnPlate | FailedPlate], tuple[str, _Worker]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            while queue or running:
+                check()
+                while queue and len(running) < jobs:
+                    name, target = queue.pop()
+                    if not idle:
+                        workers.append(_Worker(Path(folder, f"{len(workers)}.txt")))
+                        idle.append(workers[-1])
+                    worker = idle.pop()
+                    running[worker.submit(name, target)] = name, worker
+                done, _ = wait(running, timeout=_CHECK_INTERVAL, return_when=FIRST_COMPLETED)
+                for future in done:
+                    name, worker = running.pop(future)
+                    try:
+                        result = future.result()
+                        idle.append(worker)
+                    except BrokenProcessPool:
+                        result = FailedPlate(name, f"its process ended with {worker.ending()}")
+                    yield result
+        finally:
+            for worker in workers:
+                worker.kill()
+
+
+class _Worker:
+    """A process that makes one plate at a time; what it prints goes to a file."""
+
+    def __init__(self, printed: Path) -> None:
+        """Start the process."""
+        self._printed = printed
+        self._pool = ProcessPoolExecutor(
+            max_workers=1,
+            mp_context=multiprocessing.get_context("spawn"),
+            initializer=_initialize_worker,
+            initargs=(str(printed),),
+        )
+        others = set(multiprocessing.active_children())
+        with _worker_environment():
+            self._pool.submit(os.getpid)
+        (self._process,) = set[BaseProcess](multiprocessing.active_children()) - others
+
+    def submit(self, name: str, target: str) -> Future[DrawnPlate | FailedPlate]:
+        """Begin to make a plate."""
+        return self._pool.submit(make_plate, name, target)
+
+    def ending(self) -> str:
+        """How the process ended, and the last line that it printed."""
+        self._pool.shutdown()
+        code = self._process.exitcode
+        ending = f"exit code {code}"
+        if code is not None and code < 0:
+            with suppress(ValueError):
+                ending = signal.Signals(-code).name
+        lines = self._printed.read_text(errors="replace").split("\n")
+        last = next((line.strip() for line in reversed(lines) if line.strip()), "")
+        return f"{ending}: {last}" if last else ending
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+        self._pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _worker_environment() -> Generator[None]:
+    """Start processes in which libraries compute in one thread, and that Ctrl-C does not reach.
+
+    There is a process for each core already, and one thread sums in one order. Ctrl-C is for the
+    parent alone: a process inherits the signals that are blocked when it starts.
+    """
+    threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in threads}
+    os.environ.update(dict.fromkeys(threads, "1"))
+    posix = hasattr(signal, "pthread_sigmask")
+    unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if posix else set[int]()
+    try:
+        yield
+    finally:
+        if posix:
+            signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _initialize_worker(printed: str) -> None:
+    """Keep what libraries print, some of them past Python, out of the command's streams."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    stream = os.open(printed, os.O_WRONLY | os.O_CREAT)
+    os.dup2(stream, 1)
+    os.dup2(stream, 2)
+    Thread(target=_exit_with_parent, daemon=True).start()
+
+
+def _exit_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(0)
+
+
+def make_plate(name: str, target: str) -> DrawnPlate | FailedPlate:
+    """Make and draw the plate of a name by a function `module:function`."""
+    module = None
+    try:
+        # Matplotlib may refuse the user's settings when it is imported.
+        from plots.canvas import draw_plate
+
+        path, _, function = target.partition(":")
+        module = import_module(path)
+        plate = getattr(module, function)()
+        if plate.name != name:
+            return FailedPlate(name, f"it calls itself `{plate.name}`")
+        return draw_plate(plate)
+    except (Exception, SystemExit) as failure:
+        return FailedPlate(name, _failure_reason(failure, module))
+
+
+def _failure_reason(failure: BaseException, module: ModuleType | None) -> str:
+    """What was raised, on one line, and the last line of the plate's module that led there."""
+    reason = type(failure).__name__
+    if message := _single_line(str(failure)):
+        reason += f": {message}"
+    for frame in reversed(traceback.extract_tb(failure.__traceback__)):
+        if module is not None and frame.filename == module.__file__:
+            return f"{reason} ({os.path.basename(frame.filename)}, line {frame.lineno})"
+    return reason
 
 
 _DISTRIBUTIONS = ("exudyn-mover", "exudyn", "numpy", "scipy", "matplotlib")
@@ -96,161 +397,21 @@ def report_provenance(names: Sequence[str]) -> dict[str, str]:
     }
 
 
-REPORT_NAME = "report.html"
-
-
-@dataclass(frozen=True)
-class Request:
-    """The command line of `mover plots`; None or empty where an option is not given."""
-
-    names: Sequence[str] = ()
-    output: Path | None = None
-    gallery: Path | None = None
-    strict: bool = False
-    jobs: int | None = None
-    listed: bool = False
-
-
-@dataclass(frozen=True)
-class _PlateResults:
-    """What came of a request, in the order of the gallery.
-
-    Attributes:
-        plates: that were made.
-        failed: that were not, and why.
-        interrupted: whether that is why.
-        files: that were written.
-    """
-
-    plates: tuple[DrawnPlate, ...]
-    failed: tuple[FailedPlate, ...]
-    interrupted: bool
-    files: tuple[Path, ...] = ()
-
-    @property
-    def claims(self) -> list[Claim]:
-        """Of all plates that were made."""
-        return [claim for plate in self.plates for claim in plate.claims]
-
-
-def plots(request: Request, progress: ItemMonitor = no_item_monitor) -> CommandResult:
-    """Make the plates that are asked for and write their files.
-
-    Args:
-        request: the command line.
-        progress: told of each plate that is done.
-
-    Raises:
-        UsageError: options that do not go together, or an unknown plate.
-        InputError: a file cannot be written.
-        KeyboardInterrupt: an interrupt came before a plate was done.
-    """
-    if request.listed:
-        return CommandResult(text="\n".join(PLATES), data=list(PLATES))
-    targets = _select_targets(request)
-    _prepare_output(request)
-    made = _run_plates(request, targets, progress)
-    made = replace(made, files=(*made.files, *_write_pages(request, made)))
-    failure = _failure_message(request, made)
-    return CommandResult(
-        text="\n\n".join(_format_paragraphs(request, made)),
-        data=_json_data(made),
-        code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
-        failure=failure,
-    )
-
-
-def _select_targets(request: Request) -> Mapping[str, str]:
-    """The plates asked for, in the order of the gallery. Raises UsageError."""
-    if request.output is None and request.gallery is None:
-        raise UsageError("say where the plates go: -o DIR")
-    if request.gallery is not None:
-        if request.gallery.suffix != ".md":
-            raise UsageError(f"--gallery {request.gallery}: the page ends in .md")
-        if request.names:
-            raise UsageError("--gallery shows all plates: give no names with it")
-    for name in request.names:
-        if name not in PLATES:
-            hint = spelling_hint(name, PLATES)
-            raise UsageError(f"there is no plate `{name}`{f'; {hint}' if hint else ''}")
-    wanted = set(request.names or PLATES)
-    return {name: target for name, target in PLATES.items() if name in wanted}
-
-
-def _prepare_output(request: Request) -> None:
-    """See that all can be written, and make the folders. Raises InputError."""
-    if request.output is not None:
-        create_folder(request.output)
-        check_file_writable(request.output / REPORT_NAME)
-    if request.gallery is not None:
-        check_file_writable(request.gallery)
-        create_folder(request.gallery.with_suffix(""))
-
-
-def _run_plates(
-    request: Request, targets: Mapping[str, str], progress: ItemMonitor
-) -> _PlateResults:
-    """Make the plates, and write the files of each when it is done."""
-    results: dict[str, DrawnPlate | FailedPlate] = {}
-    files: list[Path] = []
-    interrupted = False
-    jobs = min(request.jobs or cores(), len(targets))
-    with defer_interrupt() as check, progress(len(targets), "plates") as done:
-        try:
-            with closing(make_plates(targets, jobs, check)) as arriving:
-                for result in arriving:
-                    if isinstance(result, DrawnPlate) and request.output is not None:
-                        files += _write(request.output, result.files)
-                    results[result.name] = result
-                    done(result.name)
-        except KeyboardInterrupt:
-            interrupted = True
-            if not any(isinstance(result, DrawnPlate) for result in results.values()):
-                raise
-    every = [
-        results.get(name, FailedPlate(name, "the command was interrupted")) for name in targets
-    ]
-    return _PlateResults(
-        plates=tuple(result for result in every if isinstance(result, DrawnPlate)),
-        failed=tuple(result for result in every if isinstance(result, FailedPlate)),
-        interrupted=interrupted,
-        files=tuple(files),
-    )
-
-
-def _write_pages(request: Request, results: _PlateResults) -> Iterator[Path]:
-    """Write the report, and the gallery if no plate is missing."""
-    if request.output is not None:
-        names = [name for name in PLATES if name in request.names]
-        text = report(results.plates, results.failed, report_provenance(names))
-        yield from _write(request.output, {REPORT_NAME: text})
-    if request.gallery is not None and not results.failed:
-        folder = request.gallery.with_suffix("")
-        pictures = {f"{plate.name}.{PICTURE_FORMAT}": plate.files for plate in results.plates}
-        yield from _write(folder, {name: files[name] for name, files in pictures.items()})
-        text = gallery_page(results.plates, folder.name)
-        yield from _write(request.gallery.parent, {request.gallery.name: text})
-
-
-def _write(folder: Path, files: Mapping[str, str | bytes]) -> Iterator[Path]:
-    for name, content in files.items():
-        write_file(folder / name, content)
-        yield folder / name
-
-
-def _failure_message(request: Request, results: _PlateResults) -> str | None:
+def _failure_message(results: _PlateResults, strict: bool) -> str | None:
     """Why the command failed, as a sentence; None when it did not."""
     if results.interrupted:
         count = len(results.plates) + len(results.failed)
         return f"interrupted after {len(results.plates)} of {count} plates"
     if results.failed:
         return "; ".join(map(str, results.failed))
-    if request.strict and not all(claim.holds for claim in results.claims):
+    if strict and not all(claim.holds for claim in results.claims):
         return f"--strict asks for all claims to hold: {tally(results.claims)}"
     return None
 
 
-def _format_paragraphs(request: Request, results: _PlateResults) -> Iterator[str]:
+def _format_paragraphs(
+    results: _PlateResults, files: Sequence[Path], output: Path | None
+) -> Iterator[str]:
     rows = [
         [claim.verdict, claim.measured_text, f"({claim.bound_text})", _single_line(claim.sentence)]
         for claim in results.claims
@@ -264,13 +425,10 @@ def _format_paragraphs(request: Request, results: _PlateResults) -> Iterator[str
                 said.append(f"    {_single_line(claim.remark)}")
         yield "\n".join(said)
     yield tally(results.claims)
-    folders = dict.fromkeys(path.parent for path in results.files)
-    written = [
-        f"wrote {format_count(sum(path.parent == folder for path in results.files), 'file')} in {folder}"
-        for folder in folders
-    ]
-    if request.output is not None:
-        written.append(f"the report is {request.output / REPORT_NAME}")
+    counts = Counter(path.parent for path in files)
+    written = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in counts.items()]
+    if output is not None:
+        written.append(f"the report is {output / REPORT_NAME}")
     if written:
         yield "\n".join(written)
 
@@ -279,7 +437,7 @@ def _single_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def _json_data(results: _PlateResults) -> dict[str, object]:
+def _json_data(results: _PlateResults, files: Sequence[Path]) -> dict[str, object]:
     return {
         "claims": len(results.claims),
         "hold": sum(claim.holds for claim in results.claims),
@@ -293,7 +451,7 @@ def _json_data(results: _PlateResults) -> dict[str, object]:
         ],
         "failed": [{"name": failed.name, "reason": failed.reason} for failed in results.failed],
         "interrupted": results.interrupted,
-        "files": [str(path) for path in results.files],
+        "files": [str(path) for path in files],
     }
 
 

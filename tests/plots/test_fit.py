@@ -172,11 +172,11 @@ def test_the_picture(tmp_path: Path, kind: str, coefficients: Coefficients):
     ],
 )
 def test_what_the_picture_shows(coefficients: Coefficients, said: str, labels: set[str]):
-    from plots.fit import draw_fit
+    from plots.fit_drawing import draw_fit
 
     angles = np.radians(np.arange(-50.0, 56.0, 5.0))
     fitted = fit_cubic(angles, polynomial(coefficients, angles))
-    figure = draw_fit(fitted, "hip", "abduction", "a study")
+    figure = draw_fit(fitted, fitted.law, "hip", "abduction", "a study")
     upper, lower = figure.axes
     shown = {text.get_text() for text in upper.get_legend().get_texts()}
     assert shown - {"law, with its dead zone"} == labels

@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from plots.canvas import render_figure
-from plots.plate import Plate, draw_plate
+from plots.canvas import draw_plate, render_figure
+from plots.plate import Plate
 from tests.tiny_plates import ANGLES, damper, spring
 
 

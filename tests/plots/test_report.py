@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plots import report as module
-from plots.plate import Claim, DrawnPlate, FailedPlate, draw_plate
+from plots.canvas import draw_plate
+from plots.plate import Claim, DrawnPlate, FailedPlate
 from plots.report import report, tally
 from tests.tiny_plates import damper, spring
 

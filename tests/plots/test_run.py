@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 
 from generator.cli.app import app
 from plots import run as plates
-from plots.plate import draw_plate
+from plots.canvas import draw_plate
 from plots.run import PLATES
 from tests.tiny_plates import TARGETS, damper, spring
 

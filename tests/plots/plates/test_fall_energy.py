@@ -30,23 +30,23 @@ def test_the_order_until_the_first_corner(drawn) -> None:
 
 def test_the_first_corner_is_the_knees_dead_zone(made) -> None:
     """The knees fall straight, onto the edge of their dead zone at 0."""
-    knee = made.finest.displacements["left_knee"][:, 0]
-    assert np.all(knee[: made.corner + 1] > 0.0)
-    assert knee[made.corner + 1] <= 0.0
+    knee = made.finest_run.displacements["left_knee"][:, 0]
+    assert np.all(knee[: made.breakpoint_frame + 1] > 0.0)
+    assert knee[made.breakpoint_frame + 1] <= 0.0
 
 
 def test_gravity_is_that_of_the_centre_of_mass(made, drawn) -> None:
     mass = read_figure("prototype").total_mass
-    height = made.finest.centre_of_mass[:, 1]
+    height = made.finest_run.centre_of_mass[:, 1]
     expected = 9.81 * mass * (height - height[0])
     assert drawn.tables["energy"]["gravity [J]"] == pytest.approx(expected, abs=1e-6)
 
 
 def test_the_energy_exchanged_bounds_every_kind(made) -> None:
     """No kind changes by more than what was exchanged, and the fall is no small one."""
-    assert made.exchanged > 100.0
+    assert made.exchanged_energy > 100.0
     for kind in ("kinetic", "gravity"):
-        assert np.ptp(made.finest.energy[kind]) < made.exchanged
+        assert np.ptp(made.finest_run.energy[kind]) < made.exchanged_energy
 
 
 def test_the_error_is_the_sum_of_the_columns(drawn) -> None:

@@ -37,8 +37,10 @@ def test_all_claims_hold(drawn) -> None:
 def test_the_branches_are_the_two_curves(made) -> None:
     """Away from the reversals to 0.02 N m: what a frame of 10 ms cannot tell."""
     angles = np.radians(np.arange(5.0, 76.0, 1.0))
-    assert made.branch(angles, -1) == pytest.approx(thesis(angles), abs=0.02)
-    assert made.branch(angles, +1) == pytest.approx(thesis(angles) - HYSTERESIS_WIDTH, abs=0.02)
+    assert made.torque_on_branch(angles, -1) == pytest.approx(thesis(angles), abs=0.02)
+    assert made.torque_on_branch(angles, +1) == pytest.approx(
+        thesis(angles) - HYSTERESIS_WIDTH, abs=0.02
+    )
 
 
 def test_the_area_is_width_times_range(made, drawn) -> None:
@@ -49,7 +51,7 @@ def test_the_area_is_width_times_range(made, drawn) -> None:
 
 
 def test_the_cycle_is_closed(made) -> None:
-    assert np.sum(made.turned) == pytest.approx(0.0, abs=1e-9)
+    assert np.sum(made.angle_change) == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("width", [0.0, 10.0])

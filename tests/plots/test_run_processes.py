@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from plots.plate import DrawnPlate, FailedPlate
-from plots.workers import make_plates
+from plots.run import make_plates
 from tests import tiny_plates
 from tests.tiny_plates import TARGETS
 
@@ -56,7 +56,7 @@ def test_settings_that_cannot_be_drawn_with_are_the_reason(monkeypatch: pytest.M
 def test_a_worker_ends_with_the_one_who_asked(tmp_path: Path, ending: signal.Signals):
     number = tmp_path / "number"
     script = (
-        "from plots.workers import make_plates; from tests.tiny_plates import TARGETS; "
+        "from plots.run import make_plates; from tests.tiny_plates import TARGETS; "
         "list(make_plates({'endless': TARGETS['endless']}, 1))"
     )
     environment = os.environ | {"ENDLESS_PROCESS": str(number)}

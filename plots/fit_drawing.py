@@ -1,0 +1,84 @@
+"""The picture of a fit: data, cubic, law and dead zone, and below them the residuals."""
+
+from math import degrees
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, draw_zero_line, plot_style
+from springs import Cubic
+from springs.fit import CubicFit
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+
+_POINTS = 400
+_MARGIN = 0.04
+
+
+def draw_fit(
+    fit: CubicFit, law: Cubic | None, title: str, motion: str = "", reference: str = ""
+) -> Figure:
+    """Draw a fit over the range of its data.
+
+    Args:
+        fit: of the data.
+        law: of the fit, or None where its cubic is none.
+        title: what the data are.
+        motion: what a positive angle is ("flexion"), or "".
+        reference: where the data are from, or "".
+    """
+    with plot_style():
+        figure = Figure(figsize=(6.4, 5.4), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+        _draw_moments(upper, fit, law)
+        upper.set_title(title, loc="left")
+        _draw_residuals(lower, fit)
+        lower.set_xlabel(f"angle [deg]{f', positive in {motion}' if motion else ''}")
+        said = [_moment_convention(law), *([f"Data: {reference}"] if reference else [])]
+        figure.supxlabel("\n".join(said), fontsize=8.0, x=0.01, ha="left", wrap=True)
+    return figure
+
+
+def _moment_convention(law: Cubic | None) -> str:
+    """The sign convention in words."""
+    if law is None:
+        return "M as measured. No sense makes this cubic restoring, so it is no law."
+    if law.sense < 0:
+        return "M is the resisting moment: the torque on the child is -M."
+    return "M acts on the child: the torque on the child is +M."
+
+
+def _draw_moments(axes: Axes, fit: CubicFit, law: Cubic | None) -> None:
+    first, last = float(fit.angles.min()), float(fit.angles.max())
+    margin = _MARGIN * (last - first)
+    angles = np.linspace(first - margin, last + margin, _POINTS)
+    if law is not None and law.dead_zone is not None:
+        low, high = (degrees(np.clip(e, angles[0], angles[-1])) for e in law.dead_zone)
+        axes.axvspan(
+            low, high, facecolor="none", edgecolor=GREY, hatch="///", alpha=0.5, label="dead zone"
+        )
+    c0, c1, c2, c3 = fit.coefficients
+    cubic = c0 + angles * (c1 + angles * (c2 + angles * c3))
+    axes.plot(np.degrees(angles), cubic, color=BLUE, label="cubic")
+    if law is not None:
+        moment = law.sense * np.asarray(law.torque(angles))
+        dashes = (0, (5, 2))
+        label = "law, with its dead zone"
+        axes.plot(np.degrees(angles), moment, color=VERMILION, linestyle=dashes, label=label)
+    axes.plot(np.degrees(fit.angles), fit.moments, "o", color=BLACK, mfc="white", label="measured")
+    draw_zero_line(axes)
+    axes.set_ylabel("moment M [N m]")
+    axes.legend()
+
+
+def _draw_residuals(axes: Axes, fit: CubicFit) -> None:
+    angles = np.degrees(fit.angles)
+    axes.axhspan(-fit.rms, fit.rms, color=PALE, label=f"rms {fit.rms:.3g} N m")
+    draw_zero_line(axes)
+    axes.vlines(angles, 0.0, fit.residuals, color=GREY, linewidth=1.0)
+    axes.plot(angles, fit.residuals, "o", color=BLACK, mfc="white", label="measured - cubic")
+    axes.set_ylabel("residual [N m]")
+    axes.legend(ncols=2)
