@@ -176,8 +176,8 @@ def draw_curve(
         axes: to draw on.
         x: angles [deg].
         y: values, shape of `x`.
-        valid_range: the range in which the curve holds [rad]; None where none is known, so that all of it
-            is dotted.
+        valid_range: the range in which the curve holds [rad]; None where none is known, so that
+            all of it is dotted.
         style: its look.
         label: in the legend.
         width: of the line where it is known [points].

@@ -146,9 +146,8 @@ def _format_paragraphs(
     lines = [f"R^2 {explained}; rms residual {fitted.rms:.4g} N m"]
     if law is not None:
         lines[0] += f", of the law with its dead zone {_rms(fitted.law_residuals):.4g} N m"
-        lines.append(
-            f"sense {law.sense:+d}: {describe_sense_rule(law.coefficients, law, zone_is_stated=False)}"
-        )
+        rule = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
+        lines.append(f"sense {law.sense:+d}: {rule}")
     lines += [f"doubt: {one}" for one in fitted.doubts]
     yield "\n".join(lines)
     table = [["angle [deg]", "moment", "cubic", "residual", *(["law"] if law else []), "[N m]"]]

@@ -38,7 +38,8 @@ class JointCurve:
         spring: what the figure has about the axis.
         angles: in the sense of the motion, increasing, shape (n,) [rad].
         simulated: read out of Exudyn, shape (n,) [N m].
-        other_side_torques: the same of the right joint about its own axis, or None where there is none.
+        other_side_torques: the same of the right joint about its own axis, or None where
+            there is none.
         low: lower end of the normal range of motion, where one is known.
         high: upper end likewise.
         held_text: how the other joints stood, in words.
@@ -73,6 +74,13 @@ class JointCurve:
         return law
 
     @property
+    def dead_zone(self) -> tuple[float, float]:
+        """The dead zone of a law that has one [rad]."""
+        zone = self.cubic.dead_zone
+        assert zone is not None
+        return zone
+
+    @property
     def law_torques(self) -> Array:
         """The torque that the law has at the angles, shape (n,) [N m]."""
         return np.asarray(total_torque(self.spring.elastic, self.angles))
@@ -86,6 +94,11 @@ class JointCurve:
         """The normal range [rad]; where one end is not known, zero."""
         low = 0.0 if self.low is None else self.low.angle
         return low, 0.0 if self.high is None else self.high.angle
+
+    @property
+    def range_ends(self) -> list[RangeEnd]:
+        """The ends of the normal range that are known, the lower one first."""
+        return [end for end in (self.low, self.high) if end is not None]
 
     def range_mask(self, low: float, high: float) -> Mask:
         """Which readings are from `low` to `high` [rad], shape (n,) of bool."""
@@ -202,6 +215,9 @@ def format_range(low: float, high: float) -> str:
 TORQUE_TOLERANCE = 1e-6
 """Torques that differ by less are the same [N m]."""
 
+RANGE_END_MOMENT = 5.0
+"""The moment to which cadaver joints are turned to find the ends of their range [N m]."""
+
 MAX_SIZE_RATIO = 2.0
 """Torques of one size differ by less than this factor, either way."""
 
@@ -255,7 +271,8 @@ def stop_not_early_claim(curve: JointCurve, remark: str = "") -> Claim:
     assert curve.high is not None
     end = degrees(curve.high.angle)
     return Claim(
-        f"The stop of {curve.motion} ({FIRM_TORQUE:g} N m) is not before the normal end, {end:.4g} deg",
+        f"The stop of {curve.motion} ({FIRM_TORQUE:g} N m) is not before the normal end, "
+        f"{end:.4g} deg",
         degrees(curve.firm_resistance_angle(1)),
         "deg",
         at_least=end,
@@ -301,8 +318,9 @@ def same_direction_claim(
     over = float(np.sum(widths[both]))
     opposed = float(np.sum(widths[both & (simulated * published < 0.0)]))
     return Claim(
-        f"From {format_range(low, high)} simulated curve and {literature.label} push the same way wherever "
-        f"both push with more than {MIN_DRIVING_TORQUE:g} N m, which is over {degrees(over):.3g} deg",
+        f"From {format_range(low, high)} simulated curve and {literature.label} push the same way "
+        f"wherever both push with more than {MIN_DRIVING_TORQUE:g} N m, which is over "
+        f"{degrees(over):.3g} deg",
         100.0 * (1.0 - opposed / over) if over else nan,
         "%",
         at_least=100.0,
@@ -351,8 +369,9 @@ def rms_difference_claim(
     published, less = curve.compare_with(literature, low, high)
     own = float(np.sqrt(np.mean(published**2)))
     return Claim(
-        f"From {format_range(low, high)} the simulated torque is that of {literature.label} within half of "
-        f"it: root mean square of {less.size} differences, as a share of its own, {own:.3g} N m",
+        f"From {format_range(low, high)} the simulated torque is that of {literature.label} within "
+        f"half of it: root mean square of {less.size} differences, as a share of its own, "
+        f"{own:.3g} N m",
         float(np.sqrt(np.mean(less**2))) / own,
         at_most=MAX_RELATIVE_RMS,
         remark=remark,
@@ -384,8 +403,9 @@ def stop_not_late_claim(curve: JointCurve, remark: str = "") -> Claim:
         curve.low.angle - curve.firm_resistance_angle(-1),
     )
     return Claim(
-        f"At both ends the joint resists with {FIRM_TORQUE:g} N m at most {degrees(RANGE_MARGIN):g} deg beyond "
-        f"its normal range, {format_range(*curve.normal_range)}",
+        f"At both ends the joint resists with {FIRM_TORQUE:g} N m at most "
+        f"{degrees(RANGE_MARGIN):g} deg beyond its normal range, "
+        f"{format_range(*curve.normal_range)}",
         degrees(over),
         "deg",
         at_most=degrees(RANGE_MARGIN),

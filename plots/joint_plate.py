@@ -3,8 +3,8 @@
 The plate of one joint's curve: picture, words, numbers and references put together.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import degrees
 from typing import Any
 
@@ -29,7 +29,7 @@ from plots.canvas import (
     draw_zero_line,
     plot_style,
 )
-from plots.joint_curve import JointCurve
+from plots.joint_curve import JointCurve, law_claims, read_curve
 from plots.literature import Literature
 from plots.plate import Claim, Plate
 from springs.backends import Array
@@ -81,58 +81,98 @@ class Window:
                 raise ValueError(f"nothing is between {low:g} and {high:g}")
 
 
-def draw_joint_curve(
-    title: str,
-    curve: JointCurve,
-    literature: Sequence[Literature],
-    window: Window,
-    footer: str,
-    references: Sequence[str],
-) -> Figure:
-    """The sheet of one joint's curve.
+@dataclass(frozen=True)
+class JointPlate:
+    """What the plate of one joint's curve shows and claims; called, it reads the curve and draws.
 
-    Args:
-        title: written above.
-        curve: as it was read out of Exudyn.
-        literature: at most as many curves as there are pens.
-        window: what is shown.
-        footer: the sign convention in words, and what is cut off.
-        references: written below, the thesis's in front and those of the curves among them.
-
-    Raises:
-        ValueError: more curves than pens.
+    Attributes:
+        name: of the plate.
+        title: with the thesis's figure.
+        joint: the left one of a pair.
+        motion: what a positive angle about the axis is.
+        literature: drawn beside the curve, at most as many as there are line styles.
+        window: what the picture shows.
+        claims: makes the claims, beyond those of the law, from the curve and the literature.
+        comment: what is to be said of this joint, in front of what is said of every plate.
+        held_deg: hinges that stand at an angle [deg]; every other joint is straight.
+        is_estimate: whether the thesis names no source; otherwise the literature stands in for one
+            that is not public.
     """
-    if len(literature) > len(LINE_STYLES):
-        raise ValueError(f"{len(literature)} curves are too many for {len(LINE_STYLES)} pens")
+
+    name: str
+    title: str
+    joint: str
+    motion: str
+    literature: tuple[Literature, ...]
+    window: Window
+    claims: Callable[..., Iterable[Claim]]
+    comment: str
+    held_deg: Mapping[str, float] = field(default_factory=dict[str, float])
+    is_estimate: bool = False
+
+    def __call__(self) -> Plate:
+        """Read the curve out of Exudyn and draw it."""
+        return self.draw(self.read_curve())
+
+    def read_curve(self) -> JointCurve:
+        """The joint's curve, read out of Exudyn."""
+        return read_curve(self.joint, self.motion, self.held_deg)
+
+    def draw(self, curve: JointCurve) -> Plate:
+        """The plate of a curve."""
+        thesis = published.publication("otani_1989").reference
+        own = [str(replace(thesis, place="appendix A")), curve.spring.reference]
+        others = [str(one.reference) for one in self.literature]
+        ends = [str(end.reference) for end in curve.range_ends]
+        references = tuple(dict.fromkeys([*own, *others, *ends]))
+        return Plate(
+            name=self.name,
+            title=self.title,
+            caption=_caption(self, curve, references),
+            sign=_sign_convention(curve),
+            figure=_draw(self, curve, references),
+            claims=(*law_claims(curve), *self.claims(curve, *self.literature)),
+            tables=_tables(self, curve),
+            references=references,
+        )
+
+
+def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Figure:
+    window = plate.window
     height = _HEIGHT + _REFERENCE_HEIGHT * max(0, len(references) - 4)
     with plot_style():
         figure, ((strip,), (upper,), (lower,)) = create_panels(height, 3, heights=(0.32, 3.0, 1.2))
         _draw_ranges(strip, curve, window)
         angles = np.radians(np.linspace(*window.angles, 600))
         _draw_printed(upper, curve, angles)
-        for one, pen in zip(literature, LINE_STYLES, strict=False):
+        for one, pen in zip(plate.literature, LINE_STYLES, strict=False):
             _draw_literature(upper, one, angles, pen)
             _draw_residual(lower, curve, one, window, pen)
         _draw_readings(upper, curve, window)
         for axes, limits in ((upper, window.torques), (lower, window.residuals)):
             draw_zero_line(axes)
             axes.set_ylim(*limits)
-            for end in (curve.low, curve.high):
-                if end is not None:
-                    axes.axvline(
-                        degrees(end.angle), color=GREY, lw=0.9, ls=_RANGE_END_DASH, zorder=1
-                    )
+            for end in curve.range_ends:
+                angle = degrees(end.angle)
+                axes.axvline(angle, color=GREY, lw=0.9, ls=_RANGE_END_DASH, zorder=1)
         lower.set_xlim(*window.angles)
         wide = window.angles[1] - window.angles[0] > 140.0
         lower.xaxis.set_major_locator(MultipleLocator(30.0 if wide else 15.0))
         upper.set_ylabel("torque on the child [N m]")
         lower.set_ylabel("simulated -\npublished [N m]")
         lower.set_xlabel(f"angle [deg], positive in {curve.motion}")
-        numbers = [references.index(str(one.reference)) + 1 for one in literature]
         strip.legend(
             handles=[
                 *_common_handles(curve, references),
-                *map(_literature_handle, literature, LINE_STYLES, numbers),
+                *(
+                    _literature_handle(
+                        one,
+                        pen,
+                        f"{'' if plate.is_estimate else 'substitute: '}{one.label} "
+                        f"[{references.index(str(one.reference)) + 1}]",
+                    )
+                    for one, pen in zip(plate.literature, LINE_STYLES, strict=False)
+                ),
             ],
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
@@ -140,8 +180,8 @@ def draw_joint_curve(
             borderaxespad=0.0,
             fontsize=7.5,
         )
-        add_title(figure, title)
-        add_footer(figure, footer, references)
+        add_title(figure, plate.title)
+        add_footer(figure, f"{_sign_convention(curve)} {_clipping_note(window)}", references)
     return figure
 
 
@@ -280,8 +320,7 @@ def _common_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D
         handles.append(
             Line2D([], [], color=THESIS_STYLE.colour, lw=1.1, ls=EXCLUDED_DASH, label=label)
         )
-    known = [str(end.reference) for end in (curve.low, curve.high) if end is not None]
-    numbers = sorted({references.index(text) + 1 for text in known})
+    numbers = sorted({references.index(str(end.reference)) + 1 for end in curve.range_ends})
     cited = f" [{', '.join(map(str, numbers))}]" if numbers else ""
     ends = Line2D(
         [], [], color=GREY, lw=0.9, ls=_RANGE_END_DASH, label=f"end of the normal range{cited}"
@@ -289,8 +328,7 @@ def _common_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D
     return [*handles, ends]
 
 
-def _literature_handle(literature: Literature, style: LineStyle, number: int) -> Line2D:
-    kind = "substitute: " if literature.is_substitute else ""
+def _literature_handle(literature: Literature, style: LineStyle, label: str) -> Line2D:
     dash = ":" if literature.valid_range is None and not literature.is_digitised else style.dash
     if not literature.is_line:
         dash = "none"
@@ -304,7 +342,7 @@ def _literature_handle(literature: Literature, style: LineStyle, number: int) ->
         marker=style.marker,
         mfc="white",
         ms=4.0,
-        label=f"{kind}{literature.label} [{number}]",
+        label=label,
     )
 
 
@@ -317,49 +355,6 @@ _CAPTION_TEMPLATE = (
 )
 
 
-def build_curve_plate(
-    name: str,
-    title: str,
-    curve: JointCurve,
-    literature: Sequence[Literature],
-    window: Window,
-    claims: Sequence[Claim],
-    comment: str,
-    extra_references: Sequence[str] = (),
-) -> Plate:
-    """The plate of a curve.
-
-    Args:
-        name: of the plate.
-        title: with the thesis's figure.
-        curve: as it was read.
-        literature: drawn beside it.
-        window: what the picture shows.
-        claims: all of them.
-        comment: what is to be said of this joint, in front of what is said of every sheet.
-        extra_references: references beyond those of the curves and of the ends of the normal range.
-    """
-    thesis = published.publication("otani_1989").reference
-    own = [str(replace(thesis, place="appendix A")), curve.spring.reference]
-    others = [str(one.reference) for one in literature]
-    ends = [str(end.reference) for end in (curve.low, curve.high) if end is not None]
-    references = tuple(dict.fromkeys([*own, *others, *ends, *extra_references]))
-    sign = sign_convention(curve)
-    numbered = {text: number for number, text in enumerate(references, start=1)}
-    return Plate(
-        name=name,
-        title=title,
-        caption=_caption(curve, literature, window, comment, numbered),
-        sign=sign,
-        figure=draw_joint_curve(
-            title, curve, literature, window, f"{sign} {_clipping_note(window)}", references
-        ),
-        claims=tuple(claims),
-        tables=_tables(curve, literature, window),
-        references=references,
-    )
-
-
 def _clipping_note(window: Window) -> str:
     low, high = window.torques
     first, last = window.residuals
@@ -369,7 +364,7 @@ def _clipping_note(window: Window) -> str:
     )
 
 
-def sign_convention(curve: JointCurve) -> str:
+def _sign_convention(curve: JointCurve) -> str:
     """The sign convention in words."""
     said = f"Angles are positive in {curve.motion}, 0 with the figure standing upright, arms down. "
     said += "Torques act on the child and are positive in the same sense: one that drives back "
@@ -378,21 +373,13 @@ def sign_convention(curve: JointCurve) -> str:
     return f"{said} The printed moment {moment}."
 
 
-def _caption(
-    curve: JointCurve,
-    literature: Sequence[Literature],
-    window: Window,
-    comment: str,
-    numbered: Mapping[str, int],
-) -> str:
+def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> str:
     ends = dict.fromkeys(
-        f"{end.motion} [{numbered[str(end.reference)]}]"
-        for end in (curve.low, curve.high)
-        if end is not None
+        f"{end.motion} [{references.index(str(end.reference)) + 1}]" for end in curve.range_ends
     )
-    low, high = np.radians(window.angles)
+    low, high = np.radians(plate.window.angles)
     said = [
-        comment,
+        plate.comment,
         _CAPTION_TEMPLATE.format(
             held=f", {curve.held_text}" if curve.held_text else "",
             dashed="" if curve.cubic.dead_zone is None else ", dashed within the dead zone",
@@ -400,9 +387,9 @@ def _caption(
             differ=float(np.abs(curve.simulated - curve.law_torques).max()),
         ),
         "" if curve.low and curve.high else "Where a range has a ? no verified end is known.",
-        _clipping_note(window),
+        _clipping_note(plate.window),
     ]
-    for one in literature:
+    for one in plate.literature:
         notes = [
             one.held_text,
             one.note,
@@ -413,9 +400,7 @@ def _caption(
     return " ".join(filter(None, said))
 
 
-def _tables(
-    curve: JointCurve, literature: Sequence[Literature], window: Window
-) -> dict[str, dict[str, Array]]:
+def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]:
     """The readings with every formula beside them, and each digitised curve at its own angles."""
     read = {
         "angle [deg]": np.degrees(curve.angles),
@@ -426,8 +411,8 @@ def _tables(
     if curve.other_side_torques is not None:
         read["simulated, other side [N m]"] = curve.other_side_torques
     tables = {"readings": read}
-    inside = curve.range_mask(*np.radians(window.angles))
-    for one in literature:
+    inside = curve.range_mask(*np.radians(plate.window.angles))
+    for one in plate.literature:
         if one.points is None:
             # Beyond the window an exponential says nothing, and may be larger than a number.
             shown = np.where(inside, one.torque(curve.angles), np.nan)

@@ -20,6 +20,11 @@ from springs.interpolated import Interpolated
 from springs.published import tables as published
 from springs.published.reference import Reference
 
+YOON_MANSOUR = (
+    "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
+    "15:905-910, 1982 (the thesis's source; its data are not public)"
+)
+
 _ALL_ANGLES: Range = (-inf, inf)
 
 
@@ -35,7 +40,6 @@ class Literature:
         reference: where it is from.
         held_text: angles of other joints while it was measured, in words, or "".
         note: what a reader of the picture should know, or "".
-        is_substitute: whether it stands in for a source of the thesis that is not public.
         is_line: whether anything is known between its points, where it has some.
     """
 
@@ -45,7 +49,6 @@ class Literature:
     reference: Reference
     held_text: str = ""
     note: str = ""
-    is_substitute: bool = True
     is_line: bool = True
 
     def torque(self, angles: Array) -> Array:
@@ -119,11 +122,6 @@ def mirror_to_both_sides(half: Literature) -> Literature:
     mirrored = tuple((law.mirrored(), (-high, -low)) for law, (low, high) in half.pieces)
     pieces = (*half.pieces, *mirrored)
     return replace(half, pieces=pieces)
-
-
-def mark_as_comparison(literature: Literature) -> Literature:
-    """The same curve beside one for which the thesis names no source."""
-    return replace(literature, is_substitute=False)
 
 
 def single_angle_curve(

@@ -39,7 +39,7 @@ HAND_CALCULATED_ELEVATIONS = {
     "frontal": (1.076, 23.702, 34.110, 33.450),
     "sagittal": (2.348, 21.307, 30.0, 30.0),
 }
-"""Eq. 5.42 and 5.44 less 90 deg, worked by hand at the arm elevations `AT` [deg]."""
+"""Eq. 5.42 and 5.44 less 90 deg, worked by hand at `CHECKED_ELEVATIONS` [deg]."""
 
 ROUNDING_BOUND = {"frontal": 0.123, "sagittal": 0.051}
 """What half a unit in the last printed digits can move the two pieces apart [deg].
@@ -135,12 +135,14 @@ def _claims(
         )
     for plane, line in lines.items():
         found = np.degrees(line.law.angle(np.radians(CHECKED_ELEVATIONS)))
-        where = ", ".join(f"{at:g}" for at in CHECKED_ELEVATIONS[:-1])
+        by_hand = HAND_CALCULATED_ELEVATIONS[plane]
+        *first, last = CHECKED_ELEVATIONS
+        where = ", ".join(f"{at:g}" for at in first)
         claims.append(
             Claim(
-                f"In the {plane} plane the elevation at {where} and {CHECKED_ELEVATIONS[-1]:g} deg is as worked by "
-                f"hand: {', '.join(f'{value:.3f}' for value in HAND_CALCULATED_ELEVATIONS[plane])} deg",
-                float(np.abs(found - HAND_CALCULATED_ELEVATIONS[plane]).max()),
+                f"In the {plane} plane the elevation at {where} and {last:g} deg is as worked by "
+                f"hand: {', '.join(f'{value:.3f}' for value in by_hand)} deg",
+                float(np.abs(found - by_hand).max()),
                 "deg",
                 at_most=0.0005,
             )

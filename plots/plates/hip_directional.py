@@ -23,6 +23,7 @@ from plots.canvas import (
     draw_zero_line,
     plot_style,
 )
+from plots.literature import YOON_MANSOUR
 from plots.plate import Claim, Plate
 from springs import AxisSpring, Damping, JointSprings, SpringSet
 from springs.backends import Array
@@ -209,8 +210,7 @@ def build_plate(cycle: Cycle) -> Plate:
     thesis = published.publication("otani_1989").reference
     references = (
         str(replace(thesis, place="section 4.2.4, figure 4.7 and appendix A")),
-        "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
-        "15:905-910, 1982 (the thesis's source; its data are not public)",
+        YOON_MANSOUR,
         str(published.curve("silder_2007/hip_knee_15").reference),
     )
     known = published.curve("otani_1989/hip_y").valid_range

@@ -22,6 +22,7 @@ from plots.canvas import (
     draw_zero_line,
     plot_style,
 )
+from plots.literature import YOON_MANSOUR
 from plots.plate import Claim, Plate
 from springs import CoupledAxis, CoupledSpring, SpringSet
 from springs.backends import Array
@@ -165,8 +166,7 @@ def two_joint_hip() -> Plate:
     thesis = published.publication("otani_1989").reference
     references = (
         str(replace(thesis, place="section 4.2.4 and appendix A")),
-        "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
-        "15:905-910, 1982 (the thesis's source; its data are not public)",
+        YOON_MANSOUR,
         str(published.curve("silder_2007/hip_knee_15").reference),
         str(published.coupled_law("riener_edrich_1999/leg").reference),
     )
@@ -247,9 +247,9 @@ def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> 
             "muscle that a bent knee stretches over the extended hip",
         ),
         Claim(
-            f"{name}: flexed, at {FLEXED_ANGLE:g} deg, the hip resists least with the knee most flexed "
-            f"({bent:g} deg) and most with it straightest ({straight:g} deg): smaller of the two "
-            "margins",
+            f"{name}: flexed, at {FLEXED_ANGLE:g} deg, the hip resists least with the knee most "
+            f"flexed ({bent:g} deg) and most with it straightest ({straight:g} deg): smaller of "
+            "the two margins",
             min(_margin(flexed, bent), _margin(_negated(flexed), straight)),
             "N m",
             at_least=0.0,

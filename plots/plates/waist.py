@@ -1,144 +1,131 @@
-"""The waist's passive torque in bending to the side (the thesis's figure 4.11).
+"""Passive torques of the waist about its three axes (the thesis's figures 4.11 to 4.13)."""
 
-The waist's passive torque in bending forward and back (the thesis's figure 4.12).
-
-The waist's passive torque in twisting (the thesis's figure 4.13).
-"""
-
+from collections.abc import Iterator
 from math import degrees
 
 from plots.joint_curve import (
-    law_claims,
+    JointCurve,
     low_resistance_claim,
     low_torque_claim,
     printed_cubic_claim,
-    read_curve,
     rms_difference_claim,
     same_direction_claim,
     stop_not_early_claim,
     stop_not_late_claim,
 )
-from plots.joint_plate import Window, build_curve_plate
-from plots.literature import join_curves, mark_as_comparison, mirror_to_both_sides, published_curve
-from plots.plate import Plate
+from plots.joint_plate import JointPlate, Window
+from plots.literature import Literature, join_curves, mirror_to_both_sides, published_curve
+from plots.plate import Claim
 
-WAIST_COMMENT = (
+_COMMENT = (
     "The waist is an artifice of the thesis, one joint for a whole spine, and its curve is "
     "invented. Beside it stand measured lumbar spines, six segments in series that share the "
     "angle, and the limit of a gait model. The normal range is that of the thoracolumbar spine, of "
     "which the lumbar one is a part."
 )
-"""What is to be said of all three curves of the waist."""
-
-_BEND_WINDOW = Window(angles=(-50.0, 50.0), torques=(-40.0, 40.0), residuals=(-40.0, 40.0))
-
-
-def waist_bend() -> Plate:
-    """Draw the plate."""
-    motion = "lateral bend to the right"
-    curve = read_curve("waist", motion)
-    schmidt = mark_as_comparison(
-        published_curve("schmidt_1998/lateral_bend", "Schmidt 1998, lumbar spine")
-    )
-    han = mirror_to_both_sides(
-        mark_as_comparison(published_curve("han_2010/lateral_bend", "Han 2010, lumbar spine"))
-    )
-    anderson = mark_as_comparison(
-        published_curve("anderson_1999/lumbar_bending", "Anderson 1999, limits")
-    )
-    zone = curve.cubic.dead_zone
-    assert zone is not None
-    claims = [
-        *law_claims(curve),
-        printed_cubic_claim(curve),
-        low_resistance_claim(curve),
-        stop_not_late_claim(curve),
-        rms_difference_claim(
-            curve,
-            schmidt,
-            *curve.normal_range,
-            f"the dead zone ends at {degrees(zone[1]):.1f} deg, where those spines hold "
-            f"{abs(schmidt.torque_at(zone[1])):.0f} N m",
-        ),
-        low_torque_claim(curve, han, *curve.normal_range),
-        same_direction_claim(curve, schmidt, *curve.normal_range),
-    ]
-    title = "Waist, bent to the side (the thesis's figure 4.11)"
-    literature = [schmidt, han, anderson]
-    return build_curve_plate(
-        "waist_bend", title, curve, literature, _BEND_WINDOW, claims, WAIST_COMMENT
-    )
+_SCHMIDT, _HAN = "Schmidt 1998, lumbar spine", "Han 2010, lumbar spine"
+_ANDERSON = "Anderson 1999, limits"
 
 
-_FLEXION_WINDOW = Window(angles=(-60.0, 100.0), torques=(-90.0, 90.0), residuals=(-90.0, 40.0))
+def _bend_claims(
+    curve: JointCurve, schmidt: Literature, han: Literature, _: Literature
+) -> Iterator[Claim]:
+    end = curve.dead_zone[1]
+    yield printed_cubic_claim(curve)
+    yield low_resistance_claim(curve)
+    yield stop_not_late_claim(curve)
+    yield rms_difference_claim(
+        curve,
+        schmidt,
+        *curve.normal_range,
+        f"the dead zone ends at {degrees(end):.1f} deg, where those spines hold "
+        f"{abs(schmidt.torque_at(end)):.0f} N m",
+    )
+    yield low_torque_claim(curve, han, *curve.normal_range)
+    yield same_direction_claim(curve, schmidt, *curve.normal_range)
 
 
-def waist_flexion() -> Plate:
-    """Draw the plate."""
-    curve = read_curve("waist", "flexion")
-    schmidt = mark_as_comparison(
-        join_curves(
-            published_curve("schmidt_1998/flexion", "Schmidt 1998, lumbar spine"),
-            published_curve("schmidt_1998/extension", "Schmidt 1998, lumbar spine"),
-        )
-    )
-    han = mark_as_comparison(
-        published_curve("han_2010/flexion", "Han 2010, lumbar spine, flexion only")
-    )
-    anderson = mark_as_comparison(
-        published_curve("anderson_1999/lumbar_extension", "Anderson 1999, limits")
-    )
+waist_bend = JointPlate(
+    name="waist_bend",
+    title="Waist, bent to the side (the thesis's figure 4.11)",
+    joint="waist",
+    motion="lateral bend to the right",
+    literature=(
+        published_curve("schmidt_1998/lateral_bend", _SCHMIDT),
+        mirror_to_both_sides(published_curve("han_2010/lateral_bend", _HAN)),
+        published_curve("anderson_1999/lumbar_bending", _ANDERSON),
+    ),
+    window=Window(angles=(-50.0, 50.0), torques=(-40.0, 40.0), residuals=(-40.0, 40.0)),
+    claims=_bend_claims,
+    comment=_COMMENT,
+    is_estimate=True,
+)
+
+
+def _flexion_claims(
+    curve: JointCurve, schmidt: Literature, han: Literature, _: Literature
+) -> Iterator[Claim]:
     low, high = curve.normal_range
-    zone = curve.cubic.dead_zone
-    assert zone is not None
+    end = curve.dead_zone[1]
     early = "a spine that bends forward by 80 deg is stopped here at 56"
-    claims = [
-        *law_claims(curve),
-        printed_cubic_claim(curve),
-        stop_not_early_claim(curve, early),
-        stop_not_late_claim(curve, "extension is held 19 deg beyond the normal end only"),
-        rms_difference_claim(
-            curve,
-            schmidt,
-            low,
-            zone[1],
-            f"all of it is in the dead zone; those spines hold {abs(schmidt.torque_at(zone[1])):.0f} N m "
-            "where it ends",
+    yield printed_cubic_claim(curve)
+    yield stop_not_early_claim(curve, early)
+    yield stop_not_late_claim(curve, "extension is held 19 deg beyond the normal end only")
+    yield rms_difference_claim(
+        curve,
+        schmidt,
+        low,
+        end,
+        "all of it is in the dead zone; those spines hold "
+        f"{abs(schmidt.torque_at(end)):.0f} N m where it ends",
+    )
+    yield rms_difference_claim(curve, schmidt, low, high, early)
+    yield rms_difference_claim(curve, han, 0.0, high, early)
+    yield same_direction_claim(curve, schmidt, low, high)
+
+
+waist_flexion = JointPlate(
+    name="waist_flexion",
+    title="Waist, bent forward (the thesis's figure 4.12)",
+    joint="waist",
+    motion="flexion",
+    literature=(
+        join_curves(
+            published_curve("schmidt_1998/flexion", _SCHMIDT),
+            published_curve("schmidt_1998/extension", _SCHMIDT),
         ),
-        rms_difference_claim(curve, schmidt, low, high, early),
-        rms_difference_claim(curve, han, 0.0, high, early),
-        same_direction_claim(curve, schmidt, low, high),
-    ]
-    title = "Waist, bent forward (the thesis's figure 4.12)"
-    literature = [schmidt, han, anderson]
-    return build_curve_plate(
-        "waist_flexion", title, curve, literature, _FLEXION_WINDOW, claims, WAIST_COMMENT
-    )
+        published_curve("han_2010/flexion", f"{_HAN}, flexion only"),
+        published_curve("anderson_1999/lumbar_extension", _ANDERSON),
+    ),
+    window=Window(angles=(-60.0, 100.0), torques=(-90.0, 90.0), residuals=(-90.0, 40.0)),
+    claims=_flexion_claims,
+    comment=_COMMENT,
+    is_estimate=True,
+)
 
 
-_TWIST_WINDOW = Window(angles=(-85.0, 85.0), torques=(-90.0, 90.0), residuals=(-60.0, 60.0))
-
-
-def waist_twist() -> Plate:
-    """Draw the plate."""
-    curve = read_curve("waist", "twist to the left")
-    schmidt = mark_as_comparison(
-        published_curve("schmidt_1998/axial_rotation", "Schmidt 1998, lumbar spine")
-    )
-    han = mark_as_comparison(published_curve("han_2010/axial_rotation", "Han 2010, lumbar spine"))
-    anderson = mark_as_comparison(
-        published_curve("anderson_1999/lumbar_rotation", "Anderson 1999, limits")
-    )
+def _twist_claims(
+    curve: JointCurve, schmidt: Literature, han: Literature, _: Literature
+) -> Iterator[Claim]:
     free = "its dead zone of 139 deg is wider than any spine turns"
-    claims = [
-        *law_claims(curve),
-        printed_cubic_claim(curve),
-        stop_not_late_claim(curve, free),
-        rms_difference_claim(curve, schmidt, *curve.normal_range, free),
-        rms_difference_claim(curve, han, *curve.normal_range, free),
-    ]
-    title = "Waist, twisted (the thesis's figure 4.13)"
-    literature = [schmidt, han, anderson]
-    return build_curve_plate(
-        "waist_twist", title, curve, literature, _TWIST_WINDOW, claims, WAIST_COMMENT
-    )
+    yield printed_cubic_claim(curve)
+    yield stop_not_late_claim(curve, free)
+    yield rms_difference_claim(curve, schmidt, *curve.normal_range, free)
+    yield rms_difference_claim(curve, han, *curve.normal_range, free)
+
+
+waist_twist = JointPlate(
+    name="waist_twist",
+    title="Waist, twisted (the thesis's figure 4.13)",
+    joint="waist",
+    motion="twist to the left",
+    literature=(
+        published_curve("schmidt_1998/axial_rotation", _SCHMIDT),
+        published_curve("han_2010/axial_rotation", _HAN),
+        published_curve("anderson_1999/lumbar_rotation", _ANDERSON),
+    ),
+    window=Window(angles=(-85.0, 85.0), torques=(-90.0, 90.0), residuals=(-60.0, 60.0)),
+    claims=_twist_claims,
+    comment=_COMMENT,
+    is_estimate=True,
+)

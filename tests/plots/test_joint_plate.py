@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from itertools import pairwise
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import pytest
 from plots import run
 from plots.canvas import LINE_STYLES, render_figure
 from plots.joint_curve import JointCurve
+from plots.joint_plate import JointPlate
 from plots.plate import Claim, Plate
 
 PLATES = {
@@ -30,26 +30,20 @@ PLATES = {
 EVERY = pytest.mark.parametrize("name", PLATES)
 
 
-CURVES: dict[str, JointCurve] = {}
-"""What the plates made so far have read."""
+@cache
+def row(name: str) -> JointPlate:
+    module, _, attribute = run.PLATES[name].partition(":")
+    return getattr(import_module(module), attribute)
 
 
-def module_of(name: str) -> ModuleType:
-    return import_module(run.PLATES[name].partition(":")[0])
+@cache
+def curve(name: str) -> JointCurve:
+    return row(name).read_curve()
 
 
 @cache
 def plate(name: str) -> Plate:
-    module = module_of(name)
-    read = module.read_curve
-
-    def kept(*words, **options) -> JointCurve:
-        CURVES[name] = read(*words, **options)
-        return CURVES[name]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "read_curve", kept)
-        return getattr(module, name)()
+    return row(name).draw(curve(name))
 
 
 def claim(name: str, words: str) -> Claim:
@@ -140,16 +134,11 @@ OF_OTHERS = ("other side reads the same", "The dead zone ends", "Riener & Edrich
 
 
 @EVERY
-def test_a_joint_without_springs_fails_all_that_is_claimed_of_its_resistance(
-    name, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert plate(name).claims
-    none = np.zeros_like(CURVES[name].simulated)
-    other = None if CURVES[name].other_side_torques is None else none
-    limp = replace(CURVES[name], simulated=none, other_side_torques=other)
-    module = module_of(name)
-    monkeypatch.setattr(module, "read_curve", lambda *_, **__: limp)
-    held = [one.sentence for one in getattr(module, name)().claims if one.holds]
+def test_a_joint_without_springs_fails_all_that_is_claimed_of_its_resistance(name) -> None:
+    none = np.zeros_like(curve(name).simulated)
+    other = None if curve(name).other_side_torques is None else none
+    limp = row(name).draw(replace(curve(name), simulated=none, other_side_torques=other))
+    held = [one.sentence for one in limp.claims if one.holds]
     assert [said for said in held if not any(w in said for w in (*FREE, *OF_OTHERS))] == []
 
 

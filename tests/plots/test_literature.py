@@ -8,7 +8,6 @@ import pytest
 from plots.literature import (
     join_curves,
     literature_from_points,
-    mark_as_comparison,
     mirror_to_both_sides,
     published_curve,
     single_angle_curve,
@@ -81,9 +80,3 @@ def test_points_of_a_digitised_curve() -> None:
 
 def test_single_points_are_no_line() -> None:
     assert not literature_from_points(((-0.5, 5.0), (0.5, -5.0)), "made", SOURCE).is_line
-
-
-def test_a_curve_beside_one_without_a_source_is_no_substitute() -> None:
-    one = published_curve("anderson_1999/hip_rotation", "Anderson")
-    assert one.is_substitute
-    assert not mark_as_comparison(one).is_substitute
