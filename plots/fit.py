@@ -11,6 +11,7 @@ from generator.cli.outputs import check_writable
 from generator.diagnostics import MoverError
 from generator.input_files.moments import MeasuredMoments, read_moments
 from generator.springs_file.bind import describe_sense_rule
+from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
 from plots.plate import PICTURE_FORMATS
@@ -62,11 +63,8 @@ def fit(
         entry = SpringEntry(
             joints=tuple(joints),
             axis=axis,
-            coefficients=law.coefficients,
-            sense=law.sense,
-            # Stated, so that the reader needs no rule to find them.
-            dead_zone=law.dead_zone,
-            dead_zone_stated=True,
+            # Sense and dead zone are stated, so that the reader needs no rule to find them.
+            law=CubicEntry(law.coefficients, law.sense, law.dead_zone, True),
             motion=motion,
             reference=reference or f"the moments in {moments.name}, of unknown origin",
             why=_describe_fit(fitted, law),

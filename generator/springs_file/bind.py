@@ -15,20 +15,27 @@ from generator.springs_file.axes import (
     parallel_sign,
     rotation_axes,
 )
-from generator.springs_file.laws import ELASTIC_KEYS, PublishedLaw, apply_modifiers, is_finite
+from generator.springs_file.laws import (
+    COEFFICIENTS_KEY,
+    ELASTIC_KEYS,
+    CubicEntry,
+    is_finite,
+)
 from generator.springs_file.optional import OptionalRecord
 from generator.springs_file.parse import SpringEntry, SpringsFile
+from generator.springs_file.published import PublishedLaw
 from springs import (
     AxisSpring,
     Coefficients,
     Cubic,
     Damping,
     Elastic,
-    Linear,
     NotRestoringError,
     passive_cubic,
 )
+from springs.hysteresis import Hysteresis
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
+from springs.transformed import Transformed
 
 
 @dataclass(frozen=True)
@@ -187,8 +194,8 @@ def spring_from_entry(
     """
     law, why = _base_law(joint, entry, diagnostics, bounded=bounded)
     if law is None:
-        return None if entry.coefficients is not None else _damper_from_entry(direction, entry)
-    changed = apply_modifiers(law, entry.scale, entry.offset, entry.hysteresis, entry.slip_rate)
+        return None if entry.law is not None else _damper_from_entry(direction, entry)
+    changed = _apply_modifiers(law, entry.scale, entry.offset, entry.hysteresis, entry.slip_rate)
     if not is_finite(changed):
         diagnostics.error(
             f"the torque of this law of `{shorten(joint)}` is too large for a number within a turn",
@@ -199,6 +206,31 @@ def spring_from_entry(
     return AxisSpring(
         direction, (changed,), entry.damping, entry.motion, entry.reference, why or entry.why
     )
+
+
+def _apply_modifiers(
+    law: Elastic, scale: float, offset: float, hysteresis: float, slip_rate: float
+) -> Elastic:
+    """The law with its torque scaled, moved, and then split by the direction.
+
+    Args:
+        law: as it is written.
+        scale: factor of its torque.
+        offset: how far it is moved towards greater angles [rad].
+        hysteresis: distance of the curves of a growing and a falling angle [N m].
+        slip_rate: rate at which the direction is told [rad/s].
+    """
+    if isinstance(law, Hysteresis):
+        up, down = (
+            _scale_and_shift(one, scale, offset) for one in (law.increasing, law.decreasing)
+        )
+        return Hysteresis(up, down, slip_rate)
+    moved = _scale_and_shift(law, scale, offset)
+    return Hysteresis.from_mean_and_width(moved, hysteresis, slip_rate) if hysteresis else moved
+
+
+def _scale_and_shift(law: Elastic, scale: float, offset: float) -> Elastic:
+    return law if (scale, offset) == (1.0, 0.0) else Transformed(law, scale, offset)
 
 
 def _damper_from_entry(direction: Vector, entry: SpringEntry) -> AxisSpring:
@@ -216,31 +248,28 @@ def _base_law(
     joint: str, entry: SpringEntry, diagnostics: Diagnostics, *, bounded: bool
 ) -> tuple[Elastic | None, str]:
     """The law of a table before it is changed, and why it is read so where the rule reads it."""
-    if isinstance(entry.law, PublishedLaw):
-        return entry.law.law, ""
-    if entry.law is not None:
-        return entry.law, ""
-    if entry.stiffness is not None:
-        return Linear(entry.stiffness, entry.rest), ""
-    if entry.coefficients is None:
-        return None, ""
+    stated = entry.law
+    if isinstance(stated, PublishedLaw):
+        return stated.law, ""
+    if not isinstance(stated, CubicEntry):
+        return stated, ""
     try:
-        ruled = passive_cubic(entry.coefficients, entry.dead_zone, entry.rest, bounded=bounded)
+        ruled = passive_cubic(stated.coefficients, stated.dead_zone, stated.rest, bounded=bounded)
     except NotRestoringError as failure:
-        _report_not_restoring(joint, failure, entry.origins.get("coefficients_Nm_rad"), diagnostics)
+        _report_not_restoring(joint, failure, entry.origins.get(COEFFICIENTS_KEY), diagnostics)
         return None, ""
-    law = replace(ruled, sense=entry.sense or ruled.sense)
-    if entry.dead_zone_stated:
-        law = replace(law, dead_zone=entry.dead_zone)
+    law = replace(ruled, sense=stated.sense or ruled.sense)
+    if stated.dead_zone_stated:
+        law = replace(law, dead_zone=stated.dead_zone)
     if law.sense != ruled.sense:
         diagnostics.warning(
             "in this sense the cubic drives the joint away at both ends",
             entry.origins.get("sense"),
             f"the sense that restores is {ruled.sense:+d}",
         )
-    if not entry.why and entry.sense is None:
+    if not entry.why and stated.sense is None:
         return law, describe_sense_rule(
-            entry.coefficients, law, zone_is_stated=entry.dead_zone_stated
+            stated.coefficients, law, zone_is_stated=stated.dead_zone_stated
         )
     return law, ""
 

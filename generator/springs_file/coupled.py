@@ -11,12 +11,11 @@ from typing import Any, cast
 
 from generator.diagnostics import Span, shorten, spelling_hint
 from generator.springs_file.axes import AXIS_NAMES, names_other_joint
-from generator.springs_file.laws import PUBLISHED_KEY, parse_published_key
+from generator.springs_file.published import PUBLISHED_KEY, parse_published_key
 from generator.springs_file.toml_table import Pair, TableReader
-from springs.coupled import CoupledExponential, CoupledTerm
+from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.elastic import Range
 from springs.published.tables import coupled_law
-from springs.spherical import nearest_conservative_law
 
 EXPLICIT_LAW_KEYS = ("terms", "constants_Nm", "measured_deg")
 TERM_KEYS = ("amplitudes_Nm", "rates_1_rad", "exponent")

@@ -1,64 +1,174 @@
-"""The elastic laws of a springs file: which keys belong to which, and what they mean.
+"""The elastic laws of a springs file, one row a law.
 
-A table has one law. Some keys make a law, some stand beside the keys of one law, and some change
-any law.
-
-What `scale`, `offset_deg` and `hysteresis_Nm` make of a law.
-
-`published = "publication/name"`: a curve of the published tables hung on an axis.
+A row of `LAWS` says how a law is read from a table, written to one, described in a line and given
+to `--json`. A new law is a module in `springs/` and a row here. Some keys make a law, some stand
+beside the keys of one law, and some (`scale`, `offset_deg`, `hysteresis_Nm`) change any law.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
-from math import degrees
-from typing import TypeAlias, cast
+from math import degrees, isfinite
+from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from generator.diagnostics import shorten, spelling_hint
-from generator.springs_file.toml_table import Pair, TableReader
-from springs.damping import DEFAULT_SLIP_RATE
-from springs.elastic import Elastic, valid_range
+from generator.springs_file.published import (
+    PUBLISHED_KEY,
+    PublishedLaw,
+    parse_published_law,
+    write_published_law,
+)
+from generator.springs_file.toml_table import (
+    Pair,
+    TableReader,
+    degree_to_toml,
+    degrees_to_toml,
+    number_to_toml,
+    numbers_to_toml,
+    pairs_to_toml,
+    quote_toml,
+)
+from springs.cubic import Coefficients, Cubic
+from springs.elastic import Elastic, Range
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.interpolated import Interpolated
-from springs.published.rows import PublishedCurve
-from springs.published.tables import curve, publication, publications
+from springs.linear import Linear
 from springs.smooth_limit import SmoothLimit
+from springs.stop import Stop
 from springs.transformed import Transformed
+
+COEFFICIENTS_KEY, STIFFNESS_KEY, REST_KEY = "coefficients_Nm_rad", "stiffness_Nm_rad", "rest_deg"
+DEAD_ZONE_KEY, SENSE_KEY = "dead_zone_deg", "sense"
+EXPONENTIALS_KEY, CONSTANT_KEY, POINTS_KEY = (
+    "exponentials_Nm_1_rad",
+    "constant_Nm",
+    "points_deg_Nm",
+)
+LIMITS_KEY, LIMIT_STIFFNESS_KEY, TRANSITION_KEY = (
+    "limits_deg",
+    "limit_stiffness_Nm_rad",
+    "transition_deg",
+)
+INCREASING_KEY, DECREASING_KEY = "increasing_points_deg_Nm", "decreasing_points_deg_Nm"
+MEASURED_KEY, HYSTERESIS_KEY, SLIP_RATE_KEY = "measured_deg", "hysteresis_Nm", "slip_rad_s"
+
+MODIFIER_KEYS = ("scale", "offset_deg", HYSTERESIS_KEY)
+"""Keys that change any elastic law."""
+
+NO_DEAD_ZONE = "none"
+"""`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
+
+_CURVE_ORDER_TOLERANCE = 1e-9
+"""Rounding in the order of two curves [N m]."""
+
+
+@dataclass(frozen=True)
+class CubicEntry:
+    """A cubic as a table states it; its joint's limits may decide on its sense and dead zone.
+
+    Attributes:
+        coefficients: c0..c3 [N m, N m/rad, N m/rad^2, N m/rad^3].
+        sense: sense of the cubic when the file states it.
+        dead_zone: edges of the dead zone, counted from `rest` [rad].
+        dead_zone_stated: whether the file says what the dead zone is, or that there is none.
+        rest: displacement at which the cubic's angle is zero [rad].
+    """
+
+    coefficients: Coefficients
+    sense: int | None = None
+    dead_zone: Pair | None = None
+    dead_zone_stated: bool = False
+    rest: float = 0.0
+
+
+EntryLaw: TypeAlias = Elastic | CubicEntry | PublishedLaw
+"""The law of a table: complete, or to be completed by its joint or by the published tables."""
+
+L = TypeVar("L")
+
+
+@dataclass(frozen=True)
+class LawForm(Generic[L]):
+    """The keys of a law in a table.
+
+    Attributes:
+        name: of the law, in messages.
+        entry_type: class that `parse` returns.
+        required_keys: all of them are needed.
+        optional_keys: may stand beside.
+        parse: the law of a table; None with a fault noted.
+        to_toml: lines of a table.
+    """
+
+    name: str
+    entry_type: type[L]
+    required_keys: tuple[str, ...]
+    optional_keys: tuple[str, ...]
+    parse: Callable[[TableReader], L | None]
+    to_toml: Callable[[L], Iterator[str]]
+
+    def is_present(self, table: TableReader) -> bool:
+        """Return whether a table has any of the keys that make the law."""
+        return any(key in table.content for key in self.required_keys)
+
+
+@dataclass(frozen=True)
+class LawSchema(Generic[L]):
+    """One elastic law.
+
+    Attributes:
+        law: its class.
+        describe: one line; `translational` where its angle is a length [m].
+        to_json: for `--json`; angles in deg where the key says so, else rad and SI.
+        form: its keys in a springs file, or None for a law that no key makes.
+    """
+
+    law: type[L]
+    describe: Callable[[L, bool], str]
+    to_json: Callable[[L], dict[str, object]]
+    form: LawForm[Any] | None = None
+
+
+def describe_law(law: Elastic, *, translational: bool = False) -> str:
+    """Describe a law in one line; `a` is the angle in rad.
+
+    Args:
+        law: of an axis, or of a translation.
+        translational: whether its angle is a length [m].
+    """
+    return _SCHEMAS[type(law)].describe(law, translational)
+
+
+def law_data(law: Elastic) -> dict[str, object]:
+    """Return a law for `--json`; angles in deg where the key says so, else rad and SI."""
+    return _SCHEMAS[type(law)].to_json(law)
+
+
+def write_law(law: EntryLaw) -> Iterator[str]:
+    """Yield the lines of a law in a springs file.
+
+    Raises:
+        ValueError: for a law that no key holds.
+    """
+    form = next((form for form in LAW_FORMS if isinstance(law, form.entry_type)), None)
+    if form is None:
+        raise ValueError(f"a springs file has no key for {describe_law(cast('Elastic', law))}")
+    yield from form.to_toml(law)
+
+
+def parse_law(table: TableReader) -> EntryLaw | None:
+    """Parse the law of a table, the first of several; None without one, or with a fault noted."""
+    form = next((form for form in LAW_FORMS if form.is_present(table)), None)
+    return None if form is None else form.parse(table)
+
 
 MAX_LAW_VALUE = 1e100
 """Torque [N m] and energy [J] beyond which squares and products would leave the numbers."""
 
 _TEST_ANGLES = np.radians(np.linspace(-200.0, 200.0, 401))
 """Angles that a joint may reach, and more [rad]."""
-
-
-def apply_modifiers(
-    law: Elastic, scale: float, offset: float, hysteresis: float, slip_rate: float
-) -> Elastic:
-    """The law with its torque scaled, moved, and then split by the direction.
-
-    Args:
-        law: as it is written.
-        scale: factor of its torque.
-        offset: how far it is moved towards greater angles [rad].
-        hysteresis: distance of the curves of a growing and a falling angle [N m].
-        slip_rate: rate at which the direction is told [rad/s].
-    """
-    if isinstance(law, Hysteresis):
-        up, down = (
-            _scale_and_shift(one, scale, offset) for one in (law.increasing, law.decreasing)
-        )
-        return Hysteresis(up, down, slip_rate)
-    moved = _scale_and_shift(law, scale, offset)
-    return Hysteresis.from_mean_and_width(moved, hysteresis, slip_rate) if hysteresis else moved
-
-
-def _scale_and_shift(law: Elastic, scale: float, offset: float) -> Elastic:
-    return law if (scale, offset) == (1.0, 0.0) else Transformed(law, scale, offset)
 
 
 def is_finite(law: Elastic) -> bool:
@@ -73,212 +183,132 @@ def is_finite(law: Elastic) -> bool:
     return all(bool(np.all(np.abs(value) < MAX_LAW_VALUE)) for value in values)
 
 
-PUBLISHED_KEY = "published"
-
-_SENSE_HINT = "-1: the axis's positive angle is against the published motion"
-
-
-@dataclass(frozen=True)
-class PublishedLaw:
-    """A published curve about an axis.
-
-    Attributes:
-        key: `publication/name`.
-        sense: -1 where the axis's positive angle is against the published motion.
-    """
-
-    key: str
-    sense: int = 1
-
-    @cached_property
-    def row(self) -> PublishedCurve:
-        """The curve as published."""
-        return curve(self.key)
-
-    @property
-    def law(self) -> Elastic:
-        """Torque on the child [N m] of the axis's angle [rad]."""
-        return self.row.law if self.sense > 0 else self.row.law.mirrored()
-
-    @property
-    def why(self) -> str:
-        """What a reader of the file should know of the curve."""
-        held = [f"{name} at {degrees(angle):.4g} deg" for name, angle in self.row.held.items()]
-        said = f"As published, with {' and '.join(held)}." if held else "As published."
-        known, ends = self.row.valid_range, ""
-        if known is not None and valid_range(self.row.law) is None:
-            words = "Measured" if self.row.range_is_measured else "Usable"
-            low, high = (f"{degrees(end):.4g}" for end in known)
-            ends = f"{words} for its own angles from {low} deg to {high} deg."
-            ends = ends.replace(" from -inf deg", "").replace(" to inf deg", " on")
-        return " ".join(part for part in (said, ends, self.row.note.strip()) if part)
-
-    def motion_name(self, joints: Iterable[str]) -> str:
-        """Name of a positive angle of these joints: "flexion" of "knee flexion" at knees."""
-        if self.sense < 0:
-            return ""
-        first, _, rest = self.row.motion.partition(" ")
-        words = [joint.lower().split("_") for joint in joints]
-        return rest if rest and all(first in each for each in words) else self.row.motion
-
-
-def parse_published_law(table: TableReader) -> PublishedLaw | None:
-    """The curve that a table names; None without one, or with a fault noted."""
-    sense = table.sign("published_sense", _SENSE_HINT)
-    name = parse_published_key(table, PUBLISHED_KEY, "curve")
-    return None if name is None else PublishedLaw(name, sense or 1)
-
-
-def parse_published_key(table: TableReader, key: str, kind: str) -> str | None:
-    """The row `publication/name` of a kind ("curve" or "coupled law"); None as above."""
-    said = table.text(key)
-    if said is None:
+def _parse_cubic(table: TableReader) -> CubicEntry | None:
+    coefficients, zone = table.numbers(COEFFICIENTS_KEY, 4), None
+    if table.content.get(DEAD_ZONE_KEY) != NO_DEAD_ZONE:
+        zone = table.numbers(DEAD_ZONE_KEY, 2)
+    if zone is not None and zone[0] > zone[1]:
+        table.error(DEAD_ZONE_KEY, "the dead zone ends before it begins", "[lower, upper]")
+    sense, rest = table.sign(SENSE_KEY), table.number(REST_KEY)
+    if coefficients is None:
         return None
-    source, _, name = said.partition("/")
-    known = publications()
-    if source not in known:
-        wanted = f"there is no published table `{shorten(source)}`"
-        table.error(key, wanted, spelling_hint(source, known))
-        return None
-    rows = publication(source).curves if kind == "curve" else publication(source).coupled_laws
-    if name in rows:
-        return said
-    missing = f"`{source}` has no {kind} `{shorten(name)}`" if name else f"`{source}` is a table"
-    hint = spelling_hint(name, rows) if rows else f"it has no {kind} at all"
-    if not name and rows:
-        hint = f"name one of its rows, as in `{source}/{next(iter(rows))}`"
-    table.error(key, missing, hint)
-    return None
-
-
-StandaloneLaw: TypeAlias = Exponential | Interpolated | SmoothLimit | Hysteresis | PublishedLaw
-"""A law that stands whole in its table; a cubic and a linear spring need their joint as well."""
-
-EXPONENTIALS_KEY, POINTS_KEY = "exponentials_Nm_1_rad", "points_deg_Nm"
-LIMITS_KEY, LIMIT_STIFFNESS_KEY, TRANSITION_KEY = (
-    "limits_deg",
-    "limit_stiffness_Nm_rad",
-    "transition_deg",
-)
-INCREASING_KEY, DECREASING_KEY = "increasing_points_deg_Nm", "decreasing_points_deg_Nm"
-MEASURED_KEY, HYSTERESIS_KEY, SLIP_RATE_KEY = "measured_deg", "hysteresis_Nm", "slip_rad_s"
-
-MODIFIER_KEYS = ("scale", "offset_deg", HYSTERESIS_KEY)
-"""Keys that change any elastic law."""
-
-_CURVE_ORDER_TOLERANCE = 1e-9
-"""What rounding may do to the order of two curves [N m]."""
-
-
-@dataclass(frozen=True)
-class _LawForm:
-    """One law: what it is called, the keys that make it, all of them needed, and those beside."""
-
-    name: str
-    required_keys: tuple[str, ...]
-    optional_keys: tuple[str, ...] = ()
-
-
-_LAW_FORMS = (
-    _LawForm("a cubic", ("coefficients_Nm_rad",), ("sense", "dead_zone_deg", "rest_deg")),
-    _LawForm("a linear spring", ("stiffness_Nm_rad",), ("rest_deg",)),
-    _LawForm("exponentials", (EXPONENTIALS_KEY,), ("constant_Nm", MEASURED_KEY)),
-    _LawForm("a curve through points", (POINTS_KEY,)),
-    _LawForm("limits", (LIMITS_KEY, LIMIT_STIFFNESS_KEY, TRANSITION_KEY), (MEASURED_KEY,)),
-    _LawForm("two curves", (INCREASING_KEY, DECREASING_KEY)),
-    _LawForm("a published curve", (PUBLISHED_KEY,), ("published_sense",)),
-)
-
-ELASTIC_KEYS = tuple(form.required_keys[0] for form in _LAW_FORMS)
-"""For each law the key that is named when there is none."""
-
-_FORM_KEYS = tuple(key for form in _LAW_FORMS for key in (*form.required_keys, *form.optional_keys))
-LAW_KEYS = tuple(dict.fromkeys((*_FORM_KEYS, *MODIFIER_KEYS, SLIP_RATE_KEY)))
-
-
-def check_combination(table: TableReader, sufficient_keys: tuple[str, ...]) -> None:
-    """A table says something, one law at most, and nothing that its law does not take.
-
-    Args:
-        table: of a spring.
-        sufficient_keys: keys that are enough without an elastic law.
-    """
-    content = table.content
-    present = [form for form in _LAW_FORMS if any(key in content for key in form.required_keys)]
-    if not present and not any(key in content for key in sufficient_keys):
-        known = (*ELASTIC_KEYS, *sufficient_keys)
-        table.diagnostics.error(
-            "this spring has no law", table.header_span, f"it needs one of: {', '.join(known)}"
-        )
-    for form in present:
-        first = next(key for key in form.required_keys if key in content)
-        for key in form.required_keys:
-            if key not in content:
-                table.error(first, f"`{first}` needs `{key}` beside it", f"{form.name} has both")
-    for form in present[1:]:
-        key = next(key for key in form.required_keys if key in content)
-        table.error(
-            key,
-            f"a spring is {present[0].name} or {form.name}, not both",
-            "one elastic law a table",
-        )
-    for key, owner, hint in _misplaced_keys(table, present):
-        table.error(key, f"`{key}` belongs to {owner}", hint)
-
-
-def _misplaced_keys(table: TableReader, present: list[_LawForm]) -> Iterator[tuple[str, str, str]]:
-    """Keys that stand beside no law which takes them; what they belong to; a hint."""
-    content = table.content
-    for key in dict.fromkeys(key for form in _LAW_FORMS for key in form.optional_keys):
-        owners = [form for form in _LAW_FORMS if key in form.optional_keys]
-        if key in content and not any(form in present for form in owners):
-            hint = " or ".join(f"`{form.required_keys[0]}`" for form in owners)
-            yield key, " or ".join(form.name for form in owners), f"with {hint}"
-    for key in MODIFIER_KEYS:
-        if key in content and not present:
-            yield key, "an elastic law", f"with one of: {', '.join(ELASTIC_KEYS)}"
-    has_two = any(INCREASING_KEY in form.required_keys for form in present)
-    if HYSTERESIS_KEY in content and has_two:
-        yield (
-            HYSTERESIS_KEY,
-            "a law of one curve",
-            "two curves say by themselves how far apart they are",
-        )
-    if SLIP_RATE_KEY in content and HYSTERESIS_KEY not in content and not has_two:
-        hint = f"with `{HYSTERESIS_KEY}`, or with `{INCREASING_KEY}` and `{DECREASING_KEY}`"
-        yield SLIP_RATE_KEY, "a law that depends on the direction", hint
-
-
-def parse_law(table: TableReader) -> StandaloneLaw | None:
-    """The law that a table writes; None without one, or with a fault noted."""
-    measured = table.interval(MEASURED_KEY)
-    read = (
-        _parse_exponentials(table, measured),
-        _parse_points(table, POINTS_KEY),
-        _parse_limits(table, measured),
-        _parse_two_curves(table),
-        parse_published_law(table),
+    return CubicEntry(
+        cast("Coefficients", coefficients),
+        sense,
+        cast("Pair | None", zone),
+        DEAD_ZONE_KEY in table.content,
+        rest or 0.0,
     )
-    return next((law for law in read if law is not None), None)
 
 
-def parse_slip_rate(table: TableReader) -> float:
-    """`slip_rad_s`, or what stands for it [rad/s]."""
-    hint = "it is the rate at which the direction is told, such as 0.01"
-    return table.number(SLIP_RATE_KEY, negative=False, zero=False, hint=hint) or DEFAULT_SLIP_RATE
+def _write_cubic(law: CubicEntry) -> Iterator[str]:
+    yield f"{COEFFICIENTS_KEY} = {numbers_to_toml(law.coefficients)}"
+    if law.sense is not None:
+        yield f"{SENSE_KEY} = {law.sense:+d}"
+    if law.dead_zone is not None:
+        yield f"{DEAD_ZONE_KEY} = {degrees_to_toml(law.dead_zone)}"
+    elif law.dead_zone_stated:
+        yield f"{DEAD_ZONE_KEY} = {quote_toml(NO_DEAD_ZONE)}"
+    yield from _write_rest(law.rest)
 
 
-def _parse_exponentials(table: TableReader, measured: Pair | None) -> Exponential | None:
-    """`exponentials_Nm_1_rad` and `constant_Nm`."""
-    pairs, constant = table.pairs(EXPONENTIALS_KEY, 1), table.number("constant_Nm")
+def _write_rest(rest: float) -> Iterator[str]:
+    if rest:
+        yield f"{REST_KEY} = {degree_to_toml(rest)}"
+
+
+def _describe_cubic(law: Cubic, translational: bool) -> str:
+    c0, c1, c2, c3 = law.coefficients
+    words = f"cubic {c0:g} {c1:+g} a {c2:+g} a^2 {c3:+g} a^3 N m, sense {law.sense:+d}"
+    zone = "none" if law.dead_zone is None else format_range(*law.dead_zone, translational)
+    rest = f", rest {_format_displacement(law.rest, translational)}" if law.rest else ""
+    return f"{words}, dead zone {zone}{rest}"
+
+
+def _cubic_data(law: Cubic) -> dict[str, object]:
+    return {
+        "law": "cubic",
+        "coefficients": list(law.coefficients),
+        "sense": law.sense,
+        "dead_zone_deg": range_in_degrees(law.dead_zone),
+        "rest_deg": degrees(law.rest),
+    }
+
+
+def _parse_linear(table: TableReader) -> Linear | None:
+    stiffness, rest = table.number(STIFFNESS_KEY, negative=False), table.number(REST_KEY)
+    return None if stiffness is None else Linear(stiffness, rest or 0.0)
+
+
+def _write_linear(law: Linear) -> Iterator[str]:
+    yield f"{STIFFNESS_KEY} = {number_to_toml(law.stiffness)}"
+    yield from _write_rest(law.rest)
+
+
+def _describe_linear(law: Linear, translational: bool) -> str:
+    rest = _format_displacement(law.rest, translational)
+    return f"linear {law.stiffness:g} {_stiffness_unit(translational)}, rest {rest}"
+
+
+def _linear_data(law: Linear) -> dict[str, object]:
+    return {"law": "linear", "stiffness": law.stiffness, "rest": law.rest}
+
+
+def _parse_exponentials(table: TableReader) -> Exponential | None:
+    pairs, constant = table.pairs(EXPONENTIALS_KEY, 1), table.number(CONSTANT_KEY)
+    measured = table.interval(MEASURED_KEY)
     flat = [k for k, (_, rate) in enumerate(pairs) if rate == 0.0]
     for k in flat:
-        hint = "an exponential of rate zero is a constant: `constant_Nm`"
+        hint = f"an exponential of rate zero is a constant: `{CONSTANT_KEY}`"
         table.error(EXPONENTIALS_KEY, "the rate of an exponential must not be zero", hint, k, 1)
     if not pairs or flat:
         return None
     terms = tuple(ExponentialTerm(amplitude, rate) for amplitude, rate in pairs)
     return Exponential(terms, constant or 0.0, measured)
+
+
+def _write_exponentials(law: Exponential) -> Iterator[str]:
+    if any(term.centre for term in law.terms):
+        raise ValueError("a springs file holds exponentials about the angle zero")
+    pairs = [(number_to_toml(term.amplitude), number_to_toml(term.rate)) for term in law.terms]
+    yield f"{EXPONENTIALS_KEY} = {pairs_to_toml(pairs)}"
+    if law.constant:
+        yield f"{CONSTANT_KEY} = {number_to_toml(law.constant)}"
+    yield from _write_measured_range(law.valid_range)
+
+
+def _write_measured_range(measured: Range | None) -> Iterator[str]:
+    if measured is not None:
+        yield f"{MEASURED_KEY} = {degrees_to_toml(measured)}"
+
+
+def _describe_exponentials(law: Exponential, translational: bool) -> str:
+    del translational
+    terms = " ".join(map(_format_term, law.terms))
+    return f"exponentials {law.constant:g} {terms} N m{_format_measured_range(law.valid_range)}"
+
+
+def _format_term(term: ExponentialTerm) -> str:
+    angle = f"(a {-degrees(term.centre):+.4g} deg)" if term.centre else "a"
+    return f"{term.amplitude:+.4g} exp({term.rate:.4g} {angle})"
+
+
+def _exponentials_data(law: Exponential) -> dict[str, object]:
+    terms = [
+        {"amplitude_Nm": t.amplitude, "rate_1_rad": t.rate, "centre_deg": degrees(t.centre)}
+        for t in law.terms
+    ]
+    measured = range_in_degrees(law.valid_range)
+    return {
+        "law": "exponentials",
+        "terms": terms,
+        "constant_Nm": law.constant,
+        "measured_deg": measured,
+    }
+
+
+def _parse_curve(table: TableReader) -> Interpolated | None:
+    return _parse_points(table, POINTS_KEY)
 
 
 def _parse_points(table: TableReader, key: str) -> Interpolated | None:
@@ -299,11 +329,37 @@ def _parse_points(table: TableReader, key: str) -> Interpolated | None:
     return law
 
 
-def _parse_limits(table: TableReader, measured: Pair | None) -> SmoothLimit | None:
-    """`limits_deg`, `limit_stiffness_Nm_rad` and `transition_deg`."""
+def _write_curve(law: Interpolated) -> Iterator[str]:
+    yield f"{POINTS_KEY} = {_points_to_toml(law)}"
+
+
+def _points_to_toml(law: Elastic) -> str:
+    if not isinstance(law, Interpolated):
+        raise ValueError("a springs file holds two curves through points, or one and a hysteresis")
+    return pairs_to_toml(
+        [(degree_to_toml(angle), number_to_toml(torque)) for angle, torque in law.points]
+    )
+
+
+def _describe_curve(law: Interpolated, translational: bool) -> str:
+    first, last = (
+        f"{torque + 0.0:.4g} N m at {_format_displacement(angle, translational)}"
+        for angle, torque in (law.points[0], law.points[-1])
+    )
+    return f"curve through {len(law.points)} points, {first} to {last}"
+
+
+def _curve_data(law: Interpolated) -> dict[str, object]:
+    points = [[degrees(angle), torque] for angle, torque in law.points]
+    measured = range_in_degrees(law.valid_range)
+    return {"law": "points", "points_deg_Nm": points, "measured_deg": measured}
+
+
+def _parse_limits(table: TableReader) -> SmoothLimit | None:
     limits, stiffness = table.interval(LIMITS_KEY), table.numbers(LIMIT_STIFFNESS_KEY, 2)
     above = "the angle over which the limit grows to its full stiffness"
     transition = table.number(TRANSITION_KEY, negative=False, zero=False, hint=above)
+    measured = table.interval(MEASURED_KEY)
     for k, value in enumerate(stiffness or ()):
         if value < 0.0:
             table.error(LIMIT_STIFFNESS_KEY, "a limit's stiffness must not be below zero", "", k)
@@ -311,6 +367,33 @@ def _parse_limits(table: TableReader, measured: Pair | None) -> SmoothLimit | No
     if limits is None or stiffness is None or transition is None:
         return None
     return SmoothLimit(*limits, *cast("Pair", stiffness), transition, measured)
+
+
+def _write_limits(law: SmoothLimit) -> Iterator[str]:
+    stiffness = numbers_to_toml((law.lower_stiffness, law.upper_stiffness))
+    yield f"{LIMITS_KEY} = {degrees_to_toml((law.lower, law.upper))}"
+    yield f"{LIMIT_STIFFNESS_KEY} = {stiffness}"
+    yield f"{TRANSITION_KEY} = {degree_to_toml(law.transition)}"
+    yield from _write_measured_range(law.valid_range)
+
+
+def _describe_limits(law: SmoothLimit, translational: bool) -> str:
+    below, above = law.lower_stiffness, law.upper_stiffness
+    zone = format_range(law.lower, law.upper, translational)
+    stiffness = f"{below:.4g} and {above:.4g} {_stiffness_unit(translational)}"
+    transition = _format_displacement(law.transition, translational)
+    measured = _format_measured_range(law.valid_range)
+    return f"limits {zone}, {stiffness}, fully grown {transition} beyond{measured}"
+
+
+def _limits_data(law: SmoothLimit) -> dict[str, object]:
+    return {
+        "law": "smooth limits",
+        "limits_deg": [degrees(law.lower), degrees(law.upper)],
+        "limit_stiffness_Nm_rad": [law.lower_stiffness, law.upper_stiffness],
+        "transition_deg": degrees(law.transition),
+        "measured_deg": range_in_degrees(law.valid_range),
+    }
 
 
 def _parse_two_curves(table: TableReader) -> Hysteresis | None:
@@ -341,3 +424,191 @@ def _parse_two_curves(table: TableReader) -> Hysteresis | None:
         )
         return None
     return law
+
+
+def _write_two_curves(law: Hysteresis) -> Iterator[str]:
+    yield f"{INCREASING_KEY} = {_points_to_toml(law.increasing)}"
+    yield f"{DECREASING_KEY} = {_points_to_toml(law.decreasing)}"
+
+
+def _describe_hysteresis(law: Hysteresis, translational: bool) -> str:
+    """Describe two curves, or one with a hysteresis where they are the same at a distance."""
+    up, down, slip = law.increasing, law.decreasing, f"slip {law.slip:g} rad/s"
+    if isinstance(up, Transformed) and isinstance(down, Transformed) and up.law == down.law:
+        plain = (up.scale, up.offset) == (down.scale, down.offset) == (1.0, 0.0)
+        if plain and up.constant == -down.constant:
+            width = f"hysteresis {2.0 * down.constant:.4g} N m"
+            return f"{describe_law(up.law, translational=translational)}, {width}, {slip}"
+    growing, falling = (describe_law(curve, translational=translational) for curve in (up, down))
+    return f"growing angle: {growing}; falling angle: {falling}; {slip}"
+
+
+def _hysteresis_data(law: Hysteresis) -> dict[str, object]:
+    return {
+        "law": "directional",
+        "increasing": law_data(law.increasing),
+        "decreasing": law_data(law.decreasing),
+        "slip_rad_s": law.slip,
+        "measured_deg": range_in_degrees(law.valid_range),
+    }
+
+
+def _describe_stop(law: Stop, translational: bool) -> str:
+    zone = format_range(law.lower, law.upper, translational)
+    return f"stops at {zone}, {law.stiffness:g} {_stiffness_unit(translational)}"
+
+
+def _stop_data(law: Stop) -> dict[str, object]:
+    return {
+        "law": "stop",
+        "lower": law.lower,
+        "upper": law.upper,
+        "stiffness": law.stiffness,
+        "onset": law.onset,
+    }
+
+
+def _describe_transformed(law: Transformed, translational: bool) -> str:
+    times = f", times {law.scale:g}" if law.scale != 1.0 else ""
+    moved = f", moved by {_format_displacement(law.offset, translational)}" if law.offset else ""
+    constant = f", {law.constant:+g} N m" if law.constant else ""
+    return f"{describe_law(law.law, translational=translational)}{times}{moved}{constant}"
+
+
+def _transformed_data(law: Transformed) -> dict[str, object]:
+    return {
+        "law": "scaled",
+        "of": law_data(law.law),
+        "scale": law.scale,
+        "offset_deg": degrees(law.offset),
+        "constant_Nm": law.constant,
+    }
+
+
+def _stiffness_unit(translational: bool) -> str:
+    return "N/m" if translational else "N m/rad"
+
+
+def _format_measured_range(measured: Range | None) -> str:
+    return f", known for {format_range(*measured)}" if measured is not None else ""
+
+
+def _format_displacement(value: float, translational: bool) -> str:
+    return f"{100.0 * value + 0.0:.4g} cm" if translational else f"{degrees(value) + 0.0:.4g} deg"
+
+
+def format_range(low: float | None, high: float | None, translational: bool = False) -> str:
+    """Format a range as `-5 deg .. 110 deg`, or in cm; `-` for an open end."""
+    ends = ["-" if end is None else _format_displacement(end, translational) for end in (low, high)]
+    return " .. ".join(ends)
+
+
+def range_in_degrees(interval: Range | None) -> list[float | None] | None:
+    """Return the ends in degrees, None for one that is open."""
+    if interval is None:
+        return None
+    return [degrees(end) if isfinite(end) else None for end in interval]
+
+
+LAWS: tuple[LawSchema[Any], ...] = (
+    LawSchema(
+        Cubic,
+        _describe_cubic,
+        _cubic_data,
+        LawForm(
+            "a cubic",
+            CubicEntry,
+            (COEFFICIENTS_KEY,),
+            (SENSE_KEY, DEAD_ZONE_KEY, REST_KEY),
+            _parse_cubic,
+            _write_cubic,
+        ),
+    ),
+    LawSchema(
+        Linear,
+        _describe_linear,
+        _linear_data,
+        LawForm(
+            "a linear spring", Linear, (STIFFNESS_KEY,), (REST_KEY,), _parse_linear, _write_linear
+        ),
+    ),
+    LawSchema(
+        Exponential,
+        _describe_exponentials,
+        _exponentials_data,
+        LawForm(
+            "exponentials",
+            Exponential,
+            (EXPONENTIALS_KEY,),
+            (CONSTANT_KEY, MEASURED_KEY),
+            _parse_exponentials,
+            _write_exponentials,
+        ),
+    ),
+    LawSchema(
+        Interpolated,
+        _describe_curve,
+        _curve_data,
+        LawForm(
+            "a curve through points", Interpolated, (POINTS_KEY,), (), _parse_curve, _write_curve
+        ),
+    ),
+    LawSchema(
+        SmoothLimit,
+        _describe_limits,
+        _limits_data,
+        LawForm(
+            "limits",
+            SmoothLimit,
+            (LIMITS_KEY, LIMIT_STIFFNESS_KEY, TRANSITION_KEY),
+            (MEASURED_KEY,),
+            _parse_limits,
+            _write_limits,
+        ),
+    ),
+    LawSchema(
+        Hysteresis,
+        _describe_hysteresis,
+        _hysteresis_data,
+        LawForm(
+            "two curves",
+            Hysteresis,
+            (INCREASING_KEY, DECREASING_KEY),
+            (),
+            _parse_two_curves,
+            _write_two_curves,
+        ),
+    ),
+    LawSchema(Stop, _describe_stop, _stop_data),
+    LawSchema(Transformed, _describe_transformed, _transformed_data),
+)
+"""All elastic laws, in the order in which messages name them."""
+
+_SCHEMAS = {schema.law: schema for schema in LAWS}
+
+_PUBLISHED_FORM = LawForm(
+    "a published curve",
+    PublishedLaw,
+    (PUBLISHED_KEY,),
+    ("published_sense",),
+    parse_published_law,
+    write_published_law,
+)
+LAW_FORMS: tuple[LawForm[Any], ...] = (
+    *(schema.form for schema in LAWS if schema.form is not None),
+    _PUBLISHED_FORM,
+)
+"""The forms that a law has in a table; a published curve names one instead of its numbers."""
+
+ELASTIC_KEYS = tuple(form.required_keys[0] for form in LAW_FORMS)
+"""For each law the key that is named when there is none."""
+
+LAW_KEYS = tuple(
+    dict.fromkeys(
+        (
+            *(key for form in LAW_FORMS for key in (*form.required_keys, *form.optional_keys)),
+            *MODIFIER_KEYS,
+            SLIP_RATE_KEY,
+        )
+    )
+)

@@ -5,7 +5,7 @@ unit of every number is part of its key. Several joints may share a curve: its a
 joint's declared axis, so the mirror image needs no second table.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, cast
@@ -22,14 +22,19 @@ from generator.diagnostics import (
 from generator.springs_file.axes import AXIS_NAMES, names_other_joint
 from generator.springs_file.coupled import CoupledEntry, parse_coupled_entry
 from generator.springs_file.laws import (
+    DECREASING_KEY,
+    ELASTIC_KEYS,
     HYSTERESIS_KEY,
+    INCREASING_KEY,
+    LAW_FORMS,
     LAW_KEYS,
-    PublishedLaw,
-    StandaloneLaw,
-    check_combination,
+    MODIFIER_KEYS,
+    SLIP_RATE_KEY,
+    EntryLaw,
+    LawForm,
     parse_law,
-    parse_slip_rate,
 )
+from generator.springs_file.published import PublishedLaw
 from generator.springs_file.toml_spans import TomlSpans, locate_keys
 from generator.springs_file.toml_table import (
     COUPLED_TABLE,
@@ -38,7 +43,7 @@ from generator.springs_file.toml_table import (
     parse_document,
 )
 from generator.text_io import normalise_newlines
-from springs import Coefficients, Damping, Joining
+from springs import Damping, Joining
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
@@ -48,9 +53,6 @@ TEXT_KEYS = ("motion", "reference", "why")
 DAMPING_AND_STOP_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
 SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *DAMPING_AND_STOP_KEYS, *TEXT_KEYS)
 SPRINGS_FILE_KEYS = ("figure", "law", SPRING_TABLE, COUPLED_TABLE)
-
-NO_DEAD_ZONE = "none"
-"""`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +64,7 @@ class SpringEntry:
     Attributes:
         joints: the joints that have this spring.
         axis: "x", "y" or "z" of the joint frame, or None for the only axis of a joint.
-        coefficients: c0..c3 of a cubic [N m, N m/rad, N m/rad^2, N m/rad^3], or None.
-        sense: sense of the cubic when the file states it.
-        dead_zone: edges of the cubic's dead zone, counted from `rest` [rad].
-        dead_zone_stated: whether the file says what the dead zone is, or that there is none.
-        stiffness: of a linear spring instead of a cubic [N m/rad], or None.
-        rest: displacement at which the cubic's angle is zero and a linear spring is slack [rad].
-        law: any other elastic law instead, or None.
+        law: elastic law, or None for damping alone.
         scale: factor of the elastic torque.
         offset: how far the elastic curve is moved towards greater angles [rad].
         hysteresis: distance of the curves of a growing and a falling angle [N m].
@@ -84,13 +80,7 @@ class SpringEntry:
 
     joints: tuple[str, ...]
     axis: str | None = None
-    coefficients: Coefficients | None = None
-    sense: int | None = None
-    dead_zone: tuple[float, float] | None = None
-    dead_zone_stated: bool = False
-    stiffness: float | None = None
-    rest: float = 0.0
-    law: StandaloneLaw | None = None
+    law: EntryLaw | None = None
     scale: float = 1.0
     offset: float = 0.0
     hysteresis: float = 0.0
@@ -190,15 +180,7 @@ def _parse_entry(table: TableReader) -> SpringEntry | None:
     table.reject_unknown_keys(SPRING_KEYS, "spring")
     joints = table.names("joints")
     axis = table.choice("axis", (*AXIS_NAMES, "joint"))
-    coefficients = table.numbers("coefficients_Nm_rad", 4)
-    stiffness = table.number("stiffness_Nm_rad", negative=False)
-    check_combination(table, DAMPING_AND_STOP_KEYS)
-    zone = None
-    if table.content.get("dead_zone_deg") != NO_DEAD_ZONE:
-        zone = table.numbers("dead_zone_deg", 2)
-    if zone is not None and zone[0] > zone[1]:
-        table.error("dead_zone_deg", "the dead zone ends before it begins", "[lower, upper]")
-    sense = table.sign("sense")
+    _check_combination(table, DAMPING_AND_STOP_KEYS)
     law = parse_law(table)
     scale = table.number("scale", negative=False)
     offset = table.number("offset_deg")
@@ -207,7 +189,6 @@ def _parse_entry(table: TableReader) -> SpringEntry | None:
     coulomb = table.number("coulomb_Nm", negative=False)
     stop_stiffness = table.number("stop_stiffness_Nm_rad", negative=False, zero=False)
     stop_onset = table.number("stop_onset_deg", negative=False, zero=False)
-    rest = table.number("rest_deg")
     said = {key: table.text(key) or "" for key in TEXT_KEYS}
     if not joints:
         return None
@@ -221,17 +202,11 @@ def _parse_entry(table: TableReader) -> SpringEntry | None:
     return SpringEntry(
         joints=joints,
         axis=None if axis == "joint" else axis,
-        coefficients=cast("Coefficients | None", coefficients),
-        sense=sense,
-        dead_zone=cast("tuple[float, float] | None", zone),
-        dead_zone_stated="dead_zone_deg" in table.content,
-        stiffness=stiffness,
-        rest=rest or 0.0,
         law=law,
         scale=1.0 if scale is None else scale,
         offset=offset or 0.0,
         hysteresis=hysteresis or 0.0,
-        slip_rate=parse_slip_rate(table),
+        slip_rate=_parse_slip_rate(table),
         damping=Damping(viscous or 0.0, coulomb or 0.0),
         stop_stiffness=stop_stiffness or DEFAULT_STOP_STIFFNESS,
         stop_onset=stop_onset or DEFAULT_STOP_ONSET,
@@ -240,6 +215,67 @@ def _parse_entry(table: TableReader) -> SpringEntry | None:
         why=said["why"],
         origins=origins,
     )
+
+
+def _check_combination(table: TableReader, sufficient_keys: tuple[str, ...]) -> None:
+    """A table says something, one law at most, and nothing that its law does not take.
+
+    Args:
+        table: of a spring.
+        sufficient_keys: keys that are enough without an elastic law.
+    """
+    content = table.content
+    present = [form for form in LAW_FORMS if form.is_present(table)]
+    if not present and not any(key in content for key in sufficient_keys):
+        known = (*ELASTIC_KEYS, *sufficient_keys)
+        table.diagnostics.error(
+            "this spring has no law", table.header_span, f"it needs one of: {', '.join(known)}"
+        )
+    for form in present:
+        first = next(key for key in form.required_keys if key in content)
+        for key in form.required_keys:
+            if key not in content:
+                table.error(first, f"`{first}` needs `{key}` beside it", f"{form.name} has both")
+    for form in present[1:]:
+        key = next(key for key in form.required_keys if key in content)
+        table.error(
+            key,
+            f"a spring is {present[0].name} or {form.name}, not both",
+            "one elastic law a table",
+        )
+    for key, owner, hint in _misplaced_keys(table, present):
+        table.error(key, f"`{key}` belongs to {owner}", hint)
+
+
+def _misplaced_keys(
+    table: TableReader, present: list[LawForm[Any]]
+) -> Iterator[tuple[str, str, str]]:
+    """Keys that stand beside no law which takes them; what they belong to; a hint."""
+    content = table.content
+    for key in dict.fromkeys(key for form in LAW_FORMS for key in form.optional_keys):
+        owners = [form for form in LAW_FORMS if key in form.optional_keys]
+        if key in content and not any(form in present for form in owners):
+            hint = " or ".join(f"`{form.required_keys[0]}`" for form in owners)
+            yield key, " or ".join(form.name for form in owners), f"with {hint}"
+    for key in MODIFIER_KEYS:
+        if key in content and not present:
+            yield key, "an elastic law", f"with one of: {', '.join(ELASTIC_KEYS)}"
+    has_two = any(INCREASING_KEY in form.required_keys for form in present)
+    if HYSTERESIS_KEY in content and has_two:
+        yield (
+            HYSTERESIS_KEY,
+            "a law of one curve",
+            "two curves say by themselves how far apart they are",
+        )
+    if SLIP_RATE_KEY in content and HYSTERESIS_KEY not in content and not has_two:
+        hint = f"with `{HYSTERESIS_KEY}`, or with `{INCREASING_KEY}` and `{DECREASING_KEY}`"
+        yield SLIP_RATE_KEY, "a law that depends on the direction", hint
+
+
+def _parse_slip_rate(table: TableReader) -> float:
+    """`slip_rad_s`, or what stands for it [rad/s]."""
+    hint = "it is the rate at which the direction is told, such as 0.01"
+    return table.number(SLIP_RATE_KEY, negative=False, zero=False, hint=hint) or DEFAULT_SLIP_RATE
 
 
 def _warn_joint_mismatch(table: TableReader, law: PublishedLaw, joints: tuple[str, ...]) -> None:

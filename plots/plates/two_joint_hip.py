@@ -26,10 +26,9 @@ from plots.literature import YOON_MANSOUR
 from plots.plate import Claim, Plate
 from springs import CoupledAxis, CoupledSpring, SpringSet
 from springs.backends import Array
-from springs.coupled import CoupledExponential
+from springs.coupled import ConservativeFit, CoupledExponential, nearest_conservative_law
 from springs.elastic import Range, describe_extrapolation
 from springs.published import tables as published
-from springs.spherical import ConservativeFit, nearest_conservative_law
 
 HIP, KNEE = "left_hip_joint", "left_knee"
 

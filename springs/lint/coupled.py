@@ -9,10 +9,9 @@ from math import degrees, radians
 import numpy as np
 
 from springs.backends import Array
-from springs.coupled import CoupledExponential
+from springs.coupled import CoupledExponential, loop_work, nearest_conservative_law
 from springs.elastic import Range
 from springs.lint.finding import Finding, FindingKind
-from springs.spherical import loop_work, nearest_conservative_law
 
 DEFAULT_RANGE = (radians(-90.0), radians(90.0))
 """Where a law is looked at along an angle whose range is not known [rad]."""

@@ -9,11 +9,15 @@ on both sides. Mirror images are then the same function.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import ceil, degrees, floor, pi, radians
 
 import numpy as np
+from scipy.optimize import brentq
 
+from springs.backends import FLOATS, Array
 from springs.damping import Damping
 from springs.elastic import (
     Elastic,
@@ -24,12 +28,91 @@ from springs.elastic import (
     total_torque,
     valid_range,
 )
-from springs.fit import SampledCurve, SignInterval
 from springs.hysteresis import Hysteresis
 from springs.joint import AxisSpring, JointSprings
 from springs.lint.finding import Finding, FindingKind
 from springs.published.range_of_motion import RangeEnd
 from springs.transformed import Transformed
+
+_SAMPLE_SPACING = radians(0.1)
+_RELATIVE_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class SignInterval:
+    """A stretch of angles [rad] in which the torque has one sign: -1, 0 or +1."""
+
+    sign: int
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class SampledCurve:
+    """The sum of an axis's elastic laws, sampled over a range [rad] and at its corners."""
+
+    laws: tuple[Elastic, ...]
+    low: float
+    high: float
+
+    @cached_property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Corners of the laws within the range [rad], in order."""
+        found = {corner for law in self.laws for corner in law.breakpoints}
+        return tuple(sorted(c for c in found if self.low < c < self.high))
+
+    @cached_property
+    def angles(self) -> Array:
+        """Where it is sampled [rad]."""
+        count = int((self.high - self.low) / _SAMPLE_SPACING) + 2
+        return np.unique([*np.linspace(self.low, self.high, count), *self.breakpoints])
+
+    @cached_property
+    def torques(self) -> Array:
+        """Torque on the child at the angles [N m]."""
+        return np.asarray(total_torque(self.laws, self.angles))
+
+    @property
+    def max_torque(self) -> float:
+        """Greatest torque in the range [N m]."""
+        return float(np.abs(self.torques).max())
+
+    @property
+    def rounding_torque(self) -> float:
+        """Torque that is nothing but rounding [N m]."""
+        return _RELATIVE_ROUNDING * self.max_torque
+
+    def torque_at(self, angle: float) -> float:
+        """Torque on the child at one angle [N m]."""
+        return float(total_torque(self.laws, angle, FLOATS))
+
+    @cached_property
+    def sign_intervals(self) -> tuple[SignInterval, ...]:
+        """The stretches of one sign, in order; where the sign changes between samples, at zero."""
+        signs = np.sign(np.where(np.abs(self.torques) > self.rounding_torque, self.torques, 0.0))
+        cuts = np.flatnonzero(np.diff(signs)).tolist()
+        edges = [(self.low, self.low)]
+        for cut in cuts:
+            before, after = float(self.angles[cut]), float(self.angles[cut + 1])
+            if signs[cut] and signs[cut + 1]:
+                before = after = float(brentq(self.torque_at, before, after))
+            elif signs[cut]:
+                before = after
+            else:
+                after = before
+            edges.append((before, after))
+        edges.append((self.high, self.high))
+        firsts = [0, *(cut + 1 for cut in cuts)]
+        return tuple(
+            SignInterval(int(signs[first]), start[1], end[0])
+            for first, (start, end) in zip(firsts, pairwise(edges), strict=True)
+        )
+
+    def max_torque_within(self, interval: SignInterval) -> float:
+        """Greatest size of the torque in a stretch [N m]."""
+        inside = (self.angles >= interval.start) & (self.angles <= interval.end)
+        return float(np.abs(self.torques[inside]).max(initial=0.0))
+
 
 _HYSTERESIS_TOLERANCE = 1e-6
 """What rounding may do to the order of two curves [N m]."""

@@ -52,8 +52,8 @@ def test_the_springs_file_is_read_without_a_fault() -> None:
     assert reading.content is not None
     (entry,) = reading.content.entries
     assert entry.joints == ("left_elbow", "right_elbow")
-    assert entry.coefficients == (1.014, 29.224, -6.13885, 214.423)
-    assert entry.dead_zone == pytest.approx((0.0, np.radians(97.4)), rel=1e-15)
+    assert entry.law.coefficients == (1.014, 29.224, -6.13885, 214.423)
+    assert entry.law.dead_zone == pytest.approx((0.0, np.radians(97.4)), rel=1e-15)
 
 
 def test_every_shipped_figure_is_in_the_table() -> None:

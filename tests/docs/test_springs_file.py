@@ -9,6 +9,7 @@ import pytest
 from generator import Recording, read_figure, read_springs
 from generator.diagnostics import InputError
 from generator.springs_file.coupled import COUPLED_KEYS, TERM_KEYS
+from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SPRING_KEYS, SPRINGS_FILE_KEYS, SpringsFile, parse_springs
 from generator.springs_file.write import write_springs
 from springs import Cubic, Linear
@@ -62,9 +63,9 @@ def test_the_elbow_beyond_its_dead_zone_is_as_the_page_has_it():
     text = f'[[spring]]\njoints = ["a"]\ncoefficients_Nm_rad = {found}\nsense = -1\n'
     text += "dead_zone_deg = [0, 97.402825]\n"
     (entry,) = content(text).entries
-    assert entry.coefficients is not None
-    law = Cubic(entry.coefficients, -1, entry.dead_zone)
-    printed = Cubic(entry.coefficients, -1)
+    assert isinstance(entry.law, CubicEntry)
+    law = Cubic(entry.law.coefficients, -1, entry.law.dead_zone)
+    printed = Cubic(entry.law.coefficients, -1)
     told = " ".join(CURVES.split())
     assert f"gives 0 at 97.4 deg and {law.torque(radians(120.0)):.0f} N m at 120 deg" in told
     assert f"-M(120 deg) is {printed.torque(radians(120.0)):.0f} N m" in told

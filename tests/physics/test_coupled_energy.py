@@ -12,9 +12,8 @@ from generator.recording import Ending
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.run import simulate
 from springs import CoupledAxis, CoupledSpring, Joining, SpringSet
-from springs.coupled import CoupledExponential, CoupledTerm
+from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.published import tables as published
-from springs.spherical import nearest_conservative_law
 from tests.chains import BALL, SKEW, X, Y, chain, negative, row, two_bodies
 
 PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"

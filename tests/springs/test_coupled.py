@@ -57,7 +57,7 @@ def test_a_known_value():
 
 @given(laws(any_terms), angle_sets)
 def test_slopes_are_those_of_the_torques(law, angles):
-    for row, place in zip(law.slopes(angles), range(3), strict=True):
+    for row, place in zip(law.torque_jacobian(angles), range(3), strict=True):
         expected = gradient(lambda x, k=place: law.torques(x)[k], angles)
         assert row == pytest.approx(expected, rel=1e-6, abs=1e-6)
 
@@ -96,7 +96,7 @@ def test_the_mirrored_law_turns_angle_and_torque_of_its_coordinates(law, angles)
     mirrored = law.mirrored(NAMES[0], NAMES[2])
     hip, knee, ankle = law.torques(angles)
     assert mirrored.torques((-h, k, -a)) == near((-hip, knee, -ankle))
-    assert mirrored.measured == ((-1.7, 0.3), (0.0, 2.3), None)
+    assert mirrored.valid_ranges == ((-1.7, 0.3), (0.0, 2.3), None)
     assert mirrored.mirrored(NAMES[0], NAMES[2]) == law
 
 
@@ -105,7 +105,7 @@ def test_the_law_is_scaled_and_moved(law, angles, scale, offset):
     moved = law.scaled(scale, {"knee flexion": offset})
     h, k, a = angles
     assert moved.torques((h, k + offset, a)) == near([scale * t for t in law.torques(angles)])
-    assert moved.measured[1] == pytest.approx((offset, 2.3 + offset))
+    assert moved.valid_ranges[1] == pytest.approx((offset, 2.3 + offset))
 
 
 @given(laws(any_terms), angle_sets)
@@ -113,7 +113,7 @@ def test_holding_a_joint_leaves_the_others_as_they_are(law, angles):
     h, k, a = angles
     pair = law.hold_coordinate("knee flexion", k)
     assert pair.coordinates == (NAMES[0], NAMES[2])
-    assert pair.measured == (RANGES[0], RANGES[2])
+    assert pair.valid_ranges == (RANGES[0], RANGES[2])
     hip, _, ankle = law.torques(angles)
     assert pair.torques((h, a)) == near((hip, ankle))
 
@@ -124,7 +124,7 @@ def test_the_law_about_one_joint_is_an_exponential_of_its_angle(law, angles):
     for place, name in enumerate(NAMES):
         alone = law.single_angle_law(name, held)
         assert alone.torque(angles[place]) == near(law.torques(angles)[place])
-        assert alone.measured == RANGES[place]
+        assert alone.valid_range == RANGES[place]
         assert Transformed(alone, 2.0).valid_range == RANGES[place]
 
 

@@ -34,7 +34,7 @@ def test_it_goes_through_its_points_and_never_leaves_their_values(table):
 
 @given(tables, angles)
 def test_inside_it_is_the_interpolation_of_scipy(table, angle):
-    first, last = table.measured
+    first, last = table.valid_range
     x = min(max(angle, first), last)
     expected = PchipInterpolator(*np.array(table.points).T)(x)
     assert table.torque(x) == pytest.approx(float(expected), rel=1e-9, abs=1e-9)
@@ -47,7 +47,7 @@ def test_torque_is_minus_the_slope_of_energy(table, angle):
 
 @given(tables)
 def test_torque_and_energy_have_no_jump_at_a_point(table):
-    for corner in table.corners:
+    for corner in table.breakpoints:
         for function in (table.torque, table.energy):
             before, after = function(corner - 1e-9), function(corner + 1e-9)
             assert after == pytest.approx(before, rel=1e-5, abs=1e-3)

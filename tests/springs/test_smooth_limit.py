@@ -26,7 +26,7 @@ def test_torque_is_minus_the_slope_of_energy(law, angle):
 
 @given(limits)
 def test_torque_and_energy_have_no_jump_at_a_corner(law):
-    for corner in law.corners:
+    for corner in law.breakpoints:
         for function in (law.torque, law.energy):
             before, after = function(corner - 1e-9), function(corner + 1e-9)
             assert after == pytest.approx(before, rel=1e-6, abs=1e-4)

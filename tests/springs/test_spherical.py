@@ -214,7 +214,7 @@ def test_the_right_joint_is_the_mirror_image_of_the_left(joining, r):
 @given(rotation_vectors)
 def test_a_joint_told_about_the_opposite_axes_is_the_same_joint(joining, joint, r):
     axes = JOINTS[joint]
-    turned = tuple(axis.turned() for axis in axes)
+    turned = tuple(axis.with_opposite_axis() for axis in axes)
     torque = elastic_torque(joining, axes, r)
     assert np.allclose(elastic_torque(joining, turned, r), torque, rtol=1e-12, atol=1e-11)
 

@@ -15,8 +15,9 @@ from generator.joint_chain import ChainError, build_chain
 from generator.losses import LossReport
 from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array
+from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry
-from springs import Damping
+from springs import Damping, Linear
 
 MAX_AXIS_GAP = 1e-9
 """Distance of axes that count as meeting [m]."""
@@ -239,14 +240,9 @@ def _entry(dof: DegreeOfFreedom, axis: str | None, joint: str, report: LossRepor
     if any(dof.cubic):
         second, third = dof.cubic
         if third > 0.0:
-            return replace(
-                entry,
-                coefficients=(0.0, dof.stiffness, second, third),
-                sense=-1,
-                dead_zone_stated=True,
-                rest=dof.rest,
-            )
+            coefficients = (0.0, dof.stiffness, second, third)
+            return replace(entry, law=CubicEntry(coefficients, -1, None, True, dof.rest))
         report.add("parts of springs that do not restore at both ends", dof.name)
     if dof.stiffness:
-        return replace(entry, stiffness=dof.stiffness, rest=dof.rest)
+        return replace(entry, law=Linear(dof.stiffness, dof.rest))
     return entry

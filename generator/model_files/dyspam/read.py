@@ -57,6 +57,7 @@ from generator.model_files.dyspam.write import FILES, FORMAT, LOADS, OPTIONAL, S
 from generator.model_files.imported import Imported
 from generator.rotations import Array, RotationSequence
 from generator.springs_file.axes import AXIS_NAMES
+from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.read import load_springs
 from generator.text_io import load_text
@@ -336,11 +337,7 @@ def _entry(joint: str, law: Cubic, spring: AxisSpring, *, spherical: bool) -> Sp
     return SpringEntry(
         joints=(joint,),
         axis=AXIS_NAMES[spring.direction.index(1.0)] if spherical else None,
-        coefficients=law.coefficients,
-        sense=law.sense,
-        dead_zone=law.dead_zone,
-        dead_zone_stated=True,
-        rest=law.rest,
+        law=CubicEntry(law.coefficients, law.sense, law.dead_zone, True, law.rest),
         damping=spring.damping,
         reference=_REFERENCE,
         why=spring.why,

@@ -8,7 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from generator.cli.app import app
-from generator.cli.springs_text import coupled_law_data, coupled_law_lines, format_law, law_data
+from generator.cli.springs_text import coupled_law_data, coupled_law_lines
+from generator.springs_file.laws import describe_law, law_data
 from springs import Elastic, Linear
 from springs.coupled import CoupledExponential, CoupledTerm
 from springs.exponential import Exponential, ExponentialTerm
@@ -55,7 +56,7 @@ LAWS: list[tuple[Elastic, str]] = [
 
 @pytest.mark.parametrize(("law", "words"), LAWS)
 def test_a_law_in_words(law: Elastic, words: str):
-    assert format_law(law) == words
+    assert describe_law(law) == words
 
 
 def test_the_data_of_a_law_hold_its_numbers():
@@ -78,8 +79,8 @@ def test_the_data_of_a_law_hold_its_numbers():
 def test_no_published_law_is_left_without_words(key: str):
     name, _, row = key.partition("/")
     law = publication(name).curves[row].law
-    assert "(" + type(law).__name__ not in format_law(law)
-    assert not format_law(law).startswith(type(law).__name__)
+    assert "(" + type(law).__name__ not in describe_law(law)
+    assert not describe_law(law).startswith(type(law).__name__)
     assert json.loads(json.dumps(law_data(law), allow_nan=False))["law"]
 
 

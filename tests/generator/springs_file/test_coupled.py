@@ -14,11 +14,10 @@ from generator.figure_file import read_figure
 from generator.springs_file.parse import parse_springs
 from generator.springs_file.read import PassiveReading, load_springs, springs_names
 from springs import SpringSet
-from springs.coupled import CoupledExponential
+from springs.coupled import CoupledExponential, loop_work, nearest_conservative_law
 from springs.lint.finding import FindingKind
 from springs.lint.report import report_coupled
 from springs.published.tables import coupled_law
-from springs.spherical import loop_work, nearest_conservative_law
 from tests.paths import FIGURES
 
 PROTOTYPE = read_figure("prototype")

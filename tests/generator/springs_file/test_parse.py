@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import Source, select_errors
+from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
 from generator.springs_file.toml_spans import locate_keys
-from springs import Damping, Joining
+from springs import Damping, Joining, Linear
 
 FULL = """\
 figure = "prototype"   # a comment
@@ -62,11 +63,13 @@ def test_everything_a_file_can_say_is_read_in_si():
             SpringEntry(
                 joints=("left_hip", "right_hip"),
                 axis="x",
-                coefficients=(-0.131, 136.0, 8.42, -218.0),
-                sense=1,
-                dead_zone=(radians(-45.0), radians(45.0)),
-                dead_zone_stated=True,
-                rest=radians(1.5),
+                law=CubicEntry(
+                    (-0.131, 136.0, 8.42, -218.0),
+                    sense=1,
+                    dead_zone=(radians(-45.0), radians(45.0)),
+                    dead_zone_stated=True,
+                    rest=radians(1.5),
+                ),
                 damping=Damping(0.08, 0.5),
                 stop_stiffness=500.0,
                 stop_onset=radians(2.0),
@@ -74,7 +77,7 @@ def test_everything_a_file_can_say_is_read_in_si():
                 reference="a study; [not a list] # no comment",
                 why="a reason",
             ),
-            SpringEntry(joints=("left_knee",), stiffness=20.0, rest=radians(180.0)),
+            SpringEntry(joints=("left_knee",), law=Linear(20.0, radians(180.0))),
         ),
     )
 
@@ -92,14 +95,14 @@ def test_entries_know_where_they_are_written():
 
 def test_what_is_left_out_is_left_to_the_rule():
     (entry,) = content(spring("coefficients_Nm_rad = [1, 2, 3, 4]")).entries
-    assert (entry.sense, entry.dead_zone, entry.dead_zone_stated) == (None, None, False)
-    assert (entry.axis, entry.damping, entry.rest) == (None, Damping(), 0.0)
+    assert entry.law == CubicEntry((1.0, 2.0, 3.0, 4.0), None, None, False, 0.0)
+    assert (entry.axis, entry.damping) == (None, Damping())
 
 
 def test_a_file_can_say_that_there_is_no_dead_zone():
     body = 'coefficients_Nm_rad = [0, -1, 0, 1]\ndead_zone_deg = "none"'
     (entry,) = content(spring(body)).entries
-    assert (entry.dead_zone, entry.dead_zone_stated) == (None, True)
+    assert (entry.law.dead_zone, entry.law.dead_zone_stated) == (None, True)
 
 
 def test_the_only_axis_of_a_joint_needs_no_name():
@@ -111,8 +114,8 @@ def test_the_only_axis_of_a_joint_needs_no_name():
 def test_numbers_are_read_to_the_last_bit(angle, moment):
     body = f"coefficients_Nm_rad = [{moment!r}, 0, 0, 1]\nrest_deg = {angle!r}"
     (entry,) = content(spring(body)).entries
-    assert entry.coefficients[0] == moment
-    assert entry.rest == pytest.approx(radians(angle), rel=4e-16, abs=1e-300)
+    assert entry.law.coefficients[0] == moment
+    assert entry.law.rest == pytest.approx(radians(angle), rel=4e-16, abs=1e-300)
 
 
 @pytest.mark.parametrize("end", ["\r\n", "\r"])

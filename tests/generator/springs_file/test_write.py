@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import select_errors
 from generator.springs_file.coupled import CoupledEntry
-from generator.springs_file.laws import PublishedLaw
+from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
+from generator.springs_file.published import PublishedLaw
 from generator.springs_file.write import write_springs
 from springs import Damping, Joining, Linear
 from springs.coupled import CoupledExponential, CoupledTerm
@@ -39,11 +40,13 @@ def cubics(draw: st.DrawFn) -> SpringEntry:
     return SpringEntry(
         joints=tuple(draw(st.lists(NAMES, min_size=1, max_size=3))),
         axis=draw(st.sampled_from([None, "x", "y", "z"])),
-        coefficients=draw(COEFFICIENTS),
-        sense=draw(st.sampled_from([None, -1, 1])),
-        dead_zone=zone,
-        dead_zone_stated=zone is not None or draw(st.booleans()),
-        rest=draw(ANGLES),
+        law=CubicEntry(
+            draw(COEFFICIENTS),
+            sense=draw(st.sampled_from([None, -1, 1])),
+            dead_zone=zone,
+            dead_zone_stated=zone is not None or draw(st.booleans()),
+            rest=draw(ANGLES),
+        ),
         damping=Damping(draw(POSITIVE), draw(st.just(0.0) | POSITIVE)),
         motion=draw(TEXTS),
         reference=draw(TEXTS),
@@ -55,8 +58,7 @@ def cubics(draw: st.DrawFn) -> SpringEntry:
 def linears(draw: st.DrawFn) -> SpringEntry:
     return SpringEntry(
         joints=(draw(NAMES),),
-        stiffness=draw(POSITIVE),
-        rest=draw(ANGLES),
+        law=Linear(draw(POSITIVE), draw(ANGLES)),
         stop_stiffness=draw(POSITIVE),
         stop_onset=draw(POSITIVE),
     )
@@ -172,7 +174,7 @@ FILES = st.builds(
     entries=st.lists(cubics() | linears() | whole_laws(), min_size=1, max_size=3).map(tuple),
     coupled=st.lists(coupled_entries(), max_size=2).map(tuple),
     figure=st.none() | NAMES,
-    law=st.none() | st.sampled_from(Joining),
+    joining=st.none() | st.sampled_from(Joining),
 )
 
 
@@ -192,15 +194,15 @@ def test_the_prototypes_springs_are_read_back(name: str):
 
 
 def test_the_comment_stands_above():
-    text = write_springs(SpringsFile((SpringEntry(("knee",), stiffness=1.0),)), "one\ntwo")
+    text = write_springs(SpringsFile((SpringEntry(("knee",), law=Linear(1.0)),)), "one\ntwo")
     assert text.startswith("# one\n# two\n\n[[spring]]\n")
 
 
 def test_what_no_reader_takes_is_not_written():
-    long = SpringsFile((SpringEntry(("knee",), stiffness=1.0, reference="x" * 2000),))
+    long = SpringsFile((SpringEntry(("knee",), law=Linear(1.0), reference="x" * 2000),))
     with pytest.raises(ValueError, match="1000 characters"):
         write_springs(long)
-    infinite = SpringsFile((SpringEntry(("knee",), stiffness=inf),))
+    infinite = SpringsFile((SpringEntry(("knee",), law=Linear(inf)),))
     with pytest.raises(ValueError, match="finite"):
         write_springs(infinite)
 

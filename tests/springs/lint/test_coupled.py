@@ -15,12 +15,11 @@ from springs import (
     SpringSet,
     Stop,
 )
-from springs.coupled import CoupledExponential, CoupledTerm
+from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.lint.coupled import lint_coupled, lint_original_law
 from springs.lint.finding import Finding, FindingKind
 from springs.lint.report import CoupledReport, LawReplacement, report_coupled
 from springs.published.tables import coupled_law
-from springs.spherical import nearest_conservative_law
 
 Y = (0.0, 1.0, 0.0)
 LEG = coupled_law("riener_edrich_1999/leg").law

@@ -24,8 +24,13 @@ from springs import (
     Stop,
     passive_cubic,
 )
-from springs.fit import SampledCurve, SignInterval
-from springs.lint.curve import DEFAULT_RANGE_END, FIRM_TORQUE, lint_curve
+from springs.lint.curve import (
+    DEFAULT_RANGE_END,
+    FIRM_TORQUE,
+    SampledCurve,
+    SignInterval,
+    lint_curve,
+)
 from springs.lint.finding import Finding, FindingKind
 from springs.lint.report import CurveReport, report_curves
 from springs.published.range_of_motion import RangeEnd, normal_range
@@ -246,7 +251,7 @@ class Broken:
         return (1.0 + self.leak) * (5.0 * angle * angle + beyond)
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def breakpoints(self) -> tuple[float, ...]:
         return (self.corner,)
 
     def mirrored(self) -> "Broken":

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 
-from springs.coupled import CoupledExponential, CoupledTerm
+from springs.coupled import CoupledExponential, CoupledTerm, loop_work, nearest_conservative_law
 from springs.published.tables import coupled_law
-from springs.spherical import loop_work, nearest_conservative_law
 from tests.paths import DOCS
 
 PAIR = coupled_law("riener_edrich_1999/leg").law.hold_coordinate("ankle dorsiflexion", 0.0)

@@ -1,0 +1,96 @@
+"""`published = "publication/name"`: a curve of the published tables hung on an axis."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees
+
+from generator.diagnostics import shorten, spelling_hint
+from generator.springs_file.toml_table import TableReader, quote_toml
+from springs.elastic import Elastic, valid_range
+from springs.published.rows import PublishedCurve
+from springs.published.tables import curve, publication, publications
+
+PUBLISHED_KEY = "published"
+
+_SENSE_HINT = "-1: the axis's positive angle is against the published motion"
+
+
+@dataclass(frozen=True)
+class PublishedLaw:
+    """A published curve about an axis.
+
+    Attributes:
+        key: `publication/name`.
+        sense: -1 where the axis's positive angle is against the published motion.
+    """
+
+    key: str
+    sense: int = 1
+
+    @cached_property
+    def row(self) -> PublishedCurve:
+        """The curve as published."""
+        return curve(self.key)
+
+    @property
+    def law(self) -> Elastic:
+        """Torque on the child [N m] of the axis's angle [rad]."""
+        return self.row.law if self.sense > 0 else self.row.law.mirrored()
+
+    @property
+    def why(self) -> str:
+        """What a reader of the file should know of the curve."""
+        held = [f"{name} at {degrees(angle):.4g} deg" for name, angle in self.row.held.items()]
+        said = f"As published, with {' and '.join(held)}." if held else "As published."
+        known, ends = self.row.valid_range, ""
+        if known is not None and valid_range(self.row.law) is None:
+            words = "Measured" if self.row.range_is_measured else "Usable"
+            low, high = (f"{degrees(end):.4g}" for end in known)
+            ends = f"{words} for its own angles from {low} deg to {high} deg."
+            ends = ends.replace(" from -inf deg", "").replace(" to inf deg", " on")
+        return " ".join(part for part in (said, ends, self.row.note.strip()) if part)
+
+    def motion_name(self, joints: Iterable[str]) -> str:
+        """Name of a positive angle of these joints: "flexion" of "knee flexion" at knees."""
+        if self.sense < 0:
+            return ""
+        first, _, rest = self.row.motion.partition(" ")
+        words = [joint.lower().split("_") for joint in joints]
+        return rest if rest and all(first in each for each in words) else self.row.motion
+
+
+def parse_published_law(table: TableReader) -> PublishedLaw | None:
+    """The curve that a table names; None without one, or with a fault noted."""
+    sense = table.sign("published_sense", _SENSE_HINT)
+    name = parse_published_key(table, PUBLISHED_KEY, "curve")
+    return None if name is None else PublishedLaw(name, sense or 1)
+
+
+def parse_published_key(table: TableReader, key: str, kind: str) -> str | None:
+    """The row `publication/name` of a kind ("curve" or "coupled law"); None as above."""
+    said = table.text(key)
+    if said is None:
+        return None
+    source, _, name = said.partition("/")
+    known = publications()
+    if source not in known:
+        wanted = f"there is no published table `{shorten(source)}`"
+        table.error(key, wanted, spelling_hint(source, known))
+        return None
+    rows = publication(source).curves if kind == "curve" else publication(source).coupled_laws
+    if name in rows:
+        return said
+    missing = f"`{source}` has no {kind} `{shorten(name)}`" if name else f"`{source}` is a table"
+    hint = spelling_hint(name, rows) if rows else f"it has no {kind} at all"
+    if not name and rows:
+        hint = f"name one of its rows, as in `{source}/{next(iter(rows))}`"
+    table.error(key, missing, hint)
+    return None
+
+
+def write_published_law(law: PublishedLaw) -> Iterator[str]:
+    """Yield the lines that name a published curve."""
+    yield f"{PUBLISHED_KEY} = {quote_toml(law.key)}"
+    if law.sense != 1:
+        yield f"published_sense = {law.sense:+d}"
