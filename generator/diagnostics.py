@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from enum import Enum
 from functools import cached_property
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -184,7 +185,31 @@ class InputError(MoverError):
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Collect the faults; the message is all of them, one after the other."""
         self.diagnostics = tuple(diagnostics)
-        super().__init__("\n".join(str(fault) for fault in self.diagnostics))
+        super().__init__("\n".join(str(diagnostic) for diagnostic in self.diagnostics))
+
+    def __reduce__(self) -> tuple[type["InputError"], tuple[tuple[Diagnostic, ...]]]:
+        """Pickle the diagnostics, from which the message follows."""
+        return type(self), (self.diagnostics,)
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Parsed(Generic[T]):
+    """The value read from an input, and the diagnostics of that input.
+
+    `value` is None if and only if `diagnostics` holds an error.
+    """
+
+    value: T | None
+    diagnostics: tuple[Diagnostic, ...]
+
+    def require_value(self) -> T:
+        """Return the value. Raises InputError with all diagnostics if there is none."""
+        if self.value is None:
+            raise InputError(self.diagnostics)
+        return self.value
 
 
 MAX_DIAGNOSTICS = 100

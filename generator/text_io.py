@@ -8,10 +8,22 @@ import errno
 import os
 import secrets
 import stat
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
-from generator.diagnostics import Diagnostic, Source, Span, error
+from generator.diagnostics import (
+    Diagnostic,
+    Diagnostics,
+    Parsed,
+    Source,
+    Span,
+    TooManyErrors,
+    error,
+)
+
+T = TypeVar("T")
 
 MAX_FILE_BYTES = 32_000_000
 """Bytes of the largest file that is read: a device without end must not be read for ever."""
@@ -51,6 +63,33 @@ def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
 def normalise_newlines(text: str) -> str:
     r"""`text` with every end of line (`\r\n`, `\r`, `\n`) written as `\n`."""
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def parse_file(
+    path: str | Path, parse: Callable[[Source, Diagnostics], T | None], name: str | None = None
+) -> Parsed[T]:
+    """Parse the text of a file; bad input raises nothing.
+
+    Args:
+        path: of the file.
+        parse: the parser of the text; it reports to the diagnostics and may raise TooManyErrors.
+        name: of the file in diagnostics [default: the path].
+    """
+    source, unreadable = load_text(Path(path), str(path) if name is None else name)
+    return Parsed(None, (unreadable,)) if unreadable is not None else parse_source(source, parse)
+
+
+def parse_text(text: str, parse: Callable[[Source, Diagnostics], T | None], name: str) -> Parsed[T]:
+    """Parse a text, which diagnostics call `name`; bad input raises nothing."""
+    return parse_source(Source(name, normalise_newlines(text)), parse)
+
+
+def parse_source(source: Source, parse: Callable[[Source, Diagnostics], T | None]) -> Parsed[T]:
+    """Parse a source; bad input raises nothing."""
+    diagnostics, value = Diagnostics(), None
+    with suppress(TooManyErrors):
+        value = parse(source, diagnostics)
+    return Parsed(None if diagnostics.has_errors else value, diagnostics.sorted_by_position())
 
 
 def _decoding_error(data: bytes, name: str, offset: int) -> tuple[Source, Diagnostic]:

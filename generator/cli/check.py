@@ -21,7 +21,7 @@ from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.simulation.preconditions import find_unsupported_springs
-from generator.springs_file.read import parse_springs_file
+from generator.springs_file.read import LoadedSprings, parse_springs_file
 from springs import SpringSet
 from springs.joint import UNKNOWN_AXIS
 from springs.lint.finding import Finding
@@ -133,14 +133,15 @@ def check(name: str, springs: str | None = None) -> CommandResult:
             raise UsageError("--springs goes with a figure, not with a springs file")
         return _check_springs_file(name)
     reading = parse_figure_file(name)
-    faults, hindrances, spring_set, replaced = reading.faults, (), SpringSet(), ()
-    if reading.figure is not None:
-        found = parse_springs_option(reading.figure, springs)
-        faults, spring_set = (*faults, *found.faults), found.springs or spring_set
-        replaced = found.replaced
-        hindrances = simulation_obstacles(reading.figure) or loop_closure_errors(reading.figure)
+    faults, hindrances, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
+    if reading.value is not None:
+        found = parse_springs_option(reading.value, springs)
+        faults = (*faults, *found.diagnostics)
+        if found.value is not None:
+            spring_set, replaced = found.value.springs, found.value.replaced
+        hindrances = simulation_obstacles(reading.value) or loop_closure_errors(reading.value)
         if not hindrances:
-            hindrances = tuple(_spring_diagnostics(reading.figure, spring_set))
+            hindrances = tuple(_spring_diagnostics(reading.value, spring_set))
         told = {fault.message for fault in faults}
         faults = (*faults, *(one for one in hindrances if one.message not in told))
     verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, hindrances)}"
@@ -158,11 +159,11 @@ def _spring_diagnostics(figure: Figure, springs: SpringSet) -> Iterator[Diagnost
 
 def _check_springs_file(name: str) -> CommandResult:
     reading = parse_springs_file(Path(name))
-    faults, spring_set = reading.faults, reading.springs or SpringSet()
-    use = "the springs cannot be used" if reading.springs is None else "the springs can be used"
-    figure = f" for `{reading.figure}`" if reading.figure is not None else ""
+    faults, loaded = reading.diagnostics, reading.value or LoadedSprings(SpringSet())
+    use = "the springs cannot be used" if reading.value is None else "the springs can be used"
+    figure = f" for `{loaded.figure}`" if loaded.figure is not None else ""
     verdict = f"{name}: {_severity_counts(faults)}; {use}{figure}"
-    return _check_result(faults, spring_set, reading.replaced, verdict, include_notes=True)
+    return _check_result(faults, loaded.springs, loaded.replaced, verdict, include_notes=True)
 
 
 def _check_result(

@@ -9,6 +9,7 @@ from generator.diagnostics import Diagnostic, InputError, warning
 from generator.figure_file import parse_figure, parse_figure_file
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.geometry.completion import Addition, complete_figure
+from generator.text_io import load_text
 
 
 def complete(name: str, density: str, output: Path) -> CommandResult:
@@ -26,17 +27,17 @@ def complete(name: str, density: str, output: Path) -> CommandResult:
         raise UsageError(f"-o {output}: {said}; a figure file ends in {FIGURE_SUFFIX}")
     meant = density_from_option("--density", density)
     reading = parse_figure_file(name)
-    if reading.figure is None or reading.figure.path is None:
-        raise InputError(reading.faults)
-    figure, path = reading.figure, reading.figure.path
+    if reading.value is None or reading.value.path is None:
+        raise InputError(reading.diagnostics)
+    figure, path = reading.value, reading.value.path
     psurfs = {segment.psurf for segment in figure.segments.values() if segment.psurf}
     check_writable([output], (path, *(path.parent / psurf for psurf in psurfs)))
     try:
-        done = complete_figure(figure, reading.source, meant)
+        done = complete_figure(figure, load_text(path, name)[0], meant)
     except ValueError as failure:
         raise UsageError(f"--density {density}: {failure}") from None
     # The warnings of what is written: those about masses that are filled in are gone.
-    remaining = parse_figure(done.text, str(output)).faults
+    remaining = parse_figure(done.text, str(output)).diagnostics
     write_text(output, done.text.replace("\n", _line_ending(path)))
     faults = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
     return CommandResult(

@@ -12,7 +12,15 @@ import numpy as np
 
 from generator.cli.answer import UsageError
 from generator.cli.options import displacements_from_options, settable_chains
-from generator.diagnostics import Diagnostic, InputError, MoverError, error, select_errors, warning
+from generator.diagnostics import (
+    Diagnostic,
+    InputError,
+    MoverError,
+    Parsed,
+    error,
+    select_errors,
+    warning,
+)
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file, simulation_diagnostics
 from generator.figure_file.resolve import origin_span
@@ -25,21 +33,19 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.motion_files import ActionFile, read_action
 from generator.motion_files.motion import Header
 from generator.rotations import Array
-from generator.springs_file.read import PassiveReading, load_springs
+from generator.springs_file.read import LoadedSprings, load_springs
 from springs import Joining, SpringSet
 
 
 def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
     """The figure that a path or name means, with warnings. Raises InputError."""
-    reading = parse_figure_file(name)
-    if reading.figure is None:
-        raise InputError(reading.faults)
-    return reading.figure, reading.faults
+    parsed = parse_figure_file(name)
+    return parsed.require_value(), parsed.diagnostics
 
 
 def parse_springs_option(
     figure: Figure, choice: str | None, joining: Joining | None = None
-) -> PassiveReading:
+) -> Parsed[LoadedSprings]:
     """The springs that `--springs` chooses for a figure, with all faults."""
     path = figure.path
     folder, stem = (None, None) if path is None else (path.parent, path.stem)
@@ -50,10 +56,8 @@ def springs_from_option(
     figure: Figure, choice: str | None, joining: Joining | None = None
 ) -> tuple[SpringSet, tuple[Diagnostic, ...]]:
     """The springs that `--springs` chooses for a figure, with warnings. Raises InputError."""
-    reading = parse_springs_option(figure, choice, joining)
-    if reading.springs is None:
-        raise InputError(reading.faults)
-    return reading.springs, reading.faults
+    parsed = parse_springs_option(figure, choice, joining)
+    return parsed.require_value().springs, parsed.diagnostics
 
 
 def simulation_obstacles(figure: Figure) -> tuple[Diagnostic, ...]:
@@ -207,10 +211,8 @@ def _read_pose(
 ) -> tuple[dict[str, Array], tuple[Diagnostic, ...]]:
     if path is None:
         return {}, ()
-    reading = parse_pose_file(path, figure)
-    if reading.displacements is None:
-        raise InputError(reading.faults)
-    return dict(reading.displacements), reading.faults
+    parsed = parse_pose_file(path, figure)
+    return dict(parsed.require_value()), parsed.diagnostics
 
 
 def changed_figure_warnings(figure: Figure, header: Header, path: Path) -> tuple[Diagnostic, ...]:

@@ -45,15 +45,15 @@ def link(
     check_pose_output(output)
     figure, warnings = load_figure(name)
     reading = parse_links_file(links_file, figure)
-    if reading.links is None:
-        raise InputError((*warnings, *reading.faults))
+    if reading.value is None:
+        raise InputError((*warnings, *reading.diagnostics))
     files = [] if output is None else [output]
     check_writable(files, (figure.path, links_file, pose))
     placement, more = placement_from_options(figure, pose, sets)
-    moved = reading.links.follow(placement.displacements)
+    moved = reading.value.follow(placement.displacements)
     given = displacements_from_options("--set", sets, settable_chains(figure))
-    _check_followers(figure, reading.links, given, moved)
-    linked = {end.joint for one in reading.links.resolved for end in (one.follower, one.control)}
+    _check_followers(figure, reading.value, given, moved)
+    linked = {end.joint for one in reading.value.resolved for end in (one.follower, one.control)}
     moved = close_loops(placement.tree, moved, held=linked | set(given)).displacements
     for path in files:
         write_text(path, write_pose(figure, {one: list(row) for one, row in moved.items()}))
@@ -61,15 +61,15 @@ def link(
     return CommandResult(
         text="\n\n".join(
             [
-                f"{name}: {format_count(len(reading.links.links), 'link')}",
-                _links_text(figure, reading.links),
+                f"{name}: {format_count(len(reading.value.links), 'link')}",
+                _links_text(figure, reading.value),
                 _pose_text(figure, shown),
                 *(f"wrote {path}" for path in files),
             ]
         ),
         data={
             "figure": name,
-            "links": [_link_data(figure, one) for one in reading.links.resolved],
+            "links": [_link_data(figure, one) for one in reading.value.resolved],
             "joints": [
                 {
                     "name": one,
@@ -80,7 +80,7 @@ def link(
             ],
             "files": [str(path) for path in files],
         },
-        diagnostics=(*warnings, *reading.faults, *more),
+        diagnostics=(*warnings, *reading.diagnostics, *more),
     )
 
 

@@ -30,7 +30,7 @@ from generator.cli.outputs import (
     write_motion,
 )
 from generator.cli.progress import defer_interrupt
-from generator.diagnostics import Diagnostic, InputError, select_errors, spelling_hint
+from generator.diagnostics import Diagnostic, InputError, spelling_hint
 from generator.drive import Drive
 from generator.figure import Figure
 from generator.input_files.loads import parse_loads_file
@@ -164,13 +164,13 @@ def constraints_from_options(
     read, faults = Links(), ()
     if links is not None:
         reading = parse_links_file(links, figure)
-        if reading.links is None:
-            raise InputError(reading.faults)
-        read, faults = reading.links, reading.faults
+        if reading.value is None:
+            raise InputError(reading.diagnostics)
+        read, faults = reading.value, reading.diagnostics
     drives: Mapping[str, Drive] = {}
     if drive is not None:
-        table = read_drives_with_warnings(drive, figure, driven)
-        drives, faults = table.drives, (*faults, *table.faults)
+        drives, more = read_drives_with_warnings(drive, figure, driven)
+        faults = (*faults, *more)
     return KinematicConstraints(read, tuple(dict.fromkeys(locks)), drives), faults
 
 
@@ -393,9 +393,9 @@ def _plan_for_figure(
     loads = ()
     if request.loads is not None:
         reading = parse_loads_file(request.loads, figure)
-        if select_errors(reading.faults):
-            raise InputError((*faults, *reading.faults))
-        loads, faults = reading.loads, (*faults, *reading.faults)
+        if reading.value is None:
+            raise InputError((*faults, *reading.diagnostics))
+        loads, faults = reading.value, (*faults, *reading.diagnostics)
     displacements, more = start_displacements_from_options(
         figure, request.pose, request.displacements
     )

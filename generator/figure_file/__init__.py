@@ -2,7 +2,6 @@
 
 from generator.figure_file.check import simulation_diagnostics
 from generator.figure_file.read import (
-    Reading,
     find_figure,
     parse_figure,
     parse_figure_file,
@@ -11,7 +10,6 @@ from generator.figure_file.read import (
 )
 
 __all__ = [
-    "Reading",
     "find_figure",
     "parse_figure",
     "parse_figure_file",

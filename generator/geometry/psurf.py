@@ -16,22 +16,21 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from generator.diagnostics import (
-    Diagnostic,
     Diagnostics,
-    InputError,
+    Parsed,
     Source,
     Span,
-    TooManyErrors,
     shorten,
 )
 from generator.figure_file.lexer import MAX_WORD_LENGTH
 from generator.geometry.surface import MIN_FACE_CORNERS, Surface, SurfaceText
-from generator.text_io import load_text, normalise_newlines, write_atomic
+from generator.text_io import parse_file, parse_text, write_atomic
 from generator.units import Dimension, convert_to_si, default_unit_factor, shortest_decimal
 
 CENTIMETRE = default_unit_factor(Dimension.LENGTH)
@@ -51,42 +50,30 @@ MAX_LINES = 500_000
 """Lines of the longest text that is read; it takes some seconds."""
 
 
-@dataclass(frozen=True)
-class PsurfReading:
-    """What came of reading a psurf; `surface` is None when `faults` holds an error."""
-
-    surface: Surface | None
-    faults: tuple[Diagnostic, ...]
-
-
 def read_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> Surface:
     """The surface in a psurf file, whose lengths are in `unit` [m].
 
     Raises InputError, which holds all faults, when anything is wrong with the file.
     """
-    reading = parse_psurf_file(path, unit)
-    if reading.surface is None:
-        raise InputError(reading.faults)
-    return reading.surface
+    return parse_psurf_file(path, unit).require_value()
 
 
-def parse_psurf_file(path: str | Path, unit: Fraction = CENTIMETRE) -> PsurfReading:
+def parse_psurf_file(path: str | Path, unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
     """The surface in a psurf file, with all faults; bad input raises nothing."""
-    source, fault = load_text(Path(path), str(path))
-    if fault is not None:
-        return PsurfReading(None, (fault,))
-    return parse_psurf(source.text, source.name, unit)
+    return parse_file(path, partial(_parse_psurf, unit=unit))
 
 
-def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) -> PsurfReading:
+def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
     """The surface that `text` describes, with all faults; `name` is what they call the text."""
-    findings = Diagnostics()
-    parser = _Parser(Source(name, normalise_newlines(text)), unit, findings)
-    with suppress(TooManyErrors):
-        if not _report_if_too_long(parser.source, findings):
-            parser.parse_lines()
-    surface = None if findings.has_errors else parser.build_surface()
-    return PsurfReading(surface, findings.sorted_by_position())
+    return parse_text(text, partial(_parse_psurf, unit=unit), name)
+
+
+def _parse_psurf(source: Source, diagnostics: Diagnostics, unit: Fraction) -> Surface | None:
+    if _report_if_too_long(source, diagnostics):
+        return None
+    parser = _Parser(source, unit, diagnostics)
+    parser.parse_lines()
+    return None if diagnostics.has_errors else parser.build_surface()
 
 
 def _report_if_too_long(source: Source, diagnostics: Diagnostics) -> bool:

@@ -5,19 +5,18 @@ one displacement or `JOINT.k [deg]` for the k-th of a joint of several, counted 
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import assert_never
 
 import numpy as np
 
 from generator.diagnostics import (
-    Diagnostic,
     Diagnostics,
+    Parsed,
     Source,
     Span,
-    TooManyErrors,
     shorten,
     spelling_hint,
 )
@@ -29,7 +28,7 @@ from generator.input_files.csv_columns import (
     split_cells,
     split_title,
 )
-from generator.text_io import load_text, normalise_newlines
+from generator.text_io import parse_file, parse_text
 
 DRIVES_EXAMPLE = "time [s],left_knee [deg],left_shoulder.1 [deg]"
 
@@ -39,14 +38,6 @@ OVERSHOOT_HINT = "more rows where it bends hold it back"
 
 _ENERGY_UNIT = "[J]"
 """Unit of the energies that a motion's table has beside its displacements."""
-
-
-@dataclass(frozen=True)
-class DrivesReading:
-    """What came of reading a table; `drives` is empty when `faults` holds an error."""
-
-    drives: Mapping[str, Drive]
-    faults: tuple[Diagnostic, ...]
 
 
 @dataclass(frozen=True)
@@ -68,7 +59,7 @@ class _Header:
 
 def parse_drives_file(
     path: str | Path, figure: Figure, joint_names: Sequence[str] = ()
-) -> DrivesReading:
+) -> Parsed[Mapping[str, Drive]]:
     """The drives in a table for a figure, with all faults; bad input raises nothing.
 
     Args:
@@ -76,27 +67,27 @@ def parse_drives_file(
         figure: whose joints are driven.
         joint_names: names of the joints to drive; all of the table when there are none.
     """
-    source, fault = load_text(Path(path), str(path))
-    if fault is not None:
-        return DrivesReading({}, (fault,))
-    return parse_drives(source.text, figure, joint_names, source.name)
+    return parse_file(path, partial(_parse_table, figure=figure, joint_names=joint_names))
 
 
 def parse_drives(
     text: str, figure: Figure, joint_names: Sequence[str] = (), name: str = "<text>"
-) -> DrivesReading:
+) -> Parsed[Mapping[str, Drive]]:
     """The drives that `text` describes, with all faults; `name` is what they call the text."""
-    source, findings = Source(name, normalise_newlines(text)), Diagnostics()
-    drives: dict[str, Drive] = {}
-    with suppress(TooManyErrors):
-        lines = data_lines(source)
-        if not lines:
-            findings.error("there is no table in this file", Span(source, 0, 1), DRIVES_EXAMPLE)
-        else:
-            header = _parse_header(lines[0], figure, joint_names, findings)
-            if header is not None and header.columns and not findings.has_errors:
-                drives = _build_drives(lines, header, findings)
-    return DrivesReading({} if findings.has_errors else drives, findings.sorted_by_position())
+    return parse_text(text, partial(_parse_table, figure=figure, joint_names=joint_names), name)
+
+
+def _parse_table(
+    source: Source, diagnostics: Diagnostics, figure: Figure, joint_names: Sequence[str]
+) -> Mapping[str, Drive]:
+    lines = data_lines(source)
+    if not lines:
+        diagnostics.error("there is no table in this file", Span(source, 0, 1), DRIVES_EXAMPLE)
+        return {}
+    header = _parse_header(lines[0], figure, joint_names, diagnostics)
+    if header is None or not header.columns or diagnostics.has_errors:
+        return {}
+    return _build_drives(lines, header, diagnostics)
 
 
 def _parse_header(

@@ -8,15 +8,14 @@ Writing a links file: the inverse of reading one.
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any, cast
 
-from generator.diagnostics import Diagnostic, Diagnostics, Source, Span, TooManyErrors
+from generator.diagnostics import Diagnostics, Parsed, Source, Span
 from generator.springs_file.toml_spans import TomlSpans, locate_keys
 from generator.springs_file.toml_table import MAX_LINE_LENGTH, TableReader, parse_document
-from generator.text_io import normalise_newlines
+from generator.text_io import parse_text
 from generator.units import parse_unit, shortest_decimal
 
 LINKS_SUFFIX = ".links.toml"
@@ -77,20 +76,9 @@ class LinksFile:
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
 
-@dataclass(frozen=True)
-class LinksFileReading:
-    """What came of reading a links file; `content` is None when `faults` holds an error."""
-
-    content: LinksFile | None
-    faults: tuple[Diagnostic, ...]
-
-
-def parse_links(text: str, name: str = "<text>") -> LinksFileReading:
+def parse_links(text: str, name: str = "<text>") -> Parsed[LinksFile]:
     """The links that `text` describes, with all faults; `name` is what they call the text."""
-    findings, content = Diagnostics(), None
-    with suppress(TooManyErrors):
-        content = parse_links_source(Source(name, normalise_newlines(text)), findings)
-    return LinksFileReading(None if findings.has_errors else content, findings.sorted_by_position())
+    return parse_text(text, parse_links_source, name)
 
 
 def parse_links_source(source: Source, diagnostics: Diagnostics) -> LinksFile | None:

@@ -5,17 +5,15 @@ x, y, z with the unit `[N]`, `[N m]`, or `[N or N m]` for a file that holds forc
 """
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from generator.diagnostics import (
-    Diagnostic,
     Diagnostics,
-    InputError,
+    Parsed,
     Source,
     Span,
-    TooManyErrors,
     shorten,
     spelling_hint,
 )
@@ -28,7 +26,7 @@ from generator.input_files.csv_columns import (
     split_cells,
 )
 from generator.loads import LoadKind, TimedLoad
-from generator.text_io import load_text, normalise_newlines
+from generator.text_io import parse_file, parse_text
 
 TIME_UNIT = "[s]"
 FORCE_UNIT = "[N]"
@@ -51,14 +49,6 @@ LOADS_EXAMPLE = "site,kind,time [s],x [N],y [N],z [N]"
 
 
 @dataclass(frozen=True)
-class LoadsReading:
-    """What came of reading loads; `loads` is empty when `faults` holds an error."""
-
-    loads: tuple[TimedLoad, ...]
-    faults: tuple[Diagnostic, ...]
-
-
-@dataclass(frozen=True)
 class _Row:
     """One row that could be read: values [N or N m] at a time [s]."""
 
@@ -71,36 +61,33 @@ class _Row:
 
 def read_loads(path: str | Path, figure: Figure) -> tuple[TimedLoad, ...]:
     """The loads in a file for a figure. Raises InputError, with all faults, when any is wrong."""
-    reading = parse_loads_file(path, figure)
-    if not reading.loads:
-        raise InputError(reading.faults)
-    return reading.loads
+    return parse_loads_file(path, figure).require_value()
 
 
-def parse_loads_file(path: str | Path, figure: Figure) -> LoadsReading:
+def parse_loads_file(path: str | Path, figure: Figure) -> Parsed[tuple[TimedLoad, ...]]:
     """The loads in a file for a figure, with all faults; bad input raises nothing."""
-    source, fault = load_text(Path(path), str(path))
-    if fault is not None:
-        return LoadsReading((), (fault,))
-    return parse_loads(source.text, figure, source.name)
+    return parse_file(path, partial(_parse_table, figure=figure))
 
 
-def parse_loads(text: str, figure: Figure, name: str = "<text>") -> LoadsReading:
+def parse_loads(text: str, figure: Figure, name: str = "<text>") -> Parsed[tuple[TimedLoad, ...]]:
     """The loads that `text` describes, with all faults; `name` is what they call the text."""
-    source, findings = Source(name, normalise_newlines(text)), Diagnostics()
-    loads: tuple[TimedLoad, ...] = ()
-    with suppress(TooManyErrors):
-        lines = data_lines(source)
-        if not lines:
-            findings.error("there are no loads in this file", Span(source, 0, 1), LOADS_EXAMPLE)
-        else:
-            columns = _parse_columns(lines[0], findings)
-            if not findings.has_errors:
-                rows = [_parse_row(line, columns, figure, findings) for line in lines[1:]]
-                loads = _group_loads([row for row in rows if row is not None], figure, findings)
-                if not rows:
-                    findings.error("the table has no rows", lines[0])
-    return LoadsReading(() if findings.has_errors else loads, findings.sorted_by_position())
+    return parse_text(text, partial(_parse_table, figure=figure), name)
+
+
+def _parse_table(
+    source: Source, diagnostics: Diagnostics, figure: Figure
+) -> tuple[TimedLoad, ...] | None:
+    lines = data_lines(source)
+    if not lines:
+        diagnostics.error("there are no loads in this file", Span(source, 0, 1), LOADS_EXAMPLE)
+        return None
+    columns = _parse_columns(lines[0], diagnostics)
+    if diagnostics.has_errors:
+        return None
+    rows = [_parse_row(line, columns, figure, diagnostics) for line in lines[1:]]
+    if not rows:
+        diagnostics.error("the table has no rows", lines[0])
+    return _group_loads([row for row in rows if row is not None], figure, diagnostics)
 
 
 def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, Column]:

@@ -5,7 +5,6 @@ another unit of angle, `moment [N m]` or another unit of moment (`docs/fits.md`)
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -13,12 +12,10 @@ from math import degrees, radians
 from pathlib import Path
 
 from generator.diagnostics import (
-    Diagnostic,
     Diagnostics,
-    InputError,
+    Parsed,
     Source,
     Span,
-    TooManyErrors,
     shorten,
 )
 from generator.input_files.csv_columns import (
@@ -27,7 +24,7 @@ from generator.input_files.csv_columns import (
     parse_number_cell,
     split_cells,
 )
-from generator.text_io import load_text, normalise_newlines
+from generator.text_io import parse_file, parse_text
 from generator.units import DIMENSION_POWERS, UNIT_EXAMPLES, Dimension, UnitError, parse_unit
 
 COLUMN_DIMENSIONS: Mapping[str, Dimension] = {"angle": Dimension.ANGLE, "moment": Dimension.MOMENT}
@@ -62,14 +59,6 @@ class MeasuredMoments:
 
 
 @dataclass(frozen=True)
-class MomentsReading:
-    """What came of reading moments; `moments` is None when `faults` holds an error."""
-
-    moments: MeasuredMoments | None
-    faults: tuple[Diagnostic, ...]
-
-
-@dataclass(frozen=True)
 class _Column:
     index: int
     factor: Fraction
@@ -86,38 +75,33 @@ class _Row:
 
 def read_moments(path: str | Path) -> MeasuredMoments:
     """The moments in a file. Raises InputError, with all faults, when any is wrong."""
-    reading = parse_moments_file(path)
-    if reading.moments is None:
-        raise InputError(reading.faults)
-    return reading.moments
+    return parse_moments_file(path).require_value()
 
 
-def parse_moments_file(path: str | Path) -> MomentsReading:
+def parse_moments_file(path: str | Path) -> Parsed[MeasuredMoments]:
     """The moments in a file, with all faults; bad input raises nothing."""
-    source, fault = load_text(Path(path), str(path))
-    if fault is not None:
-        return MomentsReading(None, (fault,))
-    return parse_moments(source.text, source.name)
+    return parse_file(path, _parse_table)
 
 
-def parse_moments(text: str, name: str = "<text>") -> MomentsReading:
+def parse_moments(text: str, name: str = "<text>") -> Parsed[MeasuredMoments]:
     """The moments that `text` lists, with all faults; `name` is what they call the text."""
-    source, findings, rows = Source(name, normalise_newlines(text)), Diagnostics(), list[_Row]()
-    with suppress(TooManyErrors):
-        lines = data_lines(source)
-        if not lines:
-            findings.error("there are no moments in this file", Span(source, 0, 1), MOMENTS_EXAMPLE)
-        else:
-            columns = _parse_columns(lines[0], findings)
-            if not findings.has_errors:
-                read = [_parse_row(line, columns, findings) for line in lines[1:]]
-                rows = [row for row in read if row is not None]
-                _check_order(rows, findings)
-                _check_count(rows, lines, findings)
-    if findings.has_errors:
-        return MomentsReading(None, findings.sorted_by_position())
+    return parse_text(text, _parse_table, name)
+
+
+def _parse_table(source: Source, diagnostics: Diagnostics) -> MeasuredMoments | None:
+    lines = data_lines(source)
+    if not lines:
+        diagnostics.error("there are no moments in this file", Span(source, 0, 1), MOMENTS_EXAMPLE)
+        return None
+    columns = _parse_columns(lines[0], diagnostics)
+    if diagnostics.has_errors:
+        return None
+    parsed = [_parse_row(line, columns, diagnostics) for line in lines[1:]]
+    rows = [row for row in parsed if row is not None]
+    _check_order(rows, diagnostics)
+    _check_count(rows, lines, diagnostics)
     angles, moments = tuple(row.angle for row in rows), tuple(row.moment for row in rows)
-    return MomentsReading(MeasuredMoments(angles, moments, name), findings.sorted_by_position())
+    return MeasuredMoments(angles, moments, source.name)
 
 
 def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, _Column]:

@@ -8,19 +8,16 @@ place in a pose.
 """
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from generator.diagnostics import (
-    Diagnostic,
     Diagnostics,
-    InputError,
+    Parsed,
     Source,
     Span,
-    TooManyErrors,
     shorten,
     spelling_hint,
 )
@@ -30,7 +27,7 @@ from generator.figure_file.parser import Block, Connect, Field, Statement, Word,
 from generator.figure_file.resolve import resolve_joint_field
 from generator.figure_file.values import displacement_bound
 from generator.rotations import Array
-from generator.text_io import load_text, normalise_newlines
+from generator.text_io import parse_file, parse_text
 
 POSE_SUFFIX = ".pose"
 
@@ -39,52 +36,27 @@ POSE_EXAMPLE = "`joint NAME { displacement = (30deg); }`"
 _DISPLACEMENT_FIELD = "displacement"
 
 
-@dataclass(frozen=True)
-class PoseReading:
-    """What came of reading a pose.
-
-    `displacements` [rad or m] is None when `faults` holds an error, else it has the joints that the
-    file names, shape (n,) each.
-    """
-
-    displacements: Mapping[str, Array] | None
-    faults: tuple[Diagnostic, ...]
-
-
 def read_pose(path: str | Path, figure: Figure) -> dict[str, Array]:
     """The displacements that a pose file gives the joints of a figure, shape (n,) [rad or m].
 
     Raises InputError, which holds all faults, when anything is wrong. Warnings pass.
     """
-    reading = parse_pose_file(path, figure)
-    if reading.displacements is None:
-        raise InputError(reading.faults)
-    return dict(reading.displacements)
+    return dict(parse_pose_file(path, figure).require_value())
 
 
-def parse_pose_file(path: str | Path, figure: Figure) -> PoseReading:
+def parse_pose_file(path: str | Path, figure: Figure) -> Parsed[Mapping[str, Array]]:
     """The pose in a file, with all faults; bad input raises nothing."""
-    source, fault = load_text(Path(path), str(path))
-    return PoseReading(None, (fault,)) if fault is not None else _parse_source(source, figure)
+    return parse_file(path, partial(_parse_pose, figure=figure))
 
 
-def parse_pose(text: str, figure: Figure, name: str = "<text>") -> PoseReading:
+def parse_pose(text: str, figure: Figure, name: str = "<text>") -> Parsed[Mapping[str, Array]]:
     """The pose that `text` describes, with all faults; `name` is what they call the text."""
-    return _parse_source(Source(name, normalise_newlines(text)), figure)
+    return parse_text(text, partial(_parse_pose, figure=figure), name)
 
 
-def _parse_source(source: Source, figure: Figure) -> PoseReading:
-    findings, found = Diagnostics(), dict[str, Array]()
-    with suppress(TooManyErrors):
-        _resolve_pose(parse_statements(source, findings), figure, found, findings)
-    displacements = None if findings.has_errors else found
-    return PoseReading(displacements, findings.sorted_by_position())
-
-
-def _resolve_pose(
-    tree: Block, figure: Figure, found: dict[str, Array], diagnostics: Diagnostics
-) -> None:
-    """Put what the statements say into `found`."""
+def _parse_pose(source: Source, diagnostics: Diagnostics, figure: Figure) -> Mapping[str, Array]:
+    tree = parse_statements(source, diagnostics)
+    displacements: dict[str, Array] = {}
     if not tree.body and not diagnostics.has_syntax_errors and figure.degrees_of_freedom:
         hint = f"a joint of a pose is written {POSE_EXAMPLE}"
         diagnostics.error("there is no joint in this pose", tree.kind.span, hint)
@@ -105,7 +77,8 @@ def _resolve_pose(
             continue
         values = _resolve_displacement(statement, joint, diagnostics)
         if values is not None:
-            found[joint.name] = values
+            displacements[joint.name] = values
+    return displacements
 
 
 def _joint_name(statement: Statement, diagnostics: Diagnostics) -> Word | None:

@@ -9,21 +9,19 @@ What a links file means for a figure: links of degrees of freedom, or faults wit
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import assert_never
 
 import numpy as np
 
 from generator.diagnostics import (
-    Diagnostic,
     Diagnostics,
-    InputError,
     MoverError,
+    Parsed,
+    Source,
     Span,
-    TooManyErrors,
     shorten,
     spelling_hint,
 )
@@ -32,7 +30,7 @@ from generator.input_files.links import MAX_LINK_FACTOR, LinkEntry, LinksFile, p
 from generator.kinematics.mirror import MirrorError, format_dof_count, mirror_signs
 from generator.kinematics.placement import Displacements
 from generator.rotations import Array
-from generator.text_io import load_text
+from generator.text_io import parse_file
 
 MAX_LINK_VALUE = 1e300
 """Displacements beyond this count as infinite: in degrees they would be [rad or m]."""
@@ -198,33 +196,19 @@ def cycle_message(cycle: Sequence[Coordinate]) -> str:
     return f"the links go round: {cycle[0]} follows {chain}"
 
 
-@dataclass(frozen=True)
-class LinksReading:
-    """What came of reading links for a figure; `links` is None when `faults` holds an error."""
-
-    links: Links | None
-    faults: tuple[Diagnostic, ...]
-
-
 def read_links(path: str | Path, figure: Figure) -> Links:
     """The links in a file. Raises InputError, which holds all faults, when anything is wrong."""
-    reading = parse_links_file(path, figure)
-    if reading.links is None:
-        raise InputError(reading.faults)
-    return reading.links
+    return parse_links_file(path, figure).require_value()
 
 
-def parse_links_file(path: str | Path, figure: Figure) -> LinksReading:
+def parse_links_file(path: str | Path, figure: Figure) -> Parsed[Links]:
     """The links in a file, with all faults; bad input raises nothing."""
-    source, fault = load_text(Path(path), str(path))
-    if fault is not None:
-        return LinksReading(None, (fault,))
-    findings, links = Diagnostics(), None
-    with suppress(TooManyErrors):
-        content = parse_links_source(source, findings)
-        if content is not None:
-            links = bind_links(content, figure, findings)
-    return LinksReading(None if findings.has_errors else links, findings.sorted_by_position())
+    return parse_file(path, partial(_parse_links, figure=figure))
+
+
+def _parse_links(source: Source, diagnostics: Diagnostics, figure: Figure) -> Links | None:
+    content = parse_links_source(source, diagnostics)
+    return None if content is None else bind_links(content, figure, diagnostics)
 
 
 def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> Links | None:

@@ -73,7 +73,7 @@ def read_model(path: str | Path, *, separate: bool = False) -> Imported:
         InputError: with everything that is wrong, each with its place.
     """
     if Path(path).is_dir():
-        return imported_from_dyspam(parse_dyspam(Path(path)))
+        return imported_from_dyspam(parse_dyspam(Path(path)).require_value())
     source, fault = load_text(Path(path), str(path))
     if fault is not None:
         raise InputError([fault])

@@ -7,7 +7,6 @@ from generator.diagnostics import (
     Diagnostic,
     InputError,
     error,
-    select_errors,
     spelling_hint,
     warning,
 )
@@ -15,7 +14,6 @@ from generator.drive import Drive
 from generator.figure import AxisKind, Figure
 from generator.input_files.drives import (
     OVERSHOOT_HINT,
-    DrivesReading,
     describe_overshoot,
     parse_drives_file,
 )
@@ -37,12 +35,12 @@ def read_drives(
     Raises:
         InputError: with all faults.
     """
-    return read_drives_with_warnings(path, figure, joints).drives
+    return read_drives_with_warnings(path, figure, joints)[0]
 
 
 def read_drives_with_warnings(
     path: str | Path, figure: Figure, joints: Sequence[str] = ()
-) -> DrivesReading:
+) -> tuple[Mapping[str, Drive], tuple[Diagnostic, ...]]:
     """What `read_drives` reads, with warnings where a spline leaves the range of its rows by much.
 
     Raises InputError as it does.
@@ -54,12 +52,11 @@ def read_drives_with_warnings(
             for joint, drive in drives.items()
             for one in drive.overshoots()
         ]
-        return DrivesReading(drives, tuple(told))
+        return drives, tuple(told)
     reading = parse_drives_file(path, figure, joints)
-    if select_errors(reading.faults):
-        raise InputError(reading.faults)
-    _require_driven(joints, reading.drives, str(path))
-    return reading
+    drives = reading.require_value()
+    _require_driven(joints, drives, str(path))
+    return drives, reading.diagnostics
 
 
 def drives_from_action(

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 
-from generator.diagnostics import InputError
 from generator.drive import Drive
 from generator.figure import Figure
 from generator.kinematics.links import Links
@@ -109,7 +108,5 @@ def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:
     if plan.springs is not None:
         return plan.springs
     folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    reading = load_springs(figure, folder, stem, plan.spring_choice, plan.joining)
-    if reading.springs is None:
-        raise InputError(reading.faults)
-    return reading.springs
+    loaded = load_springs(figure, folder, stem, plan.spring_choice, plan.joining)
+    return loaded.require_value().springs

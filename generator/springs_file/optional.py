@@ -7,15 +7,20 @@ Comments from `#` to the end of a line are an extension.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from math import isfinite
 
-from generator.diagnostics import Diagnostic, Diagnostics, Source, Span, TooManyErrors, shorten
+from generator.diagnostics import (
+    Diagnostics,
+    Parsed,
+    Source,
+    Span,
+    shorten,
+)
 from generator.figure_file.lexer import MAX_WORD_LENGTH
-from generator.text_io import normalise_newlines
+from generator.text_io import parse_text
 from generator.units import Dimension, convert_to_si, default_unit_factor
 from springs import Coefficients
 
@@ -72,14 +77,6 @@ class OptionalRecord:
 
 
 @dataclass(frozen=True)
-class OptionalReading:
-    """What came of reading an `optional` file: the sound records, and all faults."""
-
-    records: tuple[OptionalRecord, ...]
-    faults: tuple[Diagnostic, ...]
-
-
-@dataclass(frozen=True)
 class _Line:
     """The words of a line that has any."""
 
@@ -90,13 +87,9 @@ class _Line:
         return self.words[0].extend_to(self.words[-1])
 
 
-def parse_optional(text: str, name: str = "<text>") -> OptionalReading:
+def parse_optional(text: str, name: str = "<text>") -> Parsed[tuple[OptionalRecord, ...]]:
     """The records that `text` holds, with all faults; `name` is what they call the text."""
-    findings = Diagnostics()
-    records: tuple[OptionalRecord, ...] = ()
-    with suppress(TooManyErrors):
-        records = parse_records(Source(name, normalise_newlines(text)), findings)
-    return OptionalReading(records, findings.sorted_by_position())
+    return parse_text(text, parse_records, name)
 
 
 def parse_records(source: Source, diagnostics: Diagnostics) -> tuple[OptionalRecord, ...]:

@@ -6,16 +6,14 @@ joint's declared axis, so the mirror image needs no second table.
 """
 
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, cast
 
 from generator.diagnostics import (
-    Diagnostic,
     Diagnostics,
+    Parsed,
     Source,
     Span,
-    TooManyErrors,
     shorten,
     spelling_hint,
 )
@@ -42,7 +40,7 @@ from generator.springs_file.toml_table import (
     TableReader,
     parse_document,
 )
-from generator.text_io import normalise_newlines
+from generator.text_io import parse_text
 from springs import Damping, Joining
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
@@ -105,25 +103,9 @@ class SpringsFile:
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
 
-@dataclass(frozen=True)
-class SpringsReading:
-    """What came of reading a springs file.
-
-    `content` is None for a text that is no TOML. Where `faults` holds an error it has what could
-    be read, so that it can be checked further; it is then not fit for use.
-    """
-
-    content: SpringsFile | None
-    faults: tuple[Diagnostic, ...]
-
-
-def parse_springs(text: str, name: str = "<text>") -> SpringsReading:
+def parse_springs(text: str, name: str = "<text>") -> Parsed[SpringsFile]:
     """The springs that `text` describes, with all faults; `name` is what they call the text."""
-    findings = Diagnostics()
-    content = None
-    with suppress(TooManyErrors):
-        content = parse_springs_source(Source(name, normalise_newlines(text)), findings)
-    return SpringsReading(content, findings.sorted_by_position())
+    return parse_text(text, parse_springs_source, name)
 
 
 def parse_springs_source(source: Source, diagnostics: Diagnostics) -> SpringsFile | None:

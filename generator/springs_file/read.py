@@ -14,7 +14,7 @@ from typing import assert_never
 from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
-    InputError,
+    Parsed,
     Source,
     TooManyErrors,
     error,
@@ -38,7 +38,7 @@ from generator.springs_file.bind_coupled import (
 )
 from generator.springs_file.optional import parse_records
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile, parse_springs_source
-from generator.text_io import load_text
+from generator.text_io import load_text, parse_file
 from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
 from springs.joint import UNKNOWN_AXIS
 from springs.lint.report import LawReplacement
@@ -130,18 +130,18 @@ FIGURE_ORIGIN = "figure's own stiff/rest/damp"
 
 
 @dataclass(frozen=True)
-class PassiveReading:
-    """What came of looking for a figure's springs.
+class LoadedSprings:
+    """The springs of a figure or of a springs file.
 
     Attributes:
-        springs: None when `faults` has an error.
-        faults: all that was found.
+        springs: by joint.
         replaced: laws over several joints that stand for others.
+        figure: name of the figure whose joints have them; None if a springs file names none.
     """
 
-    springs: SpringSet | None
-    faults: tuple[Diagnostic, ...]
+    springs: SpringSet
     replaced: tuple[LawReplacement, ...] = ()
+    figure: str | None = None
 
 
 def load_springs(
@@ -150,7 +150,7 @@ def load_springs(
     stem: str | None = None,
     choice: str | Path | None = None,
     joining: Joining | None = None,
-) -> PassiveReading:
+) -> Parsed[LoadedSprings]:
     """The passive springs of a figure, with all faults; bad input raises nothing.
 
     A spring from a file replaces `stiff`, `rest` and `damp` on its axis; the figure's limits are
@@ -168,10 +168,11 @@ def load_springs(
             conservative.
     """
     if choice is not None and str(choice) == NO_SPRINGS:
-        return PassiveReading(SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS), ())
+        none = SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS)
+        return Parsed(LoadedSprings(none), ())
     path, missing = find_springs_file(directory, stem, choice)
     if missing is not None:
-        return PassiveReading(None, (missing,))
+        return Parsed(None, (missing,))
     findings, springs, content = Diagnostics(), None, None
     with suppress(TooManyErrors):
         given = []
@@ -180,10 +181,10 @@ def load_springs(
                 figure, path, stem, str(choice) == PRINTED_SPRINGS, findings
             )
         springs = _build_spring_set(figure, path, given, content, joining, findings)
-    if findings.has_errors:
-        return PassiveReading(None, findings.sorted_by_position())
+    if findings.has_errors or springs is None:
+        return Parsed(None, findings.sorted_by_position())
     replaced = () if content is None else replaced_laws(content)
-    return PassiveReading(springs, findings.sorted_by_position(), replaced)
+    return Parsed(LoadedSprings(springs, replaced), findings.sorted_by_position())
 
 
 def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
@@ -201,10 +202,7 @@ def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
         InputError: anything is wrong; it holds all faults. Warnings pass.
     """
     folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    reading = load_springs(figure, folder, stem, path_or_name)
-    if reading.springs is None:
-        raise InputError(reading.faults)
-    return reading.springs
+    return load_springs(figure, folder, stem, path_or_name).require_value().springs
 
 
 def _bind_file(
@@ -338,51 +336,35 @@ _AXIS_DIRECTIONS: Mapping[str | None, Vector] = {
 }
 
 
-@dataclass(frozen=True)
-class BareReading:
-    """What came of reading a springs file by itself.
-
-    Attributes:
-        springs: None when `faults` holds an error.
-        figure: name of the figure whose joints they were given to, or None without any.
-        faults: all that was found.
-        replaced: laws over several joints that stand for others.
-    """
-
-    springs: SpringSet | None
-    figure: str | None
-    faults: tuple[Diagnostic, ...]
-    replaced: tuple[LawReplacement, ...] = ()
-
-
-def parse_springs_file(path: Path) -> BareReading:
+def parse_springs_file(path: Path) -> Parsed[LoadedSprings]:
     """The springs in a file, with all faults; bad input raises nothing.
 
     The figure that the file names is looked for beside it and among the shipped ones. Without one,
     joints and their axes are taken as the file has them.
     """
-    source, fault = load_text(path, str(path))
-    if fault is not None:
-        return BareReading(None, None, (fault,))
-    findings, springs, content = Diagnostics(), None, None
+    parsed = parse_file(path, parse_springs_source)
+    content = parsed.value
+    if content is None:
+        return Parsed(None, parsed.diagnostics)
+    file = _find_figure_file(content, path.parent)
+    figure = None if file is None else parse_figure_file(file).value
+    if figure is not None:
+        bound = load_springs(figure, path.parent, content.figure, path)
+        loaded = None if bound.value is None else replace(bound.value, figure=content.figure)
+        return Parsed(loaded, bound.diagnostics)
+    diagnostics = Diagnostics(list(parsed.diagnostics))
+    if content.figure is not None:
+        diagnostics.warning(
+            f"the figure `{shorten(content.figure)}` is not to be found or cannot be read",
+            content.origins.get("figure"),
+            "joints and axes are taken as they stand here",
+        )
+    loaded = None
     with suppress(TooManyErrors):
-        content = parse_springs_source(source, findings)
-        if content is not None and not findings.has_errors:
-            file = _find_figure_file(content, path.parent)
-            reading = None if file is None else parse_figure_file(file)
-            if reading is not None and reading.figure is not None:
-                given = load_springs(reading.figure, path.parent, content.figure, path)
-                return BareReading(given.springs, content.figure, given.faults, given.replaced)
-            if content.figure is not None:
-                findings.warning(
-                    f"the figure `{shorten(content.figure)}` is not to be found or cannot be read",
-                    content.origins.get("figure"),
-                    "joints and axes are taken as they stand here",
-                )
-            springs = _springs_without_figure(content, path.name, findings)
-    if findings.has_errors or content is None:
-        return BareReading(None, None, findings.sorted_by_position())
-    return BareReading(springs, None, findings.sorted_by_position(), replaced_laws(content))
+        springs = _springs_without_figure(content, path.name, diagnostics)
+        loaded = LoadedSprings(springs, replaced_laws(content))
+    value = None if diagnostics.has_errors else loaded
+    return Parsed(value, diagnostics.sorted_by_position())
 
 
 def _find_figure_file(content: SpringsFile, folder: Path) -> Path | None:

@@ -23,9 +23,9 @@ def block(language: str) -> str:
 
 def double_pendulum() -> Figure:
     reading = parse_figure(block(""), "README.md")
-    assert reading.faults == ()
-    assert reading.figure is not None
-    return reading.figure
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value
 
 
 def test_the_figure_is_read_without_a_word() -> None:
@@ -37,7 +37,7 @@ def test_the_figure_is_read_without_a_word() -> None:
 
 
 def test_its_springs_are_its_own() -> None:
-    springs = load_springs(double_pendulum()).springs
+    springs = load_springs(double_pendulum()).value.springs
     assert springs is not None
     assert len(springs.joints["wrist"].axes) == 3
     (hinge,) = springs.joints["shoulder"].axes
@@ -48,9 +48,9 @@ def test_its_springs_are_its_own() -> None:
 
 def test_the_springs_file_is_read_without_a_fault() -> None:
     reading = parse_springs(block("toml"), "README.md")
-    assert reading.faults == ()
-    assert reading.content is not None
-    (entry,) = reading.content.entries
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    (entry,) = reading.value.entries
     assert entry.joints == ("left_elbow", "right_elbow")
     assert entry.law.coefficients == (1.014, 29.224, -6.13885, 214.423)
     assert entry.law.dead_zone == pytest.approx((0.0, np.radians(97.4)), rel=1e-15)

@@ -30,9 +30,9 @@ def test_the_example_is_fitted_as_it_is_printed(tmp_path: Path, monkeypatch: pyt
     result = CliRunner().invoke(app, words[1:])
     assert result.exit_code == 0, result.output
     reading = parse_springs(Path("elbow.springs.toml").read_text(encoding="utf-8"))
-    assert reading.faults == ()
-    assert reading.content is not None
-    (entry,) = reading.content.entries
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    (entry,) = reading.value.entries
     assert entry.joints == ("left_elbow", "right_elbow")
     assert Path("elbow.svg").stat().st_size > 0
 

@@ -21,9 +21,9 @@ def block(language: str) -> str:
 
 def test_the_file_is_read():
     reading = parse_links(block("toml"), "arms.links.toml")
-    assert reading.faults == ()
-    assert reading.content is not None
-    assert [entry.joints for entry in reading.content.entries] == [("right_shoulder",), ("waist",)]
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    assert [entry.joints for entry in reading.value.entries] == [("right_shoulder",), ("waist",)]
 
 
 def test_the_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -23,9 +23,9 @@ CURVES, COUPLED = PAGE.split("## A law over several joints")
 
 def content(text: str) -> SpringsFile:
     reading = parse_springs(text, "springs-file.md")
-    assert reading.faults == ()
-    assert reading.content is not None
-    return reading.content
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value
 
 
 def rows(part: str) -> set[str]:
@@ -93,7 +93,7 @@ conservative = "nearest"
 terms = [
 """
         term = f"{{ amplitudes_Nm = {[1] * count}, rates_1_rad = {[1] * count} }},\n"
-        faults = parse_springs(said + terms * term + "]\n").faults
+        faults = parse_springs(said + terms * term + "]\n").diagnostics
         assert bool(faults) is (count > 3 or terms > 40)
 
 
@@ -118,5 +118,5 @@ def test_springs_with_faults_are_an_error_that_holds_all(tmp_path: Path):
 
 def test_the_error_is_printed_as_the_page_has_it():
     text = '[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 1\nscale = -1\n'
-    (fault,) = parse_springs(text, "my.springs.toml").faults
+    (fault,) = parse_springs(text, "my.springs.toml").diagnostics
     assert str(fault) in PAGE

@@ -1,8 +1,11 @@
+import pickle
+
 import pytest
 
 from generator.diagnostics import (
     InputError,
     MoverError,
+    Parsed,
     Source,
     Span,
     closest_match,
@@ -99,3 +102,19 @@ def test_an_input_error_carries_all_faults():
     assert "first" in str(raised)
     assert "second" in str(raised)
     assert isinstance(raised, MoverError)
+
+
+def test_an_input_error_keeps_its_diagnostics_when_pickled():
+    source = Source("my.fig", "one\ntwo\n")
+    raised = InputError((error("wrong", Span(source, 4, 7), "right"), warning("odd")))
+    again = pickle.loads(pickle.dumps(raised))
+    assert again.diagnostics == raised.diagnostics
+    assert str(again) == str(raised)
+
+
+def test_a_parsed_value_or_all_its_diagnostics():
+    odd = warning("odd")
+    assert Parsed(0, (odd,)).require_value() == 0
+    with pytest.raises(InputError) as caught:
+        Parsed(None, (odd, error("wrong"))).require_value()
+    assert caught.value.diagnostics == (odd, error("wrong"))

@@ -18,9 +18,9 @@ CLAVICLES = {"left_clavicle", "right_clavicle"}
 def springs_of(figure):
     assert figure.path is not None
     reading = load_springs(figure, figure.path.parent, figure.path.stem)
-    assert reading.faults == ()
-    assert reading.springs is not None
-    return reading.springs
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value.springs
 
 
 def potential(tree, displacements):

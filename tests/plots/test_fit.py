@@ -109,10 +109,10 @@ def test_the_spring_that_is_written_is_the_law(tmp_path: Path):
     assert result.exit_code == 0, result.output
     assert f"wrote {output}" in result.stdout
     reading = load_springs(read_figure("prototype"), choice=output)
-    assert reading.faults == ()
-    assert reading.springs is not None
+    assert reading.diagnostics == ()
+    assert reading.value is not None
     for name, x in (("left_hip_joint", 1.0), ("right_hip_joint", -1.0)):
-        (spring,) = (s for s in reading.springs.joints[name].axes if s.motion)
+        (spring,) = (s for s in reading.value.springs.joints[name].axes if s.motion)
         assert spring.direction == (x, 0.0, 0.0)
         assert spring.motion == "abduction"
         assert spring.reference == 'A "study" of 2000'

@@ -16,7 +16,7 @@ import numpy as np
 from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
-    InputError,
+    Parsed,
     Source,
     Span,
     TooManyErrors,
@@ -183,31 +183,29 @@ def _joint_name(number: int) -> str:
 
 
 @dataclass(frozen=True)
-class DyspamReading:
-    """What came of reading a folder.
+class DyspamModel:
+    """The contents of a folder.
 
     Attributes:
-        figure: None when `faults` holds an error.
-        springs: of the figure, from `ndyspamfile` and `optional`; None likewise.
-        faults: all that was found.
+        figure: of the structure, its tables and loads.
+        springs: of the figure, from `ndyspamfile` and `optional`.
         losses: what the files say that a figure and its springs do not hold.
-        times: of the simulation; None when they could not be read.
+        times: of the simulation.
         rates: by joint, rates of the displacements at the start [rad/s], where there are any.
     """
 
-    figure: Figure | None
-    springs: SpringSet | None
-    faults: tuple[Diagnostic, ...]
+    figure: Figure
+    springs: SpringSet
     losses: Losses
-    times: Times | None
+    times: Times
     rates: Mapping[str, tuple[float, ...]]
 
 
-def parse_dyspam(path: Path) -> DyspamReading:
+def parse_dyspam(path: Path) -> Parsed[DyspamModel]:
     """The figure and the springs in a folder, with all faults; bad input raises nothing."""
     if not path.is_dir():
         missing = error(f"there is no folder `{path}`", hint=f"it holds {', '.join(FILES)}")
-        return DyspamReading(None, None, (missing,), Losses(FORMAT), None, {})
+        return Parsed(None, (missing,))
     faults: list[Diagnostic] = []
     sources = {name: _read_source(path, name, faults) for name in (STRUCTURE, TABLES, LOADS)}
     structure, figure, springs = None, None, None
@@ -218,21 +216,11 @@ def parse_dyspam(path: Path) -> DyspamReading:
         figure, rates = _build_figure(sources, structure, faults)
     if figure is not None:
         springs = _load_springs(figure, path / OPTIONAL, faults)
-    if figure is not None and not select_errors(faults):
-        figure = replace(figure, path=path / TABLES)
-    else:
-        figure = springs = None
-    losses = Losses.collect(FORMAT, () if structure is None else _reading_losses(structure, rates))
-    times = None if structure is None else structure.times
-    return DyspamReading(figure, springs, tuple(faults), losses, times, rates)
-
-
-def read_dyspam(path: Path) -> DyspamReading:
-    """As `examine`, with figure and springs. Raises InputError, which holds all faults."""
-    reading = parse_dyspam(path)
-    if select_errors(reading.faults):
-        raise InputError(reading.faults)
-    return reading
+    if structure is None or figure is None or springs is None or select_errors(faults):
+        return Parsed(None, tuple(faults))
+    figure = replace(figure, path=path / TABLES)
+    losses = Losses.collect(FORMAT, _reading_losses(structure, rates))
+    return Parsed(DyspamModel(figure, springs, losses, structure.times, rates), tuple(faults))
 
 
 def _read_source(folder: Path, name: str, diagnostics: list[Diagnostic]) -> Source:
@@ -287,9 +275,9 @@ def _load_springs(figure: Figure, path: Path, diagnostics: list[Diagnostic]) -> 
         source, fault = load_text(path, os.fspath(path))
         if fault is not None or source.text.strip():
             choice = path
-    reading = load_springs(figure, choice=choice)
-    diagnostics += reading.faults
-    return reading.springs
+    loaded = load_springs(figure, choice=choice)
+    diagnostics += loaded.diagnostics
+    return None if loaded.value is None else loaded.value.springs
 
 
 def _reading_losses(
@@ -309,17 +297,11 @@ def _reading_losses(
 _REFERENCE = "DYSPAM's file `optional`"
 
 
-def imported_from_dyspam(reading: DyspamReading) -> Imported:
-    """The figure with its cubics as a springs file; linear springs are the figure's own fields.
-
-    Raises InputError for a reading with errors.
-    """
-    figure, springs = reading.figure, reading.springs
-    if figure is None or springs is None:
-        raise InputError(reading.faults)
-    entries = tuple(_entries(figure, springs))
+def imported_from_dyspam(model: DyspamModel) -> Imported:
+    """The figure with its cubics as a springs file; linear springs are the figure's own fields."""
+    entries = tuple(_entries(model.figure, model.springs))
     content = SpringsFile(entries) if entries else None
-    return Imported(figure, content, reading.losses, {})
+    return Imported(model.figure, content, model.losses, {})
 
 
 def _entries(figure: Figure, springs: SpringSet) -> list[SpringEntry]:

@@ -153,7 +153,7 @@ def test_the_lines_of_a_segment_can_be_pasted(tmp_path):
     head, begin, rest = text.partition("  segment left_upper_arm {\n")
     block, end, tail = rest.partition("  }\n")
     kept = [line for line in block.splitlines(True) if "psurf" in line or "al->" in line]
-    figure = parse_figure(f"{head}{begin}{''.join(kept)}{lines}{end}{tail}").figure
+    figure = parse_figure(f"{head}{begin}{''.join(kept)}{lines}{end}{tail}").value
     assert figure is not None
     arm = figure.segments["left_upper_arm"]
     expected = mass_properties(read_psurf(FIGURES / "euparm.pss"), 1050.0)

@@ -41,8 +41,8 @@ def _text(segment="", joint="", figure=""):
 
 def _read(**parts):
     reading = parse_figure(_text(**parts))
-    assert reading.faults == ()
-    return reading.figure
+    assert reading.diagnostics == ()
+    return reading.value
 
 
 def test_the_pendulum_of_figure_3_4():
@@ -68,7 +68,7 @@ def test_the_pendulum_of_figure_3_4():
 
 @pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
 def test_the_shipped_figures_have_no_errors(name):
-    assert select_errors(parse_figure_file(name).faults) == ()
+    assert select_errors(parse_figure_file(name).diagnostics) == ()
 
 
 def test_a_joint_without_a_type_is_rigid():
@@ -164,9 +164,9 @@ def test_attribute_is_a_block_and_a_field():
 
 
 def test_comments_blanks_and_empty_statements_say_nothing():
-    plain = parse_figure(_text()).figure
+    plain = parse_figure(_text()).value
     text = _text().replace(";", " /* a ; } */ ;; # } \n").replace("site ", "site\n/**/ ")
-    assert parse_figure(text).figure == plain
+    assert parse_figure(text).value == plain
 
 
 def test_units_are_glued_or_spaced():
@@ -184,8 +184,8 @@ def test_the_words_of_the_language_can_be_names():
         .replace("near", "location")
     )
     reading = parse_figure(text)
-    assert reading.faults == ()
-    assert reading.figure.root == SiteRef("segment", "to")
+    assert reading.diagnostics == ()
+    assert reading.value.root == SiteRef("segment", "to")
 
 
 def test_everything_knows_where_it_is_written():
@@ -208,7 +208,7 @@ def test_a_segment_may_close_a_loop():
 @pytest.mark.parametrize("length", [0.9999989, 1.0000011])
 def test_an_axis_off_by_more_than_its_print_is_refused(length):
     reading = parse_figure(_text(joint=f"type = R(0,{length},0);"))
-    assert "instead of 1" in reading.faults[0].message
+    assert "instead of 1" in reading.diagnostics[0].message
 
 
 def test_a_body_of_ten_heavy_links_in_a_row_is_no_person():
@@ -218,8 +218,8 @@ def test_a_body_of_ten_heavy_links_in_a_row_is_no_person():
         for i in range(10)
     )
     reading = parse_figure(_text(figure=links))
-    assert reading.figure.total_mass == pytest.approx(40.025)
-    assert reading.faults == ()
+    assert reading.value.total_mass == pytest.approx(40.025)
+    assert reading.diagnostics == ()
 
 
 # Paths and names
@@ -229,8 +229,8 @@ def test_a_shipped_name_is_found_from_any_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pendulum").mkdir()  # a folder of that name is not meant
     reading = parse_figure_file("pendulum")
-    assert reading.figure == read_figure("pendulum")
-    assert (reading.path / "pendulum.fig").is_file()
+    assert reading.value == read_figure("pendulum")
+    assert reading.value.path.name == "pendulum.fig"
 
 
 def test_a_file_comes_before_a_shipped_name(tmp_path, monkeypatch):
@@ -252,12 +252,12 @@ def test_a_missing_file_is_told_with_the_nearest_shipped_name():
 @pytest.mark.parametrize("name", ["no/such/file.fig", "a" * 5000, ""])
 def test_strange_names_are_told(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (fault,) = parse_figure_file(name).faults
+    (fault,) = parse_figure_file(name).diagnostics
     assert fault.span is None
 
 
 def test_a_directory_is_no_file(tmp_path):
-    (fault,) = parse_figure_file(tmp_path).faults
+    (fault,) = parse_figure_file(tmp_path).diagnostics
     assert "is a directory" in fault.message
 
 
@@ -269,12 +269,12 @@ def test_a_file_that_may_not_be_read_is_told(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "open", refuse)
-    (fault,) = parse_figure_file(path).faults
+    (fault,) = parse_figure_file(path).diagnostics
     assert fault.message.endswith("cannot be read: permission denied")
 
 
 def test_a_device_without_end_is_not_read_for_ever():
-    (fault,) = parse_figure_file("/dev/zero").faults
+    (fault,) = parse_figure_file("/dev/zero").diagnostics
     assert "larger than" in fault.message
 
 
@@ -285,15 +285,15 @@ def test_the_shipped_figures_are_named():
 def test_a_geometry_file_beside_the_figure_is_found(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_text(_text(segment='psurf = "arm.pss";'))
-    assert len(parse_figure_file(path).faults) == 1
+    assert len(parse_figure_file(path).diagnostics) == 1
     (tmp_path / "arm.pss").write_text("")
-    assert parse_figure_file(path).faults == ()
+    assert parse_figure_file(path).diagnostics == ()
 
 
 def test_a_geometry_file_with_an_impossible_name_is_missing(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_text(_text(segment=f'psurf = "{"é" * 190}.pss";'))
-    (fault,) = parse_figure_file(path).faults
+    (fault,) = parse_figure_file(path).diagnostics
     assert "there is no file" in fault.message
 
 
@@ -314,14 +314,14 @@ def test_harmless_encodings_are_read_in_silence(data, tmp_path):
     path = tmp_path / "arm.fig"
     path.write_bytes(data)
     reading = parse_figure_file(path)
-    assert reading.faults == ()
-    assert reading.figure == parse_figure(_text()).figure
+    assert reading.diagnostics == ()
+    assert reading.value == parse_figure(_text()).value
 
 
 def test_the_place_of_a_wrong_byte_is_right_behind_a_byte_order_mark(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_bytes(b"\xef\xbb\xbffigure\r\n{ # caf\xe9 }")
-    (fault,) = parse_figure_file(path).faults
+    (fault,) = parse_figure_file(path).diagnostics
     assert (fault.span.line, fault.span.column, fault.span.text) == (2, 8, "é")
 
 
@@ -358,7 +358,7 @@ TEN_MILLION = 10_000_000
 def test_ten_million_characters_end_soon(head, piece):
     text = head + piece * (TEN_MILLION // len(piece))
     start = time.process_time()
-    faults = parse_figure(text).faults
+    faults = parse_figure(text).diagnostics
     told = "\n".join(str(fault) for fault in faults)
     # A guard against reading on without end, not a measure: coverage makes it several times slower.
     assert time.process_time() - start < 20.0
@@ -369,16 +369,16 @@ def test_ten_million_characters_end_soon(head, piece):
 
 def test_after_a_hundred_errors_reading_stops():
     reading = parse_figure(_text(segment="colour = 1;\n" * 500))
-    assert len(reading.faults) == 100
-    assert "reading stopped here, after 100 errors" in reading.faults[-1].hint
+    assert len(reading.diagnostics) == 100
+    assert "reading stopped here, after 100 errors" in reading.diagnostics[-1].hint
 
 
 def test_of_many_warnings_a_hundred_are_told():
     sites = "".join(f"site s{i}->location = xyz(1,0,0);\n" for i in range(250))
     reading = parse_figure(_text(segment=sites))
-    assert reading.figure is not None
-    assert len(reading.faults) == 100
-    assert reading.faults[-1].hint.endswith("and 150 more warnings")
+    assert reading.value is not None
+    assert len(reading.diagnostics) == 100
+    assert reading.diagnostics[-1].hint.endswith("and 150 more warnings")
 
 
 # Tokens
@@ -417,5 +417,5 @@ def test_any_text_is_cut_into_tokens_in_order(text):
 def test_any_text_is_read_without_a_traceback(text):
     for whole in (text, f"figure {{ {text}", _text(segment=text.replace("{", "(")), _text() + text):
         reading = parse_figure(whole)
-        assert (reading.figure is None) is bool(select_errors(reading.faults))
-        assert all(str(fault) for fault in reading.faults)
+        assert (reading.value is None) is bool(select_errors(reading.diagnostics))
+        assert all(str(fault) for fault in reading.diagnostics)

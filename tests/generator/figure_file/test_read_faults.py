@@ -29,7 +29,7 @@ def test_the_files_are_there():
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_broken_file_is_told_everything(path):
     reading = parse_figure_file(path)
-    told = "\n".join(str(fault) for fault in reading.faults).replace(str(path), path.name)
+    told = "\n".join(str(fault) for fault in reading.diagnostics).replace(str(path), path.name)
     assert told == path.with_suffix(".expected").read_text("utf-8").removesuffix("\n")
 
 
@@ -37,17 +37,17 @@ def test_a_broken_file_is_told_everything(path):
 def test_a_figure_comes_of_warnings_but_not_of_errors(path):
     reading = parse_figure_file(path)
     harmless = path.stem in HARMLESS
-    assert bool(select_errors(reading.faults)) is not harmless
-    assert (reading.figure is not None) is harmless
+    assert bool(select_errors(reading.diagnostics)) is not harmless
+    assert (reading.value is not None) is harmless
     if not harmless:
         with pytest.raises(InputError) as raised:
             read_figure(path)
-        assert raised.value.diagnostics == reading.faults
+        assert raised.value.diagnostics == reading.diagnostics
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_fault_has_a_place(path):
-    for fault in parse_figure_file(path).faults:
+    for fault in parse_figure_file(path).diagnostics:
         assert fault.span is not None
         assert 0 <= fault.span.start <= fault.span.end <= len(fault.span.source.text)
 

@@ -86,15 +86,15 @@ def _wound(draw, text, start, end):
 def test_a_damaged_file_is_told_or_read(text):
     start = time.process_time()
     reading = parse_figure(text)
-    told = [str(fault) for fault in reading.faults]
+    told = [str(fault) for fault in reading.diagnostics]
     assert time.process_time() - start < LONGEST
-    assert (reading.figure is None) is bool(select_errors(reading.faults))
+    assert (reading.value is None) is bool(select_errors(reading.diagnostics))
     assert all(told)
-    if reading.figure is not None:
-        again = parse_figure(write_figure(reading.figure))
-        assert again.figure == reading.figure
-        assert len(simulation_diagnostics(reading.figure)) == len(
-            simulation_diagnostics(again.figure)
+    if reading.value is not None:
+        again = parse_figure(write_figure(reading.value))
+        assert again.value == reading.value
+        assert len(simulation_diagnostics(reading.value)) == len(
+            simulation_diagnostics(again.value)
         )
 
 
@@ -104,7 +104,7 @@ def test_the_wounds_leave_some_files_whole_and_break_others():
     @settings(max_examples=60, derandomize=True, deadline=None, database=None)
     @given(text=damaged())
     def look(text):
-        outcomes.add(parse_figure(text).figure is None)
+        outcomes.add(parse_figure(text).value is None)
 
     look()
     assert outcomes == {True, False}

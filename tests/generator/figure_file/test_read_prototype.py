@@ -158,11 +158,11 @@ def test_ten_segments_move_with_22_degrees_of_freedom(figure):
 
 def test_the_reader_remarks_on_the_mass_and_on_nothing_else():
     reading = parse_figure_file("prototype")
-    (fault,) = reading.faults
+    (fault,) = reading.diagnostics
     assert fault.message == (
         "total mass 49.28 kg is far below a 50th-percentile man's (about 78 kg)"
     )
-    assert simulation_diagnostics(reading.figure) == ()
+    assert simulation_diagnostics(reading.value) == ()
 
 
 def test_the_file_is_laid_out_by_the_writer(figure):

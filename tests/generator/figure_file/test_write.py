@@ -145,15 +145,15 @@ def _order(figure):
 def test_any_figure_reads_back_equal_and_in_order(figure):
     text = write_figure(figure)
     reading = parse_figure(text)
-    assert reading.figure == figure, "\n".join(map(str, reading.faults))
-    assert _order(reading.figure) == _order(figure)
-    assert write_figure(reading.figure) == text
+    assert reading.value == figure, "\n".join(map(str, reading.diagnostics))
+    assert _order(reading.value) == _order(figure)
+    assert write_figure(reading.value) == text
 
 
 @pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
 def test_a_shipped_figure_reads_back_equal(name):
     figure = read_figure(name)
-    assert parse_figure(write_figure(figure)).figure == figure
+    assert parse_figure(write_figure(figure)).value == figure
 
 
 def test_the_layout():

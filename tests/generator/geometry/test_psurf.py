@@ -39,8 +39,8 @@ WEDGE = """\
 
 def parsed(text):
     reading = parse_psurf(text)
-    assert reading.faults == ()
-    return reading.surface
+    assert reading.diagnostics == ()
+    return reading.value
 
 
 def test_lengths_are_centimetres_and_vertices_count_from_one():
@@ -51,7 +51,7 @@ def test_lengths_are_centimetres_and_vertices_count_from_one():
 
 
 def test_another_unit_can_be_said():
-    surface = parse_psurf(WEDGE, unit=Fraction(254, 10_000)).surface
+    surface = parse_psurf(WEDGE, unit=Fraction(254, 10_000)).value
     assert surface is not None
     assert surface.vertices[1].tolist() == [0.254, 0.0, 0.0]
 
@@ -85,7 +85,7 @@ def test_faces_know_their_lines():
 
 
 def test_reading_stops_after_a_hundred_errors():
-    faults = parse_psurf("0 0 0\n" * 3 + ";;\n" + "1 2 7;\n" * 150 + ";;\n").faults
+    faults = parse_psurf("0 0 0\n" * 3 + ";;\n" + "1 2 7;\n" * 150 + ";;\n").diagnostics
     assert len(faults) == 100
     assert "reading stopped here" in faults[-1].hint
 
@@ -93,7 +93,7 @@ def test_reading_stops_after_a_hundred_errors():
 @pytest.mark.parametrize("text", ["4.0", "+4.0", "-1.5", ".5", "2x", "4.0 outer"])
 def test_the_text_of_a_face_does_not_begin_as_a_number(text):
     head = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n;;\n"
-    (fault,) = parse_psurf(f"{head}1 3 2 {text};\n1 2 4;\n;;\n").faults[:1]
+    (fault,) = parse_psurf(f"{head}1 3 2 {text};\n1 2 4;\n;;\n").diagnostics[:1]
     assert fault.span is not None
     assert (fault.span.line, fault.span.text) == (6, text.split()[0])
     assert "is not the number of a vertex" in fault.message
@@ -105,7 +105,7 @@ def test_other_text_of_a_face_says_nothing(text):
 
 
 def test_a_text_of_too_many_lines_is_refused():
-    (fault,) = parse_psurf("0 0 0\n" * MAX_LINES).faults
+    (fault,) = parse_psurf("0 0 0\n" * MAX_LINES).diagnostics
     assert fault.message == "this psurf has 500,001 lines"
     assert "at most 500,000 are read" in fault.hint
 
@@ -115,15 +115,15 @@ def test_plain_vertices_are_read_as_others_are(numbers):
     """With a blank more than a word may be long, the same numbers are read one by one."""
     rest = "\n1 0 0\n0 1 0\n;;\n1 2 3;\n;;\n"
     plain, long = parse_psurf(numbers + rest), parse_psurf(numbers + " " * 300 + rest)
-    assert [f.message for f in plain.faults] == [f.message for f in long.faults]
-    assert (plain.surface is None) == (long.surface is None)
-    if plain.surface is not None and long.surface is not None:
-        assert (plain.surface.vertices == long.surface.vertices).all()
+    assert [f.message for f in plain.diagnostics] == [f.message for f in long.diagnostics]
+    assert (plain.value is None) == (long.value is None)
+    if plain.value is not None and long.value is not None:
+        assert (plain.value.vertices == long.value.vertices).all()
 
 
 def test_a_word_without_end_is_no_number():
     for text in ("9" * 5000 + " 0 0\n", "0 0 0\n;;\n1 2 " + "9" * 5000 + ";\n"):
-        assert any("9..." in fault.message for fault in parse_psurf(text).faults)
+        assert any("9..." in fault.message for fault in parse_psurf(text).diagnostics)
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in FIGURES.glob("*.pss")))
@@ -151,7 +151,7 @@ def surfaces(draw):
 
 @given(surfaces(), st.sampled_from([Fraction(1, 100), Fraction(1), Fraction(254, 10_000)]))
 def test_reading_undoes_writing(surface, unit):
-    again = parse_psurf(format_psurf(surface, unit), unit=unit).surface
+    again = parse_psurf(format_psurf(surface, unit), unit=unit).value
     assert again is not None
     assert (again.vertices == surface.vertices).all()
     assert again.faces == surface.faces
@@ -160,8 +160,8 @@ def test_reading_undoes_writing(surface, unit):
 @given(st.text(alphabet="012 ;.-e\nx", max_size=80))
 def test_any_text_is_read_or_told(text):
     reading = parse_psurf(text)
-    assert (reading.surface is None) is bool(reading.faults)
-    for fault in reading.faults:
+    assert (reading.value is None) is bool(reading.diagnostics)
+    for fault in reading.diagnostics:
         assert fault.span is not None
         assert 0 <= fault.span.start <= fault.span.end <= len(text)
         assert str(fault)
@@ -180,7 +180,7 @@ def test_files_are_read_and_written(tmp_path):
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_psurf(tmp_path / "none.pss")
-    assert "is a directory" in parse_psurf_file(tmp_path).faults[0].message
+    assert "is a directory" in parse_psurf_file(tmp_path).diagnostics[0].message
 
 
 # Surfaces

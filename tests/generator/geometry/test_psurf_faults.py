@@ -33,7 +33,9 @@ def faults_of(path):
     """All that is said of a file: of its text, or else of its surface."""
     reading = parse_psurf_file(path)
     return (
-        reading.faults if reading.surface is None else validate_surface(reading.surface).diagnostics
+        reading.diagnostics
+        if reading.value is None
+        else validate_surface(reading.value).diagnostics
     )
 
 

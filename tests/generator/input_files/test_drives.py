@@ -20,9 +20,9 @@ HEADER = "time [s], left_knee [deg], left_shoulder.3 [rad], left_shoulder.1 [deg
 def faults(text, figure=PROTOTYPE, only=()):
     """`line:column message; hint` of every fault."""
     reading = parse_drives(text, figure, only)
-    assert not reading.drives
+    assert not reading.value
     told = []
-    for fault in reading.faults:
+    for fault in reading.diagnostics:
         line, column = fault.span.source.line_and_column(fault.span.start)
         told.append(f"{line}:{column} {fault.message}; {fault.hint}")
     return told
@@ -34,9 +34,9 @@ def test_columns_of_joints_and_of_their_displacements() -> None:
         "# a table\n" + HEADER.replace("\n", ", kinetic [J]\n") + "0, 0, 0, 0, 1\n1,90,2,-180,5\n"
     )
     reading = parse_drives(text, PROTOTYPE)
-    assert not reading.faults
-    assert set(reading.drives) == {"left_knee", "left_shoulder"}
-    knee, shoulder = reading.drives["left_knee"], reading.drives["left_shoulder"]
+    assert not reading.diagnostics
+    assert set(reading.value) == {"left_knee", "left_shoulder"}
+    knee, shoulder = reading.value["left_knee"], reading.value["left_shoulder"]
     assert (knee.coordinates, shoulder.coordinates) == ((0,), (0, 2))
     assert knee.displacements(1.0) == pytest.approx([np.pi / 2.0])
     assert shoulder.displacements(0.5) == pytest.approx([-np.pi / 2.0, 1.0])
@@ -45,8 +45,8 @@ def test_columns_of_joints_and_of_their_displacements() -> None:
 def test_some_joints_of_a_table() -> None:
     """Columns of others are not looked at."""
     text = "time [s],left_knee [deg],no_joint [deg],waist.2 [deg]\n0,0,0,0\n1,90,1,1\n"
-    assert set(parse_drives(text, PROTOTYPE, ["left_knee"]).drives) == {"left_knee"}
-    assert not parse_drives(text, PROTOTYPE, ["right_knee"]).drives
+    assert set(parse_drives(text, PROTOTYPE, ["left_knee"]).value) == {"left_knee"}
+    assert not parse_drives(text, PROTOTYPE, ["right_knee"]).value
 
 
 @given(
@@ -64,7 +64,7 @@ def test_what_is_written_is_driven(rows) -> None:
         for time, (_, degrees, radians) in zip(times.tolist(), rows, strict=True)
     ]
     text = "time [s],left_knee [deg],waist.2 [rad]\n" + "\n".join(lines)
-    drives = parse_drives(text, PROTOTYPE).drives
+    drives = parse_drives(text, PROTOTYPE).value
     assert drives["left_knee"].displacements(times)[:, 0] == pytest.approx(
         np.radians([degrees for _, degrees, _ in rows]), abs=1e-9
     )
@@ -77,7 +77,9 @@ def test_what_is_written_is_driven(rows) -> None:
 def test_any_text_is_read_or_refused(text) -> None:
     """Drives come without errors, and errors without drives."""
     reading = parse_drives(text, PROTOTYPE)
-    assert bool(reading.drives) != any(fault.severity.value == "error" for fault in reading.faults)
+    assert bool(reading.value) != any(
+        fault.severity.value == "error" for fault in reading.diagnostics
+    )
 
 
 FAULTS = {
@@ -145,8 +147,8 @@ def test_slides_are_refused() -> None:
 
 def test_a_file_that_is_not_there(tmp_path) -> None:
     reading = parse_drives_file(tmp_path / "none.csv", PROTOTYPE)
-    assert not reading.drives
-    assert len(reading.faults) == 1
+    assert not reading.value
+    assert len(reading.diagnostics) == 1
 
 
 def test_splines_that_leave_the_range_of_their_rows_are_told() -> None:
@@ -156,11 +158,11 @@ def test_splines_that_leave_the_range_of_their_rows_are_told() -> None:
         "0,0,0\n0.1,0,10\n0.12,90,12\n0.2,90,20\n0.4,90,40\n"
     )
     reading = parse_drives(text, PROTOTYPE)
-    (told,) = reading.faults
+    (told,) = reading.diagnostics
     assert told.severity.value == "warning"
     assert (told.span.line, told.span.text) == (2, "0")
     times = np.linspace(0.0, 0.4, 100_001)
-    angles = np.degrees(reading.drives["left_knee"].displacements(times)[:, 0])
+    angles = np.degrees(reading.value["left_knee"].displacements(times)[:, 0])
     assert f"left_knee 1 to {angles.min():.4g} deg at" in told.message
     assert f"at {times[angles.argmin()]:.4g} s" in told.message
 

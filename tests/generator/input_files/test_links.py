@@ -50,13 +50,13 @@ def test_what_is_written_reads_back_equal(content):
     except ValueError:
         return  # a number of degrees that no float holds, or a long line
     reading = parse_links(text)
-    assert reading.faults == ()
-    assert reading.content == content
+    assert reading.diagnostics == ()
+    assert reading.value == content
 
 
 def test_nearly_all_files_can_be_written():
     content = LinksFile((LinkEntry(("b",), "a", 0, 2, -1e-300, False, 1.5, False, "it is so"),))
-    assert parse_links(write_links(content)).content == content
+    assert parse_links(write_links(content)).value == content
     with pytest.raises(ValueError, match="finite"):
         write_links(LinksFile((LinkEntry(("b",), "a", factor=np.inf),)))
     with pytest.raises(ValueError, match="at most 1000 characters"):
@@ -82,7 +82,7 @@ joints = ["slider"]
 control = "screw"
 offset_m = 0.2
 """
-    content = parse_links(text).content
+    content = parse_links(text).value
     assert content == LinksFile(
         (
             LinkEntry(("right_elbow", "right_knee"), "left_elbow"),
@@ -129,8 +129,8 @@ LINK = '[[link]]\njoints = ["b"]\ncontrol = "a"\n'
 )
 def test_what_is_wrong_is_told_with_its_place(text, place, said):
     reading = parse_links(text, "my.links.toml")
-    assert reading.content is None
-    fault = next(fault for fault in reading.faults if said in fault.message)
+    assert reading.value is None
+    fault = next(fault for fault in reading.diagnostics if said in fault.message)
     assert fault.span is not None
     assert (fault.span.line, fault.span.column) == place
 
@@ -138,4 +138,4 @@ def test_what_is_wrong_is_told_with_its_place(text, place, said):
 @given(st.text() | st.text("[]=\"'{}#\n link dof factor control joints 1-.e", max_size=300))
 def test_no_text_breaks_the_reader(text):
     reading = parse_links(text)
-    assert (reading.content is None) == any(f.severity.value == "error" for f in reading.faults)
+    assert (reading.value is None) == any(f.severity.value == "error" for f in reading.diagnostics)

@@ -30,8 +30,8 @@ def test_forces_and_moments_at_several_sites_in_one_file(figure: Figure):
         + "right_lower_arm.distal,localmoment,1,0,0,0.25\n"
     )
     reading = parse_loads(text, figure)
-    assert reading.faults == ()
-    push, twist = reading.loads
+    assert reading.diagnostics == ()
+    push, twist = reading.value
     assert push.site == SiteRef("center_torso", "distal")
     assert push.kind is LoadKind.GLOBAL_FORCE
     assert push.times == (0.0, 0.1)
@@ -45,7 +45,7 @@ def test_columns_may_stand_in_any_order(figure: Figure):
     text = (
         "z [N m],time [s],site,y [N m],kind,x [N m]\n3,0,waist_is_no_site,2,localmoment,1\n"
     ).replace("waist_is_no_site", "lower_torso.distal")
-    (load,) = parse_loads(text, figure).loads
+    (load,) = parse_loads(text, figure).value
     assert load.values == ((1.0, 2.0, 3.0),)
 
 
@@ -131,8 +131,8 @@ def test_a_fault_has_its_place(
     figure: Figure, text: str, line: int, column: int, message: str, hint: str
 ):
     reading = parse_loads(text, figure, "push.csv")
-    assert reading.loads == ()
-    (fault,) = reading.faults
+    assert reading.value is None
+    (fault,) = reading.diagnostics
     assert fault.severity is Severity.ERROR
     assert fault.span is not None
     assert (fault.span.source.name, fault.span.line, fault.span.column) == (
@@ -146,21 +146,21 @@ def test_a_fault_has_its_place(
 
 def test_all_faults_are_told_at_once(figure: Figure):
     text = HEADER + f"{SITE},force,0,a,2,3\n{SITE},localforce,1\nno.where,localforce,2,0,0,0\n"
-    lines = [fault.span.line for fault in parse_loads(text, figure).faults if fault.span]
+    lines = [fault.span.line for fault in parse_loads(text, figure).diagnostics if fault.span]
     assert lines == [2, 2, 3, 4]
 
 
 def test_no_end_of_faults_is_told(figure: Figure):
-    assert len(parse_loads(HEADER + "x\n" * 5000, figure).faults) == 100
+    assert len(parse_loads(HEADER + "x\n" * 5000, figure).diagnostics) == 100
 
 
 def test_a_load_that_does_nothing_is_a_warning(figure: Figure):
     text = HEADER + "body_root.base,globalforce,0,1,2,3\n"
     reading = parse_loads(text, figure)
-    assert len(reading.loads) == 1
-    assert [fault.severity for fault in reading.faults] == [Severity.WARNING] * 2
-    assert "acts for no time" in reading.faults[0].message
-    assert "is on the ground" in reading.faults[1].message
+    assert len(reading.value) == 1
+    assert [fault.severity for fault in reading.diagnostics] == [Severity.WARNING] * 2
+    assert "acts for no time" in reading.diagnostics[0].message
+    assert "is on the ground" in reading.diagnostics[1].message
 
 
 def test_a_file_is_read_by_its_path(figure: Figure, tmp_path: Path):
@@ -173,12 +173,12 @@ def test_a_file_is_read_by_its_path(figure: Figure, tmp_path: Path):
 def test_a_file_that_is_not_there_is_a_sentence(figure: Figure, tmp_path: Path):
     with pytest.raises(InputError, match="cannot be read: no such file"):
         read_loads(tmp_path / "none.csv", figure)
-    assert "is a directory" in parse_loads_file(tmp_path, figure).faults[0].message
+    assert "is a directory" in parse_loads_file(tmp_path, figure).diagnostics[0].message
 
 
 def test_the_example_of_the_documentation_can_be_read(figure: Figure):
     text = (DOCS / "loads.md").read_text(encoding="utf-8")
     block = [line[4:] for line in text.splitlines() if line.startswith("    ")]
     reading = parse_loads("\n".join(block), figure)
-    assert reading.faults == ()
-    assert [load.kind for load in reading.loads] == [LoadKind.GLOBAL_FORCE, LoadKind.LOCAL_MOMENT]
+    assert reading.diagnostics == ()
+    assert [load.kind for load in reading.value] == [LoadKind.GLOBAL_FORCE, LoadKind.LOCAL_MOMENT]

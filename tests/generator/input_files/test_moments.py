@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from generator.diagnostics import InputError, Severity
+from generator.diagnostics import InputError, Parsed, Severity
 from generator.input_files.moments import (
-    MomentsReading,
+    MeasuredMoments,
     parse_moments,
     parse_moments_file,
     read_moments,
@@ -17,10 +17,10 @@ HEADER = "angle [deg],moment [N m]\n"
 ROWS = "0,1\n10,2\n20,3\n30,5\n"
 
 
-def only_fault(reading: MomentsReading) -> tuple[int, str, str]:
+def only_fault(reading: Parsed[MeasuredMoments]) -> tuple[int, str, str]:
     """Line, message and hint of the only fault, which is an error."""
-    assert reading.moments is None
-    (fault,) = reading.faults
+    assert reading.value is None
+    (fault,) = reading.diagnostics
     assert fault.severity is Severity.ERROR
     assert fault.span is not None
     return fault.span.line, fault.message, fault.hint
@@ -29,8 +29,8 @@ def only_fault(reading: MomentsReading) -> tuple[int, str, str]:
 def test_angles_and_moments_are_read_in_si():
     text = "# an elbow\n\n" + HEADER + " -10 , +.5 \r\n0,1e0\r\n\r\n# more\r\n90,-2.5\r\n180,3.\r\n"
     reading = parse_moments(text, "elbow.csv")
-    assert reading.faults == ()
-    moments = reading.moments
+    assert reading.diagnostics == ()
+    moments = reading.value
     assert moments is not None
     assert moments.angles == pytest.approx((radians(-10.0), 0.0, pi / 2.0, pi), rel=1e-15)
     assert moments.moments == (0.5, 1.0, -2.5, 3.0)
@@ -43,13 +43,13 @@ def test_angles_and_moments_are_read_in_si():
 )
 def test_units_of_moment(unit: str, factor: float):
     reading = parse_moments(f"moment [{unit}],angle [rad]\n1,0\n2,1\n4,2\n8,3\n")
-    assert reading.moments is not None
-    assert reading.moments.moments == pytest.approx([factor * m for m in (1.0, 2.0, 4.0, 8.0)])
-    assert reading.moments.angles == (0.0, 1.0, 2.0, 3.0)
+    assert reading.value is not None
+    assert reading.value.moments == pytest.approx([factor * m for m in (1.0, 2.0, 4.0, 8.0)])
+    assert reading.value.angles == (0.0, 1.0, 2.0, 3.0)
 
 
 def test_an_angle_may_be_measured_twice():
-    moments = parse_moments(HEADER + "0,1\n0,2\n10,2\n20,3\n30,5\n").moments
+    moments = parse_moments(HEADER + "0,1\n0,2\n10,2\n20,3\n30,5\n").value
     assert moments is not None
     assert len(moments.angles) == 5
 
@@ -98,7 +98,7 @@ def test_what_cannot_be_read(text: str, line: int, message: str, hint: str):
 
 def test_all_faults_are_told():
     reading = parse_moments(HEADER + "a,b\n10,c\n5,1\n4,1\n")
-    assert [fault.span.line for fault in reading.faults if fault.span] == [2, 2, 3, 5]
+    assert [fault.span.line for fault in reading.diagnostics if fault.span] == [2, 2, 3, 5]
 
 
 def test_a_file(tmp_path: Path):
@@ -108,4 +108,4 @@ def test_a_file(tmp_path: Path):
     path.write_bytes(b"\x00\x01")
     with pytest.raises(InputError, match="binary"):
         read_moments(path)
-    assert "no such file" in parse_moments_file(tmp_path / "none.csv").faults[0].message
+    assert "no such file" in parse_moments_file(tmp_path / "none.csv").diagnostics[0].message

@@ -29,8 +29,8 @@ def prototype():
 
 def read(text, figure=None):
     reading = parse_pose(text, figure or prototype())
-    assert not reading.faults, "\n".join(map(str, reading.faults))
-    return {name: tuple(values) for name, values in reading.displacements.items()}
+    assert not reading.diagnostics, "\n".join(map(str, reading.diagnostics))
+    return {name: tuple(values) for name, values in reading.value.items()}
 
 
 @st.composite
@@ -60,9 +60,7 @@ def test_a_pose_by_example():
     assert found["left_knee"] == pytest.approx((np.pi / 6,), rel=1e-15)
     assert found["waist"] == (0.1, 0.0, -np.pi / 2)
     assert found["right_knee"] == pytest.approx((np.pi / 18,), rel=1e-15)
-    assert all(
-        values.dtype == float for values in parse_pose(text, prototype()).displacements.values()
-    )
+    assert all(values.dtype == float for values in parse_pose(text, prototype()).value.values())
 
 
 def test_lengths_and_angles_of_a_sliding_joint():
@@ -92,13 +90,13 @@ def test_the_files_are_there():
 @pytest.mark.parametrize("path", POSE_FAULTS, ids=lambda path: path.stem)
 def test_a_broken_file_is_told_everything(path):
     reading = parse_pose_file(path, prototype())
-    told = "\n".join(str(fault) for fault in reading.faults).replace(str(path), path.name)
+    told = "\n".join(str(fault) for fault in reading.diagnostics).replace(str(path), path.name)
     assert told == path.with_suffix(".expected").read_text("utf-8").removesuffix("\n")
-    assert (reading.displacements is None) is bool(select_errors(reading.faults))
-    if reading.displacements is None:
+    assert (reading.value is None) is bool(select_errors(reading.diagnostics))
+    if reading.value is None:
         with pytest.raises(InputError) as raised:
             read_pose(path, prototype())
-        assert raised.value.diagnostics == reading.faults
+        assert raised.value.diagnostics == reading.diagnostics
 
 
 def test_warnings_pass():
@@ -108,7 +106,7 @@ def test_warnings_pass():
 
 def test_a_missing_file_is_told(tmp_path):
     reading = parse_pose_file(tmp_path / "none.pose", prototype())
-    assert "cannot be read: no such file" in str(reading.faults[0])
+    assert "cannot be read: no such file" in str(reading.diagnostics[0])
 
 
 WORDS = ["joint", "left_knee", "waist", "displacement", "figure", "type", "connect", "to", "site"]
@@ -119,8 +117,8 @@ MARKS = [*"{}();,=*./-#", "->", "/*", "*/", "\n", " ", '"', "30deg", "1", "nan",
 @example(["joint", " ", "waist", "{"] * 9)
 def test_no_text_breaks_the_reader(words):
     reading = parse_pose("".join(words), prototype())
-    assert (reading.displacements is None) is bool(select_errors(reading.faults))
-    for fault in reading.faults:
+    assert (reading.value is None) is bool(select_errors(reading.diagnostics))
+    for fault in reading.diagnostics:
         assert fault.span is not None
         assert str(fault)
 
@@ -128,11 +126,11 @@ def test_no_text_breaks_the_reader(words):
 @given(st.text(max_size=60))
 def test_no_characters_break_the_reader(text):
     reading = parse_pose(text, prototype())
-    assert (reading.displacements is None) is bool(select_errors(reading.faults))
+    assert (reading.value is None) is bool(select_errors(reading.diagnostics))
 
 
 def test_very_long_files_and_deep_braces_end():
     many = parse_pose("joint left_kne { displacement = (1deg); }\n" * 5000, prototype())
-    assert len(many.faults) == 100
+    assert len(many.diagnostics) == 100
     deep = parse_pose("joint left_knee " + "{" * 5000, prototype())
-    assert deep.displacements is None
+    assert deep.value is None

@@ -29,7 +29,7 @@ figure {
 
 
 def slides():
-    figure = parse_figure(SLIDES).figure
+    figure = parse_figure(SLIDES).value
     assert figure is not None
     return figure
 
@@ -42,9 +42,9 @@ def reading_of(tmp_path, text, figure=PROTOTYPE):
 
 def links_of(tmp_path, text, figure=PROTOTYPE):
     reading = reading_of(tmp_path, text, figure)
-    assert reading.faults == ()
-    assert reading.links is not None
-    return reading.links
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value
 
 
 def table(joint, control, **more):
@@ -104,8 +104,8 @@ def test_chains_of_tables_resolve(tmp_path):
 )  # fmt: skip
 def test_what_does_not_fit_the_figure_is_told(tmp_path, text, line, said, hint):
     reading = reading_of(tmp_path, text)
-    assert reading.links is None
-    (fault,) = reading.faults
+    assert reading.value is None
+    (fault,) = reading.diagnostics
     assert said in fault.message
     assert hint in fault.hint
     assert fault.span is not None
@@ -113,15 +113,15 @@ def test_what_does_not_fit_the_figure_is_told(tmp_path, text, line, said, hint):
 
 
 def test_turns_and_slides_are_not_linked(tmp_path):
-    (fault,) = reading_of(tmp_path, table("hinge", "rail"), slides()).faults
+    (fault,) = reading_of(tmp_path, table("hinge", "rail"), slides()).diagnostics
     assert fault.message == "hinge 1 turns and rail 1 slides: a link joins like with like"
-    (fault,) = reading_of(tmp_path, table("fixed", "rail"), slides()).faults
+    (fault,) = reading_of(tmp_path, table("fixed", "rail"), slides()).diagnostics
     assert fault.message == "joint `fixed` does not move"
 
 
 def test_a_second_link_is_told_with_the_place_of_the_first(tmp_path):
     text = table("left_knee", "left_elbow") + table("left_knee", "right_elbow")
-    (fault,) = reading_of(tmp_path, text).faults
+    (fault,) = reading_of(tmp_path, text).diagnostics
     assert fault.message == "a second link of left_knee 1"
     assert fault.hint == "the first stands in line 2"
     assert fault.span is not None
@@ -130,7 +130,7 @@ def test_a_second_link_is_told_with_the_place_of_the_first(tmp_path):
 
 def test_a_cycle_of_joints_is_told_once(tmp_path):
     text = table("waist", "left_shoulder") + table("left_shoulder", "waist")
-    (fault,) = reading_of(tmp_path, text).faults
+    (fault,) = reading_of(tmp_path, text).diagnostics
     assert fault.message.startswith("the links go round: ")
     assert "waist 1" in fault.message
     assert "left_shoulder 1" in fault.message
@@ -140,7 +140,7 @@ def test_a_cycle_of_joints_is_told_once(tmp_path):
 
 def test_all_faults_are_told_at_once(tmp_path):
     text = table("left_elbw", "waist") + table("left_knee", "wrist") + table("waist", "waist")
-    assert len(reading_of(tmp_path, text).faults) == 3
+    assert len(reading_of(tmp_path, text).diagnostics) == 3
 
 
 def test_the_example_of_the_page_is_read_without_a_word(tmp_path):
@@ -155,8 +155,8 @@ def test_the_example_of_the_page_is_read_without_a_word(tmp_path):
 
 def test_another_figures_links_are_used_with_a_warning(tmp_path):
     reading = reading_of(tmp_path, 'figure = "robot"\n' + table("left_elbow", "right_elbow"))
-    assert reading.links is not None
-    (fault,) = reading.faults
+    assert reading.value is not None
+    (fault,) = reading.diagnostics
     assert fault.message == "these links were written for the figure `robot`"
 
 
@@ -164,11 +164,11 @@ def test_factors_beyond_reason_are_refused(tmp_path):
     """One by one, and where they multiply along a chain."""
     text = table("left_knee", "left_elbow", factor=1e5)
     text += table("left_elbow", "right_elbow", factor=-1e5)
-    (fault,) = reading_of(tmp_path, text).faults
+    (fault,) = reading_of(tmp_path, text).diagnostics
     assert fault.message == "left_knee 1 follows right_elbow 1 by the factor -1e+10"
     assert fault.span is not None
     for factor in (1e7, -1e300, 1e301):
-        (fault,) = reading_of(tmp_path, table("waist", "left_hip_joint", factor=factor)).faults
+        (fault,) = reading_of(tmp_path, table("waist", "left_hip_joint", factor=factor)).diagnostics
         assert fault.message == "no joint follows another by such a factor"
         assert fault.span is not None
 

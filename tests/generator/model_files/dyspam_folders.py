@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from generator import Plan, simulate
+from generator.diagnostics import Parsed
 from generator.figure import Figure
 from generator.losses import Losses
 from generator.model_files.dyspam import read as dyspam_reader
@@ -16,13 +17,13 @@ from springs import SpringSet
 
 def there_and_back(
     figure: Figure, springs: SpringSet, folder: Path
-) -> tuple[dyspam_reader.DyspamReading, Losses]:
+) -> tuple[Parsed[dyspam_reader.DyspamModel], Losses]:
     losses = dyspam.write(figure, springs, folder)
-    return dyspam_reader.read_dyspam(folder), losses
+    return dyspam_reader.parse_dyspam(folder), losses
 
 
 def own_springs(figure: Figure) -> SpringSet:
-    springs = load_springs(figure).springs
+    springs = load_springs(figure).value.springs
     assert springs is not None
     return springs
 

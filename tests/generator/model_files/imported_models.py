@@ -28,11 +28,11 @@ def written_and_read(imported: Imported, folder: Path) -> tuple[Figure, SpringSe
     """The figure and its springs as the files say them that hold it."""
     path = folder / "model.fig"
     write_imported(imported, path)
-    figure = parse_figure_file(path).figure
+    figure = parse_figure_file(path).value
     assert figure == imported.figure
     reading = load_springs(figure, folder, "model")
-    assert reading.springs is not None, reading.faults
-    return figure, reading.springs
+    assert reading.value is not None, reading.diagnostics
+    return figure, reading.value.springs
 
 
 def displacements(imported: Imported, values: Values) -> dict[str, Array]:

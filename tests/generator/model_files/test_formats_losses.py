@@ -245,7 +245,7 @@ NO_MASS = """figure {
 
 @pytest.mark.parametrize("module", [mjcf, osim, urdf])
 def test_segments_without_mass_are_refused_all_at_once(module: object, tmp_path: Path) -> None:
-    of = parse_figure(NO_MASS, "light.fig").figure
+    of = parse_figure(NO_MASS, "light.fig").value
     assert of is not None
     path = tmp_path / "out"
     with pytest.raises(InputError) as failure:

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import select_errors
+from generator.diagnostics import Parsed, select_errors
 from generator.figure_file import read_figure
 from generator.springs_file.parse import parse_springs
-from generator.springs_file.read import PassiveReading, load_springs, springs_names
+from generator.springs_file.read import LoadedSprings, load_springs, springs_names
 from springs import SpringSet
 from springs.coupled import CoupledExponential, loop_work, nearest_conservative_law
 from springs.lint.finding import FindingKind
@@ -38,7 +38,7 @@ OWN = HEAD + (
 )
 
 
-def read(text: str, tmp_path: Path) -> PassiveReading:
+def read(text: str, tmp_path: Path) -> Parsed[LoadedSprings]:
     path = tmp_path / "own.springs.toml"
     path.write_text(text, encoding="utf-8")
     return load_springs(PROTOTYPE, None, None, path)
@@ -46,9 +46,9 @@ def read(text: str, tmp_path: Path) -> PassiveReading:
 
 def springs_of(text: str, tmp_path: Path) -> SpringSet:
     reading = read(text, tmp_path)
-    assert reading.faults == ()
-    assert reading.springs is not None
-    return reading.springs
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value.springs
 
 
 def law_of(text: str, tmp_path: Path) -> CoupledExponential:
@@ -57,7 +57,7 @@ def law_of(text: str, tmp_path: Path) -> CoupledExponential:
 
 
 def said(text: str) -> list[str]:
-    faults = [fault.as_dict() for fault in parse_springs(text).faults]
+    faults = [fault.as_dict() for fault in parse_springs(text).diagnostics]
     return [f"{f['line']}:{f['column']} {f['message']}" for f in faults]
 
 
@@ -127,7 +127,7 @@ def test_the_nearest_conservative_law_takes_the_place_of_the_published(tmp_path:
     assert loop_work(published, box) == pytest.approx(-12.67, abs=0.01)
     assert loop_work(mended, box) == pytest.approx(0.0, abs=1e-10)
     assert mended == nearest_conservative_law(published, published.valid_ranges).law
-    (pair,) = read(leg + 'conservative = "nearest"\n', tmp_path).replaced
+    (pair,) = read(leg + 'conservative = "nearest"\n', tmp_path).value.replaced
     assert (pair.law, pair.original) == (mended, published)
 
 
@@ -136,13 +136,13 @@ def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
     plain, other = (
         load_springs(PROTOTYPE, FOLDER, "prototype", choice) for choice in (None, "coupled")
     )
-    assert plain.springs is not None
-    assert other.springs is not None
-    assert other.faults == plain.faults
+    assert plain.value is not None
+    assert other.value is not None
+    assert other.diagnostics == plain.diagnostics
     assert load_springs(PROTOTYPE, FOLDER, "prototype", "prototype.coupled") == other
     legs = {"left_hip_joint", "right_hip_joint", "left_knee", "right_knee"}
-    for name, joint in plain.springs.joints.items():
-        mine = other.springs.joints[name]
+    for name, joint in plain.value.springs.joints.items():
+        mine = other.value.springs.joints[name]
         assert [a.damping for a in mine.axes] == [a.damping for a in joint.axes]
         if name not in legs:
             assert mine == joint
@@ -152,13 +152,13 @@ def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
             (0.0, -1.0 if "knee" in name else 1.0, 0.0)
         ]
     box = ((radians(-15.0), radians(100.0)), (0.0, radians(135.0)))
-    for spring in other.springs.coupled:
+    for spring in other.value.springs.coupled:
         assert loop_work(spring.law, box) == pytest.approx(0.0, abs=1e-10)
-    assert len(other.springs.coupled) == 2
+    assert len(other.value.springs.coupled) == 2
 
 
 def test_a_straight_knee_keeps_the_hip_from_flexing():
-    springs = load_springs(PROTOTYPE, FOLDER, "prototype", "coupled").springs
+    springs = load_springs(PROTOTYPE, FOLDER, "prototype", "coupled").value.springs
     assert springs is not None
     law = springs.coupled[0].law
     straight, bent = (law.torques((radians(90.0), radians(k)))[0] for k in (0.0, 90.0))
@@ -168,7 +168,7 @@ def test_a_straight_knee_keeps_the_hip_from_flexing():
 
 @pytest.mark.parametrize("choice", ["couplde", "", "no such", "x" * 5000])
 def test_a_name_that_is_none_lists_what_there_is(choice: str):
-    (fault,) = load_springs(PROTOTYPE, FOLDER, "prototype", choice).faults
+    (fault,) = load_springs(PROTOTYPE, FOLDER, "prototype", choice).diagnostics
     assert "beside the figure `prototype`" in fault.message
     assert fault.hint == "there are coupled, none, printed; else name a file"
 
@@ -315,7 +315,7 @@ BROKEN = {
 def test_what_is_wrong_is_said_with_its_place(name: str):
     text, expected = BROKEN[name]
     assert said(text) == expected
-    assert select_errors(parse_springs(text).faults)
+    assert select_errors(parse_springs(text).diagnostics)
 
 
 @pytest.mark.parametrize("held", ["20", "-20", "0.0", "19.999999999"])
@@ -326,8 +326,8 @@ def test_within_the_known_range_a_coordinate_is_held_without_a_word(held: str):
 @pytest.mark.parametrize("held", ["60", "-20.1", "180"])
 def test_beyond_the_known_range_it_is_held_with_a_warning(held: str):
     reading = parse_springs(LEG.replace("[10]", f"[{held}]"))
-    (fault,) = reading.faults
-    assert select_errors(reading.faults) == ()
+    (fault,) = reading.diagnostics
+    assert select_errors(reading.diagnostics) == ()
     assert f"`ankle dorsiflexion` is held at {held} deg, beyond what is known" in fault.message
     assert fault.hint == "the law is known for -20 .. 20 deg"
     assert fault.span is not None
@@ -336,14 +336,14 @@ def test_beyond_the_known_range_it_is_held_with_a_warning(held: str):
 
 @pytest.mark.parametrize("held", ["400", "-180.5", "1e300"])
 def test_beyond_half_a_turn_it_is_not_held(held: str):
-    (fault,) = select_errors(parse_springs(LEG.replace("[10]", f"[{held}]")).faults)
+    (fault,) = select_errors(parse_springs(LEG.replace("[10]", f"[{held}]")).diagnostics)
     assert "an angle is held within half a turn, not at" in fault.message
 
 
 def test_a_coordinate_of_another_joint_is_a_warning():
     turned = OWN.replace('"hip flexion", "knee flexion"', '"knee flexion", "hip flexion"')
     reading = parse_springs(turned)
-    assert select_errors(reading.faults) == ()
+    assert select_errors(reading.diagnostics) == ()
     assert said(turned) == [
         "2:11 `knee flexion` hangs on `left_hip_joint`",
         "2:29 `hip flexion` hangs on `left_knee`",
@@ -362,7 +362,7 @@ def test_a_coordinate_of_another_joint_is_a_warning():
     ],
 )
 def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Path):
-    (fault,) = read(LEG + second, tmp_path).faults
+    (fault,) = read(LEG + second, tmp_path).diagnostics
     assert select_errors([fault])
     assert "this law hangs on `left_" in fault.message
     assert "already" in fault.message
@@ -373,21 +373,21 @@ def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Pat
 
 def test_two_laws_over_the_same_axes_are_a_warning(tmp_path: Path):
     reading = read(LEG + OWN, tmp_path)
-    (fault,) = reading.faults
-    assert not select_errors(reading.faults)
+    (fault,) = reading.diagnostics
+    assert not select_errors(reading.diagnostics)
     assert fault.message == (
         "a second law over the same axes of `left_hip_joint` and `left_knee`: the two add"
     )
-    assert reading.springs is not None
-    assert len(reading.springs.coupled) == 2
+    assert reading.value is not None
+    assert len(reading.value.springs.coupled) == 2
 
 
 def test_one_law_on_two_sides_in_two_tables_is_right(tmp_path: Path):
-    assert read(LEG + LEG.replace("left_", "right_"), tmp_path).faults == ()
+    assert read(LEG + LEG.replace("left_", "right_"), tmp_path).diagnostics == ()
 
 
 def test_the_hint_says_how_to_hold_what_is_left():
-    (fault,) = parse_springs(HEAD + 'published = "riener_edrich_1999/leg"\n').faults
+    (fault,) = parse_springs(HEAD + 'published = "riener_edrich_1999/leg"\n').diagnostics
     assert fault.hint == 'hold it: `held = ["ankle dorsiflexion"]` and `held_deg = [0.0]`'
 
 
@@ -412,7 +412,7 @@ def test_what_does_not_fit_the_figure_is_said_with_its_place(
     old: str, new: str, message: str, place: tuple[int, int], hint: str, tmp_path: Path
 ):
     assert old in OWN
-    (fault,) = select_errors(read(OWN.replace(old, new), tmp_path).faults)
+    (fault,) = select_errors(read(OWN.replace(old, new), tmp_path).diagnostics)
     assert message in fault.message
     assert hint in fault.hint
     assert fault.span is not None
@@ -423,7 +423,7 @@ def test_what_does_not_fit_the_figure_is_said_with_its_place(
 def test_a_nearest_law_of_immense_torques_is_refused(exponent: float, tmp_path: Path):
     more = 'measured_deg = [[-10, 90], [0, 120]]\nconservative = "nearest"\n'
     text = OWN.replace("exponent = 0.5", f"exponent = {exponent!r}") + more
-    (fault,) = read(text, tmp_path).faults
+    (fault,) = read(text, tmp_path).diagnostics
     assert "is too large for a number within a turn" in fault.message
 
 
@@ -449,7 +449,7 @@ def test_six_coordinates_can_be_checked(tmp_path: Path):
 @given(st.text(max_size=40))
 def test_any_text_after_a_law_gives_faults_and_no_traceback(text: str):
     for whole in (LEG + text, OWN + text, HEAD + text):
-        for fault in parse_springs(whole).faults:
+        for fault in parse_springs(whole).diagnostics:
             assert str(fault).startswith("<text>:")
 
 
@@ -470,8 +470,8 @@ KEYS = st.sampled_from(
 def test_values_of_any_kind_give_faults_and_no_traceback(table: dict[str, str]):
     body = "\n".join(f"{key} = {value}" for key, value in table.items())
     reading = parse_springs(f"[[coupled]]\n{body}\n")
-    assert select_errors(reading.faults)
-    for fault in reading.faults:
+    assert select_errors(reading.diagnostics)
+    for fault in reading.diagnostics:
         assert str(fault).startswith("<text>:")
 
 

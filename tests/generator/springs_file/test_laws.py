@@ -29,8 +29,8 @@ ANGLES = np.radians(np.linspace(-30.0, 150.0, 37))
 
 def figure() -> Figure:
     reading = parse_figure(FIGURE)
-    assert reading.figure is not None, reading.faults
-    return reading.figure
+    assert reading.value is not None, reading.diagnostics
+    return reading.value
 
 
 def spring(body: str) -> str:
@@ -44,9 +44,9 @@ def hung(body: str) -> AxisSpring:
         path.write_text(spring(body), encoding="utf-8")
         reading = load_springs(figure(), None, None, path)
     # Rows of all joints hang on this one.
-    assert all("is a curve of" in fault.message for fault in reading.faults)
-    assert reading.springs is not None
-    (one,) = reading.springs.joints["left_knee"].axes
+    assert all("is a curve of" in fault.message for fault in reading.diagnostics)
+    assert reading.value is not None
+    (one,) = reading.value.springs.joints["left_knee"].axes
     return one
 
 
@@ -56,13 +56,13 @@ def torque(body: str, degrees: float) -> float:
 
 def content(body: str) -> SpringsFile:
     reading = parse_springs(spring(body))
-    assert reading.faults == ()
-    assert reading.content is not None
-    return reading.content
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value
 
 
 def said(text: str) -> list[str]:
-    faults = [fault.as_dict() for fault in parse_springs(text).faults]
+    faults = [fault.as_dict() for fault in parse_springs(text).diagnostics]
     return [f"{f['line']}:{f['column']} {f['message']}" for f in faults]
 
 
@@ -326,7 +326,7 @@ BROKEN = {
 def test_what_is_wrong_is_said_with_its_place(name: str):
     body, expected = BROKEN[name]
     assert said(spring(body)) == expected
-    assert select_errors(parse_springs(spring(body)).faults)
+    assert select_errors(parse_springs(spring(body)).diagnostics)
 
 
 @pytest.mark.parametrize(
@@ -342,7 +342,7 @@ def test_what_is_wrong_is_said_with_its_place(name: str):
     ],
 )
 def test_hints_name_what_is_near(body: str, hint: str):
-    assert [fault.hint for fault in parse_springs(spring(body)).faults] == [hint]
+    assert [fault.hint for fault in parse_springs(spring(body)).diagnostics] == [hint]
 
 
 @pytest.mark.parametrize(
@@ -356,7 +356,7 @@ def test_hints_name_what_is_near(body: str, hint: str):
 def test_a_torque_beyond_all_numbers_is_an_error_and_no_traceback(body: str, tmp_path: Path):
     path = tmp_path / "own.springs.toml"
     path.write_text(spring(body), encoding="utf-8")
-    (fault,) = load_springs(figure(), None, None, path).faults
+    (fault,) = load_springs(figure(), None, None, path).diagnostics
     assert "of `left_knee` is too large for a number within a turn" in fault.message
     assert fault.span is not None
     assert fault.span.line == 3
@@ -370,7 +370,7 @@ def test_any_points_make_a_curve_or_a_fault(points: list[tuple[float, float]]):
     reading = parse_springs(spring(f"points_deg_Nm = {[list(p) for p in points]!r}"))
     angles = [angle for angle, _ in points]
     in_order = len(points) > 1 and all(a < b for a, b in pairwise(angles))
-    assert bool(select_errors(reading.faults)) is not in_order
+    assert bool(select_errors(reading.diagnostics)) is not in_order
 
 
 VALUES = st.recursive(
@@ -390,6 +390,6 @@ KEYS = st.sampled_from(
 @given(st.dictionaries(KEYS, VALUES, max_size=4))
 def test_values_of_any_kind_give_faults_and_no_traceback(table: dict[str, str]):
     reading = parse_springs(spring("\n".join(f"{key} = {value}" for key, value in table.items())))
-    assert reading.content is not None
-    for fault in reading.faults:
+    assert reading.value is not None
+    for fault in reading.diagnostics:
         assert str(fault).startswith("<text>:")

@@ -41,15 +41,15 @@ records = st.lists(
 
 def test_the_thesis_s_example_is_read_in_si():
     reading = parse_optional(FIGURE_4_1)
-    assert reading.faults == ()
-    assert reading.records == (
+    assert reading.diagnostics == ()
+    assert reading.value == (
         OptionalRecord(1, 1, (0.0, 243.65, 0.0, 841.68)),
         OptionalRecord(9, 3, (-15.5, 84.5, -124.0, 49.2), 0.08, 0.0, 0.0, (0.0, 1.553)),
     )
 
 
 def test_records_know_where_they_are_written():
-    origins = parse_optional(FIGURE_4_1, "x.optional").records[1].origins
+    origins = parse_optional(FIGURE_4_1, "x.optional").value[1].origins
     assert {key: (span.line, span.text) for key, span in origins.items()} == {
         "axis": (5, "9 3"),
         "coefficients": (6, "-155000000 845000000 -1240000000 492000000"),
@@ -60,13 +60,13 @@ def test_records_know_where_they_are_written():
 
 def test_the_shipped_file_has_a_record_for_every_axis_of_appendix_a():
     reading = parse_optional(files("figures").joinpath("prototype.optional").read_text())
-    assert reading.faults == ()
+    assert reading.diagnostics == ()
     spherical = [(joint, axis) for joint in (1, 3, 4, 7, 8) for axis in (1, 2, 3)]
     revolute = [(joint, 3) for joint in (5, 6, 9, 10)]
-    places = [(record.joint, record.axis) for record in reading.records]
+    places = [(record.joint, record.axis) for record in reading.value]
     assert sorted(places) == sorted(spherical + revolute)
-    assert {(record.viscous, record.coulomb) for record in reading.records} == {(0.08, 0.0)}
-    by_axis = {(record.joint, record.axis): record for record in reading.records}
+    assert {(record.viscous, record.coulomb) for record in reading.value} == {(0.08, 0.0)}
+    by_axis = {(record.joint, record.axis): record for record in reading.value}
     assert by_axis[3, 1].coefficients == (0.916317, 8.6218689, -14.15546098, 5.26654657)
     assert by_axis[4, 1].coefficients == (-0.916317, -8.6218689, 14.15546098, -5.26654657)
     assert [by_axis[joint, 3].dead_zone for joint in (5, 6, 9, 10)] == [
@@ -80,8 +80,8 @@ def test_the_shipped_file_has_a_record_for_every_axis_of_appendix_a():
 @given(records)
 def test_reading_what_was_written_gives_the_same_records_to_the_last_bit(written):
     reading = parse_optional(write_optional(written))
-    assert reading.faults == ()
-    assert list(reading.records) == written
+    assert reading.diagnostics == ()
+    assert list(reading.value) == written
 
 
 def test_what_is_written_looks_like_the_thesis_s_file():
@@ -102,8 +102,8 @@ def test_what_is_written_looks_like_the_thesis_s_file():
 )
 def test_line_ends_comments_blanks_and_fortran_exponents_do_not_matter(text):
     reading = parse_optional(text)
-    assert reading.faults == ()
-    assert reading.records == parse_optional(GOOD).records
+    assert reading.diagnostics == ()
+    assert reading.value == parse_optional(GOOD).value
 
 
 BROKEN = {
@@ -152,26 +152,26 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_what_is_wrong_is_said_with_its_place(name):
     text, expected = BROKEN[name]
-    faults = [fault.as_dict() for fault in parse_optional(text).faults]
+    faults = [fault.as_dict() for fault in parse_optional(text).diagnostics]
     assert [f"{f['line']}:{f['column']} {f['message']}" for f in faults] == expected
     assert {f["severity"] for f in faults} == {"error"}
 
 
 def test_a_fault_shows_the_line_a_mark_and_what_helps():
-    (fault,) = parse_optional("1 1\n1 2 3\n0 0\n0 0 0\n", "my.optional").faults
+    (fault,) = parse_optional("1 1\n1 2 3\n0 0\n0 0 0\n", "my.optional").diagnostics
     assert str(fault) == (
         "my.optional:2:1: error: 3 values instead of 4\n"
         "    2 | 1 2 3\n"
         "      | ^^^^^\n"
         "  hint: this line is `c0 c1 c2 c3`"
     )
-    (fault,) = parse_optional(GOOD + "2 1\n1 2 3 4\n").faults
+    (fault,) = parse_optional(GOOD + "2 1\n1 2 3 4\n").diagnostics
     assert fault.hint == f"a record has four lines: {FORM}"
 
 
 def test_a_record_beside_a_broken_one_is_read():
     reading = parse_optional("1 1\n1 2 x 4\n0 0\n0 0 0\n" + GOOD.replace("1 1", "1 2"))
-    assert [(record.joint, record.axis) for record in reading.records] == [(1, 2)]
+    assert [(record.joint, record.axis) for record in reading.value] == [(1, 2)]
 
 
 @pytest.mark.parametrize(
@@ -182,8 +182,8 @@ def test_enormous_nonsense_is_refused_quickly(text):
     start = time.process_time()
     reading = parse_optional(text)
     assert time.process_time() - start < 2.0
-    assert reading.records == ()
-    assert 1 <= len(reading.faults) <= 101
+    assert reading.value == ()
+    assert 1 <= len(reading.diagnostics) <= 101
 
 
 @pytest.mark.parametrize(

@@ -41,9 +41,9 @@ rest_deg = 180
 
 def content(text: str) -> SpringsFile:
     reading = parse_springs(text)
-    assert reading.faults == ()
-    assert reading.content is not None
-    return reading.content
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value
 
 
 def spring(body: str) -> str:
@@ -51,7 +51,7 @@ def spring(body: str) -> str:
 
 
 def said(text: str) -> list[str]:
-    faults = [fault.as_dict() for fault in parse_springs(text).faults]
+    faults = [fault.as_dict() for fault in parse_springs(text).diagnostics]
     return [f"{f['line']}:{f['column']} {f['message']}" for f in faults]
 
 
@@ -231,7 +231,7 @@ BROKEN = {
 def test_what_is_wrong_is_said_with_its_place(name):
     text, expected = BROKEN[name]
     assert said(text) == expected
-    assert select_errors(parse_springs(text).faults)
+    assert select_errors(parse_springs(text).diagnostics)
 
 
 @pytest.mark.parametrize(
@@ -246,11 +246,11 @@ def test_what_is_wrong_is_said_with_its_place(name):
     ],
 )
 def test_hints_name_what_is_near(text, hint):
-    assert [fault.hint for fault in parse_springs(text).faults] == [hint]
+    assert [fault.hint for fault in parse_springs(text).diagnostics] == [hint]
 
 
 def test_a_fault_shows_the_line_and_a_mark():
-    (fault,) = parse_springs(spring(C + "dead_zone_deg = [10, -10]"), "my.springs.toml").faults
+    (fault,) = parse_springs(spring(C + "dead_zone_deg = [10, -10]"), "my.springs.toml").diagnostics
     assert str(fault) == (
         "my.springs.toml:4:17: error: the dead zone ends before it begins\n"
         "    4 | dead_zone_deg = [10, -10]\n"
@@ -275,16 +275,16 @@ def test_enormous_nonsense_is_refused_quickly(text):
     start = time.process_time()
     reading = parse_springs(text)
     assert time.process_time() - start < 2.0
-    assert select_errors(reading.faults)
-    assert len(reading.faults) <= 101
+    assert select_errors(reading.diagnostics)
+    assert len(reading.diagnostics) <= 101
 
 
 @given(st.text(max_size=60))
 def test_any_text_gives_faults_and_no_traceback(text):
     for whole in (text, FULL + text, spring(text)):
         reading = parse_springs(whole)
-        assert reading.content is not None or select_errors(reading.faults)
-        for fault in reading.faults:
+        assert reading.value is not None or select_errors(reading.diagnostics)
+        for fault in reading.diagnostics:
             assert str(fault).startswith("<text>:")
 
 

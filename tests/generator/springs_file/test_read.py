@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from generator.diagnostics import select_errors
+from generator.diagnostics import Parsed, select_errors
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment, SiteRef
 from generator.figure_file import parse_figure, read_figure, shipped_figures
-from generator.springs_file.read import PassiveReading, load_springs
+from generator.springs_file.read import LoadedSprings, load_springs
 from springs import (
     AxisSpring,
     Cubic,
@@ -40,27 +40,27 @@ def figure(**joints: str) -> Figure:
         parts.append(f"segment {name}_body {{ site s->location = trans(0,0,0); }}")
         parts.append(f"joint {name} {{ connect base.s to {name}_body.s; {fields} }}")
     reading = parse_figure("\n".join(["figure {", *parts, "root = base.s;", "}"]))
-    assert reading.figure is not None, reading.faults
-    return reading.figure
+    assert reading.value is not None, reading.diagnostics
+    return reading.value
 
 
 def own(whole: Figure) -> SpringSet:
     return good(load_springs(whole))
 
 
-def good(reading: PassiveReading) -> SpringSet:
-    assert reading.faults == ()
-    assert reading.springs is not None
-    return reading.springs
+def good(reading: Parsed[LoadedSprings]) -> SpringSet:
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    return reading.value.springs
 
 
-def with_file(tmp_path: Path, whole: Figure, text: str, name: str) -> PassiveReading:
+def with_file(tmp_path: Path, whole: Figure, text: str, name: str) -> Parsed[LoadedSprings]:
     path = tmp_path / name
     path.write_text(text)
     return load_springs(whole, None, None, path)
 
 
-def optional(tmp_path: Path, whole: Figure, *records: str) -> PassiveReading:
+def optional(tmp_path: Path, whole: Figure, *records: str) -> Parsed[LoadedSprings]:
     """Read with records `joint axis | coefficients | angles`."""
     lines: list[str] = []
     for record in records:
@@ -69,14 +69,14 @@ def optional(tmp_path: Path, whole: Figure, *records: str) -> PassiveReading:
     return with_file(tmp_path, whole, "\n".join(lines), "my.optional")
 
 
-def toml(tmp_path: Path, whole: Figure, *tables: str, top: str = "") -> PassiveReading:
+def toml(tmp_path: Path, whole: Figure, *tables: str, top: str = "") -> Parsed[LoadedSprings]:
     text = top + "".join(f"[[spring]]\n{table}\n" for table in tables)
     return with_file(tmp_path, whole, text, "my.springs.toml")
 
 
-def said(reading: PassiveReading) -> list[str]:
-    assert reading.springs is None or not select_errors(reading.faults)
-    faults = [fault.as_dict() for fault in reading.faults]
+def said(reading: Parsed[LoadedSprings]) -> list[str]:
+    assert reading.value is None or not select_errors(reading.diagnostics)
+    faults = [fault.as_dict() for fault in reading.diagnostics]
     return [f"{f.get('line')}:{f.get('column')} {f['message']}" for f in faults]
 
 
@@ -215,7 +215,7 @@ def test_springs_are_looked_for_beside_the_figure(tmp_path):
     assert found().joints["knee"].axes[0].elastic == (Linear(5.0),)
     assert found("printed").origin == "my.optional"
     assert found(str(tmp_path / "my.optional")).origin == "my.optional"
-    assert load_springs(whole, tmp_path, "other").springs.origin.startswith("figure's own")
+    assert load_springs(whole, tmp_path, "other").value.springs.origin.startswith("figure's own")
 
 
 def test_none_means_no_springs_and_no_stops():
@@ -382,8 +382,8 @@ def test_rest_and_dead_zone_of_a_spherical_axis_are_ignored_with_a_warning(tmp_p
     whole = figure(hip=f"type = {CHAIN};")
     reading = optional(tmp_path, whole, f"1 1 | {CUBIC} | 0.5 -0.2 0.3")
     assert said(reading) == ["4:1 rest and dead zone of `hip` are not used"]
-    assert reading.springs is not None
-    (axis,) = reading.springs.joints["hip"].axes
+    assert reading.value is not None
+    (axis,) = reading.value.springs.joints["hip"].axes
     assert axis.elastic == (passive_cubic((1.0, 2.0, 3.0, 4.0)),)
 
 
@@ -393,8 +393,8 @@ def test_what_a_springs_file_states_wins_over_the_rule(tmp_path):
 
     def law(more: str) -> Cubic:
         reading = toml(tmp_path, whole, cubic + more)
-        assert reading.springs is not None, reading.faults
-        (found,) = reading.springs.joints["knee"].axes[0].elastic
+        assert reading.value is not None, reading.diagnostics
+        (found,) = reading.value.springs.joints["knee"].axes[0].elastic
         assert isinstance(found, Cubic)
         return found
 
@@ -412,7 +412,7 @@ def test_a_sense_that_drives_the_joint_is_told(tmp_path):
     table = 'joints = ["knee"]\ncoefficients_Nm_rad = [0, 1, 0, 1]\nsense = +1'
     reading = toml(tmp_path, whole, table)
     assert said(reading) == ["4:9 in this sense the cubic drives the joint away at both ends"]
-    assert reading.faults[0].hint == "the sense that restores is -1"
+    assert reading.diagnostics[0].hint == "the sense that restores is -1"
 
 
 def test_joints_that_share_a_curve_are_mirror_images_by_their_declared_axes(tmp_path):
@@ -443,7 +443,7 @@ def test_a_parabola_needs_limits_on_both_sides(tmp_path):
     assert said(optional(tmp_path, whole, "1 3 | 0 1e7 2e7 0")) == [
         f"2:1 no sense makes this cubic of `free` {message}"
     ]
-    assert not select_errors(optional(tmp_path, whole, "3 3 | 0 1e7 2e7 0").faults)
+    assert not select_errors(optional(tmp_path, whole, "3 3 | 0 1e7 2e7 0").diagnostics)
 
 
 # What is wrong
@@ -521,7 +521,7 @@ BROKEN_OPTIONAL = {
 def test_what_is_wrong_in_a_springs_file_is_said_with_its_place(tmp_path, name):
     tables, expected = BROKEN_TOML[name]
     reading = toml(tmp_path, figure(**JOINTS), *tables)
-    assert reading.springs is None
+    assert reading.value is None
     assert said(reading) == expected
 
 
@@ -529,7 +529,7 @@ def test_what_is_wrong_in_a_springs_file_is_said_with_its_place(tmp_path, name):
 def test_what_is_wrong_in_an_optional_file_is_said_with_its_place(tmp_path, name):
     records, expected = BROKEN_OPTIONAL[name]
     reading = optional(tmp_path, figure(**JOINTS), *records)
-    assert reading.springs is None
+    assert reading.value is None
     assert said(reading) == expected
 
 
@@ -540,8 +540,8 @@ def test_a_file_that_is_no_toml_is_refused_with_its_place(tmp_path):
 def test_hints_say_what_there_is(tmp_path):
     whole = figure(**JOINTS)
 
-    def hint(reading: PassiveReading) -> str:
-        (fault,) = reading.faults
+    def hint(reading: Parsed[LoadedSprings]) -> str:
+        (fault,) = reading.diagnostics
         return fault.hint
 
     near = toml(tmp_path, whole, 'joints = ["left_kne"]\n' + K)
@@ -556,7 +556,7 @@ def test_hints_say_what_there_is(tmp_path):
 
 
 def test_a_fault_names_the_file_the_line_and_the_place(tmp_path):
-    (fault,) = toml(tmp_path, figure(**JOINTS), 'joints = ["left_kne"]\n' + K).faults
+    (fault,) = toml(tmp_path, figure(**JOINTS), 'joints = ["left_kne"]\n' + K).diagnostics
     assert str(fault) == (
         f"{tmp_path}/my.springs.toml:2:11: error: the figure has no joint `left_kne`\n"
         '    2 | joints = ["left_kne"]\n'
@@ -571,35 +571,35 @@ def test_springs_for_another_figure_are_used_with_a_warning(tmp_path):
     )
     reading = load_springs(figure(**JOINTS), tmp_path, "my")
     assert said(reading) == ["1:10 these springs were written for the figure `other`"]
-    assert reading.springs is not None
-    assert list(reading.springs.joints) == ["left_knee"]
+    assert reading.value is not None
+    assert list(reading.value.springs.joints) == ["left_knee"]
 
 
 def test_printed_values_need_an_optional_file(tmp_path):
     whole = figure(**JOINTS)
-    (fault,) = load_springs(whole, tmp_path, "my", "printed").faults
+    (fault,) = load_springs(whole, tmp_path, "my", "printed").diagnostics
     assert fault.message == "there is no `my.optional` beside the figure"
-    (fault,) = load_springs(whole, None, None, "printed").faults
+    (fault,) = load_springs(whole, None, None, "printed").diagnostics
     assert fault.message == "a figure from no file has no printed values"
 
 
 @pytest.mark.parametrize("name", ["my.springs.toml", "my.optional", "my"])
 def test_files_that_are_no_text_are_refused(tmp_path, name):
     whole, path = figure(**JOINTS), tmp_path / name
-    (missing,) = load_springs(whole, choice=path).faults
+    (missing,) = load_springs(whole, choice=path).diagnostics
     assert "cannot be read" in missing.message
     path.write_bytes(b"\xff\xfe\0\0")
-    (binary,) = load_springs(whole, choice=path).faults
+    (binary,) = load_springs(whole, choice=path).diagnostics
     assert binary.message == "this file is UTF-16"
     path.unlink()
     path.mkdir()
-    (folder,) = load_springs(whole, choice=str(path)).faults
+    (folder,) = load_springs(whole, choice=str(path)).diagnostics
     assert "is a directory" in folder.message
 
 
 def test_many_faults_end_with_the_hundredth(tmp_path):
     whole = figure(**JOINTS)
     reading = toml(tmp_path, whole, *['joints = ["knee"]\n' + K] * 150)
-    assert len(reading.faults) == 100
-    assert reading.springs is None
-    assert "100 errors" in reading.faults[-1].hint
+    assert len(reading.diagnostics) == 100
+    assert reading.value is None
+    assert "100 errors" in reading.diagnostics[-1].hint

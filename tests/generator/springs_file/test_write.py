@@ -182,15 +182,15 @@ FILES = st.builds(
 def test_what_is_written_is_read_back(content: SpringsFile, comment: str):
     reading = parse_springs(write_springs(content, comment))
     # Where it is held, a law may be an extrapolation.
-    assert select_errors(reading.faults) == ()
-    assert reading.content == content
+    assert select_errors(reading.diagnostics) == ()
+    assert reading.value == content
 
 
 @pytest.mark.parametrize("name", ["prototype.springs.toml", "prototype.coupled.springs.toml"])
 def test_the_prototypes_springs_are_read_back(name: str):
-    content = parse_springs((FIGURES / name).read_text(encoding="utf-8")).content
+    content = parse_springs((FIGURES / name).read_text(encoding="utf-8")).value
     assert content is not None
-    assert parse_springs(write_springs(content)).content == content
+    assert parse_springs(write_springs(content)).value == content
 
 
 def test_the_comment_stands_above():

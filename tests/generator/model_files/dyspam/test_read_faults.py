@@ -86,7 +86,7 @@ def test_each_fault_is_a_sentence_with_file_and_line(file, old, new, line, messa
     changed = text.replace(old, new, 1)
     assert changed != text
     (folder / file).write_text(changed)
-    faults = select_errors(dyspam_reader.parse_dyspam(folder).faults)
+    faults = select_errors(dyspam_reader.parse_dyspam(folder).diagnostics)
     if message is None:
         assert faults == ()
         return
@@ -104,7 +104,7 @@ def test_all_faults_of_a_file_are_told_at_once(good, tmp_path):
     text = (folder / N).read_text()
     (folder / N).write_text(text.replace("120.00", "far").replace("1 3 25", "1 9 25"))
     with pytest.raises(InputError) as caught:
-        dyspam_reader.read_dyspam(folder)
+        dyspam_reader.parse_dyspam(folder).require_value()
     assert [fault.span.line for fault in caught.value.diagnostics if fault.span] == [4, 10]
 
 
@@ -113,7 +113,7 @@ def test_a_missing_file_is_named(file, good, tmp_path):
     folder = tmp_path / "broken"
     copytree(good, folder)
     (folder / file).unlink()
-    (fault,) = dyspam_reader.parse_dyspam(folder).faults
+    (fault,) = dyspam_reader.parse_dyspam(folder).diagnostics
     assert fault.message == f"`{folder / file}` cannot be read: no such file or directory"
 
 
@@ -122,7 +122,7 @@ def test_an_empty_file_is_told_at_its_start(file, good, tmp_path):
     folder = tmp_path / "broken"
     copytree(good, folder)
     (folder / file).write_text("")
-    (fault,) = dyspam_reader.parse_dyspam(folder).faults
+    (fault,) = dyspam_reader.parse_dyspam(folder).diagnostics
     assert fault.message.startswith("the file ends before ")
     assert fault.span is not None
     assert fault.span.line == 1
@@ -132,19 +132,19 @@ def test_optional_is_optional(good, tmp_path):
     folder = tmp_path / "without"
     copytree(good, folder)
     (folder / O).unlink()
-    reading = dyspam_reader.read_dyspam(folder)
-    assert reading.springs is not None
-    assert [len(joint.axes) for joint in reading.springs.joints.values()] == [3]
+    reading = dyspam_reader.parse_dyspam(folder)
+    assert reading.value is not None
+    assert [len(joint.axes) for joint in reading.value.springs.joints.values()] == [3]
     (folder / O).write_text("# none\n")
-    assert "there is no record" in dyspam_reader.parse_dyspam(folder).faults[0].message
+    assert "there is no record" in dyspam_reader.parse_dyspam(folder).diagnostics[0].message
     (folder / O).write_text("\n")
-    assert dyspam_reader.parse_dyspam(folder).faults == ()
+    assert dyspam_reader.parse_dyspam(folder).diagnostics == ()
 
 
 def test_no_folder_and_a_file_in_place_of_one(tmp_path):
     (tmp_path / "file").write_text("1, 1, 3\n")
     for name in ("nothing", "file"):
-        (fault,) = dyspam_reader.parse_dyspam(tmp_path / name).faults
+        (fault,) = dyspam_reader.parse_dyspam(tmp_path / name).diagnostics
         assert fault.message == f"there is no folder `{tmp_path / name}`"
 
 
@@ -152,7 +152,10 @@ def test_points_need_no_commas(good, tmp_path):
     folder = tmp_path / "plain"
     copytree(good, folder)
     (folder / N).write_text((folder / N).read_text().replace(",", " "))
-    assert dyspam_reader.read_dyspam(folder).figure == dyspam_reader.read_dyspam(good).figure
+    assert (
+        dyspam_reader.parse_dyspam(folder).value.figure
+        == dyspam_reader.parse_dyspam(good).value.figure
+    )
 
 
 def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(good, tmp_path):
@@ -162,10 +165,10 @@ def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(good, tmp_path)
     turned = "0.71 0.00 -0.71 0.00\n0.00 1.00 0.00 120.00\n0.71 0.00 0.71 0.00\n"
     old = "0.00 0.00 -1.00 0.00\n0.00 1.00 0.00 120.00\n1.00 0.00 0.00 0.00\n"
     (folder / N).write_text(text.replace(old, turned))
-    reading = dyspam_reader.read_dyspam(folder)
-    assert [fault.severity for fault in reading.faults] == [Severity.WARNING]
-    assert reading.figure is not None
-    pose = reading.figure.segments["ground"].sites["joint1"].pose_in_segment
+    reading = dyspam_reader.parse_dyspam(folder)
+    assert [fault.severity for fault in reading.diagnostics] == [Severity.WARNING]
+    assert reading.value is not None
+    pose = reading.value.figure.segments["ground"].sites["joint1"].pose_in_segment
     assert pose[0, 0] == pytest.approx(0.5**0.5, abs=1e-12)
 
 
@@ -176,7 +179,7 @@ def test_a_second_joint_that_leaves_a_body_alone(tmp_path):
     text = (folder / N).read_text().replace("2 1 2 1\n", "2 0 1 1\n").replace("\n2 2\n", "\n1 2\n")
     head, _, tail = text.partition("\n1 2\n")
     (folder / N).write_text(f"{head}\n0 2\n{tail}")
-    (fault,) = select_errors(dyspam_reader.parse_dyspam(folder).faults)
+    (fault,) = select_errors(dyspam_reader.parse_dyspam(folder).diagnostics)
     assert fault.message == "no joints lead from the root to segment `body2`"
     assert fault.span is not None
     assert fault.span.text.startswith("2 ")

@@ -23,7 +23,7 @@ NEAR = 1e-7
 
 def shipped(name: str) -> tuple[Figure, SpringSet]:
     made = read_figure(SHIPPED / f"{name}.fig")
-    springs = load_springs(made, SHIPPED, name).springs
+    springs = load_springs(made, SHIPPED, name).value.springs
     assert springs is not None
     return made, springs
 
@@ -38,10 +38,10 @@ def posed(given: Figure, **displacements: tuple[float, ...]) -> Figure:
 def distance(given: Figure, springs: SpringSet, folder: Path) -> float:
     """The largest distance of a site from itself read back; the figure has to move for it."""
     reading, _ = there_and_back(given, springs, folder)
-    assert reading.figure is not None
-    assert reading.springs is not None
+    assert reading.value is not None
+    assert reading.value is not None
     before = tracks(run(given, springs), given)
-    after = tracks(run(reading.figure, reading.springs), reading.figure)
+    after = tracks(run(reading.value.figure, reading.value.springs), reading.value.figure)
     assert before.shape == after.shape
     assert np.max(np.ptp(before, axis=1)) > 0.01
     return float(np.max(np.abs(before - after)))
@@ -132,6 +132,6 @@ def test_rates_are_those_of_the_displacements(tmp_path):
     lines[-2] = " ".join([*lines[-2].split()[:4], "0.1", "0.2", "0.3"])
     lines[-1] = " ".join([*lines[-1].split()[:2], "-1.5"])
     path.write_text("\n".join(lines))
-    reading = dyspam_reader.read_dyspam(tmp_path / "out")
-    assert reading.rates == {"joint1": (0.3, 0.2, 0.1), "joint2": (-1.5,)}
-    assert any("rates" in str(loss) for loss in reading.losses.entries)
+    reading = dyspam_reader.parse_dyspam(tmp_path / "out")
+    assert reading.value.rates == {"joint1": (0.3, 0.2, 0.1), "joint2": (-1.5,)}
+    assert any("rates" in str(loss) for loss in reading.value.losses.entries)

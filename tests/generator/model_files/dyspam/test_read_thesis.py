@@ -24,7 +24,7 @@ SHIPPED = Path(str(files("figures")))
 
 def written(name: str, folder: Path, **options: Times) -> dict[str, str]:
     figure = read_figure(SHIPPED / f"{name}.fig")
-    springs = load_springs(figure, SHIPPED, name).springs
+    springs = load_springs(figure, SHIPPED, name).value.springs
     assert springs is not None
     dyspam.write(figure, springs, folder, **options)
     return {file: (folder / file).read_text() for file in dyspam.FILES}
@@ -98,9 +98,9 @@ def test_jackforce_is_figure_3_3(tmp_path):
 def test_optional_is_that_of_appendix_a_number_for_number(tmp_path):
     made = parse_optional(written("prototype", tmp_path / "out")[dyspam.OPTIONAL])
     appendix = parse_optional((SHIPPED / "prototype.optional").read_text())
-    assert made.faults == appendix.faults == ()
-    assert len(made.records) == 19
-    assert made.records == appendix.records
+    assert made.diagnostics == appendix.diagnostics == ()
+    assert len(made.value) == 19
+    assert made.value == appendix.value
 
 
 @pytest.fixture
@@ -114,18 +114,18 @@ def mended(tmp_path: Path) -> Path:
 
 
 def test_the_inertia_of_figure_3_2_is_one_that_no_body_has():
-    (fault,) = dyspam_reader.parse_dyspam(PRINTED).faults
+    (fault,) = dyspam_reader.parse_dyspam(PRINTED).diagnostics
     assert "no body has the inertia of `body1`" in fault.message
     assert fault.span is not None
     assert fault.span.line == 10
 
 
 def test_the_printed_figures_are_read(mended):
-    reading = dyspam_reader.read_dyspam(mended)
-    assert reading.faults == ()
-    assert reading.times == Times(0.0, 0.1, 30.0, 0.3)
-    assert reading.rates == {}
-    figure = reading.figure
+    reading = dyspam_reader.parse_dyspam(mended)
+    assert reading.diagnostics == ()
+    assert reading.value.times == Times(0.0, 0.1, 30.0, 0.3)
+    assert reading.value.rates == {}
+    figure = reading.value.figure
     assert figure is not None
     (joint,) = figure.joints.values()
     assert joint.displacement == (0.0, 0.698132, 0.349066)
@@ -141,7 +141,7 @@ def test_the_printed_figures_are_read(mended):
 def test_the_printed_figures_are_the_pendulum_in_geometry(mended):
     """The site of figure 3.4, turned by xyz(-45,-90,-45) deg, is the triad of figure 3.2."""
     pendulum = read_figure(SHIPPED / "pendulum.fig")
-    figure = dyspam_reader.read_dyspam(mended).figure
+    figure = dyspam_reader.parse_dyspam(mended).value.figure
     assert figure is not None
     for ref, name in (("floor", "ground"), ("link1", "body1")):
         site = "dist" if ref == "floor" else "prox"

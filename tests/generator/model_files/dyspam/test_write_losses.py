@@ -105,8 +105,8 @@ def test_a_spring_that_would_come_back_as_another_is_left_out_and_told(
     found = [loss for loss in losses.entries if what in loss.what]
     assert [loss.where for loss in found] == [where]
     assert found[0].what.endswith("left out")
-    assert reading.springs is not None
-    assert reading.springs.joints == {}
+    assert reading.value is not None
+    assert reading.value.springs.joints == {}
 
 
 def test_what_is_lost_of_springs_that_are_written(tmp_path):
@@ -194,29 +194,29 @@ def test_springs_of_an_older_figure_do_not_stay_behind(tmp_path):
     assert (folder / dyspam.OPTIONAL).read_text()
     reading, _ = there_and_back(one_body(BALL), SpringSet(), folder)
     assert (folder / dyspam.OPTIONAL).read_text() == ""
-    assert reading.springs is not None
-    assert reading.springs.joints == {}
+    assert reading.value is not None
+    assert reading.value.springs.joints == {}
 
 
 def test_what_was_read_goes_into_a_figure_file_and_a_springs_file(tmp_path):
     name = "prototype"
     made = read_figure(SHIPPED / f"{name}.fig")
-    springs = load_springs(made, SHIPPED, name).springs
+    springs = load_springs(made, SHIPPED, name).value.springs
     assert springs is not None
     reading, _ = there_and_back(made, springs, tmp_path / "out")
     imported = read_model(tmp_path / "out")
-    assert imported == imported_from_dyspam(reading)
+    assert imported == imported_from_dyspam(reading.require_value())
     assert imported.springs is not None
     (tmp_path / "back.fig").write_text(write_figure(imported.figure))
     text = write_springs(imported.springs)
-    assert parse_springs(text).faults == ()
+    assert parse_springs(text).diagnostics == ()
     (tmp_path / "back.springs.toml").write_text(text)
     back = read_figure(tmp_path / "back.fig")
-    assert back == reading.figure
-    again = load_springs(back, tmp_path, "back").springs
+    assert back == reading.value.figure
+    again = load_springs(back, tmp_path, "back").value.springs
     assert again is not None
-    assert reading.springs is not None
-    assert laws_of(again) == laws_of(reading.springs)
+    assert reading.value is not None
+    assert laws_of(again) == laws_of(reading.value.springs)
     assert len(laws_of(again)) == 9
 
 
@@ -245,4 +245,4 @@ def test_the_command_takes_the_folder_s_name_for_its_format(tmp_path):
 
 def test_a_reading_with_errors_gives_no_figure(tmp_path):
     with pytest.raises(InputError, match="there is no folder"):
-        imported_from_dyspam(dyspam_reader.parse_dyspam(tmp_path / "nothing"))
+        dyspam_reader.parse_dyspam(tmp_path / "nothing").require_value()
