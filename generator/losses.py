@@ -1,7 +1,4 @@
-"""What a format could not hold: the report that every writer returns.
-
-A report in the making: losses of one kind are one sentence with all its places.
-"""
+"""What a format cannot hold: the losses that every writer returns."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -36,31 +33,11 @@ class Loss:
         return f"{self.what}: {', '.join(self.where[:MAX_NAMED_PLACES])}{more}"
 
 
-@dataclass(frozen=True)
-class Losses:
-    """All that one file does not hold.
-
-    Attributes:
-        format: what sentences call the format.
-        entries: one after the other; empty where the file holds everything.
-    """
-
-    format: str
-    entries: tuple[Loss, ...] = ()
-
-    @classmethod
-    def collect(cls, name: str, each: Iterable[Loss | None]) -> "Losses":
-        """The losses of a format among `each`, in which None stands for no loss."""
-        return cls(name, tuple(loss for loss in each if loss is not None))
-
-    def to_json(self) -> list[dict[str, object]]:
-        """The losses for `--json`."""
-        return [{"what": loss.what, "where": list(loss.where)} for loss in self.entries]
-
-
 @dataclass
-class LossReport:
-    """What a writer could not write, in the order in which it found it.
+class Losses:
+    """All that one file does not hold, in the order in which it was noted.
+
+    Losses of one kind are one sentence with all its places.
 
     Attributes:
         format: what sentences call the format.
@@ -69,18 +46,29 @@ class LossReport:
     format: str
     _places: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
 
+    @classmethod
+    def collect(cls, name: str, each: Iterable[Loss | None]) -> "Losses":
+        """Return the losses of a format among `each`, in which None stands for no loss."""
+        losses = cls(name)
+        for loss in each:
+            losses.add_loss(loss)
+        return losses
+
     def add(self, what: str, *where: str) -> None:
         """Note a loss, at places or of the whole."""
         places = self._places.setdefault(what, [])
         places += [place for place in where if place not in places]
 
     def add_loss(self, loss: Loss | None) -> None:
-        """Note a loss that is put in words already; None is none."""
+        """Note a loss that has its sentence already; None stands for no loss."""
         if loss is not None:
             self.add(loss.what, *loss.where)
 
     @property
-    def losses(self) -> Losses:
-        """All that was noted."""
-        each = (Loss(what, tuple(where)) for what, where in self._places.items())
-        return Losses(self.format, tuple(each))
+    def entries(self) -> tuple[Loss, ...]:
+        """The losses; empty where the file holds everything."""
+        return tuple(Loss(what, tuple(where)) for what, where in self._places.items())
+
+    def to_json(self) -> list[dict[str, object]]:
+        """Return the losses for `--json`."""
+        return [{"what": loss.what, "where": list(loss.where)} for loss in self.entries]

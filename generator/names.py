@@ -1,7 +1,7 @@
 """Names that every format takes: ASCII letters, digits and `_`, and no two alike."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import count
 
 from generator.figure import JointAxis
@@ -13,21 +13,30 @@ _INVALID_CHARACTER = re.compile(r"[^A-Za-z0-9_]")
 def plain_names(names: Iterable[str]) -> dict[str, str]:
     """A plain name for each of `names`, by it; those of figure files stay as they are."""
     listed = list(dict.fromkeys(names))
-    plain = {name: name for name in listed if _sanitise(name) == name}
+    plain = {name: name for name in listed if plain_name(name) == name}
     taken = set(plain)
     for name in listed:
         if name not in plain:
-            word = _sanitise(name)
-            if word in taken:
-                word = next(new for k in count(2) if (new := f"{word}_{k}") not in taken)
-            taken.add(word)
-            plain[name] = word
+            plain[name] = reserve_name(plain_name(name), taken)
     return {name: plain[name] for name in listed}
 
 
-def _sanitise(name: str) -> str:
+def plain_name(name: str) -> str:
+    """Return the name with `_` for all but ASCII letters and digits, and before a first digit."""
     word = _INVALID_CHARACTER.sub("_", name)
     return word if word and not word[0].isdigit() else f"_{word}"
+
+
+def free_name(name: str, taken: Collection[str]) -> str:
+    """Return the name, or the first of `NAME_2`, `NAME_3` ... that is not taken."""
+    return next(new for k in count(1) if (new := name if k == 1 else f"{name}_{k}") not in taken)
+
+
+def reserve_name(name: str, taken: set[str]) -> str:
+    """Return a free name as `free_name` does, and add it to those that are taken."""
+    new = free_name(name, taken)
+    taken.add(new)
+    return new
 
 
 def renaming_loss(new_names: Mapping[str, str]) -> Loss | None:

@@ -29,6 +29,9 @@ _STL_HEADER_BYTES, _STL_TRIANGLE_BYTES = 84, 50
 
 _load = cast("Callable[..., object]", trimesh.load)  # pyright: ignore[reportUnknownMemberType]
 
+GREY = (0.7, 0.7, 0.7)
+"""Colour of a segment whose attributes give none."""
+
 
 def read_mesh(path: str | Path, unit: Fraction) -> Surface:
     """The triangles in a mesh file whose lengths are in `unit` [m].
@@ -173,3 +176,14 @@ def read_segment_surface(figure: Figure, segment: Segment, unit: Fraction | None
         return read_surface(figure.path.parent / segment.psurf, unit)
     except UnknownSurfaceError as failure:
         raise InputError([error(str(failure), place)]) from None
+
+
+def segment_colour(figure: Figure, segment: Segment) -> tuple[float, float, float]:
+    """Return the `rgb` of the first of a segment's attributes that has one; grey without any."""
+    for name in segment.attributes:
+        attribute = figure.attributes.get(name)
+        rgb = None if attribute is None else attribute.fields.get("rgb")
+        if isinstance(rgb, tuple) and len(rgb) == 3:
+            red, green, blue = (min(max(part, 0.0), 1.0) for part in rgb)
+            return red, green, blue
+    return GREY

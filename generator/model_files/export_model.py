@@ -7,7 +7,6 @@ The joints that close loops, as constraints of points: what most programs have f
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import count
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import Tree, build_tree
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
 from springs import AxisSpring, JointSprings, Linear, SpringSet
@@ -56,7 +55,7 @@ class ExportModel:
         return self.figure.site(ref).pose_in_segment
 
 
-def build_export_model(figure: Figure, report: LossReport) -> ExportModel:
+def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
     """A figure hung up and named.
 
     Raises:
@@ -73,18 +72,11 @@ def build_export_model(figure: Figure, report: LossReport) -> ExportModel:
         raise InputError(faults)
     tree = build_tree(figure)
     segments, joints = plain_names(figure.segments), plain_names(figure.joints)
-    report.add_loss(renaming_loss(segments))
-    report.add_loss(renaming_loss(joints))
+    losses.add_loss(renaming_loss(segments))
+    losses.add_loss(renaming_loss(joints))
     chains = {name: joint.chain for name, joint in figure.joints.items()}
     placement = close_loops(tree, initial_displacements(tree))
     return ExportModel(placement, segments, joints, coordinate_names(chains))
-
-
-def reserve_name(name: str, taken: set[str]) -> str:
-    """The name, or one made of it that is not taken yet; from now on it is."""
-    new = next(one for k in count(1) if (one := name if k == 1 else f"{name}_{k}") not in taken)
-    taken.add(new)
-    return new
 
 
 def _missing_properties(segment: Segment) -> Diagnostic | None:
@@ -200,16 +192,16 @@ def has_friction(spring: AxisSpring) -> bool:
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
-def add_common_losses(model: ExportModel, springs: SpringSet, report: LossReport) -> None:
+def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     """Note the laws over several joints and of what closes a loop, and where numbers are from."""
     for joint in model.tree.closures:
         if joint.name in springs.joints:
-            report.add("springs of joints that close loops", joint.name)
+            losses.add("springs of joints that close loops", joint.name)
     for spring in springs.coupled:
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
-        report.add("laws over several joints", " and ".join(joints))
+        losses.add("laws over several joints", " and ".join(joints))
     if springs.references:
-        report.add("the references of the springs")
+        losses.add("the references of the springs")
 
 
 AXIS_POINT_DISTANCE = 0.1
@@ -230,7 +222,7 @@ class Loop:
     points: tuple[Array, ...]
 
 
-def loop_closures(model: ExportModel, report: LossReport) -> Iterator[Loop]:
+def loop_closures(model: ExportModel, losses: Losses) -> Iterator[Loop]:
     """The loops that points can close; the others are noted as left open."""
     for joint in model.tree.closures:
         chain = model.tree.chains[joint.name]
@@ -238,10 +230,10 @@ def loop_closures(model: ExportModel, report: LossReport) -> Iterator[Loop]:
         if turns == slides == 3:
             continue
         if slides:
-            report.add("joints that slide and close a loop: the loop is open", joint.name)
+            losses.add("joints that slide and close a loop: the loop is open", joint.name)
             continue
         if turns == 2:
-            report.add("joints of two turns that close a loop: they turn freely", joint.name)
+            losses.add("joints of two turns that close a loop: they turn freely", joint.name)
         points = [np.zeros(3)] if turns else []
         if turns == 1:
             points.append(AXIS_POINT_DISTANCE * unit_vector(joint.chain[0].axis))

@@ -48,7 +48,7 @@ def write_fig(figure: Figure, springs: SpringSet, path: Path) -> Losses:
         )
     if springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
         said.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
-    return Losses("figure file", tuple(said))
+    return Losses.collect("figure file", said)
 
 
 SUFFIXES = (".xml", ".mjcf", ".urdf", ".osim")

@@ -71,6 +71,6 @@ def write_imported(imported: Imported, path: Path) -> Losses:
         stale = Loss(
             "an older springs file stands beside the figure and will be used", (str(beside),)
         )
-        losses = Losses(losses.format, (*losses.entries, stale))
+        losses = Losses.collect(losses.format, (*losses.entries, stale))
     write_atomic(path, text)
     return losses

@@ -11,15 +11,13 @@ import numpy as np
 
 from generator.diagnostics import InputError
 from generator.figure import Figure, Segment
-from generator.geometry.read import read_segment_surface
-from generator.geometry.surface import Indices, Surface
+from generator.geometry.intersections import triangulate
+from generator.geometry.read import read_segment_surface, segment_colour
+from generator.geometry.surface import Surface
 from generator.losses import Loss
 from generator.rotations import Array, rotation_with_z_axis
 
 Colour = tuple[float, float, float]
-
-GREY: Colour = (0.7, 0.7, 0.7)
-"""Of segments whose attributes give no colour."""
 
 _THICKNESS = 0.04
 _WIDEST_FRACTION = 0.15
@@ -58,17 +56,6 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
         else None,
     ]
     return looks, tuple(loss for loss in losses if loss is not None)
-
-
-def segment_colour(figure: Figure, segment: Segment) -> Colour:
-    """The `rgb` of the first of a segment's attributes that has one."""
-    for name in segment.attributes:
-        attribute = figure.attributes.get(name)
-        given = None if attribute is None else attribute.fields.get("rgb")
-        if isinstance(given, tuple) and len(given) == 3:
-            red, green, blue = (min(max(part, 0.0), 1.0) for part in given)
-            return red, green, blue
-    return GREY
 
 
 def linear_colour(colour: Colour) -> Colour:
@@ -128,56 +115,17 @@ def _octahedra(pairs: Sequence[tuple[Array, Array]], name: str) -> Surface:
     return Surface.from_faces(np.array(vertices), faces, name)
 
 
-_MIN_RELATIVE_AREA = 1e-12
-"""A corner with less area than this, relative to its face's, lies on a line."""
-
-
 def triangles_with_normals(surface: Surface) -> tuple[Array, Array]:
     """Corners of triangles that cover the faces, and their normals: shapes (3 t, 3) each [m, 1].
 
     Three rows are a triangle, counter-clockwise from outside. Faces may be concave.
     """
-    fans, owners = surface.fan_triangles
+    fans, fan_owners = surface.fan_triangles
     points = surface.vertices[fans]
-    areas = np.cross(points[1] - points[0], points[2] - points[0])
-    whole = np.zeros((surface.face_count, 3))
-    np.add.at(whole, owners, areas)
-    lengths = np.linalg.norm(whole, axis=1)
-    normals = np.divide(
-        whole, lengths[:, None], where=lengths[:, None] > 0.0, out=np.zeros_like(whole)
-    )
-    normals[lengths == 0.0] = [0.0, 1.0, 0.0]
-    against = np.sum(areas * normals[owners], axis=1) < -_MIN_RELATIVE_AREA * lengths[owners]
-    concave = np.unique(owners[against])
-    kept = ~np.isin(owners, concave)
-    corners, faces = fans.T[kept], owners[kept]
-    if concave.size:
-        clipped = [_clip_ears(surface, int(face), normals[face]) for face in concave]
-        corners = np.concatenate([corners, *clipped])
-        faces = np.concatenate([faces, np.repeat(concave, [len(part) for part in clipped])])
-    return surface.vertices[corners].reshape(-1, 3), np.repeat(normals[faces], 3, axis=0)
-
-
-def _clip_ears(surface: Surface, face: int, normal: Array) -> Indices:
-    """Triangles of a concave face, shape (t, 3): one ear after the other is cut off."""
-    left = surface.corners[surface.starts[face] : surface.starts[face + 1]].tolist()
-    ears: list[tuple[int, int, int]] = []
-    while len(left) > 3:
-        place = next((k for k in range(len(left)) if _is_ear(surface, left, k, normal)), 0)
-        ears.append((left[place - 1], left[place], left[(place + 1) % len(left)]))
-        del left[place]
-    ears.append((left[0], left[1], left[2]))
-    return np.array(ears, dtype=np.int64)
-
-
-def _is_ear(surface: Surface, remaining: list[int], index: int, normal: Array) -> bool:
-    """Whether the corner at `index` sticks out and no other corner lies within its triangle."""
-    names = (remaining[index - 1], remaining[index], remaining[(index + 1) % len(remaining)])
-    a, b, c = surface.vertices[list(names)]
-    if np.cross(b - a, c - b) @ normal <= 0.0:
-        return False
-    others = surface.vertices[[corner for corner in remaining if corner not in names]]
-    sides = [
-        np.cross(head - tail, others - tail) @ normal for tail, head in ((a, b), (b, c), (c, a))
-    ]
-    return not bool(np.any(np.all(np.array(sides) >= 0.0, axis=0)))
+    normals = np.zeros((surface.face_count, 3))
+    np.add.at(normals, fan_owners, np.cross(points[1] - points[0], points[2] - points[0]))
+    lengths = np.linalg.norm(normals, axis=1)[:, None]
+    normals = np.divide(normals, lengths, where=lengths > 0.0, out=np.zeros_like(normals))
+    normals[lengths[:, 0] == 0.0] = [0.0, 1.0, 0.0]
+    corners, faces = triangulate(surface)
+    return corners.reshape(-1, 3), np.repeat(normals[faces], 3, axis=0)

@@ -61,8 +61,8 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         **{METADATA_KEY: np.array(json.dumps(_metadata(motion)))},
     )
     write_atomic(path, stream.getvalue())
-    return Losses(
-        "npz", (Loss("the figure: its segments, masses and shapes; the names are there"),)
+    return Losses.collect(
+        "npz", [Loss("the figure: its segments, masses and shapes; the names are there")]
     )
 
 

@@ -9,7 +9,6 @@ The names that HAnim (ISO/IEC 19774-1:2019) has for the joints and segments of a
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import count
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -26,7 +25,7 @@ from generator.motion_files.skeleton import (
     bones_with_block_ends,
     build_skeleton,
 )
-from generator.names import plain_names
+from generator.names import plain_name, plain_names, reserve_name
 from generator.rotations import Array
 from generator.text_io import write_atomic
 
@@ -138,7 +137,7 @@ class _SceneWriter:
         self.unknown_joints = tuple(b.joint for b in skeleton.bones if b.joint not in known)
         self._ground_is_root = len(skeleton.roots) != 1
         if self._ground_is_root:
-            self._root = self._unique_name(ROOT)
+            self._root = reserve_name(ROOT, self._used_names)
         else:
             root = skeleton.roots[0].joint
             known[root] = (ROOT, SACRUM if known else "")
@@ -146,24 +145,18 @@ class _SceneWriter:
         segments = {bone.segment: known.get(bone.joint, ("", ""))[1] for bone in skeleton.bones}
         plain = plain_names([bone.joint for bone in skeleton.bones])
         self._joints = {
-            bone.joint: self._unique_name(
-                known[bone.joint][0] if bone.joint in known else plain[bone.joint]
+            bone.joint: reserve_name(
+                known[bone.joint][0] if bone.joint in known else plain[bone.joint],
+                self._used_names,
             )
             for bone in skeleton.bones
         }
         plain = plain_names(motion.figure.segments)
         self._segments = {
-            name: self._unique_name(segments.get(name) or plain[name])
+            name: reserve_name(segments.get(name) or plain[name], self._used_names)
             for name in motion.figure.segments
         }
         self._sites: list[str] = []
-
-    def _unique_name(self, name: str) -> str:
-        """The word, or one like it that nothing has yet."""
-        if name in self._used_names:
-            name = next(new for k in count(2) if (new := f"{name}_{k}") not in self._used_names)
-        self._used_names.add(name)
-        return name
 
     def lines(self) -> Iterator[str]:
         """The whole file."""
@@ -190,7 +183,10 @@ class _SceneWriter:
         figure = self._motion.figure
         name = figure.name or self._motion.header.figure
         yield _format_tag(
-            "HAnimHumanoid", DEF=self._unique_name("humanoid"), name=name, version="2.0"
+            "HAnimHumanoid",
+            DEF=reserve_name("humanoid", self._used_names),
+            name=name,
+            version="2.0",
         )
         outermost = 0 if self._ground_is_root else 1
         if self._ground_is_root:
@@ -234,9 +230,7 @@ class _SceneWriter:
         """Sites and shape of a segment, where they are at rest."""
         for site in segment.sites.values():
             pose = self._skeleton.rest_poses[segment.name] @ site.pose_in_segment
-            word = self._unique_name(
-                next(iter(plain_names([f"{segment.name}_{site.name}"]).values()))
-            )
+            word = reserve_name(plain_name(f"{segment.name}_{site.name}"), self._used_names)
             named = {"DEF": word}
             if kind == "HAnimSite":
                 self._sites.append(word)
@@ -285,7 +279,7 @@ class _SceneWriter:
         self, bone: Bone, kind: str, field: str, keys: str, values: Array
     ) -> Iterator[str]:
         joint = self._joints[bone.joint]
-        word = self._unique_name(f"{joint}_{field}")
+        word = reserve_name(f"{joint}_{field}", self._used_names)
         yield _format_tag(kind, "/", DEF=word, key=keys, keyValue=_format_row(values.ravel()))
         clock = {"fromNode": _CLOCK, "fromField": "fraction_changed"}
         yield _format_tag("ROUTE", "/", **clock, toNode=word, toField="set_fraction")

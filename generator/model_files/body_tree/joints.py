@@ -12,7 +12,7 @@ import numpy as np
 
 from generator.figure import AxisKind, JointAxis, Vector
 from generator.joint_chain import ChainError, build_chain
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array
 from generator.springs_file.laws import CubicEntry
@@ -165,9 +165,9 @@ class JointFields:
     upper_limit: FieldValues
 
 
-def joint_fields(group: JointGroup, joint: str, report: LossReport) -> JointFields:
+def joint_fields(group: JointGroup, joint: str, losses: Losses) -> JointFields:
     """What the figure's own fields say of a joint; what they cannot say of slides is reported."""
-    freedoms = [_field_part(freedom, joint, report) for freedom in reversed(group.dofs)]
+    freedoms = [_field_part(freedom, joint, losses) for freedom in reversed(group.dofs)]
     stiff = tuple(freedom.stiffness for freedom in freedoms)
     rest = tuple(freedom.rest if freedom.stiffness else 0.0 for freedom in freedoms)
     damp = tuple(freedom.damping for freedom in freedoms)
@@ -193,7 +193,7 @@ def _limit_or_unlimited(dof: DegreeOfFreedom, bound: float | None, sign: float) 
             assert_never(dof.kind)
 
 
-def _field_part(dof: DegreeOfFreedom, joint: str, report: LossReport) -> DegreeOfFreedom:
+def _field_part(dof: DegreeOfFreedom, joint: str, losses: Losses) -> DegreeOfFreedom:
     """The part of a freedom's law that stands in the fields."""
     if not needs_table(dof):
         return dof
@@ -201,7 +201,7 @@ def _field_part(dof: DegreeOfFreedom, joint: str, report: LossReport) -> DegreeO
         case AxisKind.ROTATION:
             return replace(dof, stiffness=0.0, damping=0.0)
         case AxisKind.TRANSLATION:
-            report.add("friction, limits and curved springs along slides", dof.name or joint)
+            losses.add("friction, limits and curved springs along slides", dof.name or joint)
             return dof
         case _:
             assert_never(dof.kind)
@@ -212,11 +212,11 @@ def needs_table(dof: DegreeOfFreedom) -> bool:
     return bool(dof.friction or any(dof.cubic) or dof.smooth_limit is not None)
 
 
-def spring_entries(group: JointGroup, joint: str, report: LossReport) -> Iterator[SpringEntry]:
+def spring_entries(group: JointGroup, joint: str, losses: Losses) -> Iterator[SpringEntry]:
     """The tables of a springs file for a joint, one for each axis that needs it."""
     for freedom in group.rotations:
         if needs_table(freedom):
-            yield _entry(freedom, _axis_name(freedom, group), joint, report)
+            yield _entry(freedom, _axis_name(freedom, group), joint, losses)
 
 
 def _axis_name(dof: DegreeOfFreedom, group: JointGroup) -> str | None:
@@ -226,7 +226,7 @@ def _axis_name(dof: DegreeOfFreedom, group: JointGroup) -> str | None:
     return "xyz"[int(np.argmax(np.abs(group.frame.T @ dof.axis)))]
 
 
-def _entry(dof: DegreeOfFreedom, axis: str | None, joint: str, report: LossReport) -> SpringEntry:
+def _entry(dof: DegreeOfFreedom, axis: str | None, joint: str, losses: Losses) -> SpringEntry:
     entry = SpringEntry(
         (joint,),
         axis,
@@ -235,14 +235,14 @@ def _entry(dof: DegreeOfFreedom, axis: str | None, joint: str, report: LossRepor
     )
     if dof.smooth_limit is not None:
         if dof.stiffness:
-            report.add("springs beside a smooth limit about the same axis", dof.name)
+            losses.add("springs beside a smooth limit about the same axis", dof.name)
         return replace(entry, law=dof.smooth_limit)
     if any(dof.cubic):
         second, third = dof.cubic
         if third > 0.0:
             coefficients = (0.0, dof.stiffness, second, third)
             return replace(entry, law=CubicEntry(coefficients, -1, None, True, dof.rest))
-        report.add("parts of springs that do not restore at both ends", dof.name)
+        losses.add("parts of springs that do not restore at both ends", dof.name)
     if dof.stiffness:
         return replace(entry, law=Linear(dof.stiffness, dof.rest))
     return entry

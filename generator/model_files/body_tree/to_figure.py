@@ -6,10 +6,9 @@ become several joints with carriers between them: segments with a tiny share of 
 The axes of a segment: those of its principal inertia, as near as can be to a body's own.
 """
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import count, permutations, takewhile
+from itertools import permutations, takewhile
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from generator.figure import (
 )
 from generator.figure_file.lexer import KEYWORDS, MAX_WORD_LENGTH
 from generator.inertia import MassProperties
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.joints import (
     JointFields,
     JointGroup,
@@ -45,10 +44,10 @@ from generator.model_files.body_tree.tree import (
 )
 from generator.model_files.imported import CoordinateMapping, Imported
 from generator.model_files.xml import body_fixed_angles
+from generator.names import free_name, plain_name
 from generator.rotations import Array, pose_matrix
 from generator.springs_file.parse import SpringEntry, SpringsFile
 
-_INVALID_CHARACTER = re.compile(r"[^A-Za-z0-9_]")
 _SUFFIX_LENGTH = 12
 """Characters that are left for a number at the end."""
 
@@ -73,8 +72,7 @@ class Names:
         """The name that is given for one that is asked for: itself where it can be."""
         word = _sanitise(name)
         if word in self._assigned or (word in self._protected and word != name):
-            gone = self._assigned | self._protected
-            word = next(new for k in count(2) if (new := f"{word}_{k}") not in gone)
+            word = free_name(word, self._assigned | self._protected)
         self._assigned.add(word)
         if word != name:
             self.renamed[name] = word
@@ -82,19 +80,12 @@ class Names:
 
     def assign_new(self, stem: str) -> str:
         """The name that is given for one that the model does not have."""
-        free = next(new for k in count(1) if (new := _numbered(stem, k)) not in self._protected)
-        return self.assign(free)
-
-
-def _numbered(stem: str, k: int) -> str:
-    return stem if k == 1 else f"{stem}_{k}"
+        return self.assign(free_name(stem, self._protected))
 
 
 def _sanitise(name: str) -> str:
     """The name, or what the figure language has nearest to it."""
-    word = _INVALID_CHARACTER.sub("_", name)[: MAX_WORD_LENGTH - _SUFFIX_LENGTH]
-    if not word or word[0].isdigit():
-        word = f"_{word}"
+    word = plain_name(name[: MAX_WORD_LENGTH - _SUFFIX_LENGTH])
     return f"{word}_" if word in KEYWORDS else word
 
 
@@ -159,14 +150,14 @@ class _FigureDraft:
     """The figure as it grows.
 
     Attributes:
-        report: for what the figure does not hold.
+        losses: for what the figure does not hold.
         separate: see `figure_of`.
         segment_frames: by the model's body (None is the world), the name of its segment and the rotation of
             the segment's axes in the body's frame.
         sites: of each segment, poses in the segment.
     """
 
-    report: LossReport
+    losses: Losses
     separate: bool
     segments: dict[str, Segment] = field(default_factory=dict[str, Segment])
     sites: dict[str, dict[str, Array]] = field(default_factory=dict[str, dict[str, Array]])
@@ -235,7 +226,7 @@ class _FigureDraft:
 def figure_from_tree(
     tree: BodyTree,
     diagnostics: Diagnostics,
-    report: LossReport,
+    losses: Losses,
     *,
     separate: bool = False,
     fixed_bodies: frozenset[str] = frozenset(),
@@ -245,7 +236,7 @@ def figure_from_tree(
     Args:
         tree: as the model has it.
         diagnostics: for faults.
-        report: for what the figure does not hold.
+        losses: for what the figure does not hold.
         separate: whether hinges with springs, damping or limits each become a joint of their own, with
             carriers between them; else hinges through one point become one joint, whose laws act on
             its rotation vector.
@@ -258,14 +249,14 @@ def figure_from_tree(
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
-        report.add("bodies without a joint are parts of what they are fixed to", *merged)
+        losses.add("bodies without a joint are parts of what they are fixed to", *merged)
     whole, gone = merge_massless_bodies(whole)
     if gone:
-        report.add("bodies without mass are parts of the next one's joint", *gone)
+        losses.add("bodies without mass are parts of the next one's joint", *gone)
     _check_masses(whole, diagnostics)
     if diagnostics.has_errors:
         return None
-    draft = _FigureDraft(report, separate)
+    draft = _FigureDraft(losses, separate)
     draft.segment_names.protect(body.name for body in whole.bodies)
     draft.joint_names.protect(name for body in whole.bodies for name in _model_joint_names(body))
     ground, turn = draft.add_segment(WORLD, None, {})
@@ -280,7 +271,7 @@ def figure_from_tree(
     name = None if tree.name is None else Names().assign(tree.name)
     springs = SpringsFile(tuple(draft.springs_tables)) if draft.springs_tables else None
     figure = draft.build_figure(SiteRef(ground, root), name)
-    return Imported(figure, springs, report.losses, draft.coordinates)
+    return Imported(figure, springs, losses, draft.coordinates)
 
 
 def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
@@ -328,7 +319,7 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
     parent, pose = body.parent, body.pose
     for k, group in enumerate(groups[:-1], start=1):
         name = f"{body.name}/{k}"
-        draft.report.add(
+        draft.losses.add(
             "joints of one body that stay apart, since their axes miss each other, are oblique or "
             f"have springs of their own: a segment of {CARRIER_MASS_SHARE:g} of its mass stands between them",
             f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
@@ -366,8 +357,8 @@ def _add_joint(
     if group is None:
         draft.joints[name] = Joint(name, parent, child)
         return
-    fields = joint_fields(group, name, draft.report)
-    draft.springs_tables += spring_entries(group, name, draft.report)
+    fields = joint_fields(group, name, draft.losses)
+    draft.springs_tables += spring_entries(group, name, draft.losses)
     inner_first = tuple(reversed(group.dofs))
     draft.joints[name] = Joint(
         name,
@@ -387,7 +378,7 @@ def _add_joint(
         )
     hinges = [freedom for freedom in group.rotations if not freedom.joint]
     if len(group.rotations) > 1 and any(freedom.is_passive for freedom in hinges):
-        draft.report.add(
+        draft.losses.add(
             "springs, damping and limits of hinges that make one joint, which act on its rotation "
             "vector instead of on each angle",
             name,
@@ -419,14 +410,14 @@ def _add_name_losses(draft: _FigureDraft) -> None:
     for changed in sites:
         renamed |= changed
     if renamed:
-        draft.report.add(
+        draft.losses.add(
             "names that the figure language does not have or has given already",
             *(f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()),
         )
     for name, joint in draft.joints.items():
         if len(joint.chain) > 1:
             inside = [key for key, where in draft.coordinates.items() if where.joint == name]
-            draft.report.add(
+            draft.losses.add(
                 "coordinates that are displacements of one joint, in this order",
                 f"{name} ({', '.join(sorted(inside, key=lambda key: _chain_index(draft, key)))})",
             )

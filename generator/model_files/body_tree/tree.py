@@ -14,6 +14,7 @@ import numpy as np
 from generator.diagnostics import Span
 from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
+from generator.names import free_name
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
 from springs.smooth_limit import SmoothLimit
 
@@ -239,10 +240,7 @@ def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dic
     """Both, with new names for those of `second` that are taken."""
     joined = dict(first)
     for name, pose in second.items():
-        free, k = name, 2
-        while free in joined:
-            free, k = f"{name}_{k}", k + 1
-        joined[free] = pose
+        joined[free_name(name, joined)] = pose
     return joined
 
 

@@ -24,7 +24,7 @@ from generator.kinematics.placement import (
 )
 from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind
-from generator.losses import Losses, LossReport
+from generator.losses import Losses
 from generator.model_files.dyspam.mechanism import (
     Connection,
     JointTriad,
@@ -86,59 +86,59 @@ class DyspamSprings:
     """What could be written; what could not is in the report.
 
     Attributes:
-        report: of the losses.
+        losses: of the losses.
         rows: of `ndyspamfile`, linear springs.
         records: of `optional`, cubics.
     """
 
-    report: LossReport
+    losses: Losses
     rows: list[LinearSpring] = field(default_factory=list[LinearSpring])
     records: list[OptionalRecord] = field(default_factory=list[OptionalRecord])
 
 
 def convert_springs(
-    springs: SpringSet, triads: Mapping[str, JointTriad], report: LossReport
+    springs: SpringSet, triads: Mapping[str, JointTriad], losses: Losses
 ) -> DyspamSprings:
     """The springs of a figure's joints, and what is lost of them.
 
     Args:
         springs: of the figure.
         triads: of its joints, by name in the order of their numbers.
-        report: for the losses.
+        losses: for the losses.
     """
-    written = DyspamSprings(report)
+    written = DyspamSprings(losses)
     for number, (name, triad) in enumerate(triads.items(), start=1):
         given = springs.joints.get(name)
         by_axis: dict[int, list[AxisSpring]] = {}
         for spring in () if given is None else given.axes:
             if any(isinstance(law, Stop) for law in spring.elastic):
-                report.add(LIMITS_LOSS, name)
+                losses.add(LIMITS_LOSS, name)
             axis, told = _in_triad_axes(spring, triad)
             if axis is None:
-                written.report.add(_OTHER_AXIS, name)
+                written.losses.add(_OTHER_AXIS, name)
             else:
                 by_axis.setdefault(axis, []).append(told)
         for axis, several in sorted(by_axis.items()):
             where = name if triad.type is JointType.REVOLUTE else f"{name} {AXIS_NAMES[axis - 1]}"
             if len(several) > 1:
-                written.report.add(_SEVERAL, where)
+                written.losses.add(_SEVERAL, where)
             else:
                 _convert_axis_spring(several[0], triad, (number, axis), where, written)
-    _add_other_losses(springs, report)
+    _add_other_losses(springs, losses)
     return written
 
 
-def _add_other_losses(springs: SpringSet, report: LossReport) -> None:
+def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
     """Note what no row and no record says."""
     for spring in springs.coupled:
         joints = (axis.joint for axis in spring.axes)
-        report.add("springs over several joints, left out", *dict.fromkeys(joints))
+        losses.add("springs over several joints, left out", *dict.fromkeys(joints))
     for name, joint in springs.joints.items():
         if any(axis.motion or axis.reference or axis.why for axis in joint.axes):
-            report.add("what springs say of their motions, references and reasons", name)
+            losses.add("what springs say of their motions, references and reasons", name)
     if springs.joining is not Joining.CONSERVATIVE:
         how = f"the axes of a spherical joint join ({springs.joining.value})"
-        report.add(f"the way in which {how}, which is conservative when read")
+        losses.add(f"the way in which {how}, which is conservative when read")
 
 
 def _in_triad_axes(spring: AxisSpring, triad: JointTriad) -> tuple[int | None, AxisSpring]:
@@ -163,7 +163,7 @@ def _convert_axis_spring(
     laws = [law for law in spring.elastic if not isinstance(law, Stop)]
     joint, axis = number_and_axis
     if len(laws) > 1:
-        converted.report.add(_SEVERAL, where)
+        converted.losses.add(_SEVERAL, where)
         return
     law = laws[0] if laws else Linear(0.0)
     viscous, coulomb = spring.damping.viscous, spring.damping.coulomb
@@ -174,15 +174,15 @@ def _convert_axis_spring(
         return
     cubic = _as_cubic(law)
     if cubic is None:
-        converted.report.add(_OTHER_LAW, where)
+        converted.losses.add(_OTHER_LAW, where)
         return
     spherical = triad.type is JointType.SPHERICAL
     record = _cubic_record(cubic, joint, axis, spherical=spherical)
     if record is None:
-        converted.report.add(_OTHER_SENSE, where)
+        converted.losses.add(_OTHER_SENSE, where)
         return
     if coulomb and spring.damping.slip != DEFAULT_SLIP_RATE:
-        converted.report.add(_SLIP, where)
+        converted.losses.add(_SLIP, where)
     # The printed tables give the moment about the site's own positive axis. Negated or not, a curve
     # is read as the same law: its sense follows from its coefficients.
     if spherical and triad.rotation[axis - 1, axis - 1] < 0.0:
@@ -320,36 +320,36 @@ def point_loads(numbered: NumberedFigure) -> tuple[PointLoad, ...]:
     )
 
 
-def add_figure_losses(numbered: NumberedFigure, report: LossReport) -> None:
+def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
     """Note what the files do not hold of a figure that they can hold."""
     figure = numbered.figure
     for name, k in numbered.bodies.items():
         if k:
-            report.add(_NAMES, f"body {k} was {name}")
+            losses.add(_NAMES, f"body {k} was {name}")
     for k, name in enumerate(numbered.triads, start=1):
-        report.add(_NAMES, f"joint {k} was {name}")
+        losses.add(_NAMES, f"joint {k} was {name}")
     for name, triad in numbered.triads.items():
         if figure.joints[name].chain != triad.type.chain:
-            report.add(_CHAINS, name)
+            losses.add(_CHAINS, name)
     for name, joint in figure.joints.items():
         if joint.lower_limit is not None or joint.upper_limit is not None:
-            report.add(LIMITS_LOSS, name)
+            losses.add(LIMITS_LOSS, name)
     for name, segment in figure.segments.items():
         if segment.psurf:
-            report.add("psurfs", name)
+            losses.add("psurfs", name)
         if segment.attributes:
-            report.add("attributes", name)
+            losses.add("attributes", name)
     at_joints = {end for name in numbered.triads for end in figure.joints[name].ends}
     for ref in numbered.points:
         if ref not in at_joints and _is_rotated(figure.site(ref)):
-            report.add("directions of sites at which no joint is", str(ref))
+            losses.add("directions of sites at which no joint is", str(ref))
     for name, segment in figure.segments.items():
         for site in segment.sites if name in figure.ground else ():
             ref = SiteRef(name, site)
             if ref != figure.root and ref not in at_joints:
-                report.add("sites of the ground at which no joint is", str(ref))
+                losses.add("sites of the ground at which no joint is", str(ref))
             if any(_site_loads(figure.site(ref))):
-                report.add("loads on the ground, which move nothing", str(ref))
+                losses.add("loads on the ground, which move nothing", str(ref))
 
 
 def _mechanism_joint(numbered: NumberedFigure, joint: Joint, triad: JointTriad) -> Connection:
@@ -423,9 +423,9 @@ def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = 
         OSError: a file cannot be written.
     """
     given = number_figure(figure)
-    report = LossReport(FORMAT)
-    add_figure_losses(given, report)
-    written = convert_springs(springs, given.triads, report)
+    losses = Losses(FORMAT)
+    add_figure_losses(given, losses)
+    written = convert_springs(springs, given.triads, losses)
     mechanism, loads = mechanism_from_figure(given, tuple(written.rows)), point_loads(given)
     structure = Structure(
         bodies=len(mechanism.bodies),
@@ -444,7 +444,7 @@ def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = 
     path.mkdir(exist_ok=True)
     for name, text in texts.items():
         write_atomic(path / name, text)
-    return report.losses
+    return losses
 
 
 def _degrees_of_freedom(numbered_figure: NumberedFigure) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import AxisKind, Vector
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.tree import DegreeOfFreedom, rotation_from_z_to
 from generator.model_files.xml import (
     SourceText,
@@ -172,13 +172,13 @@ class JointReader:
         angle_convention: how the model tells angles.
         autolimits: whether a range alone makes a limit.
         diagnostics: for faults.
-        report: for what a figure does not hold.
+        losses: for what a figure does not hold.
     """
 
     angle_convention: AngleConvention
     autolimits: bool
     diagnostics: Diagnostics
-    report: LossReport
+    losses: Losses
 
     def read(
         self, body: str, joints: Sequence[XmlElement], *, is_outermost: bool
@@ -216,10 +216,10 @@ class JointReader:
 
     def _freedoms(self, name: str, joint_type: str, element: XmlElement) -> list[DegreeOfFreedom]:
         if parse_number(element, "armature", self.diagnostics) > 0.0:
-            self.report.add(ARMATURE, name)
+            self.losses.add(ARMATURE, name)
         tuned = element.attributes.get("springdamper")
         if tuned is not None and parse_numbers(tuned, self.diagnostics, 2) != (0.0, 0.0):
-            self.report.add("springs that are tuned by time constants", name)
+            self.losses.add("springs that are tuned by time constants", name)
         if joint_type in ("hinge", "slide"):
             return [self._single(name, joint_type, element)]
         point = (
@@ -237,7 +237,7 @@ class JointReader:
                 for letter, axis in LETTERS
             ]
         elif self._is_limited(element):
-            self.report.add("limits of balls on the whole angle of their turn", name)
+            self.losses.add("limits of balls on the whole angle of their turn", name)
         for letter, axis in LETTERS:
             row.append(
                 self._with_passive_law(
@@ -271,7 +271,7 @@ class JointReader:
                 "the lower one stands first",
             )
             return made
-        self.report.add(LIMITS, name)
+        self.losses.add(LIMITS, name)
         lower, upper = (self._in_radians(bound, turns) - shift for bound in bounds)
         return replace(made, lower=lower, upper=upper)
 
@@ -293,7 +293,7 @@ class JointReader:
         friction = parse_number(element, "frictionloss", self.diagnostics)
         name = dof.joint or dof.name
         if any(damping[1:]):
-            self.report.add("damping that grows with the rate", name)
+            self.losses.add("damping that grows with the rate", name)
         for word, value in (
             ("stiffness", stiffness[0]),
             ("damping", damping[0]),
@@ -306,10 +306,10 @@ class JointReader:
                     "a passive joint has none below zero",
                 )
         if friction > 0.0:
-            self.report.add(FRICTION, name)
+            self.losses.add(FRICTION, name)
         cubic = (stiffness[1], stiffness[2])
         if dof.joint and any(cubic):
-            self.report.add("springs of balls that grow with the angle", name)
+            self.losses.add("springs of balls that grow with the angle", name)
             cubic = (0.0, 0.0)
         return replace(
             dof,

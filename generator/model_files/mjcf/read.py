@@ -10,7 +10,7 @@ import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.inertia import MassProperties
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
@@ -226,14 +226,14 @@ class BodyReader:
     Attributes:
         document: the model.
         diagnostics: for faults.
-        report: for what a figure does not hold.
+        losses: for what a figure does not hold.
         bodies: what was read, each parent before its children.
         sites: frames fixed to the world.
     """
 
     document: Document
     diagnostics: Diagnostics
-    report: LossReport
+    losses: Losses
     bodies: list[Body] = field(default_factory=list[Body])
     sites: dict[str, Array] = field(default_factory=dict[str, Array])
     _names: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
@@ -263,12 +263,12 @@ class BodyReader:
             )
             return
         if element.get("mocap") == "true":
-            self.report.add("bodies that are moved from outside, which are held here", name)
+            self.losses.add("bodies that are moved from outside, which are held here", name)
         self._add_unread_losses(element)
         childclass = element.get("childclass") or childclass
         held = self._collect_contents(element, childclass)
         joints = JointReader(
-            self.document.angle_convention, self._autolimits, self.diagnostics, self.report
+            self.document.angle_convention, self._autolimits, self.diagnostics, self.losses
         )
         freedoms = joints.read(name, held.joints, is_outermost=parent is None)
         # A body that nothing can move needs no mass, but has its share in a total that is told.
@@ -323,7 +323,7 @@ class BodyReader:
                 case "geom":
                     whole = self.document.with_defaults(child, childclass, findings)
                     contents.geoms.append((whole, pose_in_body))
-                    self.report.add(
+                    self.losses.add(
                         "shapes of geoms: segments have no shape and touch nothing",
                         child.get("name") or whole.get("type") or "sphere",
                     )
@@ -332,7 +332,7 @@ class BodyReader:
                     pose = pose_in_body @ parse_pose(whole, angles, findings)
                     contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
                 case "camera" | "light" | "plugin":
-                    self.report.add(f"{child.tag}s", child.get("name") or f"a {child.tag}")
+                    self.losses.add(f"{child.tag}s", child.get("name") or f"a {child.tag}")
                 case tag if tag in _UNSUPPORTED_ELEMENTS:
                     findings.error(
                         f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
@@ -435,7 +435,7 @@ class BodyReader:
     def _add_unread_losses(self, element: XmlElement) -> None:
         unread = element.attributes.keys() - _READ_ATTRIBUTES[element.tag] - {"class"}
         for name in sorted(unread):
-            self.report.add("attributes without a meaning here", f"{element.tag} {name}")
+            self.losses.add("attributes without a meaning here", f"{element.tag} {name}")
 
     def scaled_bodies(self) -> list[Body]:
         """The bodies, with the total mass that the compiler is told."""
@@ -496,23 +496,23 @@ def figure_from_mjcf(
         diagnostics: for faults.
         separate: see `figure_of`.
     """
-    report = LossReport("MJCF")
+    losses = Losses("MJCF")
     document = parse_document(root, directory, diagnostics)
-    up = _up_rotation(document, diagnostics, report)
-    reader = BodyReader(document, diagnostics, report)
+    up = _up_rotation(document, diagnostics, losses)
+    reader = BodyReader(document, diagnostics, losses)
     worlds = list(document.root.find_all("worldbody"))
     if not worlds:
         diagnostics.error("this model has no `worldbody`", root.span, "its bodies stand in one")
     for world in worlds:
         reader.read_world(world)
-    _add_section_losses(document, report)
+    _add_section_losses(document, losses)
     tree = BodyTree(
         tuple(reader.scaled_bodies()), reader.sites, up, document.root.get("model"), root.span
     )
-    return figure_from_tree(tree, diagnostics, report, separate=separate)
+    return figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
-def _up_rotation(document: Document, diagnostics: Diagnostics, report: LossReport) -> Array:
+def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -> Array:
     """The rotation that makes y up, from the direction of gravity; what it is is told."""
     gravity = np.array(STANDARD_GRAVITY)
     for option in document.root.find_all("option"):
@@ -524,28 +524,28 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, report: LossRepor
             gravity = np.zeros(3)
         for name in option.attributes:
             if name != "gravity":
-                report.add("settings of a run", name)
+                losses.add("settings of a run", name)
         for name in () if flag is None else flag.attributes:
-            report.add("settings of a run", f"flag {name}")
+            losses.add("settings of a run", f"flag {name}")
     up = rotation_to_y_up(gravity)
     for sentence in gravity_losses(gravity, up):
-        report.add(sentence)
+        losses.add(sentence)
     return up
 
 
-def _add_section_losses(document: Document, report: LossReport) -> None:
+def _add_section_losses(document: Document, losses: Losses) -> None:
     """Sections and settings that a figure does not have."""
     for section in document.root.children:
         if section.tag in _READ_SECTIONS:
             continue
         what = _LOST.get(section.tag)
         if what is None:
-            report.add("sections that are not known here", section.tag)
+            losses.add("sections that are not known here", section.tag)
         elif section.tag == "visual" or not section.children:
-            report.add(what, section.tag)
+            losses.add(what, section.tag)
         else:
             names = [child.get("name") or child.tag for child in section.children]
-            report.add(what, *(shorten(name) for name in names))
+            losses.add(what, *(shorten(name) for name in names))
     for name in document.compiler:
         if name not in _COMPILER:
-            report.add("attributes without a meaning here", f"compiler {name}")
+            losses.add("attributes without a meaning here", f"compiler {name}")

@@ -18,11 +18,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from generator.diagnostics import InputError
-from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef
-from generator.geometry.read import read_segment_surface
+from generator.figure import AxisKind, Figure, Joint, SiteRef
+from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
 from generator.kinematics.tree import TreeJoint
-from generator.losses import Losses, LossReport
+from generator.losses import Losses
 from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
@@ -32,13 +32,12 @@ from generator.model_files.export_model import (
     common_stiffness,
     has_friction,
     loop_closures,
-    reserve_name,
     split_joint_laws,
     tree_joint_springs,
 )
 from generator.model_files.piecewise import piecewise_cubic
 from generator.model_files.xml import Element, add_element, format_document, format_numbers
-from generator.names import plain_names
+from generator.names import plain_names, reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
 from generator.text_io import write_atomic
 from springs import AxisSpring, JointSprings, SpringSet
@@ -74,7 +73,7 @@ def _add_site(body: Element, name: str, pose: Array) -> None:
 
 
 def add_surfaces(
-    model: ExportModel, assets: Element, bodies: Mapping[str, Element], report: LossReport
+    model: ExportModel, assets: Element, bodies: Mapping[str, Element], losses: Losses
 ) -> None:
     """The segments' psurfs, to be looked at: they neither touch nor weigh anything."""
     figure = model.figure
@@ -89,21 +88,21 @@ def add_surfaces(
             try:
                 surface = read_segment_surface(figure, segment)
             except InputError as failure:
-                report.add(f"psurfs that cannot be read ({failure.diagnostics[0].message})", name)
+                losses.add(f"psurfs that cannot be read ({failure.diagnostics[0].message})", name)
                 continue
             if not _add_mesh(assets, mesh, surface):
-                report.add("psurfs without four corners or without any face", name)
+                losses.add("psurfs without four corners or without any face", name)
                 continue
             made.add(mesh)
         pose = model.placement.poses[name] if name in figure.ground else np.eye(4)
         geom = add_element(bodies[name], "geom", type="mesh", mesh=mesh)
         geom.set("pos", format_numbers(pose[:3, 3]))
         geom.set("quat", format_numbers(quaternion(pose[:3, :3])))
-        geom.set("rgba", format_numbers([*_colour(figure, segment), 1.0]))
+        geom.set("rgba", format_numbers([*segment_colour(figure, segment), 1.0]))
         geom.attrib |= {"contype": "0", "conaffinity": "0", "mass": "0"}
     others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
     if others:
-        report.add("attributes other than a colour", *others)
+        losses.add("attributes other than a colour", *others)
 
 
 def _add_mesh(assets: Element, name: str, surface: Surface) -> bool:
@@ -120,21 +119,11 @@ def _add_mesh(assets: Element, name: str, surface: Surface) -> bool:
     return True
 
 
-def _colour(figure: Figure, segment: Segment) -> tuple[float, ...]:
-    """The `rgb` of the first of a segment's attributes that has one; else grey."""
-    for name in segment.attributes:
-        attribute = figure.attributes.get(name)
-        given = None if attribute is None else attribute.fields.get("rgb")
-        if isinstance(given, tuple) and len(given) == 3:
-            return given
-    return 0.7, 0.7, 0.7
-
-
 def add_loops(
-    model: ExportModel, equality: Element, bodies: Mapping[str, Element], report: LossReport
+    model: ExportModel, equality: Element, bodies: Mapping[str, Element], losses: Losses
 ) -> None:
     """What the joints that close loops hold: their sites, and a second point on a hinge's axis."""
-    for loop in loop_closures(model, report):
+    for loop in loop_closures(model, losses):
         name = model.joints[loop.joint.name]
         ends = [site_name(model, ref) for ref in loop.joint.ends]
         kind = "connect" if loop.points else "weld"
@@ -202,8 +191,8 @@ def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
 
 def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of a MuJoCo model, and what it does not hold; raises InputError as `write`."""
-    report = LossReport("MuJoCo model")
-    model = build_export_model(figure, report)
+    losses = Losses("MuJoCo model")
+    model = build_export_model(figure, losses)
     root = Element("mujoco", model=figure.name or "figure")
     add_element(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     add_element(
@@ -216,10 +205,10 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     sections = {tag: Element(tag) for tag in ("asset", "worldbody", "equality", "tendon")}
     sections |= {tag: Element(tag) for tag in ("actuator", "keyframe")}
     root.extend(sections.values())
-    builder = _BodyWriter(model, springs, report, sections["worldbody"], sections["tendon"])
+    builder = _BodyWriter(model, springs, losses, sections["worldbody"], sections["tendon"])
     builder.add_bodies()
-    add_surfaces(model, sections["asset"], builder.bodies, report)
-    add_loops(model, sections["equality"], builder.bodies, report)
+    add_surfaces(model, sections["asset"], builder.bodies, losses)
+    add_loops(model, sections["equality"], builder.bodies, losses)
     add_loads(model, sections["actuator"])
     add_element(
         sections["keyframe"], "key", name="start", qpos=format_numbers(builder.initial_positions)
@@ -227,8 +216,8 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     for section in sections.values():
         if not len(section):
             root.remove(section)
-    add_common_losses(model, springs, report)
-    return format_document(root, _COMMENTS), report.losses
+    add_common_losses(model, springs, losses)
+    return format_document(root, _COMMENTS), losses
 
 
 _COMMENTS = (
@@ -245,11 +234,11 @@ class _BodyWriter:
         self,
         model: ExportModel,
         springs: SpringSet,
-        report: LossReport,
+        losses: Losses,
         world: Element,
         tendons: Element,
     ) -> None:
-        self._model, self._report, self._tendons = model, report, tendons
+        self._model, self._losses, self._tendons = model, losses, tendons
         self._springs = dict(tree_joint_springs(model, springs))
         self.bodies: dict[str, Element] = dict.fromkeys(model.figure.ground, world)
         self._initial_positions_by_body: dict[str, list[float]] = {}
@@ -362,9 +351,9 @@ class _BodyWriter:
             if k in laws.uncoupled:
                 self._add_axis_spring(element, joint, laws.uncoupled[k])
         if len(chain.rotations) == 2 and any(axis.elastic for axis in laws.combined):
-            self._report.add(_SPRINGS, joint.name)
+            self._losses.add(_SPRINGS, joint.name)
         if len(chain.rotations) == 2 and any(axis.damping.viscous for axis in laws.combined):
-            self._report.add(_DAMPING, joint.name)
+            self._losses.add(_DAMPING, joint.name)
         self._add_friction_losses(joint, laws)
 
     def _joint_element_names(self, joint: Joint) -> dict[int | None, str]:
@@ -391,9 +380,9 @@ class _BodyWriter:
         if damping:
             element.set("damping", format_numbers(damping))
         if stiffness is None:
-            self._report.add(_SPRINGS, joint.name)
+            self._losses.add(_SPRINGS, joint.name)
         if damping is None:
-            self._report.add(_DAMPING, joint.name)
+            self._losses.add(_DAMPING, joint.name)
 
     def _add_axis_spring(self, element: Element, joint: Joint, spring: AxisSpring) -> None:
         """A spring of a hinge or a slide."""
@@ -418,7 +407,7 @@ class _BodyWriter:
                 )
                 add_element(tendon, "joint", joint=name, coef="1")
         elif spring.elastic:
-            self._report.add(_CURVES, joint.name)
+            self._losses.add(_CURVES, joint.name)
         if spring.damping.viscous:
             element.set("damping", format_numbers(spring.damping.viscous))
         if spring.damping.coulomb:
@@ -428,11 +417,11 @@ class _BodyWriter:
         """Friction that MuJoCo has in another way or not at all."""
         every = (*laws.uncoupled.values(), *laws.combined)
         if any(has_friction(spring) for spring in every):
-            self._report.add("friction that depends on the angle", joint.name)
+            self._losses.add("friction that depends on the angle", joint.name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
-            self._report.add(_COULOMB, joint.name)
+            self._losses.add(_COULOMB, joint.name)
         if any(spring.damping.coulomb for spring in laws.combined):
-            self._report.add("Coulomb friction of several turns at once", joint.name)
+            self._losses.add("Coulomb friction of several turns at once", joint.name)
 
 
 def chain_indices(branch: TreeJoint, translations_are_outermost: bool) -> Iterator[int | None]:

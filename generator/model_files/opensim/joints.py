@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import AxisKind, Vector
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.model_files.xml import XmlElement, parse_numbers, unit_direction
 from generator.rotations import Array, inverse_pose
@@ -243,12 +243,12 @@ class DofChain:
         self.dofs = [one.in_frame(inverse_pose(fixed)) for one in self.dofs]
 
 
-def parse_joint(joint: XmlElement, diagnostics: Diagnostics, report: LossReport) -> DofChain:
+def parse_joint(joint: XmlElement, diagnostics: Diagnostics, losses: Losses) -> DofChain:
     """The freedoms of a joint."""
     name, row = joint.get("name") or joint.tag, DofChain()
-    coordinates = _coordinates(joint, diagnostics, report)
+    coordinates = _coordinates(joint, diagnostics, losses)
     if joint.tag == CUSTOM:
-        _custom(joint, name, coordinates, row, diagnostics, report)
+        _custom(joint, name, coordinates, row, diagnostics, losses)
         return row
     if joint.tag not in ROWS:
         diagnostics.error(
@@ -270,7 +270,7 @@ def parse_joint(joint: XmlElement, diagnostics: Diagnostics, report: LossReport)
 
 
 def _coordinates(
-    joint: XmlElement, diagnostics: Diagnostics, report: LossReport
+    joint: XmlElement, diagnostics: Diagnostics, losses: Losses
 ) -> list[OsimCoordinate]:
     """The coordinates of a joint; what a figure does not have of them is reported."""
     held = joint.find("coordinates")
@@ -280,24 +280,24 @@ def _coordinates(
         default = child_number(element, "default_value", diagnostics)
         locked = is_child_true(element, "locked")
         if locked:
-            report.add("locked coordinates, which are fixed at their default values", name)
+            losses.add("locked coordinates, which are fixed at their default values", name)
         if is_child_true(element, "prescribed"):
-            report.add("motions that are prescribed", name)
+            losses.add("motions that are prescribed", name)
         if child_number(element, "default_speed_value", diagnostics):
-            report.add("default speeds, which `--velocity` can give", name)
-        _add_range_loss(element, name, locked, diagnostics, report)
+            losses.add("default speeds, which `--velocity` can give", name)
+        _add_range_loss(element, name, locked, diagnostics, losses)
         found.append(OsimCoordinate(name, default, locked))
     return found
 
 
 def _add_range_loss(
-    element: XmlElement, name: str, locked: bool, diagnostics: Diagnostics, report: LossReport
+    element: XmlElement, name: str, locked: bool, diagnostics: Diagnostics, losses: Losses
 ) -> None:
     held = element.find("range")
     bounds = None if held is None else parse_numbers(held.text, diagnostics, 2, allow_infinite=True)
     if bounds is None or locked:
         return
-    report.add(
+    losses.add(
         "ranges of coordinates, which OpenSim's forward runs do not hold either",
         f"{name} {bounds[0]:.4g} .. {bounds[1]:.4g}",
     )
@@ -309,7 +309,7 @@ def _custom(
     coordinates: list[OsimCoordinate],
     row: DofChain,
     diagnostics: Diagnostics,
-    report: LossReport,
+    losses: Losses,
 ) -> None:
     """The row of a CustomJoint: straight functions of a coordinate move, all else is fixed."""
     known = {one.name: one for one in coordinates}
@@ -332,14 +332,14 @@ def _custom(
             _add_coordinate_dof(row, freedom, one, slope)
             continue
         if one is not None and not one.locked and slope != 0.0:
-            report.add(
+            losses.add(
                 "motions of a joint that follow a coordinate, fixed where its default has them",
                 f"{name} {which} ({one.name})",
             )
         row.add_fixed(freedom)
     for one in coordinates:
         if one.name not in leading and not one.locked:
-            report.add("coordinates that move nothing in a straight way, which are fixed", one.name)
+            losses.add("coordinates that move nothing in a straight way, which are fixed", one.name)
 
 
 def _add_coordinate_dof(

@@ -19,7 +19,7 @@ import numpy as np
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import AxisKind
 from generator.inertia import MassProperties
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
@@ -51,25 +51,25 @@ def apply_forces(
     bodies: Sequence[Body],
     forces: Iterable[XmlElement],
     diagnostics: Diagnostics,
-    report: LossReport,
+    losses: Losses,
 ) -> tuple[Body, ...]:
     """The bodies with the springs and smooth limits that act on their coordinates."""
     freedoms = {freedom.name: freedom for body in bodies for freedom in body.dofs}
     for force in forces:
         name = force.get("name") or force.tag
         if child_text(force, "appliesForce").lower() == "false":
-            report.add("forces that are switched off", name)
+            losses.add("forces that are switched off", name)
         elif force.tag in (SPRING, LIMIT):
-            _apply_coordinate_force(force, name, freedoms, diagnostics, report)
+            _apply_coordinate_force(force, name, freedoms, diagnostics, losses)
         elif any(below.tag == "GeometryPath" for below in force.walk()):
             _check_path(force, name, diagnostics)
-            report.add("muscles and other forces along paths", name)
+            losses.add("muscles and other forces along paths", name)
         elif force.tag in _CONTACT:
-            report.add("contact", name)
+            losses.add("contact", name)
         elif force.tag.endswith("Actuator"):
-            report.add("actuators", name)
+            losses.add("actuators", name)
         else:
-            report.add("other forces", f"{name} ({force.tag})")
+            losses.add("other forces", f"{name} ({force.tag})")
     return tuple(
         replace(body, dofs=tuple(freedoms[freedom.name] for freedom in body.dofs))
         for body in bodies
@@ -81,13 +81,13 @@ def _apply_coordinate_force(
     name: str,
     dofs: dict[str, DegreeOfFreedom],
     diagnostics: Diagnostics,
-    report: LossReport,
+    losses: Losses,
 ) -> None:
     """The spring or the limit of one coordinate."""
     key = child_text(force, "coordinate").rsplit("/", 1)[-1]
     freedom = dofs.get(key)
     if freedom is None:
-        report.add("forces on coordinates that do not move here", f"{name} ({key})")
+        losses.add("forces on coordinates that do not move here", f"{name} ({key})")
         return
     if force.tag == SPRING:
         scale = freedom.scale
@@ -95,10 +95,10 @@ def _apply_coordinate_force(
         rest = child_number(force, "rest_length", diagnostics)
         viscous = child_number(force, "viscosity", diagnostics)
         if stiffness < 0.0 or viscous < 0.0:
-            report.add("springs that drive a coordinate", name)
+            losses.add("springs that drive a coordinate", name)
             return
         if freedom.stiffness:
-            report.add("a second spring on one coordinate", name)
+            losses.add("a second spring on one coordinate", name)
             return
         dofs[key] = replace(
             freedom,
@@ -112,13 +112,13 @@ def _apply_coordinate_force(
         or freedom.scale != 1.0
         or freedom.smooth_limit is not None
     ):
-        report.add("limit forces along slides, or a second one on a coordinate", name)
+        losses.add("limit forces along slides, or a second one on a coordinate", name)
         return
     limit = _limit(force, freedom.offset, diagnostics)
     if limit is None:
         return
     if child_number(force, "damping", diagnostics):
-        report.add("damping of limit forces", name)
+        losses.add("damping of limit forces", name)
     dofs[key] = replace(freedom, smooth_limit=limit)
 
 
@@ -266,7 +266,7 @@ def figure_from_osim(
         diagnostics: for faults.
         separate: see `figure_of`.
     """
-    report = LossReport("OpenSim model")
+    losses = Losses("OpenSim model")
     element = root.find("Model")
     if element is None or _is_unsupported_version(root, element, diagnostics):
         if element is None:
@@ -278,16 +278,16 @@ def figure_from_osim(
         if first is not body:
             diagnostics.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
     frames = FrameIndex.from_model(element, diagnostics)
-    bodies = _build_bodies(_links(frames, element, report), known, diagnostics)
-    bodies = list(apply_forces(bodies, _set_objects(element, "ForceSet"), diagnostics, report))
+    bodies = _build_bodies(_links(frames, element, losses), known, diagnostics)
+    bodies = list(apply_forces(bodies, _set_objects(element, "ForceSet"), diagnostics, losses))
     sites = _add_markers(frames, element, bodies)
-    _add_part_losses(element, report)
+    _add_part_losses(element, losses)
     gravity = child_numbers(element, "gravity", GRAVITY, diagnostics)
     up = rotation_to_y_up(np.array(gravity))
     for sentence in gravity_losses(np.array(gravity), up):
-        report.add(sentence)
+        losses.add(sentence)
     tree = BodyTree(tuple(bodies), sites, up, element.get("name"), root.span)
-    return figure_from_tree(tree, diagnostics, report, separate=separate)
+    return figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
 def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:
@@ -335,13 +335,13 @@ class _BodyJoint:
         )
 
 
-def _links(frames: FrameIndex, element: XmlElement, report: LossReport) -> Iterator[_BodyJoint]:
+def _links(frames: FrameIndex, element: XmlElement, losses: Losses) -> Iterator[_BodyJoint]:
     """The joints of a model."""
     for joint in _set_objects(element, "JointSet"):
         parent, child = (
             frames.resolve(joint, f"socket_{end}_frame") for end in ("parent", "child")
         )
-        row = parse_joint(joint, frames.diagnostics, report)
+        row = parse_joint(joint, frames.diagnostics, losses)
         if parent is None or child is None:
             continue
         (base, base_pose), (tip, tip_pose) = parent, child
@@ -438,17 +438,17 @@ def _add_markers(frames: FrameIndex, element: XmlElement, bodies: list[Body]) ->
     return grounded
 
 
-def _add_part_losses(model: XmlElement, report: LossReport) -> None:
+def _add_part_losses(model: XmlElement, losses: Losses) -> None:
     """What a figure does not have."""
     for section in model.children:
         if section.tag in _LOST:
             held = section.find("objects") or section
             for part in held.children:
                 if part.tag not in ("objects", "groups"):
-                    report.add(_LOST[section.tag], part.get("name") or part.tag)
+                    losses.add(_LOST[section.tag], part.get("name") or part.tag)
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():
             if part.tag == "attached_geometry" and part.children:
-                report.add(_SHAPES, body.get("name") or body.tag)
+                losses.add(_SHAPES, body.get("name") or body.tag)
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
-                report.add("surfaces that muscles wrap", part.get("name") or part.tag)
+                losses.add("surfaces that muscles wrap", part.get("name") or part.tag)

@@ -16,13 +16,12 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef
-from generator.losses import Losses, LossReport
+from generator.losses import Losses
 from generator.model_files.export_model import (
     ExportModel,
     add_common_losses,
     build_export_model,
     loop_closures,
-    reserve_name,
     split_joint_laws,
     tree_joint_springs,
 )
@@ -33,7 +32,7 @@ from generator.model_files.xml import (
     format_document,
     format_numbers,
 )
-from generator.names import plain_names, renaming_loss
+from generator.names import plain_name, plain_names, renaming_loss, reserve_name
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
 from generator.text_io import write_atomic
 from springs import SpringSet, total_torque
@@ -186,8 +185,8 @@ def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
 
 def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of an OpenSim model, and what it does not hold; raises InputError as `write`."""
-    report = LossReport("OpenSim model")
-    model = build_export_model(figure, report)
+    losses = Losses("OpenSim model")
+    model = build_export_model(figure, losses)
     root = Element("OpenSimDocument", Version=VERSION)
     top = add_element(root, "Model", name=figure.name or "figure")
     add_element(top, "gravity", format_numbers(GRAVITY))
@@ -196,29 +195,29 @@ def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
         add_element(add_element(top, f"{kind}Set", name=f"{kind.lower()}set"), "objects")
         for kind in ("Body", "Joint", "Constraint", "Force")
     )
-    frames = _add_bodies(model, ground, bodies, report)
+    frames = _add_bodies(model, ground, bodies, losses)
     builder = _JointWriter(model, frames, bodies, joints)
     moving = {branch.joint.name for branch in model.tree.joints}
     for name, joint in figure.joints.items():
         if name in moving:
             builder.add_joint(joint)
-    _add_loops(model, frames, constraints, report)
-    _add_springs(model, springs, forces, report)
+    _add_loops(model, frames, constraints, losses)
+    _add_springs(model, springs, forces, losses)
     _add_loads(model, forces)
-    add_common_losses(model, springs, report)
+    add_common_losses(model, springs, losses)
     surfaces = [name for name, one in figure.segments.items() if one.psurf is not None]
     if surfaces:
-        report.add("psurfs", *surfaces)
+        losses.add("psurfs", *surfaces)
     if figure.attributes:
-        report.add("attributes", *figure.attributes)
-    return format_document(root, _COMMENTS), report.losses
+        losses.add("attributes", *figure.attributes)
+    return format_document(root, _COMMENTS), losses
 
 
 _COMMENTS = ("Units are metres, kilograms, seconds and radians; y is up.",)
 
 
 def _add_bodies(
-    model: ExportModel, ground: Element, bodies: Element, report: LossReport
+    model: ExportModel, ground: Element, bodies: Element, losses: Losses
 ) -> Mapping[SiteRef, str]:
     """Bodies with their sites as frames; returns the path of each site."""
     figure = model.figure
@@ -234,7 +233,7 @@ def _add_bodies(
             place = add_element(_add_body(bodies, body, segment), "components")
             path, pose = f"/bodyset/{body}", np.eye(4)
             names = plain_names(segment.sites)
-            report.add_loss(renaming_loss(names))
+            losses.add_loss(renaming_loss(names))
         for site, own in names.items():
             _add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
             paths[SiteRef(name, site)] = f"{path}/{own}"
@@ -401,14 +400,14 @@ def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
 
 
 def _add_loops(
-    model: ExportModel, frames: Mapping[SiteRef, str], constraints: Element, report: LossReport
+    model: ExportModel, frames: Mapping[SiteRef, str], constraints: Element, losses: Losses
 ) -> None:
     """What the joints that close loops hold.
 
     As joints, OpenSim would cut one of their bodies into halves, and the motion comes out wrong.
     """
     figure = model.figure
-    for loop in loop_closures(model, report):
+    for loop in loop_closures(model, losses):
         name = model.joints[loop.joint.name]
         if not loop.points:
             weld = add_element(constraints, "WeldConstraint", name=name)
@@ -424,15 +423,13 @@ def _add_loops(
                 place = pose @ [*point, 1.0]
                 add_element(held, f"location_body_{number}", format_numbers(place[:3]))
         if loop.joint.chain:
-            report.add(
+            losses.add(
                 "displacements of joints that close loops, which are no coordinates",
                 loop.joint.name,
             )
 
 
-def _add_springs(
-    model: ExportModel, springs: SpringSet, forces: Element, report: LossReport
-) -> None:
+def _add_springs(model: ExportModel, springs: SpringSet, forces: Element, losses: Losses) -> None:
     """The laws of one coordinate, as expressions of it."""
     q, rate = Expression("q"), Expression("qdot")
     for name, joint_springs in tree_joint_springs(model, springs):
@@ -448,7 +445,7 @@ def _add_springs(
             add_element(force, "coordinate", coordinate)
             add_element(force, "expression", torque.text)
         if laws.combined:
-            report.add("springs, damping and friction of several turns at once", name)
+            losses.add("springs, damping and friction of several turns at once", name)
 
 
 def _add_loads(model: ExportModel, forces: Element) -> None:
@@ -466,7 +463,7 @@ def _add_loads(model: ExportModel, forces: Element) -> None:
                     element = add_element(
                         forces,
                         "PrescribedForce",
-                        name=reserve_name(plain_names([label])[label], taken),
+                        name=reserve_name(plain_name(label), taken),
                     )
                     add_element(element, "socket_frame", f"/bodyset/{model.segments[name]}")
                     add_element(element, "pointIsGlobal", "false")

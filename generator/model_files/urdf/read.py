@@ -13,7 +13,7 @@ import numpy as np
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Y_UP_FROM_Z_UP,
@@ -46,7 +46,7 @@ def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
 
 
 def parse_joint_dofs(
-    joint: XmlElement, diagnostics: Diagnostics, report: LossReport
+    joint: XmlElement, diagnostics: Diagnostics, losses: Losses
 ) -> tuple[DegreeOfFreedom, ...]:
     """The freedoms of a joint, from the parent outwards, told in the child's frame."""
     kind, name = joint.get("type"), joint.get("name") or ""
@@ -57,7 +57,7 @@ def parse_joint_dofs(
             spelling_hint(kind or "", KINDS),
         )
         return ()
-    _add_extra_losses(joint, name, report)
+    _add_extra_losses(joint, name, losses)
     if kind == FIXED:
         return ()
     if kind in ("floating", "planar"):
@@ -82,9 +82,9 @@ def parse_joint_dofs(
             "`lower` is below `upper`",
         )
     elif lower == upper:
-        report.add("limits that leave no range", name)
+        losses.add("limits that leave no range", name)
     else:
-        report.add("limits, which are stops of 1000 N m/rad or 100 kN/m here", name)
+        losses.add("limits, which are stops of 1000 N m/rad or 100 kN/m here", name)
         freedom = replace(freedom, lower=lower, upper=upper)
     return (freedom,)
 
@@ -135,20 +135,20 @@ def _not_negative(element: XmlElement, name: str, diagnostics: Diagnostics) -> f
     return max(value, 0.0)
 
 
-def _add_extra_losses(joint: XmlElement, name: str, report: LossReport) -> None:
+def _add_extra_losses(joint: XmlElement, name: str, losses: Losses) -> None:
     """What a figure's joint does not have."""
     limit = joint.find("limit")
     if limit is not None and (limit.get("effort") or limit.get("velocity")):
-        report.add("limits of effort and speed", name)
+        losses.add("limits of effort and speed", name)
     mimic = joint.find("mimic")
     if mimic is not None:
-        report.add(
+        losses.add(
             "joints that follow others (`mimic`), which move freely here",
             f"{name} ({mimic.get('joint')})",
         )
     for word in ("safety_controller", "calibration"):
         if joint.find(word) is not None:
-            report.add("settings of controllers", name)
+            losses.add("settings of controllers", name)
 
 
 ROOT_JOINT = "base"
@@ -188,24 +188,24 @@ def figure_from_urdf(
         diagnostics: for faults.
         separate: see `figure_of`.
     """
-    report = LossReport("URDF")
-    robot = _robot(root, diagnostics, report)
+    losses = Losses("URDF")
+    robot = _robot(root, diagnostics, losses)
     order = _depth_first_links(robot, root, diagnostics)
     if order is None:
         return None
-    bodies = [_body(robot, name, diagnostics, report) for name in order]
+    bodies = [_body(robot, name, diagnostics, losses) for name in order]
     held = frozenset({order[0]} if bodies[0].mass is not None else ())
     if held:
-        report.add(
+        losses.add(
             "the root link is held to the world; `mover simulate --free-root` lets it go", order[0]
         )
     for sentence in gravity_losses(GRAVITY, Y_UP_FROM_Z_UP):
-        report.add(sentence)
+        losses.add(sentence)
     tree = BodyTree(tuple(bodies), {}, Y_UP_FROM_Z_UP, root.get("name"), root.span)
-    return figure_from_tree(tree, diagnostics, report, separate=separate, fixed_bodies=held)
+    return figure_from_tree(tree, diagnostics, losses, separate=separate, fixed_bodies=held)
 
 
-def _robot(root: XmlElement, diagnostics: Diagnostics, report: LossReport) -> _Robot:
+def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot:
     robot = _Robot()
     for child in root.children:
         if ":" in child.tag:
@@ -218,7 +218,7 @@ def _robot(root: XmlElement, diagnostics: Diagnostics, report: LossReport) -> _R
             _add_named(robot.links if child.tag == "link" else robot.joints, child, diagnostics)
         else:
             what = _LOST.get(child.tag, "elements that are not known here")
-            report.add(what, child.get("name") or child.get("reference") or child.tag)
+            losses.add(what, child.get("name") or child.get("reference") or child.tag)
     for joint in robot.joints.values():
         parent, child = (_end(joint, end, robot.links, diagnostics) for end in ("parent", "child"))
         if parent is None or child is None:
@@ -304,15 +304,15 @@ def _depth_first_links(
     return order
 
 
-def _body(robot: _Robot, name: str, diagnostics: Diagnostics, report: LossReport) -> Body:
+def _body(robot: _Robot, name: str, diagnostics: Diagnostics, losses: Losses) -> Body:
     link, joint = robot.links[name], robot.parent_joint.get(name)
     for shape in link.find_all("visual", "collision"):
         del shape
-        report.add("shapes of links: segments have no shape and touch nothing", name)
+        losses.add("shapes of links: segments have no shape and touch nothing", name)
     freedoms: tuple[DegreeOfFreedom, ...] = ()
     pose, title = np.eye(4), ROOT_JOINT
     if joint is not None:
-        freedoms = parse_joint_dofs(joint, diagnostics, report)
+        freedoms = parse_joint_dofs(joint, diagnostics, losses)
         pose, title = parse_origin(joint, diagnostics), joint.get("name") or name
         if joint.get("type") == FIXED:
             title = ""

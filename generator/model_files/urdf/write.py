@@ -16,7 +16,7 @@ import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, Site
 from generator.kinematics.tree import TreeJoint
-from generator.losses import Losses, LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
 from generator.model_files.export_model import (
     ExportModel,
@@ -24,7 +24,6 @@ from generator.model_files.export_model import (
     add_common_losses,
     build_export_model,
     has_friction,
-    reserve_name,
     split_joint_laws,
     tree_joint_springs,
 )
@@ -35,6 +34,7 @@ from generator.model_files.xml import (
     format_numbers,
     roll_pitch_yaw,
 )
+from generator.names import reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
 from generator.text_io import write_atomic
 from springs import AxisSpring, JointSprings, SpringSet, Stop
@@ -57,12 +57,12 @@ def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
 
 def format_urdf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of a URDF model, and what it does not hold; raises InputError as `write`."""
-    report = LossReport("URDF model")
-    model = build_export_model(figure, report)
+    losses = Losses("URDF model")
+    model = build_export_model(figure, losses)
     root = Element("robot", name=figure.name or "figure")
-    _LinkWriter(model, springs, root, report).add_links()
-    _add_losses(model, springs, report)
-    return format_document(root, _COMMENTS), report.losses
+    _LinkWriter(model, springs, root, losses).add_links()
+    _add_losses(model, springs, losses)
+    return format_document(root, _COMMENTS), losses
 
 
 _COMMENTS = (
@@ -75,9 +75,9 @@ class _LinkWriter:
     """Links and joints, from the world outwards."""
 
     def __init__(
-        self, model: ExportModel, springs: SpringSet, root: Element, report: LossReport
+        self, model: ExportModel, springs: SpringSet, root: Element, losses: Losses
     ) -> None:
-        self._model, self._root, self._report = model, root, report
+        self._model, self._root, self._losses = model, root, losses
         self._springs = dict(tree_joint_springs(model, springs))
         self._links = set(model.segments.values())
         self._joints = {
@@ -140,7 +140,7 @@ class _LinkWriter:
             )
         self._add_inertia(branch.outboard)
         if count > 1:
-            self._report.add(
+            self._losses.add(
                 "joints of several freedoms as such: they are rows of joints of one, with links "
                 "without mass between them",
                 joint.name,
@@ -219,41 +219,41 @@ def _add_friction(element: Element, spring: AxisSpring | None) -> None:
         )
 
 
-def _add_losses(model: ExportModel, springs: SpringSet, report: LossReport) -> None:
+def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     """What no URDF holds."""
     figure = model.figure
-    report.add("gravity: the program that reads the file has to be told")
+    losses.add("gravity: the program that reads the file has to be told")
     for joint in model.tree.closures:
-        report.add("joints that close loops: the loops are open", joint.name)
+        losses.add("joints that close loops: the loops are open", joint.name)
     for name, own in tree_joint_springs(model, springs):
         laws = split_joint_laws(model.tree.chains[name], own)
         if _has_springs(figure.joints[name], laws):
-            report.add("springs", name)
+            losses.add("springs", name)
         if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
-            report.add("friction that depends on the angle", name)
+            losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
-            report.add("the rate at which Coulomb friction sets in", name)
+            losses.add("the rate at which Coulomb friction sets in", name)
         if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
-            report.add("damping and friction of several turns at once", name)
+            losses.add("damping and friction of several turns at once", name)
     for name, joint in figure.joints.items():
         if joint.lower_limit is None and joint.upper_limit is None:
             continue
         if model.tree.chains[name].rotations[1:]:
-            report.add("limits of several turns at once", name)
+            losses.add("limits of several turns at once", name)
         else:
-            report.add("how stops grow beyond limits: those of the file are hard", name)
+            losses.add("how stops grow beyond limits: those of the file are hard", name)
     moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
     if moved:
-        report.add("the pose in which the figure is drawn: all displacements are 0", *moved)
-    add_common_losses(model, springs, report)
+        losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
+    add_common_losses(model, springs, losses)
     for name, segment in figure.segments.items():
         if name not in figure.ground and any(_has_loads(site) for site in segment.sites.values()):
-            report.add("forces and moments at sites", name)
+            losses.add("forces and moments at sites", name)
         if segment.psurf is not None:
-            report.add("psurfs", name)
-    report.add("sites, but for those of joints")
+            losses.add("psurfs", name)
+    losses.add("sites, but for those of joints")
     if figure.attributes:
-        report.add("attributes", *figure.attributes)
+        losses.add("attributes", *figure.attributes)
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:

@@ -1,40 +1,14 @@
 """What segments look like: colours from attributes, sticks where there is no psurf."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from generator.figure import Attribute
 from generator.geometry.validate import build_solid
 from generator.motion_files.appearance import (
-    GREY,
     linear_colour,
     segment_appearances,
-    segment_colour,
 )
 from tests.chains import BALL, at, body, figure, ground, joint
-
-RED = Attribute("red", {"rgb": (1.0, 0.0, 0.0)})
-BRIGHT = Attribute("bright", {"rgb": (2.0, -1.0, 0.5)})
-SHINY = Attribute("shiny", {"shine": (1.0,)})
-
-
-@pytest.mark.parametrize(
-    ("attributes", "colour"),
-    [
-        (("shiny", "red", "bright"), (1.0, 0.0, 0.0)),
-        (("bright",), (1.0, 0.0, 0.5)),
-        (("shiny",), GREY),
-        (("none",), GREY),
-        ((), GREY),
-    ],
-)
-def test_the_first_attribute_with_a_colour_gives_it(attributes, colour):
-    link = replace(body("link"), attributes=attributes)
-    made = figure([ground(), link], [joint("pin", "ground.base", "link.near", BALL)])
-    made = replace(made, attributes={each.name: each for each in (RED, BRIGHT, SHINY)})
-    assert segment_colour(made, link) == colour
 
 
 def test_colours_of_a_display_as_shares_of_light():

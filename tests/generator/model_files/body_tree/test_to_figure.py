@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from generator.diagnostics import Diagnostics
 from generator.figure import AxisKind
 from generator.inertia import MassProperties
-from generator.losses import LossReport
+from generator.losses import Losses
 from generator.model_files.body_tree.joints import group_dofs
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
@@ -84,7 +84,7 @@ def moved(freedoms, values):
 def imported(*bodies: Body, apart: bool = False):
     findings = Diagnostics()
     made = figure_from_tree(
-        BodyTree(bodies, {}, np.eye(3)), findings, LossReport("test"), separate=apart
+        BodyTree(bodies, {}, np.eye(3)), findings, Losses("test"), separate=apart
     )
     assert made is not None, findings.entries
     return made
