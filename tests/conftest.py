@@ -1,4 +1,4 @@
-"""What all tests share: how hypothesis draws its examples."""
+"""Settings of all tests: how hypothesis draws its examples."""
 
 import os
 

@@ -100,7 +100,8 @@ FLIPS = (
     Flip("rotation of an inertia tensor", "generator/inertia.py", "@ self.inertia @", ".T @ self.inertia.T @",
          "generator/test_inertia.py"),
     # Kinematics
-    Flip("sense of a rotation in the mirror", KINEMATICS, "image = -image", "image = +image",
+    Flip("sense of a rotation in the mirror", KINEMATICS, "return -_MIRROR_SIGNS * direction",
+         "return _MIRROR_SIGNS * direction",
          KINEMATICS + "/test_mirror.py " + KINEMATICS),
     Flip("side of the tree that moves", KINEMATICS, "(1.0 if branch.parent_is_inboard else -1.0)",
          "(-1.0 if branch.parent_is_inboard else 1.0)", KINEMATICS + "/test_tree*.py " + KINEMATICS),
@@ -193,7 +194,8 @@ def stages(folder: Path, flip: Flip) -> list[list[str]]:
 
 def tests_fail(folder: Path, paths: list[str]) -> bool:
     """Run tests until the first failure, also one of collection."""
-    options = ["-q", "-x", "-m", "not slow and not verify", "-p", "no:cacheprovider"]
+    options = ["-q", "-x", "-m", "not slow and not verify"]
+    options += ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:cov"]
     environment = {**os.environ, "PYTHONPATH": str(folder), "CI": "true", "PYTEST_ADDOPTS": ""}
     command = [sys.executable, "-m", "pytest", *options, *paths]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=False)

@@ -209,7 +209,7 @@ HARD = {
 
 @dataclass(frozen=True)
 class Comparison:
-    """What two motions of one case differ by.
+    """Differences between two motions of one case.
 
     Attributes:
         recording: ours.
@@ -262,7 +262,7 @@ def compare(case: Case, tolerance: float = TOLERANCE) -> Comparison:
 
 
 def growth(case: Case) -> float:
-    """How many times larger a turn of the first joint by 1 urad has become within the time."""
+    """Growth of a turn of the first joint by 1 urad within the time, as a factor."""
     small = 1e-6
     first = next(iter(case.figure.joints))
     angles = case.pose.get(first, np.degrees(case.figure.joints[first].displacement))

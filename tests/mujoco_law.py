@@ -82,7 +82,7 @@ class PassiveLaw:
         return self._curves.energy(self._angles(qpos))
 
     def zones(self, qpos: Array) -> Array:
-        """Which curves are below (-1), within (0) or above (1) their dead zone."""
+        """Side of each curve's dead zone: below (-1), within (0) or above (1)."""
         return self._curves.zones(self._angles(qpos))
 
     def _angles(self, qpos: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Where the files stand that tests read."""
+"""Folders and files that tests read."""
 
 from pathlib import Path
 

@@ -1,0 +1,47 @@
+"""docs/architecture.md: its picture shows the imports, and its tables name what the source has."""
+
+import re
+import runpy
+
+import pytest
+
+from tests.paths import DOCS, ROOT
+
+PAGE = (DOCS / "architecture.md").read_text(encoding="utf-8")
+ROWS = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", PAGE, re.MULTILINE)
+PATH = re.compile(r"`((?:generator|springs|plots)/[\w./]*|tests/\w{2,}[\w./]*)`")
+PATHS = sorted(set(PATH.findall(PAGE)))
+TABLES = re.findall(r"`(\w+)` (?:of|in) `([\w/]+\.py)`", PAGE)
+SCRIPT = runpy.run_path(str(DOCS / "pictures/architecture.py"))
+
+
+def test_the_picture_shows_the_arrows_of_the_source():
+    assert SCRIPT["drawn_description"]() == SCRIPT["description"](SCRIPT["arrows"]())
+
+
+def test_every_room_has_its_place_in_the_picture():
+    graph = SCRIPT["arrows"]()
+    rooms = graph.keys() | {target for targets in graph.values() for target in targets}
+    assert rooms == SCRIPT["WHAT"].keys() == SCRIPT["COLUMN"].keys()
+
+
+def test_the_tables_are_found():
+    assert len(ROWS) > 20
+    assert len(TABLES) > 3
+
+
+@pytest.mark.parametrize(("path", "name"), ROWS)
+def test_a_function_is_in_the_file_of_its_row(path: str, name: str):
+    source = (ROOT / path).read_text(encoding="utf-8")
+    assert re.search(rf"^(?:def|class) {name}\b", source, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("name", "path"), TABLES)
+def test_a_table_or_type_is_in_its_file(name: str, path: str):
+    source = (ROOT / path).read_text(encoding="utf-8")
+    assert re.search(rf"^(?:class )?{name}\b", source, re.MULTILINE)
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_a_path_exists(path: str):
+    assert (ROOT / path).exists()
