@@ -1,10 +1,13 @@
-"""exudyn-mover's figures and their motion.
+"""Figures and their motion: the public names of exudyn-mover.
 
-The names that a script needs are here; each is imported when it is first asked for, so that what
-needs no engine does not wait for one.
+Each name is imported at its first use, so that a script which does not simulate does not wait for
+Exudyn.
 """
 
+import sys
 from importlib import import_module
+from importlib.util import find_spec
+from os.path import basename, dirname, realpath, splitext
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -89,8 +92,30 @@ __all__ = [
 ]
 
 
+def _require_own_packages() -> None:
+    """Raise ImportError when another module hides a package that is installed beside this one."""
+    installed = dirname(dirname(realpath(__file__)))
+    for name in ("springs", "plots", "figures"):
+        spec = find_spec(name)
+        origin = None if spec is None else spec.origin
+        if origin is None or dirname(dirname(realpath(origin))) == installed:
+            continue
+        hiding = dirname(origin) if basename(origin) == "__init__.py" else origin
+        message = (
+            f"{hiding} hides the {name} package of exudyn-mover ({installed}): "
+            "rename it or run from another folder"
+        )
+        # The command shows no traceback; `python -m generator.cli` is called `-m` while it starts.
+        if splitext(basename("".join(sys.argv[:1])))[0] in ("mover", "-m"):
+            sys.exit(f"error: {message}")
+        raise ImportError(message)
+
+
+_require_own_packages()
+
+
 def __getattr__(name: str) -> object:
-    """A public name, from the module that defines it."""
+    """Import a public name from the module that defines it."""
     target = _EARLIER_NAMES.get(name, name)
     if target not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -100,5 +125,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """The public names, imported or not."""
+    """Return the public names, imported or not."""
     return sorted({*globals(), *__all__})

@@ -132,7 +132,7 @@ def write_atomic(path: Path, content: str | bytes) -> None:
     data = content.encode() if isinstance(content, str) else content
     target = _real_path(path)
     mode = _existing_mode(path)
-    part = _temporary_path(target)
+    part = temporary_path(target)
     descriptor = os.open(part, _CREATE_FLAGS, _DEFAULT_MODE if mode is None else mode)
     try:
         with open(descriptor, "wb") as stream:
@@ -151,7 +151,7 @@ def write_atomic(path: Path, content: str | bytes) -> None:
 def unwritable_reason(path: Path) -> str | None:
     """The reason why `path` cannot be written, found by trying its folder; None when it can."""
     target = _real_path(path)
-    part = _temporary_path(target)
+    part = temporary_path(target)
     try:
         if not target.parent.is_dir():
             return f"there is no directory `{_link_target(path).parent}`"
@@ -200,5 +200,6 @@ def _link_target(path: Path) -> Path:
     return path
 
 
-def _temporary_path(target: Path) -> Path:
+def temporary_path(target: Path) -> Path:
+    """Return a new hidden name in the folder of a file, for what will take its place."""
     return target.with_name(f".{target.name[:50]}.{secrets.token_hex(4)}.part")

@@ -1,6 +1,6 @@
-"""The commands of this package, as `mover` joins them: their options and their help, nothing slow.
+"""The commands `mover fit` and `mover plots`.
 
-What a command needs is imported when it runs.
+What a command needs is imported when it runs: matplotlib takes its time.
 """
 
 from enum import StrEnum
@@ -11,7 +11,6 @@ import typer
 
 if TYPE_CHECKING:
     from generator.cli.answer import CommandResult
-    from generator.cli.progress import ItemMonitor
 
 
 class Axis(StrEnum):
@@ -53,13 +52,11 @@ def fit(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the fit: .svg or .png.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON value.")] = False,
 ) -> "CommandResult":
     """Fit a cubic to measured moments and make it a spring.
 
     The option --joint may be repeated.
     """
-    del as_json
     from plots.fit import fit
 
     return fit(
@@ -96,16 +93,15 @@ def plots(
         int | None, typer.Option(min=1, help="Processes at a time; as many as cores unless told.")
     ] = None,
     listed: Annotated[bool, typer.Option("--list", help="Name the plates and make none.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON value.")] = False,
     *,
-    progress: "ItemMonitor",
+    as_json: bool = False,
+    show_progress: bool = False,
 ) -> "CommandResult":
     """Draw curves and motion, and measure what is claimed of them.
 
     Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all.
     """
-    del quiet, as_json
+    from generator.cli.progress import item_progress_bar, no_item_monitor
     from plots.run import plots
 
     return plots(
@@ -115,5 +111,5 @@ def plots(
         strict=strict,
         jobs=jobs,
         listed=listed,
-        progress=progress,
+        progress=item_progress_bar if show_progress and not as_json else no_item_monitor,
     )

@@ -43,7 +43,7 @@ class CommandResult:
 
 
 def format_table(rows: Sequence[Sequence[str]], left_columns: int = 1) -> str:
-    """Rows of cells set in columns, the first `left_columns` of them to the left, the others to the right.
+    """Align rows of cells in columns, the first `left_columns` to the left, others to the right.
 
     Rows may have different lengths; the last cell of a left-set row is not filled up.
     """

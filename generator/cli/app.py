@@ -1,35 +1,41 @@
-"""The command `mover`: the only module that prints and the only one that exits.
+"""The command `mover`: the table of its commands, and the only module that prints and exits.
 
-What each command takes stands in `generator.command_line`, what it does in `generator.cli`.
-What a command needs is imported when it runs: the help must not wait for numpy, scipy and Exudyn.
+A command is a function with the parameters of a typer command that returns a `CommandResult`. Its
+module is imported when it runs: the list of commands must not wait for numpy, scipy and Exudyn.
 """
 
 import sys
+from typing import NoReturn
 
-from generator.cli.interruption import SAID, leave_interrupted
+INTERRUPTED = "interrupted before there was anything to write"
+
+
+def leave_interrupted(*, as_json: bool) -> NoReturn:
+    """Say that the command was interrupted, and leave the program with the code of a failed run.
+
+    It needs no import that takes time: Ctrl-C may come while this module is imported.
+    """
+    try:
+        sys.stderr.write(f"error: {INTERRUPTED}\n")
+        if as_json:
+            sys.stdout.write(f'{{\n  "error": "{INTERRUPTED}"\n}}\n')
+    except (OSError, AttributeError):  # there may be no such streams, or full ones
+        pass
+    sys.exit(3)
+
 
 try:  # these take some tenths of a second, in which Ctrl-C may come
     import os
     from collections.abc import Callable, Generator
     from contextlib import contextmanager, suppress
+    from importlib import import_module
     from importlib.metadata import version
-    from pathlib import Path
+    from inspect import Parameter, signature
     from typing import TYPE_CHECKING, Annotated, Any, cast
 
     import typer
-
-    from generator.cli.joined import joining
-    from generator.command_line import conversion, figures, geometry, postures
-    from generator.command_line.options import (
-        Joins,
-        Json,
-        LinksFile,
-        Lock,
-        Name,
-        PoseFile,
-        Set,
-        Springs,
-    )
+    from typer.core import TyperCommand, TyperGroup
+    from typer.main import get_command
 except KeyboardInterrupt:
     leave_interrupted(as_json="--json" in sys.argv)
 
@@ -37,56 +43,141 @@ if TYPE_CHECKING:
     from io import TextIOWrapper
 
     from generator.cli.answer import CommandResult
-    from generator.cli.progress import ItemMonitor
 
-OWN = (
-    conversion.convert,
-    figures.check,
-    figures.describe,
-    figures.cite,
-    postures.pose,
-    postures.com,
-    postures.stability,
-    postures.shoulder,
-    postures.link,
-    postures.settle,
-    geometry.mass,
-    geometry.complete,
-)
-"""The commands beside `simulate`, in the order of the help."""
+COMMANDS = {
+    "simulate": (
+        "generator.cli.simulate:simulate",
+        "Let a figure move under gravity, loads and its passive joints.",
+    ),
+    "convert": (
+        "generator.cli.convert:convert",
+        "Write a motion or a figure for other programs, and tell what their formats cannot hold.",
+    ),
+    "check": (
+        "generator.cli.check:check",
+        "Report all that is wrong or odd in a figure, its springs and their curves.",
+    ),
+    "describe": (
+        "generator.cli.describe:describe",
+        "Show segments, masses, joints and springs of a figure.",
+    ),
+    "cite": (
+        "generator.cli.cite:cite",
+        "Show the references of the numbers that a figure uses, or of a published table.",
+    ),
+    "pose": (
+        "generator.cli.pose:pose",
+        "Show and keep a pose: displacements of all joints, positions of all sites.",
+    ),
+    "com": (
+        "generator.cli.com:com",
+        "Find the centre of mass of a figure, in a pose or along a motion.",
+    ),
+    "stability": (
+        "generator.cli.stability:stability",
+        "Test whether the centre of mass stands over the support, in a pose or along a motion.",
+    ),
+    "shoulder": (
+        "generator.cli.shoulder:shoulder",
+        "Position an arm by where its elbow points, with the clavicle and the natural twist.",
+    ),
+    "link": (
+        "generator.cli.link:link",
+        "Set joints and let those follow that are linked to them.",
+    ),
+    "settle": (
+        "generator.cli.settle:settle",
+        "Find the pose in which a figure comes to rest under gravity and its springs.",
+    ),
+    "mass": (
+        "generator.cli.mass:mass",
+        "Weigh the body within a surface: volume, mass, centre of mass, inertia.",
+    ),
+    "complete": (
+        "generator.cli.complete:complete",
+        "Fill in the masses, inertias and centres of mass that a figure lacks, from its psurfs.",
+    ),
+    "fit": (
+        "plots.commands:fit",
+        "Fit a cubic to measured moments and make it a spring.",
+    ),
+    "plots": (
+        "plots.commands:plots",
+        "Draw curves and motion, and measure what is claimed of them.",
+    ),
+}
+"""The function of each command and the first line of its help, in the order of the help."""
 
+_HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
-def _give_made(
-    make: "Callable[[ItemMonitor], CommandResult]", *, as_json: bool, quiet: bool
-) -> None:
-    def answer() -> "CommandResult":
-        if as_json or quiet or not _on_terminal():
-            from generator.cli.progress import no_item_monitor
-
-            return make(no_item_monitor)
-        from generator.cli.progress import item_progress_bar
-
-        return make(item_progress_bar)
-
-    _give(answer, as_json=as_json, quiet=quiet)
-
-
-_Joining = joining(_give_made, {function.__name__: function for function in OWN})
+_JSON = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
+_QUIET = Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")]
 
 # Of the parser's errors typer names some only; this is the one that all of them are.
 _ParserError = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
 
 
-class _Commands(_Joining):
+class _Commands(TyperGroup):
     """All commands; what goes wrong before one of them begins is told as what goes wrong in it."""
 
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return _load_command(cmd_name) if cmd_name in COMMANDS else None
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        width = formatter.width - 6 - max(map(len, COMMANDS))
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [
+                    (name, TyperCommand(name, help=summary).get_short_help_str(width))
+                    for name, (_, summary) in COMMANDS.items()
+                ]
+            )
+
     def make_context(self, info_name: Any, args: list[str], *others: Any, **extra: Any) -> Any:
-        with _told_at_the_door(as_json="--json" in args):
+        with _report_parser_errors(as_json="--json" in args):
             return super().make_context(info_name, args, *others, **extra)
 
     def invoke(self, ctx: Any) -> Any:
-        with _told_at_the_door(as_json="--json" in ctx.args):
+        with _report_parser_errors(as_json="--json" in ctx.args):
             return super().invoke(ctx)
+
+
+def _load_command(name: str) -> Any:
+    """Import the function of a command and make it a command that prints its result.
+
+    Every command gets the option `--json`. A function with a keyword `show_progress` gets `--quiet`
+    too, and one with a keyword `as_json` is told of it.
+    """
+    module, _, attribute = COMMANDS[name][0].partition(":")
+    function = getattr(import_module(module), attribute)
+    accepted = signature(function).parameters
+
+    def run(*, as_json: bool, quiet: bool = False, **options: Any) -> None:
+        settings = {"as_json": as_json, "show_progress": _has_terminal() and not quiet}
+        options |= {key: value for key, value in settings.items() if key in accepted}
+        _print_result(lambda: function(**options), as_json=as_json, quiet=quiet)
+
+    shared = {"quiet": _QUIET, "as_json": _JSON}
+    if "show_progress" not in accepted:
+        del shared["quiet"]
+    parameters = [one for one in accepted.values() if one.kind is not Parameter.KEYWORD_ONLY]
+    parameters += [
+        Parameter(key, Parameter.POSITIONAL_OR_KEYWORD, default=False, annotation=annotation)
+        for key, annotation in shared.items()
+    ]
+    run.__doc__ = function.__doc__
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    vars(run)["__signature__"] = signature(function).replace(
+        parameters=parameters, return_annotation=None
+    )
+    single = typer.Typer(
+        add_completion=False, rich_markup_mode=None, context_settings=_HELP_OPTIONS
+    )
+    single.command(name)(run)
+    return get_command(single)
 
 
 app = typer.Typer(
@@ -95,7 +186,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=_HELP_OPTIONS,
     help="Human figures and how they move: figure files in, motion out.",
     epilog="Exit codes: 0 good, 1 the input is wrong, 2 usage, 3 the run failed.",
 )
@@ -116,141 +207,44 @@ def mover(
     """Human figures and how they move: figure files in, motion out."""
 
 
-@app.command()
-def simulate(
-    figure: Name,
-    stop: Annotated[float | None, typer.Option(help="Time at which the run ends [s]; 1.")] = None,
-    start: Annotated[float | None, typer.Option(help="Time at which it begins [s]; 0.")] = None,
-    frame: Annotated[float | None, typer.Option(help="Interval of frames [s]; 0.02.")] = None,
-    tolerance: Annotated[
-        float | None, typer.Option(help="Largest joint-angle error asked for [rad]; 1e-3.")
-    ] = None,
-    step: Annotated[
-        float | None, typer.Option(help="A fixed step [s], without an error estimate.")
-    ] = None,
-    springs: Springs = None,
-    law: Joins = None,
-    gravity: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="[m/s^2], world axes; 0,-9.81,0.")
-    ] = None,
-    free_root: Annotated[
-        bool, typer.Option("--free-root", help="Let the figure fly: no joints to the ground.")
-    ] = False,
-    pose: PoseFile = None,
-    displacements: Set = None,
-    velocities: Annotated[
-        list[str] | None,
-        typer.Option("--velocity", metavar="JOINT=a,b,c", help="Initial rates [deg/s or cm/s]."),
-    ] = None,
-    loads: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Forces and moments that vary in time.")
-    ] = None,
-    links: LinksFile = None,
-    locks: Lock = None,
-    drive: Annotated[
-        Path | None,
-        typer.Option(metavar="MOTION.action|.csv", help="A motion that joints follow."),
-    ] = None,
-    driven: Annotated[
-        list[str] | None,
-        typer.Option(metavar="JOINT", help="Only these joints of the --drive file; all."),
-    ] = None,
-    python_torques: Annotated[
-        bool, typer.Option("--python-torques", help="Torques as Python functions: slower, equal.")
-    ] = False,
-    wall_limit: Annotated[
-        float | None, typer.Option(help="Longest time that the run may take [s]; 600.")
-    ] = None,
-    output: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="Where the motion goes: .action .csv .npz .glb .bvh .mot .sto .x3d.",
-        ),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Let a figure move under gravity, loads and its passive joints.
-
-    The options --set, --velocity, --lock, --driven and -o may be repeated.
-    """
-
-    def answer() -> "CommandResult":
-        from generator.cli import simulate as command
-
-        request = command.Request(
-            figure=figure,
-            stop=stop,
-            start=start,
-            frame=frame,
-            tolerance=tolerance,
-            step=step,
-            springs=springs,
-            law=None if law is None else law.value,
-            gravity=gravity,
-            free_root=free_root,
-            pose=pose,
-            displacements=displacements or (),
-            velocities=velocities or (),
-            loads=loads,
-            links=links,
-            locks=locks or (),
-            drive=drive,
-            driven=driven or (),
-            python_torques=python_torques,
-            wall_limit=wall_limit,
-            outputs=output or (),
-        )
-        if quiet or not _on_terminal():
-            return command.simulate(request)
-        from generator.cli.progress import progress_bar
-
-        return command.simulate(request, progress_bar)
-
-    _give(answer, as_json=as_json, quiet=quiet)
-
-
-def _on_terminal() -> bool:
-    """Whether the standard error stream is a terminal; there may be no such stream."""
+def _has_terminal() -> bool:
+    """Return whether the standard error stream is a terminal; there may be no such stream."""
     return getattr(sys.stderr, "isatty", bool)()
 
 
-def _give(make: "Callable[[], CommandResult]", *, as_json: bool, quiet: bool = False) -> None:
-    """Print an answer, or what kept it from being made, and exit with its code."""
+def _print_result(make: "Callable[[], CommandResult]", *, as_json: bool, quiet: bool) -> None:
+    """Print the result of a command, or why there is none, and exit with its code."""
     from generator.cli.answer import ExitCode, UsageError, json_text
     from generator.diagnostics import InputError, MoverError, select_errors
 
     try:
-        answer = make()
+        result = make()
     except UsageError as failure:
         _fail(ExitCode.USAGE, f"error: {failure}", {"error": str(failure)}, as_json)
     except InputError as failure:
-        told = select_errors(failure.diagnostics) if quiet else failure.diagnostics
+        shown = select_errors(failure.diagnostics) if quiet else failure.diagnostics
         data = {"error": "the input is wrong", "faults": [f.as_dict() for f in failure.diagnostics]}
-        _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, told)), data, as_json)
+        _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, shown)), data, as_json)
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
     except KeyboardInterrupt:
-        _fail(ExitCode.RUN_FAILED, f"error: {SAID}", {"error": SAID}, as_json)
+        _fail(ExitCode.RUN_FAILED, f"error: {INTERRUPTED}", {"error": INTERRUPTED}, as_json)
     else:
         with _error_stream():
             if not quiet:
-                for fault in answer.diagnostics:
-                    typer.echo(f"{fault}\n", err=True)
-            if answer.failure is not None:
-                typer.echo(f"error: {answer.failure}", err=True)
+                for diagnostic in result.diagnostics:
+                    typer.echo(f"{diagnostic}\n", err=True)
+            if result.failure is not None:
+                typer.echo(f"error: {result.failure}", err=True)
         if as_json:
-            typer.echo(json_text(answer.data))
+            typer.echo(json_text(result.data))
         elif not quiet:
-            typer.echo(answer.text)
-        raise typer.Exit(answer.code)
+            typer.echo(result.text)
+        raise typer.Exit(result.code)
 
 
-def _fail(code: int, text: str, data: object, as_json: bool) -> None:
-    """Tell people what is wrong, and programs as well, and exit."""
+def _fail(code: int, text: str, data: object, as_json: bool) -> NoReturn:
+    """Print what is wrong to people, and to programs as well, and exit."""
     from generator.cli.answer import json_text
 
     with _error_stream():
@@ -261,8 +255,8 @@ def _fail(code: int, text: str, data: object, as_json: bool) -> None:
 
 
 @contextmanager
-def _told_at_the_door(*, as_json: bool) -> Generator[None]:
-    """Tell that the parser refuses the command line, or that Ctrl-C came while it was read."""
+def _report_parser_errors(*, as_json: bool) -> Generator[None]:
+    """Report that the parser refuses the command line, or that Ctrl-C came while it was read."""
     try:
         yield
     except KeyboardInterrupt:
@@ -279,7 +273,7 @@ def _told_at_the_door(*, as_json: bool) -> Generator[None]:
 
 @contextmanager
 def _error_stream() -> Generator[None]:
-    """For what goes to the error stream, which may be full: that changes no answer and no code."""
+    """Guard what goes to the error stream: a full one changes no result and no exit code."""
     try:
         yield
     except OSError:
@@ -292,7 +286,7 @@ def _silence(descriptor: int) -> None:
 
 
 def main() -> None:
-    """The entry point of the command."""
+    """Run the command: the entry point of the program."""
     # A file's name may hold what the terminal's encoding does not. There may be no output at all.
     with suppress(AttributeError):
         cast("TextIOWrapper", sys.stdout).reconfigure(errors="backslashreplace")

@@ -1,17 +1,18 @@
 """`mover check`: all that is wrong or odd in a figure and its springs, and a verdict.
 
-The curves of the springs are looked at too. What is doubtful of them does not change the exit code:
-the figure can be simulated all the same.
-
-The lint of curves in words and in data.
+Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
 
 from collections.abc import Iterator, Sequence
 from math import degrees
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from generator.cli.answer import CommandResult, ExitCode, UsageError, format_count, format_table
 from generator.cli.inputs import loop_closure_errors, parse_springs_option, simulation_obstacles
+from generator.cli.options import SpringsChoice
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, error, select_errors
 from generator.figure import Figure
@@ -123,11 +124,17 @@ def finding_severity(finding: Finding) -> str:
 SPRINGS_SUFFIX = ".toml"
 
 
-def check(name: str, springs: str | None = None) -> CommandResult:
-    """The faults of the figure that `name` means and of its springs, and doubts about the curves.
-
-    With the name of a springs file: its faults, and all that there is to say of its curves.
-    """
+def check(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="FIGURE|SPRINGS.toml",
+            help="A figure file, the name of a shipped figure, or a springs file.",
+        ),
+    ],
+    springs: SpringsChoice = None,
+) -> CommandResult:
+    """Report all that is wrong or odd in a figure, its springs and their curves."""
     if Path(name).suffix == SPRINGS_SUFFIX:
         if springs is not None:
             raise UsageError("--springs goes with a figure, not with a springs file")

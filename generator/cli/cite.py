@@ -1,10 +1,10 @@
-"""`mover cite`: where the numbers of a figure are from.
-
-Published tables in words and in data: what `mover cite` says of them.
-"""
+"""`mover cite`: the references of the numbers of a figure, and the published tables."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from math import degrees, isinf
+from typing import Annotated
+
+import typer
 
 from generator.cli.answer import (
     CommandResult,
@@ -14,6 +14,7 @@ from generator.cli.answer import (
     format_table,
 )
 from generator.cli.inputs import load_figure, springs_from_option
+from generator.cli.options import SpringsChoice
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, InputError, error, shorten, spelling_hint
 from generator.figure import Figure
@@ -214,12 +215,19 @@ THESIS_FIGURE_USES = {
 """What the thesis has of shipped figures."""
 
 
-def cite(name: str, springs: str | None = None) -> CommandResult:
-    """The thesis, and the references of the springs of the figure that `name` means.
-
-    With the name of a published table, or of a row of one, what is known of it; with "tables" a
-    list of all. A figure of the same name goes first.
-    """
+def cite(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="FIGURE|TABLE",
+            help="A figure file, the name of a shipped figure, a published table such as "
+            "`riener_edrich_1999` or `riener_edrich_1999/leg`, or `tables` for a list of them.",
+        ),
+    ],
+    springs: SpringsChoice = None,
+) -> CommandResult:
+    """Show the references of the numbers that a figure uses, or of a published table."""
+    # A figure goes before a table of the same name.
     if not _is_figure(name):
         if is_table(name):
             if springs is not None:

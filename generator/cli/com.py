@@ -1,10 +1,9 @@
 """`mover com`: the centre of mass of a figure, in a pose or along a motion."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from generator.cli.answer import CommandResult, UsageError, format_count, format_table
 from generator.cli.inputs import (
@@ -14,10 +13,18 @@ from generator.cli.inputs import (
     motion_from_options,
     placement_from_options,
 )
-from generator.cli.options import format_rounded, in_cm, xyz_cm
-from generator.cli.outputs import check_writable, write_text
+from generator.cli.options import (
+    FigureName,
+    JointValues,
+    MotionFile,
+    PoseFile,
+    TableOutput,
+    format_rounded,
+    in_cm,
+    xyz_cm,
+)
+from generator.cli.outputs import check_table_output, check_writable, write_file
 from generator.diagnostics import Diagnostic
-from generator.figure import Figure
 from generator.kinematics.centre_of_mass import Masses, UnknownSegmentError, segment_masses
 from generator.kinematics.placement import Placement
 from generator.motion_files.action import display_unit, format_displacement
@@ -25,44 +32,39 @@ from generator.rotations import Array
 from generator.units import parse_unit
 
 
-@dataclass(frozen=True)
-class Request:
-    """The command line of `mover com`; None where an option is not given."""
-
-    figure: str
-    pose: Path | None = None
-    displacements: Sequence[str] = ()
-    segments: str | None = None
-    along: Path | None = None
-    output: Path | None = None
-
-
-def com(request: Request) -> CommandResult:
-    """The centre of mass that is asked for.
-
-    Raises:
-        UsageError: an option cannot be read or does not fit the figure.
-        InputError: the figure, the pose or the motion is wrong, or the output cannot be written.
-        MoverError: there is no such pose or motion of the figure, or no mass.
-    """
-    check_table_output(request.output, request.along)
-    figure, warnings = load_figure(request.figure)
-    masses = masses_from_option(figure, request.segments)
-    if request.along is None:
-        placement, more = placement_from_options(figure, request.pose, request.displacements)
-        return _pose_result(request.figure, placement, masses, (*warnings, *more))
-    motion, more = motion_from_options(figure, request.along, request.pose, request.displacements)
-    files = [] if request.output is None else [request.output]
-    check_writable(files, (figure.path, request.along))
+def com(
+    name: FigureName,
+    pose: PoseFile = None,
+    displacements: JointValues = None,
+    segments: Annotated[
+        str | None, typer.Option(metavar="a,b,...", help="Of these segments alone.")
+    ] = None,
+    along: MotionFile = None,
+    output: TableOutput = None,
+) -> CommandResult:
+    """Find the centre of mass of a figure, in a pose or along a motion."""
+    check_table_output(output, along)
+    figure, warnings = load_figure(name)
+    names = None if segments is None else [segment.strip() for segment in segments.split(",")]
+    try:
+        masses = segment_masses(figure, names)
+    except UnknownSegmentError as failure:
+        raise UsageError(f"--segments {segments}: {failure}") from None
+    if along is None:
+        placement, more = placement_from_options(figure, pose, displacements or ())
+        return _pose_result(name, placement, masses, (*warnings, *more))
+    motion, more = motion_from_options(figure, along, pose, displacements or ())
+    files = [] if output is None else [output]
+    check_writable(files, (figure.path, along))
     centres = np.concatenate([masses.centre(some.poses) for some in motion.placements()])
     check_distances("the centre of mass", centres)
     for path in files:
-        write_text(path, _format_csv(motion, masses, centres))
+        write_file(path, _format_csv(motion, masses, centres))
     return CommandResult(
         text="\n".join([_summary(motion, masses, centres), *(f"wrote {path}" for path in files)]),
         data={
-            "figure": request.figure,
-            "motion": str(request.along),
+            "figure": name,
+            "motion": str(along),
             "segments": list(masses.segments),
             "mass_kg": masses.total,
             "times_s": motion.action.times.tolist(),
@@ -71,25 +73,6 @@ def com(request: Request) -> CommandResult:
         },
         diagnostics=(*warnings, *more),
     )
-
-
-def check_table_output(output: Path | None, along: Path | None) -> None:
-    """Raise UsageError for an output that is no table, or for one of a single pose."""
-    if output is None:
-        return
-    if along is None:
-        raise UsageError("-o writes a row for each frame of a motion, so it goes with --along")
-    if output.suffix.lower() != ".csv":
-        raise UsageError(f"{output}: the table is a file of comma-separated values, .csv")
-
-
-def masses_from_option(figure: Figure, segments: str | None) -> Masses:
-    """The masses of the segments that `a,b,c` names, else of all. Raises UsageError."""
-    names = None if segments is None else [name.strip() for name in segments.split(",")]
-    try:
-        return segment_masses(figure, names)
-    except UnknownSegmentError as failure:
-        raise UsageError(f"--segments {segments}: {failure}") from None
 
 
 def _pose_result(

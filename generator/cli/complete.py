@@ -1,10 +1,13 @@
 """`mover complete`: a figure with the masses that it lacks, estimated from its psurfs."""
 
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from generator.cli.answer import CommandResult, UsageError, format_table
-from generator.cli.options import density_from_option
-from generator.cli.outputs import check_writable, write_text
+from generator.cli.options import Density, FigureName, density_from_option
+from generator.cli.outputs import check_suffix, check_writable, write_file
 from generator.diagnostics import Diagnostic, InputError, warning
 from generator.figure_file import parse_figure, parse_figure_file
 from generator.figure_file.read import FIGURE_SUFFIX
@@ -12,19 +15,15 @@ from generator.geometry.completion import Addition, complete_figure
 from generator.text_io import load_text
 
 
-def complete(name: str, density: str, output: Path) -> CommandResult:
-    """Write the figure that `name` means to `output`, with masses, inertias and centres filled in.
-
-    The text is that of the figure; what is missing is put behind the `psurf` of its segment.
-
-    Raises:
-        UsageError: the density cannot be read, or the output is no figure file.
-        InputError: the figure or a psurf is wrong, or the output cannot be written or is one of
-            them.
-    """
-    if output.suffix.lower() != FIGURE_SUFFIX:
-        said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
-        raise UsageError(f"-o {output}: {said}; a figure file ends in {FIGURE_SUFFIX}")
+def complete(
+    name: FigureName,
+    density: Density,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="OUT.fig", help="Where the figure goes.")
+    ],
+) -> CommandResult:
+    """Fill in the masses, inertias and centres of mass that a figure lacks, from its psurfs."""
+    check_suffix(output, FIGURE_SUFFIX, "a figure file")
     meant = density_from_option("--density", density)
     reading = parse_figure_file(name)
     if reading.value is None or reading.value.path is None:
@@ -38,7 +37,7 @@ def complete(name: str, density: str, output: Path) -> CommandResult:
         raise UsageError(f"--density {density}: {failure}") from None
     # The warnings of what is written: those about masses that are filled in are gone.
     remaining = parse_figure(done.text, str(output)).diagnostics
-    write_text(output, done.text.replace("\n", _line_ending(path)))
+    write_file(output, done.text.replace("\n", _line_ending(path)))
     faults = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
     return CommandResult(
         _text(name, output, done.additions), _data(name, output, done.additions), faults

@@ -1,13 +1,13 @@
-"""`mover convert`: a motion or a figure in the formats of other programs.
-
-`mover convert` of another program's model: into a figure and its springs.
-"""
+"""`mover convert`: motions, figures and other programs' models in each other's formats."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from os.path import realpath
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from generator.cli.answer import CommandResult, UsageError, format_count
 from generator.cli.inputs import (
@@ -17,9 +17,9 @@ from generator.cli.inputs import (
     load_figure,
     springs_from_option,
 )
+from generator.cli.options import SpringsChoice
 from generator.cli.outputs import (
     LossesByPath,
-    already_written_errors,
     check_distinct_paths,
     check_motion_formats,
     check_writable,
@@ -27,8 +27,9 @@ from generator.cli.outputs import (
     losses_text,
     unwritable_file_error,
     write_all_or_none,
+    writing,
 )
-from generator.diagnostics import Diagnostic, InputError, MoverError, error
+from generator.diagnostics import Diagnostic, InputError, error
 from generator.figure import Figure
 from generator.figure_file import shipped_figures
 from generator.kinematics.placement import Placement
@@ -57,7 +58,6 @@ from generator.motion_files import (
     read_npz,
 )
 from generator.motion_files.motion import Header, file_sha256
-from generator.text_io import os_error_reason
 
 FIGURE_SUFFIX = ".fig"
 
@@ -88,8 +88,8 @@ def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False
     for output in outputs:
         if output not in figures and output not in springs:
             raise UsageError(
-                f"{output}: {source} is a model of another program and becomes a figure, {FIGURE_SUFFIX}; "
-                "that can be converted further"
+                f"{output}: {source} is a model of another program and becomes a figure, "
+                f"{FIGURE_SUFFIX}; that can be converted further"
             )
     imported = read_model(source, separate=separate)
     check_writable(
@@ -98,17 +98,9 @@ def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False
     _check_springs_files(imported, figures, springs)
     written: dict[Path, Losses] = {}
     for output in figures:
-        try:
+        before = [file for done in written for file in _output_files(imported, done)]
+        with writing(output, before):
             written[output] = write_imported(imported, output)
-        except OSError as failure:
-            before = [file for done in written for file in _output_files(imported, done)]
-            faults = (
-                unwritable_file_error(output, os_error_reason(failure)),
-                *already_written_errors(before),
-            )
-            raise InputError(faults) from None
-        except ValueError as failure:
-            raise MoverError(f"`{output}` cannot be written: {failure}") from None
     return _import_result(source, imported, written)
 
 
@@ -189,78 +181,80 @@ READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX)
 """The formats of motions that can be read."""
 
 
-@dataclass(frozen=True)
-class Request:
-    """The command line of `mover convert`; None where an option is not given.
+def convert(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="MOTION|FIGURE|MODEL",
+            help="A motion, .action or .npz, a figure as elsewhere, or another program's model: "
+            ".xml .mjcf .urdf .osim (docs/import.md).",
+        ),
+    ],
+    outputs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="OUTPUT...",
+            help="Files to write, each in the format of its suffix (docs/formats.md). Of a motion: "
+            ".action .csv .npz .glb .bvh .mot .sto .x3d. Of a model: figures, .fig.",
+        ),
+    ],
+    figure: Annotated[
+        str | None,
+        typer.Option(metavar="FIGURE", help="Of the motion, where it is not the one it names."),
+    ] = None,
+    springs: SpringsChoice = None,
+    to: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A format of figures, whatever the suffix.")
+    ] = None,
+    separate: Annotated[
+        bool,
+        typer.Option(
+            "--apart", help="Of a model: hinges with springs or limits stay joints of their own."
+        ),
+    ] = False,
+) -> CommandResult:
+    """Write a motion or a figure for other programs, and tell what their formats cannot hold."""
+    check_distinct_paths(outputs)
+    if separate and not is_model(source):
+        raise UsageError(f"{source}: --apart is for models of other programs")
+    path = Path(source)
+    if path.suffix.lower() in MOTION_FORMATS:
+        if path.suffix.lower() not in READABLE_SUFFIXES:
+            known = ", ".join(READABLE_SUFFIXES)
+            raise UsageError(f"{path}: motions are read from {known}, and only written else")
+        if to is not None or springs is not None:
+            raise UsageError(f"{path} is a motion; --to and --springs are for figures")
+        return _convert_motion(source, outputs, figure)
+    if is_model(source):
+        if (figure, springs, to) != (None, None, None):
+            raise UsageError(f"{source} is a model of another program, which takes --apart only")
+        return import_model(source, outputs, separate=separate)
+    if figure is not None:
+        raise UsageError(f"{source} is a figure; --figure is for motions")
+    return _convert_figure(source, outputs, springs, to)
 
-    Attributes:
-        source: a file of a motion, or a figure.
-        outputs: the files to write, each in the format of its suffix.
-        figure: of a motion; without it the one that the motion names.
-        springs: of a figure; without it the figure's own.
-        to: name of a format of models, in place of the suffix.
-        apart: of another program's model, whether hinges with springs stay joints of their own.
-    """
 
-    source: str
-    outputs: Sequence[Path]
-    figure: str | None = None
-    springs: str | None = None
-    to: str | None = None
-    apart: bool = False
-
-
-def convert(request: Request) -> CommandResult:
-    """Write what is asked for, all of it or nothing.
-
-    Raises:
-        UsageError: the source and the outputs do not fit, or a format is not known.
-        InputError: the motion or the figure is wrong, or a file cannot be written.
-        MoverError: the motion is of another figure, or a format cannot hold it.
-    """
-    check_distinct_paths(request.outputs)
-    if request.apart and not is_model(request.source):
-        raise UsageError(f"{request.source}: --apart is for models of other programs")
-    if Path(request.source).suffix.lower() in MOTION_FORMATS:
-        return _convert_motion(request)
-    if is_model(request.source):
-        if (request.figure, request.springs, request.to) != (None, None, None):
-            raise UsageError(
-                f"{request.source} is a model of another program, which takes --apart only"
-            )
-        return import_model(request.source, request.outputs, separate=request.apart)
-    return _convert_figure(request)
-
-
-def _convert_motion(request: Request) -> CommandResult:
-    """A motion in other formats of motions."""
-    path = Path(request.source)
-    if path.suffix.lower() not in READABLE_SUFFIXES:
-        raise UsageError(
-            f"{path}: motions are read from {', '.join(READABLE_SUFFIXES)}, and only written else"
-        )
-    if request.to is not None or request.springs is not None:
-        raise UsageError(f"{path} is a motion; --to and --springs are for figures")
-    for output in request.outputs:
+def _convert_motion(source: str, outputs: Sequence[Path], figure_name: str | None) -> CommandResult:
+    """Write a motion in other formats of motions."""
+    path = Path(source)
+    for output in outputs:
         if output.suffix.lower() in suffixes():
             raise UsageError(
                 f"{output} is a figure and {path} a motion; give the figure to convert"
             )
-    check_motion_formats(request.outputs)
-    header, clip_of = _read_motion(path)
-    figure, warnings = _figure_of_motion(header, path, request.figure)
-    check_writable(request.outputs, (path, figure.path))
+    check_motion_formats(outputs)
+    header, motion_of = _read_motion(path)
+    figure, warnings = _figure_of_motion(header, path, figure_name)
+    check_writable(outputs, (path, figure.path))
     check_chains(figure)
-    clip = clip_of(figure)
-    check_segment_distances(Placement(clip.tree, clip.displacements, clip.poses))
-    written = write_all_or_none(
-        [(out, partial(motion_writer(out), clip)) for out in request.outputs]
-    )
-    frames = format_count(clip.times.size, "frame")
-    title = f"{frames} of {figure.path}, {clip.times[0]:g} to {clip.times[-1]:g} s"
-    data = {"frames": clip.times.size}
-    faults = (*warnings, *changed_figure_warnings(figure, header, path))
-    return _conversion_result(request, title, str(figure.path), data, written, faults)
+    motion = motion_of(figure)
+    check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
+    written = write_all_or_none([(out, partial(motion_writer(out), motion)) for out in outputs])
+    frames = format_count(motion.times.size, "frame")
+    title = f"{frames} of {figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
+    head = {"source": source, "figure": str(figure.path), "frames": motion.times.size}
+    warnings += changed_figure_warnings(figure, header, path)
+    return _conversion_result(title, head, written, warnings)
 
 
 def _read_motion(path: Path) -> tuple[Header, Callable[[Figure], FigureMotion]]:
@@ -293,40 +287,39 @@ def _figure_of_motion(
     return load_figure(str((same or found)[0]))
 
 
-def _convert_figure(request: Request) -> CommandResult:
-    """A figure with its springs in the formats of models."""
-    if request.figure is not None:
-        raise UsageError(f"{request.source} is a figure; --figure is for motions")
-    writers = [(output, _choose_model_format(request, output)) for output in request.outputs]
-    figure, warnings = load_figure(request.source)
-    springs, more = springs_from_option(figure, request.springs)
+def _convert_figure(
+    source: str, outputs: Sequence[Path], springs_option: str | None, format_name: str | None
+) -> CommandResult:
+    """Write a figure with its springs in the formats of models."""
+    writers = [(output, _choose_model_format(source, output, format_name)) for output in outputs]
+    figure, warnings = load_figure(source)
+    springs, more = springs_from_option(figure, springs_option)
     new = [out for out, each in writers if each.suffixes or not out.is_dir()]
-    check_writable(new, (figure.path, request.springs))
+    check_writable(new, (figure.path, springs_option))
     written = write_all_or_none(
         [(output, partial(each.write, figure, springs)) for output, each in writers]
     )
-    title = f"{request.source} with springs: {springs.origin}"
-    return _conversion_result(request, title, str(figure.path), {}, written, (*warnings, *more))
+    title = f"{source} with springs: {springs.origin}"
+    head = {"source": source, "figure": str(figure.path)}
+    return _conversion_result(title, head, written, warnings + more)
 
 
-def _choose_model_format(request: Request, output: Path) -> ModelFormat:
-    """The format of an output. Raises UsageError."""
-    if request.to is None and output.suffix.lower() in MOTION_FORMATS:
+def _choose_model_format(source: str, output: Path, format_name: str | None) -> ModelFormat:
+    """Return the format of an output. Raises UsageError."""
+    if format_name is None and output.suffix.lower() in MOTION_FORMATS:
         raise UsageError(
-            f"{output} is a motion and {request.source} a figure; "
-            f"`mover simulate {request.source} -o {output}` makes it move"
+            f"{output} is a motion and {source} a figure; "
+            f"`mover simulate {source} -o {output}` makes it move"
         )
     try:
-        return model_format(output, request.to)
+        return model_format(output, format_name)
     except UnknownModelFormatError as failure:
         raise UsageError(str(failure)) from None
 
 
 def _conversion_result(
-    request: Request,
     title: str,
-    figure: str,
-    data: Mapping[str, object],
+    head: Mapping[str, object],
     written: LossesByPath,
     diagnostics: tuple[Diagnostic, ...],
 ) -> CommandResult:
@@ -334,9 +327,7 @@ def _conversion_result(
     return CommandResult(
         text="\n".join([title, *(f"wrote {path}" for path in written), *([lost] if lost else [])]),
         data={
-            "source": request.source,
-            "figure": figure,
-            **data,
+            **head,
             "files": [str(path) for path in written],
             "losses": losses_data(written),
         },

@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import load_figure, springs_from_option
+from generator.cli.options import FigureName, SpringsChoice, in_display_units
 from generator.cli.springs_text import coupled_spring_lines, spring_lines, springs_data
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment
 from generator.motion_files.action import display_unit, format_chain
-from generator.units import parse_unit
 from springs import SpringSet
 
 
-def describe(name: str, springs: str | None = None) -> CommandResult:
-    """Segments, joints and springs of the figure that `name` means."""
+def describe(name: FigureName, springs: SpringsChoice = None) -> CommandResult:
+    """Show segments, masses, joints and springs of a figure."""
     figure, warnings = load_figure(name)
     spring_set, more = springs_from_option(figure, springs)
     return CommandResult(
@@ -98,16 +98,8 @@ def _format_vector(values: Sequence[float] | None) -> str:
     return "none" if values is None else " ".join(f"{value:.4f}" for value in values)
 
 
-def _displacement_in_display_units(joint: Joint) -> list[float]:
-    """The displacement of a joint [deg or cm]."""
-    return [
-        value / float(parse_unit(display_unit(factor)).factor)
-        for value, factor in zip(joint.displacement, joint.chain, strict=True)
-    ]
-
-
 def _format_displacement(joint: Joint) -> str:
-    shown = zip(_displacement_in_display_units(joint), joint.chain, strict=True)
+    shown = zip(in_display_units(joint.displacement, joint.chain), joint.chain, strict=True)
     return " ".join(f"{value:.4g} {display_unit(factor)}" for value, factor in shown)
 
 
@@ -139,7 +131,7 @@ def _data(name: str, figure: Figure, springs: SpringSet) -> dict[str, object]:
                 "kind": joint_kind(joint.chain),
                 "type": format_chain(joint.chain),
                 "degrees_of_freedom": joint.degrees_of_freedom,
-                "displacement": _displacement_in_display_units(joint),
+                "displacement": in_display_units(joint.displacement, joint.chain),
                 "units": [display_unit(factor) for factor in joint.chain],
             }
             for joint in figure.joints.values()

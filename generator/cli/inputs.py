@@ -1,11 +1,13 @@
-"""What commands read: a figure, its springs, and whether the two can move.
+"""What commands read: a figure, its springs, its pose or motion, and what holds its joints.
 
-The pose or the motion that a command line asks for: `--pose`, `--set` and `--along`.
+These are the argument FIGURE and the options `--springs`, `--pose`, `--set`, `--along`, `--links`,
+`--lock` and `--drive`.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from hashlib import sha256
+from math import isclose
 from pathlib import Path
 
 import numpy as np
@@ -19,18 +21,23 @@ from generator.diagnostics import (
     Parsed,
     error,
     select_errors,
+    spelling_hint,
     warning,
 )
+from generator.drive import Drive
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file, simulation_diagnostics
 from generator.figure_file.resolve import origin_span
 from generator.input_files.pose import parse_pose_file
 from generator.joint_chain import ChainError, build_chain
+from generator.kinematics.links import Links, parse_links_file
 from generator.kinematics.loops import OpenLoopError, close_loops
-from generator.kinematics.placement import Placement, initial_displacements
+from generator.kinematics.placement import Displacements, Placement, initial_displacements
+from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
 from generator.kinematics.trajectory import batched_placements, tree_for_motion
 from generator.kinematics.tree import Tree, build_tree
 from generator.motion_files import ActionFile, read_action
+from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import Header
 from generator.rotations import Array
 from generator.springs_file.read import LoadedSprings, load_springs
@@ -227,3 +234,129 @@ def changed_figure_warnings(figure: Figure, header: Header, path: Path) -> tuple
             hint="its joints are the same, its segments may not be",
         ),
     )
+
+
+_AGREEMENT_TOLERANCE = 1e-9
+"""Largest difference of displacements that count as one [rad or m]."""
+
+
+@dataclass(frozen=True)
+class KinematicConstraints:
+    """Links, locked joints and drives of a run."""
+
+    links: Links = field(default_factory=Links)
+    locked: tuple[str, ...] = ()
+    drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
+
+    def check_consistency(
+        self,
+        figure: Figure,
+        sets: Sequence[str],
+        start: float,
+        velocities: Sequence[str] = (),
+        *,
+        free_root: bool = False,
+    ) -> None:
+        """Raise UsageError where options contradict each other.
+
+        Args:
+            figure: whose joints are held.
+            sets: of `--set`: a joint cannot start elsewhere than it is held at the start.
+            start: time of it [s].
+            velocities: of `--velocity`: nor with another velocity.
+            free_root: whether `--free-root` lets the figure go.
+
+        Raises:
+            UsageError: they do; or a joint is locked that cannot be.
+            PrescriptionError: the links or the drives by themselves cannot be held.
+        """
+        tree = build_tree(figure)
+        given = displacements_from_options("--set", sets, settable_chains(figure))
+        PrescribedMotion(tree, self.links, {}, {})
+        PrescribedMotion(tree, Links(), {}, self.drives)
+        asked: Displacements = {
+            **initial_displacements(tree),
+            **{name: np.array(values) for name, values in given.items()},
+        }
+        locked = {name: asked[name] for name in self.locked}
+        try:
+            prescribed = PrescribedMotion(tree, self.links, locked, self.drives)
+        except PrescriptionError as failure:
+            raise UsageError(str(failure)) from None
+        put = prescribed.impose_displacements(asked, start)
+        for name in given:
+            if not all(
+                isclose(one, other, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE)
+                for one, other in zip(asked[name], put[name], strict=True)
+            ):
+                raise UsageError(
+                    f"--set {name}: the joint is linked or driven, and starts elsewhere"
+                )
+        chains = settable_chains(figure, free_root=free_root)
+        for name in sorted(prescribed.held - chains.keys()):
+            raise UsageError(
+                f"--free-root lets the figure go from the ground, to which joint {name} holds it: "
+                "it cannot be locked, linked or driven"
+            )
+        _check_rates(
+            prescribed, displacements_from_options("--velocity", velocities, chains), start
+        )
+
+
+def _check_rates(
+    prescribed: PrescribedMotion, velocities: Mapping[str, Sequence[float]], start: float
+) -> None:
+    """Raise UsageError for velocities other than what is prescribed at the start [s]."""
+    asked = {
+        name: np.array(velocities.get(name, np.zeros(joint.degrees_of_freedom)), dtype=float)
+        for name, joint in prescribed.tree.figure.joints.items()
+    }
+    put = prescribed.impose_rates(asked, start)
+    for name in velocities.keys() & asked.keys():
+        if not np.allclose(
+            asked[name], put[name], rtol=_AGREEMENT_TOLERANCE, atol=_AGREEMENT_TOLERANCE
+        ):
+            raise UsageError(
+                f"--velocity {name}: the joint is locked, linked or driven, and starts with "
+                "another velocity"
+            )
+
+
+def constraints_from_options(
+    figure: Figure,
+    links: Path | None,
+    locks: Sequence[str],
+    drive: Path | None = None,
+    driven: Sequence[str] = (),
+) -> tuple[KinematicConstraints, tuple[Diagnostic, ...]]:
+    """What the options say, with warnings.
+
+    Args:
+        figure: whose joints they are.
+        links: a links file.
+        locks: names of joints.
+        drive: an action file or a table.
+        driven: names of the joints that it drives; all when there are none.
+
+    Raises:
+        UsageError: a joint is unknown.
+        InputError: a file is wrong.
+    """
+    for option, names in (("--lock", locks), ("--driven", driven)):
+        for name in names:
+            if name not in figure.joints:
+                hint = spelling_hint(name, figure.joints)
+                raise UsageError(f"{option} {name}: the figure has no joint `{name}`; {hint}")
+    if driven and drive is None:
+        raise UsageError("--driven chooses joints of the --drive file, which is missing")
+    read, faults = Links(), ()
+    if links is not None:
+        reading = parse_links_file(links, figure)
+        if reading.value is None:
+            raise InputError(reading.diagnostics)
+        read, faults = reading.value, reading.diagnostics
+    drives: Mapping[str, Drive] = {}
+    if drive is not None:
+        drives, more = read_drives_with_warnings(drive, figure, driven)
+        faults = (*faults, *more)
+    return KinematicConstraints(read, tuple(dict.fromkeys(locks)), drives), faults

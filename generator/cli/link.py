@@ -3,15 +3,25 @@
 from collections.abc import Mapping, Sequence
 from math import isclose
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from generator.cli.answer import CommandResult, UsageError, format_count, format_table
 from generator.cli.inputs import load_figure, placement_from_options
-from generator.cli.options import displacements_from_options, in_display_units, settable_chains
-from generator.cli.outputs import check_writable, write_text
-from generator.cli.shoulder import check_pose_output
+from generator.cli.options import (
+    FigureName,
+    JointValues,
+    PoseFile,
+    PoseOutput,
+    displacements_data,
+    displacements_from_options,
+    in_display_units,
+    settable_chains,
+)
+from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
 from generator.diagnostics import InputError
 from generator.figure import Figure
-from generator.figure_file.write import write_pose
 from generator.kinematics.links import Coordinate, Link, Links, parse_links_file
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements
@@ -22,25 +32,17 @@ _AGREEMENT_TOLERANCE = 1e-9
 
 
 def link(
-    name: str,
-    links_file: Path,
-    pose: Path | None = None,
-    sets: Sequence[str] = (),
-    output: Path | None = None,
+    name: FigureName,
+    links_file: Annotated[
+        Path, typer.Argument(metavar="LINKS.toml", help="A file of links, docs/links.md.")
+    ],
+    pose: PoseFile = None,
+    displacements: JointValues = None,
+    output: PoseOutput = None,
 ) -> CommandResult:
-    """Set joints of the figure that `name` means, and let the linked ones follow.
+    """Set joints and let those follow that are linked to them.
 
-    Args:
-        name: a path, or the name of a shipped figure.
-        links_file: a links file.
-        pose: a pose file to start from, in place of the figure's own pose.
-        sets: of the form `JOINT=a,b,c` [deg or cm].
-        output: pose file for all joints.
-
-    Raises:
-        UsageError: a setting cannot be read, or asks a follower for another place.
-        InputError: the figure, its links or the pose are wrong, or the output cannot be written.
-        OpenLoopError: the figure's loops cannot be closed with the linked joints as they are.
+    The option --set may be repeated and changes what --pose says.
     """
     check_pose_output(output)
     figure, warnings = load_figure(name)
@@ -49,14 +51,14 @@ def link(
         raise InputError((*warnings, *reading.diagnostics))
     files = [] if output is None else [output]
     check_writable(files, (figure.path, links_file, pose))
-    placement, more = placement_from_options(figure, pose, sets)
+    placement, more = placement_from_options(figure, pose, displacements or ())
     moved = reading.value.follow(placement.displacements)
-    given = displacements_from_options("--set", sets, settable_chains(figure))
+    given = displacements_from_options("--set", displacements or (), settable_chains(figure))
     _check_followers(figure, reading.value, given, moved)
     linked = {end.joint for one in reading.value.resolved for end in (one.follower, one.control)}
     moved = close_loops(placement.tree, moved, held=linked | set(given)).displacements
     for path in files:
-        write_text(path, write_pose(figure, {one: list(row) for one, row in moved.items()}))
+        write_pose_file(path, figure, moved)
     shown = {one: row for one, row in moved.items() if one in linked or one in given}
     return CommandResult(
         text="\n\n".join(
@@ -70,14 +72,7 @@ def link(
         data={
             "figure": name,
             "links": [_link_data(figure, one) for one in reading.value.resolved],
-            "joints": [
-                {
-                    "name": one,
-                    "displacement": in_display_units(moved[one], joint.chain),
-                    "units": [display_unit(factor) for factor in joint.chain],
-                }
-                for one, joint in figure.joints.items()
-            ],
+            "joints": displacements_data(figure, moved),
             "files": [str(path) for path in files],
         },
         diagnostics=(*warnings, *reading.diagnostics, *more),
@@ -97,9 +92,12 @@ def _check_followers(
             continue
         follows, said = float(displacements[joint][k]), requested[joint][k]
         if not isclose(follows, said, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE):
+            follows_text, said_text = (
+                _format_coordinate(figure, one.follower, value) for value in (follows, said)
+            )
             raise UsageError(
-                f"--set {joint}: {one.follower} follows {one.control} and is at "
-                f"{_format_coordinate(figure, one.follower, follows)}, not {_format_coordinate(figure, one.follower, said)}"
+                f"--set {joint}: {one.follower} follows {one.control} and is at {follows_text}, "
+                f"not {said_text}"
             )
 
 

@@ -5,12 +5,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import degrees
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from generator.cli.answer import CommandResult, UsageError, format_count, format_table
 from generator.cli.inputs import load_figure
-from generator.cli.options import density_from_option, length_unit_from_option, vector_from_option
+from generator.cli.options import (
+    Density,
+    density_from_option,
+    length_unit_from_option,
+    vector_from_option,
+)
 from generator.diagnostics import spelling_hint
 from generator.geometry.completion import ProductsOfInertia, mass_statements, products_of_inertia
 from generator.geometry.read import PSURF_SUFFIX, read_segment_surface, read_surface, surface_unit
@@ -32,80 +39,95 @@ MAX_FACES_LISTED = 20
 
 
 @dataclass(frozen=True)
-class Request:
-    """What `mover mass` is asked for.
+class _MassResult:
+    """The body within a surface.
 
     Attributes:
-        file: a psurf or mesh file; with `segment` a figure.
-        density: with its unit.
-        unit: of the file's lengths; None for that of its format, which a figure's psurf keeps.
-        about: a point `x,y,z` in that unit, for another inertia tensor.
-        segment: a segment of the figure.
-        fix_winding: whether to turn faces that look to the wrong side.
+        segment: its name in a figure; None where the surface is a file of its own.
+        solid: the surface, checked.
+        density: the same everywhere [kg/m^3].
+        density_option: the density in the words of the user.
+        unit: of lengths in the file [m].
+        body: mass properties.
+        about: a point for another inertia tensor [m].
     """
 
-    file: str
-    density: str
-    unit: str | None = None
-    about: str | None = None
-    segment: str | None = None
-    fix_winding: bool = False
-
-
-@dataclass(frozen=True)
-class _MassResult:
-    """A body and all that the answer says about it."""
-
-    request: Request
+    segment: str | None
     solid: Solid
     density: float
+    density_option: str
     unit: Fraction
     body: MassProperties
     about: Array | None
 
 
-def mass(request: Request) -> CommandResult:
-    """Volume, mass, centre of mass and inertia of the body that a request names."""
-    density = density_from_option("--density", request.density)
-    given = None if request.unit is None else length_unit_from_option("--unit", request.unit)
-    surface, unit = _load_surface(request, given)
-    about = None
-    if request.about is not None:
-        about = np.array(vector_from_option("--about", request.about)) * float(unit)
-    solid = build_solid(surface, fix_winding=request.fix_winding)
+def mass(
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE", help="A surface: .pss .stl .obj .ply .glb; with --segment a figure."
+        ),
+    ],
+    density: Density,
+    unit: Annotated[
+        str | None,
+        typer.Option(help="What 1 means in the file: mm, cm, m, in, ft. A .pss has cm, a .glb m."),
+    ] = None,
+    about: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z", help="Inertia about this point too, in the file's unit."),
+    ] = None,
+    segment: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="The psurf of this segment, as lines to paste."),
+    ] = None,
+    fix_winding: Annotated[
+        bool, typer.Option("--fix-winding", help="Turn faces that look to the wrong side.")
+    ] = False,
+) -> CommandResult:
+    """Weigh the body within a surface: volume, mass, centre of mass, inertia."""
+    kg_per_m3 = density_from_option("--density", density)
+    surface, metres = _load_surface(file, segment, unit)
+    point = None
+    if about is not None:
+        point = np.array(vector_from_option("--about", about)) * float(metres)
+    solid = build_solid(surface, fix_winding=fix_winding)
     try:
-        body = solid.mass_properties(density)
+        body = solid.mass_properties(kg_per_m3)
     except ValueError as failure:
-        raise UsageError(f"--density {request.density}: {failure}") from None
-    found = _MassResult(request, solid, density, unit, body, about)
-    return CommandResult(_text(found), _data(found), diagnostics=solid.warnings)
+        raise UsageError(f"--density {density}: {failure}") from None
+    result = _MassResult(segment, solid, kg_per_m3, density, metres, body, point)
+    return CommandResult(_text(result), _data(result), diagnostics=solid.warnings)
 
 
-def _load_surface(request: Request, unit: Fraction | None) -> tuple[Surface, Fraction]:
-    """The surface and its unit [m]."""
-    if request.segment is None:
-        return read_surface(request.file, unit), surface_unit(request.file, unit)
-    figure, _ = load_figure(request.file)
-    if request.segment not in figure.segments:
-        hint = spelling_hint(request.segment, figure.segments)
-        raise UsageError(f"the figure has no segment `{request.segment}`; {hint}")
-    segment = figure.segments[request.segment]
+def _load_surface(
+    file: str, segment_name: str | None, unit_option: str | None
+) -> tuple[Surface, Fraction]:
+    """Read the surface in a file, or of a segment of a figure, and its unit [m]."""
+    unit = None if unit_option is None else length_unit_from_option("--unit", unit_option)
+    if segment_name is None:
+        return read_surface(file, unit), surface_unit(file, unit)
+    figure, _ = load_figure(file)
+    if segment_name not in figure.segments:
+        hint = spelling_hint(segment_name, figure.segments)
+        raise UsageError(f"the figure has no segment `{segment_name}`; {hint}")
+    segment = figure.segments[segment_name]
     if unit is not None and Path(segment.psurf or "").suffix.lower() == PSURF_SUFFIX:
         raise UsageError(
-            f"--unit {request.unit}: `{segment.psurf}` is in cm, as the psurfs of all figures are; "
+            f"--unit {unit_option}: `{segment.psurf}` is in cm, as the psurfs of all figures are; "
             "--unit is for files that do not say it"
         )
     return read_segment_surface(figure, segment, unit), surface_unit(segment.psurf or "", unit)
 
 
-def _text(found: _MassResult) -> str:
-    body, principal = found.body, found.body.principal_inertia
+def _text(result: _MassResult) -> str:
+    body, principal = result.body, result.body.principal_inertia
     size = float(np.sqrt(np.trace(body.inertia) / body.mass))
     parts = [
-        _summary_text(found),
+        _summary_text(result),
         format_table(
             [
-                ["volume", f"{found.solid.volume:.9g} m^3"],
+                ["volume", f"{result.solid.volume:.9g} m^3"],
                 ["mass", f"{body.mass:.9g} kg"],
                 ["centre of mass", f"{_format_position(body.centre, size)} m"],
             ],
@@ -123,25 +145,24 @@ def _text(found: _MassResult) -> str:
             left_columns=0,
         ),
     ]
-    if found.about is not None:
-        about = _format_position(found.about, size)
-        parts.append(
-            f"inertia about ({about}) m [kg m^2]\n{_format_tensor(body.inertia_about(found.about))}"
-        )
-    if found.request.segment is not None:
-        parts.append(_segment_statements(found))
+    if result.about is not None:
+        about = _format_position(result.about, size)
+        tensor = _format_tensor(body.inertia_about(result.about))
+        parts.append(f"inertia about ({about}) m [kg m^2]\n{tensor}")
+    if result.segment is not None:
+        parts.append(_segment_statements(result))
     return "\n\n".join(parts)
 
 
-def _summary_text(found: _MassResult) -> str:
-    solid = found.solid
+def _summary_text(result: _MassResult) -> str:
+    solid = result.solid
     bodies = sum(not shell.is_void for shell in solid.shells)
     voids = len(solid.shells) - bodies
     name = solid.surface.name
     count = "1 body" if bodies == 1 else f"{bodies} bodies"
     rows = [
-        ["density", f"{found.density:.9g} kg/m^3 ({found.request.density}), the same everywhere"],
-        ["lengths", f"1 in the file is {float(found.unit):g} m"],
+        ["density", f"{result.density:.9g} kg/m^3 ({result.density_option}), the same everywhere"],
+        ["lengths", f"1 in the file is {float(result.unit):g} m"],
         ["formula", FORMULA],
         ["surface", f"closed; {format_count(solid.surface.face_count, 'face')}, all look outwards"],
     ]
@@ -156,12 +177,12 @@ def _summary_text(found: _MassResult) -> str:
     return f"{name}: {count}, {format_count(voids, 'void')}\n" + format_table(rows, left_columns=2)
 
 
-def _segment_statements(found: _MassResult) -> str:
-    lines = list(mass_statements(found.body).values())
-    products = products_of_inertia(found.body)
+def _segment_statements(result: _MassResult) -> str:
+    lines = list(mass_statements(result.body).values())
+    products = products_of_inertia(result.body)
     if not products.are_negligible:
         lines += _omitted_products_comments(products)
-    return f"for segment `{found.request.segment}`\n" + "\n".join(f"  {line}" for line in lines)
+    return f"for segment `{result.segment}`\n" + "\n".join(f"  {line}" for line in lines)
 
 
 def _omitted_products_comments(products: ProductsOfInertia) -> Iterable[str]:
@@ -188,12 +209,12 @@ def _format_number(value: float, scale: float) -> str:
     return f"{value:.9g}" if abs(value) > ROUNDING_TOLERANCE * scale else "0"
 
 
-def _data(found: _MassResult) -> dict[str, object]:
-    body, solid, products = found.body, found.solid, products_of_inertia(found.body)
+def _data(result: _MassResult) -> dict[str, object]:
+    body, solid, products = result.body, result.solid, products_of_inertia(result.body)
     data: dict[str, object] = {
         "file": solid.surface.name,
-        "density_kg_m3": found.density,
-        "unit_m": float(found.unit),
+        "density_kg_m3": result.density,
+        "unit_m": float(result.unit),
         "formula": FORMULA,
         "closed": True,
         "winding": "outwards",
@@ -216,12 +237,12 @@ def _data(found: _MassResult) -> dict[str, object]:
         "principal_axes": body.principal_inertia.axes.T.tolist(),
         "products_ratio": products.ratio,
     }
-    if found.about is not None:
+    if result.about is not None:
         data["about"] = {
-            "point_m": found.about.tolist(),
-            "inertia_kg_m2": body.inertia_about(found.about).tolist(),
+            "point_m": result.about.tolist(),
+            "inertia_kg_m2": body.inertia_about(result.about).tolist(),
         }
-    if found.request.segment is not None:
-        data["segment"] = found.request.segment
+    if result.segment is not None:
+        data["segment"] = result.segment
         data["statements"] = mass_statements(body)
     return data

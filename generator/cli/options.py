@@ -1,14 +1,17 @@
-"""Option values that a figure gives a meaning: `JOINT=a,b,c` and `X,Y,Z`.
+"""Arguments and options that several commands share, and their values as numbers.
 
-Positions and displacements as commands show them: centimetres and degrees.
-
-Option values with a unit: `1.05g/cm3`, `1cm`, `mm`.
+Values are `JOINT=a,b,c` and `X,Y,Z`, or have a unit: `1.05g/cm3`, `1cm`, `mm`. Positions and
+displacements are shown in centimetres and degrees.
 """
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from math import isfinite
+from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from generator.cli.answer import UsageError
 from generator.diagnostics import spelling_hint
@@ -28,6 +31,57 @@ from generator.units import (
     convert_to_si,
     parse_unit,
 )
+from springs import Joining
+
+FigureName = Annotated[
+    str,
+    typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure."),
+]
+SpringsChoice = Annotated[
+    str | None,
+    typer.Option(
+        "--springs",
+        metavar="FILE|NAME|none|printed",
+        help="Other springs than the figure's own: a .springs.toml or .optional file, the NAME of "
+        "FIGURE.NAME.springs.toml beside it, `none`, or `printed` for the values as printed.",
+    ),
+]
+PoseFile = Annotated[
+    Path | None,
+    typer.Option("--pose", metavar="FILE.pose", help="A pose, as `mover pose` writes it."),
+]
+JointValues = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="JOINT=a,b,c", help="Displacements [deg or cm]."),
+]
+JoiningLaw = Annotated[
+    Joining | None, typer.Option("--law", help="How the axes of a spherical joint join.")
+]
+Gravity = Annotated[
+    str | None,
+    typer.Option("--gravity", metavar="X,Y,Z", help="[m/s^2], world axes; 0,-9.81,0."),
+]
+LinksFile = Annotated[
+    Path | None,
+    typer.Option("--links", metavar="LINKS.toml", help="Links that hold, docs/links.md."),
+]
+LockedJoints = Annotated[
+    list[str] | None,
+    typer.Option("--lock", metavar="JOINT", help="A joint that stays at its displacement."),
+]
+MotionFile = Annotated[
+    Path | None,
+    typer.Option("--along", metavar="MOTION.action", help="A motion, in place of one pose."),
+]
+TableOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE.csv", help="A row for each frame of the motion."),
+]
+PoseOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE.pose", help="Where the pose goes."),
+]
+Density = Annotated[str, typer.Option("--density", metavar="1.05g/cm3", help="With its unit.")]
 
 CM = 0.01
 """A centimetre [m]."""
@@ -37,6 +91,20 @@ def in_display_units(values: Iterable[float], chain: Sequence[JointAxis]) -> lis
     """Displacements [rad or m] in degrees and cm."""
     factors = (float(parse_unit(display_unit(factor)).factor) for factor in chain)
     return [float(value) / factor for value, factor in zip(values, factors, strict=True)]
+
+
+def displacements_data(
+    figure: Figure, displacements: Mapping[str, Iterable[float]]
+) -> list[dict[str, object]]:
+    """Displacements [rad or m] of all joints for `--json`, in degrees and cm."""
+    return [
+        {
+            "name": name,
+            "displacement": in_display_units(displacements[name], joint.chain),
+            "units": [display_unit(factor) for factor in joint.chain],
+        }
+        for name, joint in figure.joints.items()
+    ]
 
 
 def in_cm(position: Array) -> list[float]:

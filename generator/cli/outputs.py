@@ -1,22 +1,19 @@
-"""Files that commands write: whether they can be, and what is said when they cannot.
+"""Files that commands write: checks before a run, one file or several at once, and their losses."""
 
-Files of motions that commands write: which can be asked for, and what was lost in each.
-
-Several files that a command writes: all of them, or none.
-"""
-
-import secrets
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from os.path import realpath
 from pathlib import Path
 
 from generator.cli.answer import UsageError
 from generator.diagnostics import Diagnostic, InputError, MoverError, error
+from generator.figure import Figure
+from generator.figure_file.write import write_pose
+from generator.input_files.pose import POSE_SUFFIX
 from generator.losses import Losses
 from generator.motion_files import FigureMotion, UnknownMotionFormatError, motion_writer
-from generator.text_io import os_error_reason, unwritable_reason, write_atomic
+from generator.text_io import os_error_reason, temporary_path, unwritable_reason, write_atomic
 
 
 def check_writable(
@@ -28,26 +25,18 @@ def check_writable(
         (path, f"the {reader} reads it" if realpath(path) in read else unwritable_reason(path))
         for path in paths
     ]
-    faults = [unwritable_file_error(path, reason) for path, reason in reasons if reason is not None]
-    if faults:
-        raise InputError(faults)
+    errors = [unwritable_file_error(path, reason) for path, reason in reasons if reason is not None]
+    if errors:
+        raise InputError(errors)
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a file whole or not at all. Raises InputError when it cannot be written."""
-    try:
-        write_atomic(path, text)
-    except OSError as failure:
-        raise InputError((unwritable_file_error(path, os_error_reason(failure)),)) from None
-
-
-def unwritable_file_error(path: Path, reason: str) -> Diagnostic:
-    """The fault of a file that cannot be written."""
-    return error(f"`{path}` cannot be written: {reason}")
-
-
-LossesByPath = Mapping[Path, Losses]
-"""What the files that were written do not hold."""
+def check_distinct_paths(paths: Sequence[Path]) -> None:
+    """Raise UsageError for one file given twice."""
+    targets: set[str] = set()
+    for path in paths:
+        if realpath(path) in targets:
+            raise UsageError(f"{path}: the file was given before")
+        targets.add(realpath(path))
 
 
 def check_motion_formats(paths: Sequence[Path]) -> None:
@@ -60,17 +49,82 @@ def check_motion_formats(paths: Sequence[Path]) -> None:
     check_distinct_paths(paths)
 
 
-def check_distinct_paths(paths: Sequence[Path]) -> None:
-    """Raise UsageError for one file given twice."""
-    targets: set[str] = set()
-    for path in paths:
-        if realpath(path) in targets:
-            raise UsageError(f"{path}: the file was given before")
-        targets.add(realpath(path))
+def check_suffix(path: Path, suffix: str, file_kind: str) -> None:
+    """Raise UsageError unless the file of `-o` has the suffix of its kind (`a pose file`)."""
+    if path.suffix.lower() != suffix:
+        raise UsageError(f"-o {path}: {suffix_fault(path)}; {file_kind} ends in {suffix}")
 
 
-def write_motion(clip: FigureMotion, paths: Sequence[Path]) -> LossesByPath:
-    """Write a motion to files, each in the format of its suffix.
+def suffix_fault(path: Path) -> str:
+    """Return the reason why the suffix of a path does not do, as part of a sentence."""
+    return f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
+
+
+def check_pose_output(path: Path | None) -> None:
+    """Raise UsageError for a file that is to hold a pose and has another suffix."""
+    if path is not None:
+        check_suffix(path, POSE_SUFFIX, "a pose file")
+
+
+def check_table_output(output: Path | None, along: Path | None) -> None:
+    """Raise UsageError for an output that is no table, or for one of a single pose."""
+    if output is None:
+        return
+    if along is None:
+        raise UsageError("-o writes a row for each frame of a motion, so it goes with --along")
+    if output.suffix.lower() != ".csv":
+        raise UsageError(f"{output}: the table is a file of comma-separated values, .csv")
+
+
+def unwritable_file_error(path: Path, reason: str) -> Diagnostic:
+    """Return the error of a file that cannot be written."""
+    return error(f"`{path}` cannot be written: {reason}")
+
+
+def already_written_errors(files: Iterable[Path]) -> Iterator[Diagnostic]:
+    """Name the files that were written before one that could not be."""
+    yield from (error(f"`{file}` was written before and is complete") for file in files)
+
+
+@contextmanager
+def writing(path: Path, before: Iterable[Path] = ()) -> Generator[None]:
+    """Turn what keeps a file from being written into an InputError or a MoverError.
+
+    Args:
+        path: the file.
+        before: files of the same command that were written already.
+    """
+    try:
+        yield
+    except OSError as failure:
+        reason = unwritable_file_error(path, os_error_reason(failure))
+        raise InputError([reason, *already_written_errors(before)]) from None
+    except ValueError as failure:
+        raise MoverError(f"`{path}` cannot be written: {failure}") from None
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write a file whole or not at all. Raises InputError when it cannot be written."""
+    with writing(path):
+        write_atomic(path, content)
+
+
+def write_pose_file(
+    path: Path, figure: Figure, displacements: Mapping[str, Iterable[float]]
+) -> None:
+    """Write displacements of joints [rad or m] as a pose file. Raises InputError."""
+    write_file(path, write_pose(figure, {name: list(row) for name, row in displacements.items()}))
+
+
+LossesByPath = Mapping[Path, Losses]
+"""What the files that were written do not hold."""
+
+OutputWriter = Callable[[Path], Losses]
+"""Writes a file, or a folder of files, to a path, and returns what was lost."""
+
+
+def write_motion(motion: FigureMotion, paths: Sequence[Path]) -> LossesByPath:
+    """Write a motion to files, each in the format of its suffix; one that fails keeps the others.
 
     Raises:
         InputError: a file cannot be written.
@@ -78,32 +132,9 @@ def write_motion(clip: FigureMotion, paths: Sequence[Path]) -> LossesByPath:
     """
     written: dict[Path, Losses] = {}
     for path in paths:
-        try:
-            written[path] = motion_writer(path)(clip, path)
-        except OSError as failure:
-            raise InputError((unwritable_file_error(path, os_error_reason(failure)),)) from None
-        except ValueError as failure:
-            raise MoverError(f"`{path}` cannot be written: {failure}") from None
+        with writing(path):
+            written[path] = motion_writer(path)(motion, path)
     return written
-
-
-def losses_text(written: LossesByPath) -> str:
-    """What the files do not hold, for people; empty where nothing is to be said."""
-    parts = [
-        "\n".join([f"not in {path}:", *(f"  {loss}" for loss in losses.entries)])
-        for path, losses in written.items()
-        if losses.entries
-    ]
-    return "\n".join(parts)
-
-
-def losses_data(written: LossesByPath) -> dict[str, object]:
-    """What the files do not hold, for `--json`, by file."""
-    return {str(path): losses.to_json() for path, losses in written.items()}
-
-
-OutputWriter = Callable[[Path], Losses]
-"""Writes a file, or a folder of files, to a path, and tells what was lost."""
 
 
 def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByPath:
@@ -121,64 +152,34 @@ def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByP
     try:
         written: dict[Path, Losses] = {}
         for path, write in writers:
-            parts[path] = _temporary_path(path)
-            try:
+            parts[path] = temporary_path(Path(realpath(path)))
+            with writing(path):
                 written[path] = write(parts[path])
-            except OSError as failure:
-                raise InputError((unwritable_file_error(path, os_error_reason(failure)),)) from None
-            except ValueError as failure:
-                raise MoverError(f"`{path}` cannot be written: {failure}") from None
-        blocked = [path for path, part in parts.items() if part.is_dir() and _is_file(path)]
+        blocked = [
+            p for p, part in parts.items() if part.is_dir() and p.exists() and not p.is_dir()
+        ]
         if blocked:
             raise InputError(
                 [unwritable_file_error(path, "it is no directory") for path in blocked]
             )
         files = [file for path, part in parts.items() for file in _output_files(path, part)]
         check_writable([target for target, _ in files if target.parent.exists()], ())
-        _move_into_place(files)
+        for k, (target, part) in enumerate(files):
+            with writing(target, before=(done for done, _ in files[:k])):
+                target.parent.mkdir(exist_ok=True)
+                write_atomic(target, part.read_bytes())
     finally:
         for part in parts.values():
             _remove(part)
     return written
 
 
-def _temporary_path(path: Path) -> Path:
-    """Where the output is made: in the folder where it will stand, links followed."""
-    target = Path(realpath(path))
-    return target.with_name(f".{target.name[:50]}.{secrets.token_hex(4)}.part")
-
-
-def _is_file(path: Path) -> bool:
-    return path.exists() and not path.is_dir()
-
-
 def _output_files(path: Path, part: Path) -> Iterator[tuple[Path, Path]]:
-    """The files of an output: where each will stand, and where it was made."""
+    """Yield the files of an output: where each will stand, and where it was made."""
     if part.is_dir():
         yield from ((path / made.name, made) for made in sorted(part.iterdir()))
     else:
         yield path, part
-
-
-def already_written_errors(files: Iterable[Path]) -> Iterator[Diagnostic]:
-    """What is said of files that were written before one that could not be."""
-    yield from (error(f"`{file}` was written before and is complete") for file in files)
-
-
-def _move_into_place(files: Sequence[tuple[Path, Path]]) -> None:
-    done: list[Path] = []
-    for target, made in files:
-        try:
-            target.parent.mkdir(exist_ok=True)
-            write_atomic(target, made.read_bytes())
-        except OSError as failure:
-            raise InputError(
-                [
-                    unwritable_file_error(target, os_error_reason(failure)),
-                    *already_written_errors(done),
-                ]
-            ) from None
-        done.append(target)
 
 
 def _remove(part: Path) -> None:
@@ -187,3 +188,18 @@ def _remove(part: Path) -> None:
             shutil.rmtree(part)
         else:
             part.unlink()
+
+
+def losses_text(written: LossesByPath) -> str:
+    """What the files do not hold, for people; empty where nothing is to be said."""
+    parts = [
+        "\n".join([f"not in {path}:", *(f"  {loss}" for loss in losses.entries)])
+        for path, losses in written.items()
+        if losses.entries
+    ]
+    return "\n".join(parts)
+
+
+def losses_data(written: LossesByPath) -> dict[str, object]:
+    """What the files do not hold, for `--json`, by file."""
+    return {str(path): losses.to_json() for path, losses in written.items()}

@@ -1,46 +1,59 @@
 """`mover pose`: a figure in a pose, as numbers and as a file."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from generator.cli.answer import CommandResult, UsageError, format_count, format_table
 from generator.cli.inputs import load_figure, placement_from_options
-from generator.cli.options import format_rounded, in_cm, in_display_units
-from generator.cli.outputs import check_writable, write_text
+from generator.cli.options import (
+    FigureName,
+    JointValues,
+    PoseFile,
+    displacements_data,
+    format_rounded,
+    in_cm,
+    in_display_units,
+)
+from generator.cli.outputs import check_writable, suffix_fault, write_file, write_pose_file
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
-from generator.figure_file.write import write_figure, write_pose
+from generator.figure_file.write import write_figure
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.placement import Placement
 from generator.motion_files.action import display_unit
 
 
 def pose(
-    name: str, file: Path | None = None, sets: Sequence[str] = (), output: Path | None = None
+    name: FigureName,
+    file: PoseFile = None,
+    displacements: JointValues = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="A .pose file, or a .fig with these displacements.",
+        ),
+    ] = None,
 ) -> CommandResult:
-    """Displacements of all joints and positions of all sites of the figure that `name` means.
+    """Show and keep a pose: displacements of all joints, positions of all sites.
 
-    Args:
-        name: of the figure.
-        file: a pose file.
-        sets: of the form `JOINT=a,b,c` [deg or cm]; they change what the file says.
-        output: where the pose goes: a pose file, or a figure file with these displacements.
-
-    Raises:
-        UsageError: an option cannot be read or does not fit the figure.
-        InputError: the figure or the pose file is wrong, or the output cannot be written.
-        OpenLoopError: the figure's loops cannot be closed.
+    The option --set may be repeated and changes what --pose says.
     """
     if output is not None and output.suffix.lower() not in (POSE_SUFFIX, FIGURE_SUFFIX):
-        said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
-        raise UsageError(f"{output}: {said}; known are {POSE_SUFFIX}, {FIGURE_SUFFIX}")
+        raise UsageError(
+            f"{output}: {suffix_fault(output)}; known are {POSE_SUFFIX}, {FIGURE_SUFFIX}"
+        )
     figure, warnings = load_figure(name)
-    placement, more = placement_from_options(figure, file, sets)
+    placement, more = placement_from_options(figure, file, displacements or ())
     files = [] if output is None else [output]
     check_writable(files, (figure.path, file))
     for path in files:
-        write_text(path, _format_output(placement, path))
+        _write_output(placement, path)
     texts = [_title(name, figure), _joints(placement), _sites(placement)]
     return CommandResult(
         text="\n\n".join([*texts, *(f"wrote {path}" for path in files)]),
@@ -49,18 +62,17 @@ def pose(
     )
 
 
-def _format_output(placement: Placement, path: Path) -> str:
-    """The text of a file of this suffix."""
-    figure = placement.tree.figure
-    rows = {
-        name: tuple(float(value) for value in row) for name, row in placement.displacements.items()
-    }
+def _write_output(placement: Placement, path: Path) -> None:
+    """Write a file of this suffix. Raises InputError."""
+    figure, rows = placement.tree.figure, placement.displacements
     if path.suffix.lower() == POSE_SUFFIX:
-        return write_pose(figure, rows)
+        write_pose_file(path, figure, rows)
+        return
     joints = {
-        name: replace(joint, displacement=rows[name]) for name, joint in figure.joints.items()
+        name: replace(joint, displacement=tuple(float(value) for value in rows[name]))
+        for name, joint in figure.joints.items()
     }
-    return write_figure(replace(figure, joints=joints))
+    write_file(path, write_figure(replace(figure, joints=joints)))
 
 
 def _title(name: str, figure: Figure) -> str:
@@ -101,14 +113,7 @@ def _positions(placement: Placement) -> dict[str, dict[str, list[float]]]:
 def _data(placement: Placement) -> dict[str, object]:
     positions = _positions(placement)
     return {
-        "joints": [
-            {
-                "name": name,
-                "displacement": in_display_units(placement.displacements[name], joint.chain),
-                "units": [display_unit(factor) for factor in joint.chain],
-            }
-            for name, joint in placement.tree.figure.joints.items()
-        ],
+        "joints": displacements_data(placement.tree.figure, placement.displacements),
         "segments": [
             {
                 "name": name,

@@ -1,9 +1,4 @@
-"""How far a command is, told by the command and shown by whoever runs it.
-
-Ctrl-C as a wish that a run fulfils at its next frame, so that what was simulated is kept.
-
-How far a run is, drawn on a terminal.
-"""
+"""Progress of a command on a terminal, and Ctrl-C deferred to the next frame of a run."""
 
 import signal
 from collections.abc import Callable, Generator
@@ -17,7 +12,7 @@ from rich.progress import Progress as ProgressBar
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from generator.simulation.run import Progress as Reached
+    from generator.simulation.run import Progress
 
 
 @contextmanager
@@ -26,17 +21,17 @@ def defer_interrupt() -> Generator[Callable[[], None]]:
 
     Yields what raises KeyboardInterrupt if there was a first: a run calls it where it can stop.
     """
-    asked = False
+    requested = False
     before = signal.getsignal(signal.SIGINT)
 
     def note(number: int, frame: FrameType | None) -> None:
-        nonlocal asked
+        nonlocal requested
         del number, frame
-        asked = True
+        requested = True
         signal.signal(signal.SIGINT, before)
 
     def check() -> None:
-        if asked:
+        if requested:
             raise KeyboardInterrupt
 
     signal.signal(signal.SIGINT, note)
@@ -47,36 +42,47 @@ def defer_interrupt() -> Generator[Callable[[], None]]:
 
 
 ItemCallback: TypeAlias = Callable[[str], None]
-"""Told the name of each piece of work when it is done."""
+"""Takes the name of each piece of work that is done."""
 
 ItemMonitor: TypeAlias = Callable[[int, str], AbstractContextManager[ItemCallback]]
-"""Opens what is told of a number of pieces of work, called by a noun: `progress(17, "plates")`."""
+"""Opens a callback for a number of pieces of work, called by a noun: `monitor(17, "plates")`."""
+
+RunCallback: TypeAlias = Callable[["Progress"], None]
+"""Takes the progress of a run after every frame."""
+
+RunMonitor: TypeAlias = Callable[[float, float], AbstractContextManager[RunCallback]]
+"""Opens a callback for a run from a start to a stop [s]."""
 
 
 def no_item_monitor(total: int, noun: str) -> AbstractContextManager[ItemCallback]:
-    """Shows nothing."""
+    """Show nothing of pieces of work."""
     del total, noun
     return nullcontext(_ignore)
 
 
-def _ignore(name: str) -> None:
-    del name
+def no_run_monitor(start: float, stop: float) -> AbstractContextManager[RunCallback]:
+    """Show nothing of a run."""
+    del start, stop
+    return nullcontext(_ignore)
+
+
+def _ignore(value: object) -> None:
+    del value
 
 
 class RateColumn(ProgressColumn):
     """Simulated seconds in a second."""
 
     def render(self, task: Task) -> Text:
-        """The rate of the running pass."""
+        """Return the rate of the running pass."""
         return Text("" if task.speed is None else f"{task.speed:.2f} x real time")
 
 
 @contextmanager
-def progress_bar(start: float, stop: float) -> Generator[Callable[["Reached"], None]]:
-    """A bar on the standard error stream for a run from `start` to `stop` [s].
+def progress_bar(start: float, stop: float) -> Generator[RunCallback]:
+    """Show a bar on the standard error stream for a run from `start` to `stop` [s].
 
-    It shows the pass that the run is in, simulated time, rate and time to go, and is wiped away at
-    the end. Yields what must be told how far the run is.
+    It shows the pass of the run, simulated time, rate and time to go, and is wiped away at the end.
     """
     bar = ProgressBar(
         TextColumn("{task.description}"),
@@ -88,25 +94,24 @@ def progress_bar(start: float, stop: float) -> Generator[Callable[["Reached"], N
         transient=True,
     )
     row = bar.add_task("building", total=stop - start)
-    running = 0
+    pass_number = 0
 
-    def watch(reached: "Reached") -> None:
-        nonlocal running
-        if reached.pass_number != running:
-            running = reached.pass_number
-            said = f"pass {running}, step {1000.0 * reached.step:.3g} ms"
-            bar.reset(row, description=said)
-        bar.update(row, completed=reached.time - start)
+    def update(progress: "Progress") -> None:
+        nonlocal pass_number
+        if progress.pass_number != pass_number:
+            pass_number = progress.pass_number
+            bar.reset(row, description=f"pass {pass_number}, step {1000.0 * progress.step:.3g} ms")
+        bar.update(row, completed=progress.time - start)
 
     with bar:
-        yield watch
+        yield update
 
 
 @contextmanager
-def item_progress_bar(total: int, noun: str) -> Generator[Callable[[str], None]]:
-    """A bar on the standard error stream for `total` pieces of work, wiped away at the end.
+def item_progress_bar(total: int, noun: str) -> Generator[ItemCallback]:
+    """Show a bar on the standard error stream for `total` pieces of work, wiped away at the end.
 
-    It shows how many are done and which was the last. Yields what must be told the name of each.
+    It shows how many are done and which was the last.
     """
     bar = ProgressBar(
         BarColumn(),
@@ -118,8 +123,8 @@ def item_progress_bar(total: int, noun: str) -> Generator[Callable[[str], None]]
     )
     row = bar.add_task("", total=total)
 
-    def done(name: str) -> None:
+    def update(name: str) -> None:
         bar.update(row, advance=1, description=name)
 
     with bar:
-        yield done
+        yield update

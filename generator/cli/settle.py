@@ -1,75 +1,71 @@
 """`mover settle`: the pose in which a figure comes to rest."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from generator.cli.answer import CommandResult, ExitCode, format_table
 from generator.cli.inputs import (
+    constraints_from_options,
     load_figure,
     require_simulatable,
     springs_from_option,
     start_displacements_from_options,
 )
-from generator.cli.options import format_rounded, in_display_units, vector_from_option
-from generator.cli.outputs import check_writable, write_text
-from generator.cli.shoulder import check_pose_output
-from generator.cli.simulate import constraints_from_options
+from generator.cli.options import (
+    FigureName,
+    Gravity,
+    JoiningLaw,
+    JointValues,
+    LinksFile,
+    LockedJoints,
+    PoseFile,
+    PoseOutput,
+    SpringsChoice,
+    displacements_data,
+    format_rounded,
+    in_display_units,
+    vector_from_option,
+)
+from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
 from generator.figure import Figure
-from generator.figure_file.write import write_pose
 from generator.motion_files.action import display_unit
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import STANDARD_GRAVITY, Plan
-from springs import Joining
 
 if TYPE_CHECKING:
     from generator.simulation.equilibrium import Equilibrium
 
 
-@dataclass(frozen=True)
-class Request:
-    """The command line of `mover settle`; None where an option is not given."""
+def settle(
+    name: FigureName,
+    springs: SpringsChoice = None,
+    law: JoiningLaw = None,
+    gravity: Gravity = None,
+    pose: PoseFile = None,
+    displacements: JointValues = None,
+    links: LinksFile = None,
+    locks: LockedJoints = None,
+    output: PoseOutput = None,
+) -> CommandResult:
+    """Find the pose in which a figure comes to rest under gravity and its springs.
 
-    figure: str
-    springs: str | None = None
-    law: str | None = None
-    gravity: str | None = None
-    pose: Path | None = None
-    displacements: Sequence[str] = ()
-    links: Path | None = None
-    locks: Sequence[str] = ()
-    output: Path | None = None
-
-
-def settle(request: Request) -> CommandResult:
-    """Let a figure come to rest, and write the pose.
-
-    Raises:
-        UsageError: an option cannot be read or does not fit the figure.
-        InputError: a file is wrong, or cannot be written.
-        MoverError: the figure cannot be built as asked.
+    The options --set and --lock may be repeated.
     """
-    check_pose_output(request.output)
-    joining = None if request.law is None else Joining(request.law)
-    figure, warnings = load_figure(request.figure)
+    check_pose_output(output)
+    figure, warnings = load_figure(name)
     require_simulatable(figure, warnings)
-    springs, more = springs_from_option(figure, request.springs, joining)
-    start, doubts = start_displacements_from_options(figure, request.pose, request.displacements)
-    holding, others = constraints_from_options(figure, request.links, request.locks)
-    holding.check_consistency(figure, request.displacements, 0.0)
-    files = [] if request.output is None else [request.output]
-    check_writable(files, (figure.path, request.springs, request.pose, request.links))
-    gravity = STANDARD_GRAVITY
-    if request.gravity is not None:
-        gravity = vector_from_option("--gravity", request.gravity)
+    spring_set, more = springs_from_option(figure, springs, law)
+    start, doubts = start_displacements_from_options(figure, pose, displacements or ())
+    constraints, others = constraints_from_options(figure, links, locks or ())
+    constraints.check_consistency(figure, displacements or (), 0.0)
+    files = [] if output is None else [output]
+    check_writable(files, (figure.path, springs, pose, links))
     plan = Plan(
-        springs=springs,
-        joining=joining,
+        springs=spring_set,
+        joining=law,
         displacements=start,
-        links=holding.links,
-        locked=holding.locked,
-        gravity=gravity,
+        links=constraints.links,
+        locked=constraints.locked,
+        gravity=STANDARD_GRAVITY if gravity is None else vector_from_option("--gravity", gravity),
     )
     import_exudyn()
     from generator.simulation.equilibrium import NoEquilibriumError  # Exudyn takes its time
@@ -80,30 +76,21 @@ def settle(request: Request) -> CommandResult:
         rest = come_to_rest(figure, plan)
     except NoEquilibriumError as failure:
         return CommandResult(
-            text=f"{request.figure} is not at rest, and nothing is written",
-            data={"figure": request.figure, "error": str(failure)},
+            text=f"{name} is not at rest, and nothing is written",
+            data={"figure": name, "error": str(failure)},
             diagnostics=faults,
             code=ExitCode.RUN_FAILED,
             failure=str(failure),
         )
     for path in files:
-        write_text(
-            path, write_pose(figure, {n: list(row) for n, row in rest.displacements.items()})
-        )
-    parts = [f"{request.figure} {rest.state}", _pose_text(figure, rest), _numbers_text(rest)]
+        write_pose_file(path, figure, rest.displacements)
+    parts = [f"{name} {rest.state}", _pose_text(figure, rest), _numbers_text(rest)]
     return CommandResult(
         text="\n\n".join([*parts, *(f"wrote {path}" for path in files)]),
         data={
-            "figure": request.figure,
+            "figure": name,
             "state": rest.state,
-            "joints": [
-                {
-                    "name": name,
-                    "displacement": in_display_units(rest.displacements[name], joint.chain),
-                    "units": [display_unit(factor) for factor in joint.chain],
-                }
-                for name, joint in figure.joints.items()
-            ],
+            "joints": displacements_data(figure, rest.displacements),
             "residual_Nm_or_N": rest.residual,
             "stiffness_Nm_per_rad_or_N_per_m": rest.stiffness,
             "slowest_per_s2": rest.slowest_rate_squared,

@@ -2,18 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import fields
+from enum import StrEnum
 from math import degrees, isfinite, radians
-from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from generator.cli.answer import CommandResult, UsageError, format_table
 from generator.cli.inputs import load_figure
-from generator.cli.options import format_rounded, in_display_units
-from generator.cli.outputs import check_writable, write_text
+from generator.cli.options import FigureName, PoseOutput, format_rounded, in_display_units
+from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
 from generator.figure import Figure
-from generator.figure_file.write import write_pose
-from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.shoulder import Jump, ShoulderAngles, ShoulderError, Side, jumps_near
 from generator.kinematics.shoulder_pose import ArmPose, pose_arm
 from generator.kinematics.shoulder_rhythm import RHYTHMS, ShoulderRhythm
@@ -29,30 +29,26 @@ _ANGLE_DESCRIPTIONS = {
 }
 
 
+class Rhythm(StrEnum):
+    """Rhythms of the shoulder, by the keys of `RHYTHMS`."""
+
+    OTANI = "otani"
+    DE_GROOT_BRAND = "de_groot_brand"
+
+
 def shoulder(
-    name: str,
-    *,
-    side: str,
-    latitude: float,
-    longitude: float,
-    rhythm: str,
-    output: Path | None = None,
+    name: FigureName,
+    side: Annotated[Side, typer.Option(help="Which arm.")],
+    latitude: Annotated[float, typer.Option(help="Of the elbow [deg]; 0 overhead, 180 hanging.")],
+    longitude: Annotated[
+        float, typer.Option(help="Of the elbow [deg]; 0 ahead, 90 to the arm's own side.")
+    ],
+    rhythm: Annotated[
+        Rhythm, typer.Option(help="How the clavicle follows the arm.")
+    ] = Rhythm.OTANI,
+    output: PoseOutput = None,
 ) -> CommandResult:
-    """Position one arm of the figure that `name` means.
-
-    Args:
-        name: a path, or the name of a shipped figure.
-        side: "left" or "right".
-        latitude: of the elbow [deg], 0 overhead to 180 hanging.
-        longitude: of the elbow [deg], 0 ahead, 90 to the arm's own side.
-        rhythm: a key of `RHYTHMS`.
-        output: pose file for the arm's joints.
-
-    Raises:
-        UsageError: a direction that no elbow has, or another kind of output file.
-        InputError: the figure is wrong, or the file cannot be written.
-        ShoulderError: the figure has no such arm.
-    """
+    """Position an arm by where its elbow points, with the clavicle and the natural twist."""
     for option, value in (("--latitude", latitude), ("--longitude", longitude)):
         if not isfinite(value):
             raise UsageError(f"{option} {value}: the number must be finite")
@@ -67,12 +63,12 @@ def shoulder(
     follows = RHYTHMS[rhythm]
     where = radians(latitude), radians(longitude)
     try:
-        pose = pose_arm(figure, Side(side), *where, follows)
+        pose = pose_arm(figure, side, *where, follows)
     except ShoulderError as failure:
         raise ShoulderError(f"{name}: {failure}") from None
     near = jumps_near(*where, follows)
     for path in files:
-        write_text(path, write_pose(figure, {k: list(v) for k, v in pose.displacements.items()}))
+        write_pose_file(path, figure, pose.displacements)
     head = f"{name}, {side} arm, elbow at latitude {latitude:g} deg, longitude {longitude:g} deg"
     return CommandResult(
         text="\n\n".join(
@@ -82,10 +78,10 @@ def shoulder(
         ),
         data={
             "figure": name,
-            "side": side,
+            "side": side.value,
             "latitude_deg": latitude,
             "longitude_deg": longitude,
-            "rhythm": rhythm,
+            "rhythm": rhythm.value,
             "angles_deg": _angles(pose.angles),
             "displacements": _displacements(figure, pose),
             "elbow_error_deg": degrees(pose.elbow_error),
@@ -104,13 +100,6 @@ def shoulder(
         },
         diagnostics=warnings,
     )
-
-
-def check_pose_output(output: Path | None) -> None:
-    """Raise UsageError for a file that is to hold a pose and has another suffix."""
-    if output is not None and output.suffix.lower() != POSE_SUFFIX:
-        said = f"`{output.suffix}` is no known suffix" if output.suffix else "the suffix is missing"
-        raise UsageError(f"-o {output}: {said}; a pose file ends in {POSE_SUFFIX}")
 
 
 def _angles(angles: ShoulderAngles) -> dict[str, float]:

@@ -1,27 +1,35 @@
-"""`mover simulate`: from a figure to the files of its motion.
+"""`mover simulate`: from a figure to the files of its motion."""
 
-What holds joints in a simulation: `--links`, `--lock` and `--drive`, read for a figure.
-
-What a run says of itself when it is over.
-"""
-
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field, replace
-from math import isclose, isfinite
+from collections.abc import Sequence
+from dataclasses import replace
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
+import typer
 
 from generator.cli.answer import CommandResult, ExitCode, UsageError, finite_or_none, format_table
 from generator.cli.inputs import (
+    KinematicConstraints,
+    constraints_from_options,
     load_figure,
     require_simulatable,
     springs_from_option,
     start_displacements_from_options,
 )
-from generator.cli.options import displacements_from_options, settable_chains, vector_from_option
+from generator.cli.options import (
+    FigureName,
+    Gravity,
+    JoiningLaw,
+    JointValues,
+    LinksFile,
+    LockedJoints,
+    PoseFile,
+    SpringsChoice,
+    displacements_from_options,
+    settable_chains,
+    vector_from_option,
+)
 from generator.cli.outputs import (
     check_motion_formats,
     check_writable,
@@ -29,149 +37,181 @@ from generator.cli.outputs import (
     losses_text,
     write_motion,
 )
-from generator.cli.progress import defer_interrupt
-from generator.diagnostics import Diagnostic, InputError, spelling_hint
-from generator.drive import Drive
-from generator.figure import Figure
+from generator.cli.progress import defer_interrupt, no_run_monitor, progress_bar
+from generator.diagnostics import InputError
 from generator.input_files.loads import parse_loads_file
-from generator.kinematics.links import Links, parse_links_file
-from generator.kinematics.placement import Displacements, initial_displacements
-from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
-from generator.kinematics.tree import build_tree
 from generator.motion_files import motion_from_recording
-from generator.motion_files.drives import read_drives_with_warnings
 from generator.recording import ENERGY_KINDS, Recording
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
-from springs import Joining
 
 if TYPE_CHECKING:
     from generator.simulation.run import Progress
 
-_AGREEMENT_TOLERANCE = 1e-9
-"""Largest difference of displacements that count as one [rad or m]."""
+MAX_FRAMES = 1_000_000
+"""A recording of more frames would fill the memory."""
 
 
-@dataclass(frozen=True)
-class KinematicConstraints:
-    """Links, locked joints and drives of a run."""
+def simulate(
+    name: FigureName,
+    stop: Annotated[float | None, typer.Option(help="Time at which the run ends [s]; 1.")] = None,
+    start: Annotated[float | None, typer.Option(help="Time at which it begins [s]; 0.")] = None,
+    frame: Annotated[float | None, typer.Option(help="Interval of frames [s]; 0.02.")] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Largest joint-angle error asked for [rad]; 1e-3.")
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="A fixed step [s], without an error estimate.")
+    ] = None,
+    springs: SpringsChoice = None,
+    law: JoiningLaw = None,
+    gravity: Gravity = None,
+    free_root: Annotated[
+        bool, typer.Option("--free-root", help="Let the figure fly: no joints to the ground.")
+    ] = False,
+    pose: PoseFile = None,
+    displacements: JointValues = None,
+    velocities: Annotated[
+        list[str] | None,
+        typer.Option("--velocity", metavar="JOINT=a,b,c", help="Initial rates [deg/s or cm/s]."),
+    ] = None,
+    loads: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Forces and moments that vary in time.")
+    ] = None,
+    links: LinksFile = None,
+    locks: LockedJoints = None,
+    drive: Annotated[
+        Path | None,
+        typer.Option(metavar="MOTION.action|.csv", help="A motion that joints follow."),
+    ] = None,
+    driven: Annotated[
+        list[str] | None,
+        typer.Option(metavar="JOINT", help="Only these joints of the --drive file; all."),
+    ] = None,
+    python_torques: Annotated[
+        bool, typer.Option("--python-torques", help="Torques as Python functions: slower, equal.")
+    ] = False,
+    wall_limit: Annotated[
+        float | None, typer.Option(help="Longest time that the run may take [s]; 600.")
+    ] = None,
+    outputs: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Where the motion goes: .action .csv .npz .glb .bvh .mot .sto .x3d.",
+        ),
+    ] = None,
+    *,
+    show_progress: bool = False,
+) -> CommandResult:
+    """Let a figure move under gravity, loads and its passive joints.
 
-    links: Links = field(default_factory=Links)
-    locked: tuple[str, ...] = ()
-    drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
-
-    def check_consistency(
-        self,
-        figure: Figure,
-        sets: Sequence[str],
-        start: float,
-        velocities: Sequence[str] = (),
-        *,
-        free_root: bool = False,
-    ) -> None:
-        """Raise UsageError where options contradict each other.
-
-        Args:
-            figure: whose joints are held.
-            sets: of `--set`: a joint cannot start elsewhere than it is held at the start.
-            start: time of it [s].
-            velocities: of `--velocity`: nor with another velocity.
-            free_root: whether `--free-root` lets the figure go.
-
-        Raises:
-            UsageError: they do; or a joint is locked that cannot be.
-            PrescriptionError: the links or the drives by themselves cannot be held.
-        """
-        tree = build_tree(figure)
-        given = displacements_from_options("--set", sets, settable_chains(figure))
-        PrescribedMotion(tree, self.links, {}, {})
-        PrescribedMotion(tree, Links(), {}, self.drives)
-        asked: Displacements = {
-            **initial_displacements(tree),
-            **{name: np.array(values) for name, values in given.items()},
-        }
-        locked = {name: asked[name] for name in self.locked}
-        try:
-            prescribed = PrescribedMotion(tree, self.links, locked, self.drives)
-        except PrescriptionError as failure:
-            raise UsageError(str(failure)) from None
-        put = prescribed.impose_displacements(asked, start)
-        for name in given:
-            if not all(
-                isclose(one, other, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE)
-                for one, other in zip(asked[name], put[name], strict=True)
-            ):
-                raise UsageError(
-                    f"--set {name}: the joint is linked or driven, and starts elsewhere"
-                )
-        chains = settable_chains(figure, free_root=free_root)
-        for name in sorted(prescribed.held - chains.keys()):
-            raise UsageError(
-                f"--free-root lets the figure go from the ground, to which joint {name} holds it: "
-                "it cannot be locked, linked or driven"
-            )
-        _check_rates(
-            prescribed, displacements_from_options("--velocity", velocities, chains), start
-        )
-
-
-def _check_rates(
-    prescribed: PrescribedMotion, velocities: Mapping[str, Sequence[float]], start: float
-) -> None:
-    """Raise UsageError for velocities other than what is prescribed at the start [s]."""
-    asked = {
-        name: np.array(velocities.get(name, np.zeros(joint.degrees_of_freedom)), dtype=float)
-        for name, joint in prescribed.tree.figure.joints.items()
-    }
-    put = prescribed.impose_rates(asked, start)
-    for name in velocities.keys() & asked.keys():
-        if not np.allclose(
-            asked[name], put[name], rtol=_AGREEMENT_TOLERANCE, atol=_AGREEMENT_TOLERANCE
-        ):
-            raise UsageError(
-                f"--velocity {name}: the joint is locked, linked or driven, and starts with "
-                "another velocity"
-            )
-
-
-def constraints_from_options(
-    figure: Figure,
-    links: Path | None,
-    locks: Sequence[str],
-    drive: Path | None = None,
-    driven: Sequence[str] = (),
-) -> tuple[KinematicConstraints, tuple[Diagnostic, ...]]:
-    """What the options say, with warnings.
-
-    Args:
-        figure: whose joints they are.
-        links: a links file.
-        locks: names of joints.
-        drive: an action file or a table.
-        driven: names of the joints that it drives; all when there are none.
-
-    Raises:
-        UsageError: a joint is unknown.
-        InputError: a file is wrong.
+    The options --set, --velocity, --lock, --driven and -o may be repeated.
     """
-    for option, names in (("--lock", locks), ("--driven", driven)):
-        for name in names:
-            if name not in figure.joints:
-                hint = spelling_hint(name, figure.joints)
-                raise UsageError(f"{option} {name}: the figure has no joint `{name}`; {hint}")
-    if driven and drive is None:
-        raise UsageError("--driven chooses joints of the --drive file, which is missing")
-    read, faults = Links(), ()
-    if links is not None:
-        reading = parse_links_file(links, figure)
+    files = outputs or []
+    if step is not None and tolerance is not None:
+        raise UsageError("--step fixes the step, so --tolerance has no meaning beside it")
+    numbers = {
+        "stop": stop,
+        "start": start,
+        "frame": frame,
+        "tolerance": tolerance,
+        "step": step,
+        "wall_limit": wall_limit,
+    }
+    options: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
+    for option, value in options.items():
+        if not isfinite(value):
+            raise UsageError(f"--{option.replace('_', '-')} {value}: the number must be finite")
+    if gravity is not None:
+        options["gravity"] = vector_from_option("--gravity", gravity)
+    plan = _replace_plan(
+        Plan(), **options, joining=law, free_root=free_root, python_torques=python_torques
+    )
+    if (plan.stop - plan.start) / plan.frame > MAX_FRAMES:
+        raise UsageError(
+            f"the run would have more than {MAX_FRAMES:,} frames; "
+            "use a longer --frame or an earlier --stop"
+        )
+    check_motion_formats(files)
+    figure, diagnostics = load_figure(name)
+    require_simulatable(figure, diagnostics)
+    spring_set, more = springs_from_option(figure, springs, law)
+    diagnostics += more
+    applied = ()
+    if loads is not None:
+        reading = parse_loads_file(loads, figure)
         if reading.value is None:
-            raise InputError(reading.diagnostics)
-        read, faults = reading.value, reading.diagnostics
-    drives: Mapping[str, Drive] = {}
-    if drive is not None:
-        drives, more = read_drives_with_warnings(drive, figure, driven)
-        faults = (*faults, *more)
-    return KinematicConstraints(read, tuple(dict.fromkeys(locks)), drives), faults
+            raise InputError((*more, *reading.diagnostics))
+        applied, diagnostics = reading.value, diagnostics + reading.diagnostics
+    start_displacements, more = start_displacements_from_options(figure, pose, displacements or ())
+    diagnostics += more
+    constraints, more = constraints_from_options(figure, links, locks or (), drive, driven or ())
+    diagnostics += more
+    plan = _limit_to_drive_times(plan, start, stop, constraints)
+    constraints.check_consistency(
+        figure, displacements or (), plan.start, velocities or (), free_root=free_root
+    )
+    plan = _replace_plan(
+        plan,
+        links=constraints.links,
+        locked=constraints.locked,
+        drives=constraints.drives,
+        springs=spring_set,
+        loads=applied,
+        displacements=start_displacements,
+        velocities=displacements_from_options(
+            "--velocity", velocities or (), settable_chains(figure, free_root=free_root)
+        ),
+    )
+    check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
+    import_exudyn()
+    from generator.simulation.run import simulate as run  # Exudyn takes its time
+
+    monitor = progress_bar if show_progress else no_run_monitor
+    with defer_interrupt() as check, monitor(plan.start, plan.stop) as update:
+
+        def watch(progress: "Progress") -> None:
+            update(progress)
+            check()
+
+        recording = run(figure, plan, watch)
+        written = write_motion(motion_from_recording(recording, figure), files)
+    lost = losses_text(written)
+    failure = failure_text(recording, files)
+    return CommandResult(
+        text="\n".join([summary_text(recording, files), *([lost] if lost else [])]),
+        data={**summary_data(name, recording, files), "losses": losses_data(written)},
+        diagnostics=diagnostics,
+        code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
+        failure=failure,
+    )
+
+
+def _limit_to_drive_times(
+    plan: Plan, start: float | None, stop: float | None, constraints: KinematicConstraints
+) -> Plan:
+    """The plan from the first to the last time that all drives tell of, unless others are given."""
+    if not constraints.drives:
+        return plan
+    drives = constraints.drives.values()
+    first, last = max(one.start for one in drives), min(one.stop for one in drives)
+    plan_start = first if start is None else plan.start
+    if plan_start >= last:
+        raise UsageError(
+            f"the run starts at {plan_start:g} s, but the drives are from {first:g} s to {last:g} s"
+        )
+    return _replace_plan(plan, start=plan_start, stop=last if stop is None else plan.stop)
+
+
+def _replace_plan(plan: Plan, **changes: Any) -> Plan:
+    """The plan with changes. Raises UsageError for a plan that there is not."""
+    try:
+        return replace(plan, **changes)
+    except ValueError as failure:
+        raise UsageError(str(failure)) from None
 
 
 def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> dict[str, object]:
@@ -258,191 +298,3 @@ def _simulated_time(recording: Recording) -> float:
 def _energies(recording: Recording) -> list[tuple[str, float, float]]:
     rows = ((kind, recording.energy[kind]) for kind in ENERGY_KINDS)
     return [(kind, float(values[0]), float(values[-1])) for kind, values in rows]
-
-
-MAX_FRAMES = 1_000_000
-"""A recording of more frames would fill the memory."""
-
-
-RunCallback = Callable[["Progress"], None]
-
-RunMonitor = Callable[[float, float], AbstractContextManager[RunCallback | None]]
-"""Opens what is told the progress of a run from a start to a stop [s]."""
-
-
-def no_run_monitor(start: float, stop: float) -> AbstractContextManager[None]:
-    """Tells nobody."""
-    del start, stop
-    return nullcontext()
-
-
-@dataclass(frozen=True)
-class Request:
-    """The command line of `mover simulate`; None where an option is not given.
-
-    Times in s, `tolerance` in rad; `displacements` and `velocities` are of the form `JOINT=a,b,c`
-    in degrees or cm (a second), `gravity` of the form `X,Y,Z` in m/s^2.
-    """
-
-    figure: str
-    stop: float | None = None
-    start: float | None = None
-    frame: float | None = None
-    tolerance: float | None = None
-    step: float | None = None
-    springs: str | None = None
-    law: str | None = None
-    gravity: str | None = None
-    free_root: bool = False
-    pose: Path | None = None
-    displacements: Sequence[str] = ()
-    velocities: Sequence[str] = ()
-    loads: Path | None = None
-    links: Path | None = None
-    locks: Sequence[str] = ()
-    drive: Path | None = None
-    driven: Sequence[str] = ()
-    python_torques: bool = False
-    wall_limit: float | None = None
-    outputs: Sequence[Path] = ()
-
-
-def simulate(request: Request, watcher: RunMonitor = no_run_monitor) -> CommandResult:
-    """Run what is asked for and write the files.
-
-    Args:
-        request: the command line.
-        watcher: opened for the run, and told the progress after every frame.
-
-    Raises:
-        UsageError: an option cannot be read or does not fit the figure.
-        InputError: the figure, its springs or loads are wrong, or a file cannot be written.
-        MoverError: the figure cannot be built as asked.
-    """
-    plan = _plan_without_figure(request)
-    check_motion_formats(request.outputs)
-    figure, warnings = load_figure(request.figure)
-    require_simulatable(figure, warnings)
-    plan, more = _plan_for_figure(plan, request, figure)
-    files = (request.loads, request.pose, request.links, request.drive)
-    inputs = (figure.path, request.springs, *files)
-    check_writable(request.outputs, inputs, reader="run")
-    import_exudyn()
-    from generator.simulation.run import simulate as run  # Exudyn takes its time
-
-    with defer_interrupt() as check, watcher(plan.start, plan.stop) as watch:
-
-        def reached(progress: "Progress") -> None:
-            if watch is not None:
-                watch(progress)
-            check()
-
-        recording = run(figure, plan, reached)
-        written = write_motion(motion_from_recording(recording, figure), request.outputs)
-    lost = losses_text(written)
-    failure = failure_text(recording, request.outputs)
-    return CommandResult(
-        text="\n".join([summary_text(recording, request.outputs), *([lost] if lost else [])]),
-        data={
-            **summary_data(request.figure, recording, request.outputs),
-            "losses": losses_data(written),
-        },
-        diagnostics=(*warnings, *more),
-        code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
-        failure=failure,
-    )
-
-
-def _plan_without_figure(request: Request) -> Plan:
-    """The part of the plan that needs no figure. Raises UsageError."""
-    if request.step is not None and request.tolerance is not None:
-        raise UsageError("--step fixes the step, so --tolerance has no meaning beside it")
-    given: dict[str, Any] = {
-        "stop": request.stop,
-        "start": request.start,
-        "frame": request.frame,
-        "tolerance": request.tolerance,
-        "step": request.step,
-        "wall_limit": request.wall_limit,
-    }
-    given = {name: value for name, value in given.items() if value is not None}
-    for name, value in given.items():
-        if not isfinite(value):
-            raise UsageError(f"--{name.replace('_', '-')} {value}: the number must be finite")
-    if request.gravity is not None:
-        given["gravity"] = vector_from_option("--gravity", request.gravity)
-    if request.law is not None:
-        given["joining"] = Joining(request.law)
-    try:
-        plan = Plan(free_root=request.free_root, python_torques=request.python_torques, **given)
-    except ValueError as failure:
-        raise UsageError(str(failure)) from None
-    if (plan.stop - plan.start) / plan.frame > MAX_FRAMES:
-        raise UsageError(
-            f"the run would have more than {MAX_FRAMES:,} frames; "
-            "use a longer --frame or an earlier --stop"
-        )
-    return plan
-
-
-def _plan_for_figure(
-    plan: Plan, request: Request, figure: Figure
-) -> tuple[Plan, tuple[Diagnostic, ...]]:
-    """The plan with all that needs the figure, and warnings."""
-    springs, faults = springs_from_option(figure, request.springs, plan.joining)
-    loads = ()
-    if request.loads is not None:
-        reading = parse_loads_file(request.loads, figure)
-        if reading.value is None:
-            raise InputError((*faults, *reading.diagnostics))
-        loads, faults = reading.value, (*faults, *reading.diagnostics)
-    displacements, more = start_displacements_from_options(
-        figure, request.pose, request.displacements
-    )
-    holding, others = constraints_from_options(
-        figure, request.links, request.locks, request.drive, request.driven
-    )
-    plan = _limit_to_drive_times(plan, request, holding)
-    holding.check_consistency(
-        figure,
-        request.displacements,
-        plan.start,
-        request.velocities,
-        free_root=plan.free_root,
-    )
-    whole = _replace_plan(
-        plan,
-        links=holding.links,
-        locked=holding.locked,
-        drives=holding.drives,
-        springs=springs,
-        loads=loads,
-        displacements=displacements,
-        velocities=displacements_from_options(
-            "--velocity", request.velocities, settable_chains(figure, free_root=plan.free_root)
-        ),
-    )
-    return whole, (*faults, *more, *others)
-
-
-def _limit_to_drive_times(plan: Plan, request: Request, constraints: KinematicConstraints) -> Plan:
-    """The plan from the first to the last time that all drives tell of, unless others are given."""
-    if not constraints.drives:
-        return plan
-    drives = constraints.drives.values()
-    first, last = max(one.start for one in drives), min(one.stop for one in drives)
-    start = first if request.start is None else plan.start
-    stop = last if request.stop is None else plan.stop
-    if start >= last:
-        raise UsageError(
-            f"the run starts at {start:g} s, but the drives are from {first:g} s to {last:g} s"
-        )
-    return _replace_plan(plan, start=start, stop=stop)
-
-
-def _replace_plan(plan: Plan, **changes: Any) -> Plan:
-    """The plan with changes. Raises UsageError for a plan that there is not."""
-    try:
-        return replace(plan, **changes)
-    except ValueError as failure:
-        raise UsageError(str(failure)) from None

@@ -8,9 +8,10 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
-from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from generator.cli.answer import (
     CommandResult,
@@ -19,7 +20,6 @@ from generator.cli.answer import (
     format_count,
     format_table,
 )
-from generator.cli.com import check_table_output, masses_from_option
 from generator.cli.inputs import (
     LoadedMotion,
     check_distances,
@@ -29,15 +29,20 @@ from generator.cli.inputs import (
 )
 from generator.cli.options import (
     CM,
+    FigureName,
+    JointValues,
+    MotionFile,
+    PoseFile,
+    TableOutput,
     format_rounded,
     in_cm,
     length_from_option,
     vector_from_option,
     xyz_cm,
 )
-from generator.cli.outputs import check_writable, write_text
+from generator.cli.outputs import check_table_output, check_writable, write_file
 from generator.figure import Figure, SiteRef, Vector
-from generator.kinematics.centre_of_mass import Masses
+from generator.kinematics.centre_of_mass import Masses, segment_masses
 from generator.kinematics.stability import (
     Y_UP,
     Balance,
@@ -50,8 +55,8 @@ from generator.kinematics.stability import (
     UnknownSupportError,
     patch_from_faces,
     patch_from_site,
-    stability,
 )
+from generator.kinematics.stability import stability as stability_of
 from generator.motion_files.action import format_displacement
 from generator.rotations import Array, unit_vector
 
@@ -102,20 +107,6 @@ MAX_SUPPORTS_LISTED = 3
 
 
 @dataclass(frozen=True)
-class Request:
-    """The command line of `mover stability`; None where an option is not given."""
-
-    figure: str
-    support: Sequence[str] = ()
-    below: str | None = None
-    up: str | None = None
-    pose: Path | None = None
-    displacements: Sequence[str] = ()
-    along: Path | None = None
-    output: Path | None = None
-
-
-@dataclass(frozen=True)
 class PoseStability:
     """How a figure stands in one pose, on what, and where its centre of mass is [m]."""
 
@@ -124,44 +115,58 @@ class PoseStability:
     stability: Stability
 
 
-def stability_of(request: Request) -> CommandResult:
-    """How the figure stands that is asked for.
-
-    Raises:
-        UsageError: an option cannot be read or does not fit the figure.
-        InputError: the figure, a psurf, the pose or the motion is wrong, or the output cannot be
-            written.
-        MoverError: there is no such pose or motion of the figure, or no mass.
-    """
-    check_table_output(request.output, request.along)
-    up = _up_direction(request.up)
-    below = None if request.below is None else length_from_option("--below", request.below)
-    figure, warnings = load_figure(request.figure)
-    support = support_from_options(figure, request.support, below, up)
-    masses = masses_from_option(figure, None)
-    if request.along is None:
-        placement, more = placement_from_options(figure, request.pose, request.displacements)
-        standing = _pose_stability(masses, support, placement.poses, up)
-        text = f"{request.figure}: {stability_sentence(standing.stability)}\n\n{_details_table(standing, masses)}"
-        data = {"figure": request.figure, "mass_kg": masses.total, "up": list(up)}
-        return CommandResult(text, {**data, **_data(standing)}, (*warnings, *more))
-    motion, more = motion_from_options(figure, request.along, request.pose, request.displacements)
-    files = [] if request.output is None else [request.output]
-    check_writable(files, (figure.path, request.along))
-    standings = list(_stability_along_motion(motion, masses, support, up))
+def stability(
+    name: FigureName,
+    support: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SEGMENT[:FACE,...]|SEGMENT.SITE",
+            help="What carries the figure: faces of a segment's psurf, counted from 1, or all of "
+            "them, or a site. May be repeated.",
+        ),
+    ] = None,
+    below: Annotated[
+        str | None,
+        typer.Option(metavar="HEIGHT", help="In its place: all faces at or below, such as 1cm."),
+    ] = None,
+    up: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Normal of the ground; 0,1,0.")
+    ] = None,
+    pose: PoseFile = None,
+    displacements: JointValues = None,
+    along: MotionFile = None,
+    output: TableOutput = None,
+) -> CommandResult:
+    """Test whether the centre of mass stands over the support, in a pose or along a motion."""
+    check_table_output(output, along)
+    normal = _up_direction(up)
+    height = None if below is None else length_from_option("--below", below)
+    figure, warnings = load_figure(name)
+    carrier = support_from_options(figure, support or (), height, normal)
+    masses = segment_masses(figure)
+    if along is None:
+        placement, more = placement_from_options(figure, pose, displacements or ())
+        state = _pose_stability(masses, carrier, placement.poses, normal)
+        text = f"{name}: {stability_sentence(state.stability)}\n\n{_details_table(state, masses)}"
+        data = {"figure": name, "mass_kg": masses.total, "up": list(normal)}
+        return CommandResult(text, {**data, **_data(state)}, (*warnings, *more))
+    motion, more = motion_from_options(figure, along, pose, displacements or ())
+    files = [] if output is None else [output]
+    check_writable(files, (figure.path, along))
+    states = list(_stability_along_motion(motion, masses, carrier, normal))
     for path in files:
-        write_text(path, _format_csv(motion, standings))
+        write_file(path, _format_csv(motion, states))
     return CommandResult(
-        text="\n".join([_summary(motion, standings), *(f"wrote {path}" for path in files)]),
+        text="\n".join([_summary(motion, states), *(f"wrote {path}" for path in files)]),
         data={
-            "figure": request.figure,
-            "motion": str(request.along),
+            "figure": name,
+            "motion": str(along),
             "mass_kg": masses.total,
-            "up": list(up),
+            "up": list(normal),
             "times_s": motion.action.times.tolist(),
-            "balance": [one.stability.balance.value for one in standings],
-            "margin_cm": [_margin_cm(one.stability) for one in standings],
-            "centre_of_mass_cm": [in_cm(one.centre) for one in standings],
+            "balance": [state.stability.balance.value for state in states],
+            "margin_cm": [_margin_cm(state.stability) for state in states],
+            "centre_of_mass_cm": [in_cm(state.centre) for state in states],
             "files": [str(path) for path in files],
         },
         diagnostics=(*warnings, *more),
@@ -200,7 +205,7 @@ def _pose_stability(
     centre, points = masses.centre(poses), support.points_in_pose(poses)
     check_distances("the centre of mass", centre)
     check_distances("a point of support", points.positions)
-    return PoseStability(centre, points, stability(centre, points.positions, up))
+    return PoseStability(centre, points, stability_of(centre, points.positions, up))
 
 
 def _stability_along_motion(
@@ -224,7 +229,8 @@ def _details_table(state: PoseStability, masses: Masses) -> str:
         else f"{len(sources)} faces and sites"
     )
     if found.area:
-        what += f"; {format_count(len(found.corners), 'corner')}, {format_rounded(found.area / CM**2)} cm^2"
+        area = format_rounded(found.area / CM**2)
+        what += f"; {format_count(len(found.corners), 'corner')}, {area} cm^2"
     rows.append(("support", what))
     names = [f"{points.names[found.sources[k]]} at {xyz_cm(found.corners[k])}" for k in found.pivot]
     inside = found.balance is Balance.INSIDE

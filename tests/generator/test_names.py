@@ -1,51 +1,53 @@
-"""Plain names: letters, digits and `_`, no two alike, and those that are plain stay."""
+"""The names of our packages: another module of one of these names is reported, never used."""
 
-import re
+import os
+import subprocess
+import sys
+from pathlib import Path
 
-from hypothesis import given
-from hypothesis import strategies as st
+import pytest
 
-from generator.names import coordinate_names, plain_names, renaming_loss
-from tests.chains import BALL, chain
+from tests.paths import ROOT
 
-names = st.lists(st.text(max_size=6), max_size=8, unique=True)
-PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
-
-
-@given(names)
-def test_plain_names_are_plain_and_differ(listed: list[str]):
-    plain = plain_names(listed)
-    assert list(plain) == listed
-    assert all(PLAIN.fullmatch(word) for word in plain.values())
-    assert len(set(plain.values())) == len(listed)
-    assert all(plain[name] == name for name in listed if PLAIN.fullmatch(name))
+SENTENCE = (
+    "{hiding} hides the {name} package of exudyn-mover ({installed}): "
+    "rename it or run from another folder"
+)
 
 
-def test_a_name_that_is_taken_gets_a_number():
-    assert plain_names(["free arm", "free_arm", "free-arm"]) == {
-        "free arm": "free_arm_2",
-        "free_arm": "free_arm",
-        "free-arm": "free_arm_3",
-    }
+def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in a folder, with our packages installed."""
+    return subprocess.run(
+        [sys.executable, *words],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
-def test_names_that_changed_are_told():
-    assert renaming_loss(plain_names(["knee", "hip"])) is None
-    lost = renaming_loss(plain_names(["knee", "free arm"]))
-    assert lost is not None
-    assert lost.where == ("'free arm' is free_arm",)
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [("springs.py", "springs"), ("plots.py", "plots"), ("figures/__init__.py", "figures")],
+)
+def test_a_hidden_package_is_one_sentence(tmp_path: Path, file: str, name: str) -> None:
+    hiding = tmp_path / file
+    hiding.parent.mkdir(exist_ok=True)
+    hiding.write_text("raise RuntimeError('this module is not imported')\n")
+    (tmp_path / "fall.py").write_text("import generator\n")
+    place = hiding.parent if hiding.name == "__init__.py" else hiding
+    sentence = SENTENCE.format(hiding=place, name=name, installed=ROOT)
+    script = run(tmp_path, "fall.py")
+    assert script.returncode == 1
+    assert script.stderr.splitlines()[-1] == f"ImportError: {sentence}"
+    command = run(tmp_path, "-m", "generator.cli", "--help")
+    assert (command.returncode, command.stdout) == (1, "")
+    assert command.stderr == f"error: {sentence}\n"
 
 
-@given(names)
-def test_coordinates_of_all_joints_differ(listed: list[str]):
-    chains = {name: BALL if k % 2 else chain("Rx Tz") for k, name in enumerate(listed)}
-    made = [word for words in coordinate_names(chains).values() for word in words]
-    assert len(set(made)) == len(made) == sum(len(factors) for factors in chains.values())
-
-
-def test_coordinates_are_numbered_in_the_order_of_the_chain():
-    assert coordinate_names({"hip": BALL, "weld": (), "knee": chain("Rx")}) == {
-        "hip": ("hip_1", "hip_2", "hip_3"),
-        "weld": (),
-        "knee": ("knee_1",),
-    }
+def test_a_folder_of_figures_hides_nothing(tmp_path: Path) -> None:
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "fall.py").write_text("import generator, sys; print('numpy' in sys.modules)\n")
+    done = run(tmp_path, "fall.py")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "False\n", "")

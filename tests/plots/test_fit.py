@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -22,24 +21,12 @@ ELBOW = (1.014, 29.224, -6.13885, 214.423)
 
 SLOW = """
 import sys
-from importlib.metadata import entry_points
 from typer.testing import CliRunner
 from generator.cli.app import app
 result = CliRunner().invoke(app, ["--help"])
 assert "Fit a cubic to measured moments" in result.stdout, result.output
 print(*sorted({"numpy", "scipy", "matplotlib", "exudyn", "plots.fit"} & set(sys.modules)))
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _installed():
-    """The command is known by the metadata of the installed package; a bare tree has none."""
-    try:
-        distribution = metadata.distribution("exudyn-mover")
-    except metadata.PackageNotFoundError:
-        pytest.skip("the project is not installed here: pip install -e .")
-    found = [entry.name for entry in distribution.entry_points if entry.group == "mover.commands"]
-    assert "fit" in found, "the metadata are old: pip install -e ."
 
 
 def mover(*words: object) -> Result:

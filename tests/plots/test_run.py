@@ -28,17 +28,6 @@ main()
 GOOD = {name: TARGETS[name] for name in ("spring", "damper")}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _installed():
-    """The command is known by the metadata of the installed package; a bare tree has none."""
-    try:
-        distribution = metadata.distribution("exudyn-mover")
-    except metadata.PackageNotFoundError:
-        pytest.skip("the project is not installed here: pip install -e .")
-    found = [entry.name for entry in distribution.entry_points if entry.group == "mover.commands"]
-    assert "plots" in found, "the metadata are old: pip install -e ."
-
-
 @pytest.fixture
 def _tiny(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(plates, "PLATES", GOOD)

@@ -2,10 +2,13 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +16,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from generator import read_action
-from generator.cli.answer import json_text
-from generator.cli.app import app
+from generator.cli.answer import CommandResult, json_text
+from generator.cli.app import COMMANDS, app
+from generator.cli.progress import item_progress_bar
 from generator.recording import ENERGY_KINDS, Ending
 from tests.paths import FIGURES, ROOT
 
@@ -60,11 +64,57 @@ def test_the_command_starts_without_slow_libraries():
     assert done.stdout.strip() == ""
 
 
-@pytest.mark.parametrize("command", ["", "simulate", "check", "describe", "cite"])
-def test_help_is_there_for_all(command: str):
-    result = mover(*command.split(), "--help")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_help_of_a_command_opens_with_its_line_in_the_list(command: str):
+    target, summary = COMMANDS[command]
+    module, function = target.split(":")
+    assert vars(import_module(module))[function].__doc__.splitlines()[0] == summary
+    listed = re.findall(r"^  (\w+)  +(.*?)(?:\.\.\.)?$", mover("--help").stdout, re.MULTILINE)
+    assert summary.startswith(dict(listed)[command])
+    result = mover(command, "-h")
     assert result.exit_code == 0
-    assert "Usage:" in result.stdout
+    assert summary in " ".join(result.stdout.split())
+
+
+def count(steps: int = 1, *, show_progress: bool, as_json: bool) -> CommandResult:
+    """Count, and show it."""
+    if show_progress and not as_json:
+        with item_progress_bar(steps, "steps") as done:
+            for k in range(steps):
+                done(str(k))
+    return CommandResult(f"counted {steps}", steps)
+
+
+COUNT = """
+from generator.cli import app
+app.COMMANDS["count"] = ("tests.generator.cli.test_app:count", "Count, and show it.")
+app.main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a terminal")
+@pytest.mark.parametrize(
+    ("words", "said", "shown"),
+    [((), "counted 3\n", True), (("--json",), "3\n", False), (("--quiet",), "", False)],
+)
+def test_a_bar_is_shown_on_a_terminal_only(words: Sequence[str], said: str, shown: bool):
+    pty = pytest.importorskip("pty")
+    terminal, inner = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-c", COUNT, "count", "--steps", "3", *words],
+        env={**ENVIRONMENT, "TERM": "xterm"},
+        stdout=subprocess.PIPE,
+        stderr=inner,
+        check=False,
+    )
+    os.close(inner)
+    seen = b""
+    with suppress(OSError):  # how a terminal says that the other end is closed
+        while chunk := os.read(terminal, 1000):
+            seen += chunk
+    assert (done.returncode, done.stdout.decode()) == (0, said), seen
+    assert (b"3 of 3 steps" in seen) is shown
+    assert bool(seen) is shown
 
 
 def test_the_version_is_told():
@@ -572,7 +622,7 @@ main()
 
 @pytest.mark.parametrize(
     "module",
-    ["typer", "generator.cli.joined", "generator.cli", "generator.diagnostics", "numpy"],
+    ["typer", "generator.cli.answer", "generator.diagnostics", "numpy"],
 )
 def test_ctrl_c_while_modules_are_loaded_is_told(module: str):
     code = INTERRUPTED.replace("MODULE", repr(module))

@@ -8,10 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 from generator.cli.app import app
-from generator.command_line.postures import Rhythm, Side
+from generator.cli.shoulder import Rhythm
 from generator.figure_file import read_figure
 from generator.input_files.pose import read_pose
-from generator.kinematics import shoulder as shoulder_turns
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.shoulder_rhythm import RHYTHMS
 from generator.kinematics.tree import build_tree
@@ -28,7 +27,6 @@ def ask(latitude, longitude, *more, side="left", figure="clavicles"):
 
 
 def test_the_choices_are_those_of_the_library():
-    assert [side.value for side in Side] == [side.value for side in shoulder_turns.Side]
     assert {rhythm.value for rhythm in Rhythm} == set(RHYTHMS)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from generator import read_figure
-from generator.cli.convert import Request, convert
+from generator.cli.convert import convert
 from generator.diagnostics import InputError
 from generator.figure import CENTRE_OF_MASS_SITE, Figure, Segment, Site
 from generator.figure_file.write import write_figure
@@ -230,17 +230,17 @@ def laws_of(springs: SpringSet) -> dict[str, list[tuple[object, ...]]]:
 def test_the_command_takes_the_folder_s_name_for_its_format(tmp_path):
     folder = tmp_path / "dyspam"
     for _ in range(2):
-        answer = convert(Request("pendulum", [folder]))
+        answer = convert("pendulum", [folder])
         assert sorted(path.name for path in folder.iterdir()) == sorted(dyspam.FILES)
     assert "psurfs: floor, link1" in answer.text
-    convert(Request("pendulum", [tmp_path / "other"], to="dyspam"))
+    convert("pendulum", [tmp_path / "other"], to="dyspam")
     for name in dyspam.FILES:
         assert (tmp_path / "other" / name).read_text() == (folder / name).read_text()
     with pytest.raises(InputError, match="turns about two axes"):
-        convert(Request("clavicles", [folder]))
+        convert("clavicles", [folder])
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written: it is no directory"):
-        convert(Request("pendulum", [tmp_path / "file"], to="dyspam"))
+        convert("pendulum", [tmp_path / "file"], to="dyspam")
 
 
 def test_a_reading_with_errors_gives_no_figure(tmp_path):
