@@ -1,5 +1,6 @@
 """The package as it is installed: its data, its names, and what importing it costs."""
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -62,6 +63,13 @@ def test_the_command_is_mover(distribution: metadata.Distribution):
 
 def test_the_metadata_keep_it_from_being_uploaded(distribution: metadata.Distribution):
     assert "Private :: Do Not Upload" in distribution.metadata.get_all("Classifier", [])
+
+
+def test_the_constraints_of_ci_are_names_and_versions():
+    lines = (ROOT / "requirements-ci.txt").read_text(encoding="utf-8").splitlines()
+    pinned = [line for line in lines if not line.startswith("#")]
+    assert len(pinned) > 50
+    assert [line for line in pinned if not re.fullmatch(r"[\w.-]+==[\w.]+", line)] == []
 
 
 def test_the_licence_is_installed(distribution: metadata.Distribution):
