@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 
 from generator.geometry import Surface, format_psurf, mass_properties, parse_psurf
-from generator.geometry.volume import build_tetrahedra
+from generator.geometry.surface import build_tetrahedra
 
 ROUNDS = 9
 

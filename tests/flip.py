@@ -102,7 +102,7 @@ FLIPS = (
     # Kinematics
     Flip("sense of a rotation in the mirror", KINEMATICS, "return -_MIRROR_SIGNS * direction",
          "return _MIRROR_SIGNS * direction",
-         KINEMATICS + "/test_mirror.py " + KINEMATICS),
+         KINEMATICS + "/test_links_mirror.py " + KINEMATICS),
     Flip("side of the tree that moves", KINEMATICS, "(1.0 if branch.parent_is_inboard else -1.0)",
          "(-1.0 if branch.parent_is_inboard else 1.0)", KINEMATICS + "/test_tree*.py " + KINEMATICS),
     Flip("weights of the centre of mass", KINEMATICS, "return self.masses / self.total",

@@ -30,11 +30,16 @@ from generator.figure_file import parse_figure_file, simulation_diagnostics
 from generator.figure_file.resolve import origin_span
 from generator.input_files.pose import parse_pose_file
 from generator.joint_chain import ChainError, build_chain
+from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.links import Links, parse_links_file
 from generator.kinematics.loops import OpenLoopError, close_loops
-from generator.kinematics.placement import Displacements, Placement, initial_displacements
+from generator.kinematics.placement import (
+    Displacements,
+    Placement,
+    batched_placements,
+    initial_displacements,
+)
 from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
-from generator.kinematics.trajectory import batched_placements, tree_for_motion
 from generator.kinematics.tree import Tree, build_tree
 from generator.motion_files import ActionFile, read_action
 from generator.motion_files.drives import read_drives_with_warnings

@@ -16,7 +16,7 @@ from generator.cli.outputs import check_pose_output, check_writable, write_pose_
 from generator.figure import Figure
 from generator.kinematics.shoulder import Jump, ShoulderAngles, ShoulderError, Side, jumps_near
 from generator.kinematics.shoulder_pose import ArmPose, pose_arm
-from generator.kinematics.shoulder_rhythm import RHYTHMS, ShoulderRhythm
+from generator.kinematics.shoulder import RHYTHMS, ShoulderRhythm
 from generator.rotations import wrap_angle
 from generator.units import INPUT_BOUNDS, Dimension
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from generator.diagnostics import Diagnostic, Span
-from generator.geometry.surface import MIN_FACE_CORNERS, Array, Indices, Surface
-from generator.geometry.volume import Tetrahedra
+from generator.geometry.surface import MIN_FACE_CORNERS, Array, Indices, Surface, Tetrahedra
 
 MAX_NAMES_LISTED = 10
 """How many faces, edges or vertices a sentence names."""

@@ -1,13 +1,19 @@
-"""A figure let go: its joints to the ground give way to a joint of six freedoms."""
+"""A figure whose root is free: its joints to the ground give way to joints of six coordinates."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from generator.diagnostics import MoverError, spelling_hint
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Site, SiteRef
 from generator.joint_chain import build_chain
-from generator.kinematics.placement import Displacements, forward_kinematics
-from generator.kinematics.tree import build_tree
+from generator.kinematics.placement import (
+    Displacements,
+    forward_kinematics,
+    initial_displacements,
+)
+from generator.kinematics.tree import Tree, build_tree
 from generator.rotations import Array
 
 _FRAME_SITE = "segment frame"
@@ -92,3 +98,51 @@ def _connected_segments(first: str, joints: dict[str, Joint]) -> set[str]:
                 together |= ends
                 grown = True
     return together
+
+
+JointChains = Mapping[str, Sequence[JointAxis]]
+
+
+class MotionMismatchError(MoverError):
+    """A motion whose joints are not those of the figure."""
+
+
+def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
+    """The tree that a motion with these joints moves: the figure's, or that of the figure let go.
+
+    Args:
+        figure: as its file describes it.
+        chains: the factors of each joint of the motion.
+
+    Raises:
+        OtherMotionError: the motion is one of another figure.
+        ChainError: a joint's chain is none that one joint can hold.
+    """
+    tree = build_tree(figure)
+    if not tree.joints:
+        raise MotionMismatchError("none of the figure's segments moves, so it has no motion")
+    if _has_chains(tree.figure, chains):
+        return tree
+    freed, _ = detach_root(figure, initial_displacements(tree))
+    if _has_chains(freed, chains):
+        return build_tree(freed)
+    for name in chains:
+        if name not in figure.joints and name not in freed.joints:
+            hint = spelling_hint(name, figure.joints)
+            raise MotionMismatchError(
+                f"the motion moves joint `{name}`, unknown to the figure; {hint}"
+            )
+    for name, joint in figure.joints.items():
+        if name not in chains and name in freed.joints:
+            raise MotionMismatchError(f"the motion does not tell of joint `{name}` of the figure")
+        if name in chains and tuple(chains[name]) != joint.chain:
+            raise MotionMismatchError(
+                f"joint `{name}` has other axes in the motion than in the figure"
+            )
+    raise MotionMismatchError("the joints of the motion are not those of the figure")
+
+
+def _has_chains(figure: Figure, chains: JointChains) -> bool:
+    return {name: joint.chain for name, joint in figure.joints.items()} == {
+        name: tuple(chain) for name, chain in chains.items()
+    }

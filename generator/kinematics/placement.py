@@ -1,6 +1,6 @@
 """Where the segments of a figure are, and how they move, at given displacements."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,9 @@ import numpy as np
 from generator.figure import Joint
 from generator.kinematics.tree import Tree
 from generator.rotations import Array, cross_matrix, inverse_pose
+
+MAX_FRAMES_PER_PLACEMENT = 2000
+"""So many poses of a figure like the prototype take some 30 MB."""
 
 Displacements = Mapping[str, Array]
 """By joint name: a value for each factor of its chain, shape (n,) [rad or m]."""
@@ -55,6 +58,23 @@ def forward_kinematics(tree: Tree, displacements: Displacements) -> Placement:
     return Placement(
         tree, displacements, kinematics.poses(kinematics.displacement_vector(displacements))
     )
+
+
+def batched_placements(
+    tree: Tree, displacements: Mapping[str, Array], batch_size: int = MAX_FRAMES_PER_PLACEMENT
+) -> Iterator[Placement]:
+    """The placements of a motion, many frames in each, one after the other.
+
+    Args:
+        tree: what moves.
+        displacements: of its joints, shape (frames, n) each [rad or m]. Those of joints that close
+            loops are taken as they are, and do not place anything.
+        batch_size: most frames in a placement.
+    """
+    frames = len(next(iter(displacements.values()), ()))
+    for start in range(0, frames, batch_size):
+        some = slice(start, start + batch_size)
+        yield forward_kinematics(tree, {name: rows[some] for name, rows in displacements.items()})
 
 
 def segment_jacobians(placement: Placement) -> dict[str, Array]:

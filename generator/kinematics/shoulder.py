@@ -18,13 +18,127 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from math import pi, radians
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.diagnostics import MoverError
-from generator.kinematics.shoulder_rhythm import OTANI, ShoulderRhythm
 from generator.rotations import Array, matrix_from_axis_angle, wrap_angle
+from springs.published import tables as published
+from springs.published.reference import Reference
+from springs.published.shoulder_rhythm import PiecewiseLinear, Regression
+
+ABDUCTION_RATIO = 0.2
+"""Clavicle abduction for each unit of arm abduction (eq. 5.46): the thesis's estimate."""
+
+
+class ShoulderRhythm(Protocol):
+    """The clavicle's two angles as functions of the arm's elevation and plane."""
+
+    @property
+    def name(self) -> str:
+        """The name that a user knows it by."""
+        ...
+
+    @property
+    def references(self) -> tuple[Reference, ...]:
+        """Where it is from."""
+        ...
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Arm elevations at which a formula gives way to the next [rad]."""
+        ...
+
+    def clavicle(self, elevation: Array, plane: Array) -> tuple[Array, Array]:
+        """Elevation and abduction of the clavicle [rad], each of the shape of both arguments."""
+        ...
+
+
+@dataclass(frozen=True)
+class OtaniRhythm:
+    """The thesis's rhythm: Inman's graph in straight lines, and an estimate (eq. 5.41-5.46)."""
+
+    name: str = "otani"
+
+    @property
+    def _frontal(self) -> PiecewiseLinear:
+        return _load_lines("otani_1989/clavicle_frontal")
+
+    @property
+    def _sagittal(self) -> PiecewiseLinear:
+        return _load_lines("otani_1989/clavicle_sagittal")
+
+    @property
+    def references(self) -> tuple[Reference, ...]:
+        """Where it is from."""
+        return (published.rhythm("otani_1989/clavicle_frontal").reference,)
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Arm elevations at which a line gives way to the next [rad]."""
+        laws = (self._frontal, self._sagittal)
+        return tuple(sorted(end for law in laws for end, _, _ in law.pieces if np.isfinite(end)))
+
+    def clavicle(self, elevation: Array, plane: Array) -> tuple[Array, Array]:
+        """Elevation and abduction of the clavicle [rad]."""
+        frontal, sagittal = self._frontal.angle(elevation), self._sagittal.angle(elevation)
+        share = np.cos(plane)
+        return share * frontal + (1.0 - share) * sagittal, ABDUCTION_RATIO * plane
+
+
+@dataclass(frozen=True)
+class DeGrootBrandRhythm:
+    """The regression of de Groot and Brand (2001), less the resting angles of its own table.
+
+    A real clavicle at rest points 29 deg backwards and 12 deg up; that of a figure is drawn to the
+    side, and this rhythm moves it from there.
+    """
+
+    name: str = "de_groot_brand"
+
+    @property
+    def _elevation(self) -> Regression:
+        return _load_regression("de_groot_brand_2001/clavicle_elevation")
+
+    @property
+    def _protraction(self) -> Regression:
+        return _load_regression("de_groot_brand_2001/clavicle_protraction")
+
+    @property
+    def references(self) -> tuple[Reference, ...]:
+        """Where it is from."""
+        return (published.rhythm("de_groot_brand_2001/clavicle_elevation").reference,)
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """None: it is one formula."""
+        return ()
+
+    def clavicle(self, elevation: Array, plane: Array) -> tuple[Array, Array]:
+        """Elevation and abduction of the clavicle [rad]."""
+        up, forwards = (
+            law.angle(elevation) + law.plane * plane - law.rest
+            for law in (self._elevation, self._protraction)
+        )
+        return up, forwards
+
+
+OTANI = OtaniRhythm()
+DE_GROOT_BRAND = DeGrootBrandRhythm()
+
+RHYTHMS: dict[str, ShoulderRhythm] = {one.name: one for one in (OTANI, DE_GROOT_BRAND)}
+"""The rhythms by name."""
+
+
+def _load_lines(key: str) -> PiecewiseLinear:
+    return cast("PiecewiseLinear", published.rhythm(key).law)
+
+
+def _load_regression(key: str) -> Regression:
+    return cast("Regression", published.rhythm(key).law)
+
 
 QUARTER_TURN = np.pi / 2.0
 """A quarter turn, in which eq. 5.49 is written here: its 90, 180, 270 deg are 1, 2, 3."""

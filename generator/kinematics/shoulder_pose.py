@@ -17,8 +17,10 @@ from generator.figure import Figure, Joint, SiteRef
 from generator.joint_chain import Chain, ChainError, build_chain
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.shoulder import (
+    OTANI,
     ShoulderAngles,
     ShoulderError,
+    ShoulderRhythm,
     Side,
     angle_between,
     arm_direction,
@@ -27,7 +29,6 @@ from generator.kinematics.shoulder import (
     printed_angle_error,
     shoulder_angles,
 )
-from generator.kinematics.shoulder_rhythm import OTANI, ShoulderRhythm
 from generator.kinematics.tree import build_tree
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis
 

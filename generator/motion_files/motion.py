@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure, JointAxis
-from generator.kinematics.trajectory import batched_placements, tree_for_motion
+from generator.kinematics.free_root import tree_for_motion
+from generator.kinematics.placement import batched_placements
 from generator.kinematics.tree import Tree
 from generator.losses import Loss
 from generator.recording import Ending, Recording

@@ -60,26 +60,26 @@ def test_the_order_of_adding_does_not_matter(one, two, three):
 
 @given(bodies(), bodies(), poses)
 def test_bodies_may_be_joined_in_any_frame(one, two, pose):
-    same((one + two).in_frame(pose), one.in_frame(pose) + two.in_frame(pose), 1e-8)
+    same((one + two).transform(pose), one.transform(pose) + two.transform(pose), 1e-8)
 
 
 @given(bodies(), poses, poses)
 def test_frames_follow_one_another(body, first, second):
-    same(body.in_frame(first).in_frame(second), body.in_frame(second @ first), 1e-8)
-    same(body.in_frame(first).in_frame(inverse_pose(first)), body, 1e-8)
+    same(body.transform(first).transform(second), body.transform(second @ first), 1e-8)
+    same(body.transform(first).transform(inverse_pose(first)), body, 1e-8)
 
 
 @given(bodies(), bodies(), vectors)
 def test_inertias_about_one_point_add_up(one, two, point):
-    total = one.about(point) + two.about(point)
-    assert (one + two).about(point) == pytest.approx(total, abs=1e-9 * np.abs(total).max())
+    total = one.inertia_about(point) + two.inertia_about(point)
+    assert (one + two).inertia_about(point) == pytest.approx(total, abs=1e-9 * np.abs(total).max())
 
 
 @given(bodies(), vectors)
 def test_inertia_about_a_point_is_that_of_a_frame_there(body, point):
-    moved = body.in_frame(pose_matrix(np.eye(3), -point))
-    assert moved.about(np.zeros(3)) == pytest.approx(body.about(point), abs=1e-7)
-    assert body.about(body.centre) == pytest.approx(body.inertia, abs=1e-12)
+    moved = body.transform(pose_matrix(np.eye(3), -point))
+    assert moved.inertia_about(np.zeros(3)) == pytest.approx(body.inertia_about(point), abs=1e-7)
+    assert body.inertia_about(body.centre) == pytest.approx(body.inertia, abs=1e-12)
 
 
 def test_a_point_at_the_end_of_an_arm():
@@ -90,7 +90,7 @@ def test_a_point_at_the_end_of_an_arm():
 
 @given(bodies())
 def test_principal_axes_are_a_right_handed_frame_that_makes_the_tensor_diagonal(body):
-    moments, axes = body.principal.moments, body.principal.axes
+    moments, axes = body.principal_inertia.moments, body.principal_inertia.axes
     assert axes.T @ axes == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(axes) == pytest.approx(1.0)
     assert list(moments) == sorted(moments)
@@ -100,8 +100,10 @@ def test_principal_axes_are_a_right_handed_frame_that_makes_the_tensor_diagonal(
 
 @given(bodies(), rotations)
 def test_turning_changes_no_principal_moment(body, turn):
-    turned = body.in_frame(pose_matrix(turn, np.zeros(3)))
-    assert turned.principal.moments == pytest.approx(body.principal.moments, rel=1e-8)
+    turned = body.transform(pose_matrix(turn, np.zeros(3)))
+    assert turned.principal_inertia.moments == pytest.approx(
+        body.principal_inertia.moments, rel=1e-8
+    )
 
 
 def test_a_known_principal_frame_is_found():

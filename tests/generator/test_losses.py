@@ -14,7 +14,9 @@ def test_of_many_places_some_are_shown_and_all_are_data():
     places = tuple(f"joint{k}" for k in range(MAX_NAMED_PLACES + 3))
     loss = Loss("the friction", places)
     assert str(loss).endswith("joint7 and 3 more")
-    assert Losses.collect("BVH", [loss]).to_json() == [{"what": "the friction", "where": list(places)}]
+    assert Losses.collect("BVH", [loss]).to_json() == [
+        {"what": "the friction", "where": list(places)}
+    ]
 
 
 def test_a_loss_that_says_nothing_is_refused():

@@ -12,7 +12,7 @@ from generator.cli.shoulder import Rhythm
 from generator.figure_file import read_figure
 from generator.input_files.pose import read_pose
 from generator.kinematics.placement import forward_kinematics, initial_displacements
-from generator.kinematics.shoulder_rhythm import RHYTHMS
+from generator.kinematics.shoulder import RHYTHMS
 from generator.kinematics.tree import build_tree
 from tests.paths import DOCS
 

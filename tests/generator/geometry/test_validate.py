@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 from generator.diagnostics import InputError, Severity
 from generator.geometry import Surface, build_solid
-from generator.geometry.shells import winding_numbers
+from generator.geometry.validate import winding_numbers
 from generator.rotations import matrix_from_rotation_vector
 from tests.bodies import box, cells, frame, inside_out, lattice, prism, together
 

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from generator.kinematics.shoulder import (
     MAX_LONGITUDE,
     MIN_LONGITUDE,
+    RHYTHMS,
     TWIST_SEAM_LONGITUDE,
     ShoulderError,
     arm_orientation,
     natural_twist,
     shoulder_angles,
 )
-from generator.kinematics.shoulder_rhythm import RHYTHMS
 
 LATITUDES = st.floats(0.0, np.pi)
 LONGITUDES = st.floats(MIN_LONGITUDE, MAX_LONGITUDE)

@@ -6,6 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.kinematics.shoulder import (
+    DE_GROOT_BRAND,
+    OTANI,
     Side,
     angle_between,
     arm_direction,
@@ -15,7 +17,6 @@ from generator.kinematics.shoulder import (
     printed_angle_error,
     shoulder_angles,
 )
-from generator.kinematics.shoulder_rhythm import DE_GROOT_BRAND, OTANI
 
 ANGLES = st.floats(-7.0, 7.0)
 LATITUDES = st.floats(0.0, np.pi)

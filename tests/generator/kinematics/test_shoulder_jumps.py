@@ -6,9 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.kinematics.shoulder import (
+    DE_GROOT_BRAND,
     MAX_LONGITUDE,
     MIN_LONGITUDE,
     NEARBY_ANGLE,
+    OTANI,
+    RHYTHMS,
     TWIST_SEAM_LONGITUDE,
     ShoulderError,
     angle_between,
@@ -18,7 +21,6 @@ from generator.kinematics.shoulder import (
     natural_twist,
     shoulder_angles,
 )
-from generator.kinematics.shoulder_rhythm import DE_GROOT_BRAND, OTANI, RHYTHMS
 
 
 def near(latitude, longitude, rhythm=OTANI):

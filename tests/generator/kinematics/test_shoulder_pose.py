@@ -13,6 +13,8 @@ from generator.kinematics.placement import forward_kinematics, initial_displacem
 from generator.kinematics.shoulder import (
     MAX_LONGITUDE,
     MIN_LONGITUDE,
+    OTANI,
+    RHYTHMS,
     ShoulderError,
     Side,
     clavicle_orientation,
@@ -20,7 +22,6 @@ from generator.kinematics.shoulder import (
     shoulder_angles,
 )
 from generator.kinematics.shoulder_pose import pose_arm
-from generator.kinematics.shoulder_rhythm import OTANI, RHYTHMS
 from generator.kinematics.tree import build_tree
 
 FIGURES = {name: read_figure(name) for name in ("clavicles", "prototype")}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from generator.kinematics.shoulder_rhythm import DE_GROOT_BRAND, OTANI, RHYTHMS
+from generator.kinematics.shoulder import DE_GROOT_BRAND, OTANI, RHYTHMS
 
 
 def test_the_regression_worked_by_hand():

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from generator.figure import AxisKind, JointAxis
 from generator.figure_file import read_figure
-from generator.kinematics.links import Coordinate, Link, Links
-from generator.kinematics.mirror import MirrorError, mirror_signs
+from generator.kinematics.links import Coordinate, Link, Links, MirrorError, mirror_signs
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 

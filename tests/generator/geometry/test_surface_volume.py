@@ -40,7 +40,7 @@ def without(body, part):
     """A body from which a part is cut out, by the parallel axis theorem written out."""
     mass = body.mass - part.mass
     centre = (body.mass * body.centre - part.mass * part.centre) / mass
-    return MassProperties(mass, centre, body.about(centre) - part.about(centre))
+    return MassProperties(mass, centre, body.inertia_about(centre) - part.inertia_about(centre))
 
 
 def assert_same(found, expected, tolerance=EXACT):
@@ -182,7 +182,7 @@ def test_concave_bodies_and_bodies_with_holes_move_as_bodies(name, turn, shift):
     (vertices, faces), expected = FORMS[name]
     rotation = matrix_from_rotation_vector(turn)
     moved = weighed((vertices @ rotation.T + shift, faces))
-    assert_same(moved, expected.in_frame(pose_matrix(rotation, shift)), 1e-10)
+    assert_same(moved, expected.transform(pose_matrix(rotation, shift)), 1e-10)
 
 
 @given(points, st.floats(1e-6, 1e6))
