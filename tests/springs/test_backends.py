@@ -3,27 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from springs import FLOATS, NUMPY, Cubic, Damping, Linear, Stop
+from springs import FLOATS, NUMPY, Damping
 
 angles = st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=5)
 vectors = st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 3), min_size=1, max_size=5)
-
-LAWS = [
-    Cubic((1.0, -2.0, 3.0, 4.0)),
-    Cubic((1.0, -2.0, 3.0, 4.0), +1, (-0.5, 0.7), 0.2),
-    Linear(30.0, 0.4),
-    Stop(-0.6, 1.1),
-    Stop(None, 0.2),
-]
-
-
-@pytest.mark.parametrize("law", LAWS)
-@given(values=angles)
-def test_arrays_and_floats_agree_on_every_elastic_law(law, values):
-    array = np.array(values)
-    for function in (law.torque, law.energy):
-        single = [function(value, FLOATS) for value in values]
-        assert np.allclose(function(array, NUMPY), single, rtol=1e-13, atol=1e-13)
 
 
 @given(values=angles)

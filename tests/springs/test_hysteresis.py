@@ -5,11 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from springs import FLOATS, Linear, Stop
+from springs import Linear, Stop
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.transformed import Transformed
-from tests.slopes import slope
 
 HIP = Exponential(
     (ExponentialTerm(7.0, -4.0), ExponentialTerm(-1.0, 2.5, 0.2)), valid_range=(-0.3, 1.4)
@@ -39,11 +38,6 @@ def test_the_width_lies_between_the_curves_and_takes_energy(width, angle, rate):
     )
 
 
-@given(laws, angles)
-def test_the_mean_torque_is_minus_the_slope_of_the_stored_energy(law, angle):
-    assert law.torque(angle) == pytest.approx(-slope(law.energy, angle), rel=1e-10)
-
-
 @given(laws, angles, angles)
 def test_a_slow_cycle_loses_what_lies_between_the_curves(law, one, other):
     low, high = min(one, other), max(one, other)
@@ -60,23 +54,6 @@ def test_curves_in_the_wrong_order_show_in_the_loss():
     wrong = Hysteresis(right.decreasing, right.increasing)
     assert right.cycle_loss(0.0, 1.0) == pytest.approx(8.0)
     assert wrong.cycle_loss(0.0, 1.0) == pytest.approx(-8.0)
-
-
-@given(laws, angles, rates)
-def test_the_mirrored_law_is_the_same_seen_from_the_other_side(law, angle, rate):
-    mirrored = law.mirrored()
-    assert mirrored.total_torque(-angle, -rate) == pytest.approx(
-        -law.total_torque(angle, rate), abs=1e-9
-    )
-    assert mirrored.torque(-angle) == pytest.approx(-law.torque(angle), abs=1e-9)
-    assert mirrored.mirrored() == law
-
-
-def test_arrays_and_floats_agree():
-    law = Hysteresis(HIP, Linear(10.0))
-    values, speeds = np.array([-0.2, 0.3, 1.0]), np.array([-0.02, 0.0, 0.004])
-    single = [law.total_torque(a, w, FLOATS) for a, w in zip(values, speeds, strict=True)]
-    assert np.allclose(law.total_torque(values, speeds), single, rtol=1e-13)
 
 
 def test_corners_are_those_of_both_and_the_range_is_common():

@@ -6,9 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
-from springs import FLOATS
 from springs.interpolated import Interpolated
-from tests.slopes import slope
 
 SAMPLE = Interpolated(((-0.5, 4.0), (0.0, 1.0), (0.2, 0.0), (0.3, 0.0), (1.0, -6.0)))
 
@@ -38,33 +36,6 @@ def test_inside_it_is_the_interpolation_of_scipy(table, angle):
     x = min(max(angle, first), last)
     expected = PchipInterpolator(*np.array(table.points).T)(x)
     assert table.torque(x) == pytest.approx(float(expected), rel=1e-9, abs=1e-9)
-
-
-@given(tables, angles)
-def test_torque_is_minus_the_slope_of_energy(table, angle):
-    assert table.torque(angle) == pytest.approx(-slope(table.energy, angle), rel=1e-9, abs=1e-9)
-
-
-@given(tables)
-def test_torque_and_energy_have_no_jump_at_a_point(table):
-    for corner in table.breakpoints:
-        for function in (table.torque, table.energy):
-            before, after = function(corner - 1e-9), function(corner + 1e-9)
-            assert after == pytest.approx(before, rel=1e-5, abs=1e-3)
-
-
-@given(tables, st.lists(angles, min_size=1, max_size=4))
-def test_arrays_and_floats_agree(table, values):
-    for function in (table.torque, table.energy):
-        single = [function(value, FLOATS) for value in values]
-        assert np.allclose(function(np.array(values)), single, rtol=1e-12, atol=1e-12)
-
-
-@given(tables, angles)
-def test_the_mirrored_law_is_the_same_seen_from_the_other_side(table, angle):
-    mirrored = table.mirrored()
-    assert mirrored.torque(-angle) == pytest.approx(-table.torque(angle), rel=1e-7, abs=1e-7)
-    assert mirrored.mirrored() == table
 
 
 def test_beyond_its_ends_it_goes_on_along_the_tangent():

@@ -3,20 +3,8 @@
 import pytest
 
 from generator.simulation.exudyn_api import SYMBOLIC, symbols
-from springs import FLOATS, Cubic
-from springs.hysteresis import Hysteresis
-from springs.interpolated import Interpolated
-from springs.published.tables import coupled_law, curve
-from springs.transformed import Transformed
-
-LAWS = {
-    "exponential": curve("davy_audu_1987/knee").law,
-    "smooth limit": curve("saul_2015/elbow_flexion").law,
-    "table": curve("silder_2007/hip_knee_15").law,
-    "two points": Interpolated(((-0.5, 2.0), (0.5, -2.0))),
-    "scaled": Transformed(Cubic((1.0, -2.0, 3.0, 4.0), +1, (-0.5, 0.7)), 2.0, 0.1, -3.0),
-}
-ANGLES = [-3.0, -0.6, -0.26, 0.0, 0.3, 0.77, 1.4, 2.5]
+from springs import FLOATS
+from springs.published.tables import coupled_law
 
 
 @pytest.fixture
@@ -24,32 +12,6 @@ def recording():
     symbols.SetRecording(True)
     yield
     symbols.SetRecording(False)
-
-
-@pytest.mark.usefixtures("recording")
-@pytest.mark.parametrize("name", LAWS)
-def test_a_law_of_one_angle(name):
-    law = LAWS[name]
-    angle = symbols.Real("angle", 0.0)
-    torque, energy = law.torque(angle, SYMBOLIC), law.energy(angle, SYMBOLIC)
-    for value in ANGLES:
-        angle.SetValue(value)
-        assert torque.Evaluate() == pytest.approx(law.torque(value, FLOATS), rel=1e-12, abs=1e-12)
-        assert energy.Evaluate() == pytest.approx(law.energy(value, FLOATS), rel=1e-12, abs=1e-12)
-
-
-@pytest.mark.usefixtures("recording")
-def test_a_law_of_angle_and_rate():
-    law = Hysteresis.from_mean_and_width(LAWS["table"], 8.0)
-    angle, rate = symbols.Real("angle", 0.0), symbols.Real("rate", 0.0)
-    torque = law.total_torque(angle, rate, SYMBOLIC)
-    for value in ANGLES:
-        for speed in (-1.0, -0.004, 0.0, 0.01):
-            angle.SetValue(value)
-            rate.SetValue(speed)
-            assert torque.Evaluate() == pytest.approx(
-                law.total_torque(value, speed, FLOATS), rel=1e-12
-            )
 
 
 @pytest.mark.usefixtures("recording")

@@ -1,6 +1,6 @@
 """Writing a springs file: reading what was written gives the same springs."""
 
-from math import inf, pi, radians
+from math import inf, pi
 
 import pytest
 from hypothesis import given
@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import select_errors
 from generator.springs_file.coupled import CoupledEntry
-from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.write import write_springs
@@ -17,107 +16,36 @@ from springs.coupled import CoupledExponential, CoupledTerm
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
-from springs.interpolated import Interpolated
-from springs.published.tables import coupled_law, publication, publications
-from springs.smooth_limit import SmoothLimit
+from springs.published.tables import coupled_law
+from tests.laws import ANGLES, ENTRY_STRATEGIES, POSITIVE
 from tests.paths import FIGURES
 
-NUMBERS = st.floats(
-    allow_nan=False, allow_infinity=False, width=64, min_value=-1e30, max_value=1e30
-)
-POSITIVE = st.floats(min_value=1e-6, max_value=1e6)
-ANGLES = st.floats(min_value=-2.0 * pi, max_value=2.0 * pi)
 HELD = st.floats(min_value=-pi, max_value=pi)
 TEXTS = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\r"), max_size=250)
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=20)
-COEFFICIENTS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
-ZONES = st.tuples(ANGLES, ANGLES).map(lambda ends: (min(ends), max(ends)))
+SAID = TEXTS.filter(bool)
+TORQUES = st.floats(min_value=-1e6, max_value=1e6)
+RANGES = st.tuples(ANGLES, ANGLES).map(sorted).map(tuple).filter(lambda ends: ends[0] < ends[1])
 
 
 @st.composite
-def cubics(draw: st.DrawFn) -> SpringEntry:
-    zone = draw(st.none() | ZONES)
+def spring_entries(draw: st.DrawFn) -> SpringEntry:
+    law = draw(st.none() | st.one_of(*ENTRY_STRATEGIES.values()))
+    # What a published row brings along is written as if it were the file's own.
+    texts = SAID if isinstance(law, PublishedLaw) else TEXTS
+    is_two_curves = isinstance(law, Hysteresis)
+    hysteresis = 0.0 if law is None or is_two_curves else draw(st.just(0.0) | POSITIVE)
     return SpringEntry(
         joints=tuple(draw(st.lists(NAMES, min_size=1, max_size=3))),
         axis=draw(st.sampled_from([None, "x", "y", "z"])),
-        law=CubicEntry(
-            draw(COEFFICIENTS),
-            sense=draw(st.sampled_from([None, -1, 1])),
-            dead_zone=zone,
-            dead_zone_stated=zone is not None or draw(st.booleans()),
-            rest=draw(ANGLES),
-        ),
-        damping=Damping(draw(POSITIVE), draw(st.just(0.0) | POSITIVE)),
-        motion=draw(TEXTS),
-        reference=draw(TEXTS),
-        why=draw(TEXTS),
-    )
-
-
-@st.composite
-def linears(draw: st.DrawFn) -> SpringEntry:
-    return SpringEntry(
-        joints=(draw(NAMES),),
-        law=Linear(draw(POSITIVE), draw(ANGLES)),
+        law=law,
+        scale=1.0 if law is None else draw(st.just(1.0) | st.just(0.0) | POSITIVE),
+        offset=0.0 if law is None else draw(ANGLES),
+        hysteresis=hysteresis,
+        slip_rate=draw(POSITIVE) if is_two_curves or hysteresis else DEFAULT_SLIP_RATE,
+        damping=Damping(draw(st.just(0.0) | POSITIVE), draw(st.just(0.0) | POSITIVE)),
         stop_stiffness=draw(POSITIVE),
         stop_onset=draw(POSITIVE),
-    )
-
-
-TORQUES = st.floats(min_value=-1e6, max_value=1e6)
-RATES = TORQUES.filter(bool)
-RANGES = ZONES.filter(lambda ends: ends[0] < ends[1])
-POINT_ANGLES = st.lists(st.integers(-360, 360), min_size=2, max_size=20, unique=True).map(sorted)
-
-
-@st.composite
-def curves(draw: st.DrawFn) -> Interpolated:
-    angles = [radians(angle) for angle in draw(POINT_ANGLES)]
-    return Interpolated(tuple((angle, draw(TORQUES)) for angle in angles))
-
-
-@st.composite
-def two_curves(draw: st.DrawFn) -> Hysteresis:
-    """A curve, and another above it at the same angles."""
-    up = draw(curves())
-    gap = draw(st.floats(0.0, 100.0))
-    return Hysteresis(up, Interpolated(tuple((angle, torque + gap) for angle, torque in up.points)))
-
-
-EXPONENTIALS = st.builds(
-    Exponential,
-    st.lists(st.builds(ExponentialTerm, TORQUES, RATES), min_size=1, max_size=20).map(tuple),
-    TORQUES,
-    st.none() | RANGES,
-)
-LIMITS = st.builds(
-    lambda ends, *others: SmoothLimit(*ends, *others),
-    ZONES,
-    st.just(0.0) | POSITIVE,
-    st.just(0.0) | POSITIVE,
-    st.floats(min_value=1e-3, max_value=10.0),
-    st.none() | RANGES,
-)
-ROWS = [f"{name}/{row}" for name in publications() for row in publication(name).curves]
-PUBLISHED = st.builds(PublishedLaw, st.sampled_from(ROWS), st.sampled_from([-1, 1]))
-SAID = TEXTS.filter(bool)
-
-
-@st.composite
-def whole_laws(draw: st.DrawFn) -> SpringEntry:
-    law = draw(curves() | two_curves() | EXPONENTIALS | LIMITS | PUBLISHED)
-    # What a published row brings along is written as if it were the file's own.
-    texts = SAID if isinstance(law, PublishedLaw) else TEXTS
-    two = isinstance(law, Hysteresis)
-    hysteresis = 0.0 if two else draw(st.just(0.0) | POSITIVE)
-    return SpringEntry(
-        joints=(draw(NAMES),),
-        law=law,
-        scale=draw(st.just(1.0) | st.just(0.0) | POSITIVE),
-        offset=draw(ANGLES),
-        hysteresis=hysteresis,
-        slip_rate=draw(POSITIVE) if two or hysteresis else DEFAULT_SLIP_RATE,
-        damping=Damping(draw(st.just(0.0) | POSITIVE)),
         motion=draw(texts),
         reference=draw(texts),
         why=draw(texts),
@@ -171,7 +99,7 @@ def coupled_entries(draw: st.DrawFn) -> CoupledEntry:
 
 FILES = st.builds(
     SpringsFile,
-    entries=st.lists(cubics() | linears() | whole_laws(), min_size=1, max_size=3).map(tuple),
+    entries=st.lists(spring_entries(), min_size=1, max_size=3).map(tuple),
     coupled=st.lists(coupled_entries(), max_size=2).map(tuple),
     figure=st.none() | NAMES,
     joining=st.none() | st.sampled_from(Joining),

@@ -1,0 +1,191 @@
+"""The mathematics of every elastic law: a law without a strategy fails the first test."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from generator.diagnostics import select_errors
+from generator.simulation.exudyn_api import SYMBOLIC, symbols
+from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
+from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
+from generator.springs_file.write import write_springs
+from springs import FLOATS, Elastic
+from springs.elastic import Frictional, mirror_range, valid_range
+from springs.hysteresis import Hysteresis
+from springs.transformed import Transformed
+from tests.laws import ENTRY_STRATEGIES, STRATEGIES, law_classes
+from tests.slopes import slope
+
+ANGLE = st.floats(-2.5, 2.5)
+RATE = st.floats(-2.0, 2.0)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
+EDGE = 1e-9
+
+every_law = pytest.mark.parametrize(
+    "law_class", [row.law for row in LAWS], ids=lambda c: c.__name__
+)
+
+
+def drawn(data: st.DataObject, law_class: type) -> Elastic:
+    return data.draw(STRATEGIES[law_class], label="law")
+
+
+def size(law: Elastic, *angles: float) -> float:
+    """Largest torque of the curves of a law at some angles [N m]: the scale of rounding."""
+    if isinstance(law, Hysteresis):
+        return size(law.increasing, *angles) + size(law.decreasing, *angles)
+    if isinstance(law, Transformed):
+        moved = size(law.law, *(angle - law.offset for angle in angles))
+        return abs(law.scale) * moved + abs(law.constant)
+    return max(abs(float(law.torque(angle))) for angle in angles)
+
+
+def test_every_law_has_a_row_and_a_strategy():
+    assert law_classes() == {row.law for row in LAWS} == set(STRATEGIES)
+    assert {form.entry_type for form in LAW_FORMS} == set(ENTRY_STRATEGIES)
+
+
+@every_law
+@given(data=st.data(), angle=ANGLE)
+def test_torque_is_minus_the_slope_of_energy(law_class: type, data: st.DataObject, angle: float):
+    law = drawn(data, law_class)
+    torque = law.torque(angle)
+    assert torque == pytest.approx(
+        -slope(law.energy, angle), rel=1e-9, abs=1e-9 + 1e-12 * size(law, angle)
+    )
+
+
+@every_law
+@given(data=st.data(), ends=st.tuples(ANGLE, ANGLE))
+def test_energy_falls_by_the_work_and_is_smooth_between_breakpoints(
+    law_class: type, data: st.DataObject, ends: tuple[float, float]
+):
+    law, (low, high) = drawn(data, law_class), sorted(ends)
+    cuts = [low, *sorted({b for b in law.breakpoints if low < b < high}), high]
+    work, scale = 0.0, 0.0
+    for start, end in pairwise(cuts):
+        half = 0.5 * (end - start)
+        torques = np.asarray(law.torque(start + half * (NODES + 1.0)))
+        work += half * float(WEIGHTS @ torques)
+        scale += half * float(WEIGHTS @ np.abs(torques)) + abs(float(law.energy(end)))
+    assert law.energy(low) - law.energy(high) == pytest.approx(work, abs=1e-9 + 1e-6 * scale)
+
+
+@every_law
+@given(data=st.data())
+def test_nothing_jumps_at_a_breakpoint(law_class: type, data: st.DataObject):
+    law = drawn(data, law_class)
+    assert list(law.breakpoints) == sorted(law.breakpoints)
+    for angle in law.breakpoints:
+        for function in (law.torque, law.energy):
+            before, after = function(angle - EDGE), function(angle + EDGE)
+            assert after == pytest.approx(before, rel=1e-5, abs=1e-3)
+
+
+@every_law
+@given(data=st.data(), ends=st.tuples(ANGLE, ANGLE), rate=RATE)
+def test_the_mirrored_law_is_that_of_the_opposite_angle(
+    law_class: type, data: st.DataObject, ends: tuple[float, float], rate: float
+):
+    law, (angle, other) = drawn(data, law_class), ends
+    mirrored = law.mirrored()
+    close = {"rel": 1e-7, "abs": 1e-7 * (1.0 + size(law, angle, other))}
+    assert mirrored.torque(-angle) == pytest.approx(-law.torque(angle), **close)
+    energy = mirrored.energy(-angle) - mirrored.energy(-other)
+    assert energy == pytest.approx(law.energy(angle) - law.energy(other), **close)
+    assert sorted(-b for b in mirrored.breakpoints) == pytest.approx(law.breakpoints)
+    assert valid_range(mirrored) == mirror_range(valid_range(law))
+    assert mirrored.mirrored() == law
+    if isinstance(law, Frictional):
+        assert isinstance(mirrored, Frictional)
+        friction = -law.friction(angle, rate)
+        assert mirrored.friction(-angle, -rate) == pytest.approx(friction, **close)
+
+
+@every_law
+@given(data=st.data(), angles=st.lists(ANGLE, min_size=1, max_size=4), rate=RATE)
+def test_arrays_and_floats_agree(
+    law_class: type, data: st.DataObject, angles: list[float], rate: float
+):
+    law, close = drawn(data, law_class), {"rtol": 1e-12, "atol": 1e-12}
+    for function in (law.torque, law.energy):
+        single = [function(angle, FLOATS) for angle in angles]
+        assert np.allclose(function(np.array(angles)), single, **close)
+    if isinstance(law, Frictional):
+        single = [law.friction(angle, rate, FLOATS) for angle in angles]
+        assert np.allclose(law.friction(np.array(angles), rate), single, **close)
+
+
+@pytest.fixture
+def recording():
+    symbols.SetRecording(True)
+    yield
+    symbols.SetRecording(False)
+
+
+@pytest.mark.usefixtures("recording")
+@every_law
+def test_symbols_of_exudyn_and_floats_agree(law_class: type):
+    @given(STRATEGIES[law_class], st.lists(ANGLE, min_size=1, max_size=4), RATE)
+    def agree(law: Elastic, angles: list[float], rate: float):
+        angle, speed = symbols.Real("angle", 0.0), symbols.Real("rate", rate)
+        trees = [
+            (law.torque(angle, SYMBOLIC), law.torque),
+            (law.energy(angle, SYMBOLIC), law.energy),
+        ]
+        for value in angles:
+            angle.SetValue(value)
+            for tree, function in trees:
+                result = tree.Evaluate() if hasattr(tree, "Evaluate") else tree
+                assert result == pytest.approx(function(value, FLOATS), rel=1e-11, abs=1e-10)
+            if isinstance(law, Frictional):
+                friction = law.friction(angle, speed, SYMBOLIC).Evaluate()
+                expected = law.friction(value, rate, FLOATS)
+                assert friction == pytest.approx(expected, rel=1e-11, abs=1e-10)
+
+    agree()
+
+
+# The two curves of a hysteresis are scaled, not the law.
+@pytest.mark.parametrize("law_class", [row.law for row in LAWS if row.law is not Hysteresis])
+@given(data=st.data(), angle=ANGLE, numbers=st.tuples(st.floats(0.0, 3.0), ANGLE, ANGLE))
+def test_a_scaled_and_shifted_law_is_the_law_elsewhere(
+    law_class: type, data: st.DataObject, angle: float, numbers: tuple[float, float, float]
+):
+    law = drawn(data, law_class)
+    scale, offset, constant = numbers
+    moved, close = Transformed(law, *numbers), {"rel": 1e-7, "abs": 1e-6}
+    assume(all(abs(angle - b) > EDGE for b in law.breakpoints))
+    expected = scale * law.torque(angle) + constant
+    assert moved.torque(angle + offset) == pytest.approx(expected, **close)
+    assert moved.breakpoints == pytest.approx([b + offset for b in law.breakpoints])
+    known = valid_range(law)
+    assert valid_range(moved) == (known and (known[0] + offset, known[1] + offset))
+
+
+@every_law
+@given(data=st.data(), translational=st.booleans())
+def test_a_law_is_described_in_one_line_and_in_json(
+    law_class: type, data: st.DataObject, translational: bool
+):
+    law = drawn(data, law_class)
+    line = describe_law(law, translational=translational)
+    assert line
+    assert "\n" not in line
+    assert json.loads(json.dumps(law_data(law), allow_nan=False))["law"]
+
+
+@pytest.mark.parametrize("form", LAW_FORMS, ids=lambda form: form.name)
+@given(data=st.data())
+def test_a_law_that_is_written_is_read_back(form: LawForm[EntryLaw], data: st.DataObject):
+    law = data.draw(ENTRY_STRATEGIES[form.entry_type], label="law")
+    content = SpringsFile((SpringEntry(("knee",), law=law, motion="x", reference="x", why="x"),))
+    reading = parse_springs(write_springs(content))
+    assert select_errors(reading.faults) == ()
+    assert reading.content is not None
+    (entry,) = reading.content.entries
+    assert entry.law == law
