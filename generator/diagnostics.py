@@ -192,6 +192,18 @@ class InputError(MoverError):
         return type(self), (self.diagnostics,)
 
 
+class UsageError(MoverError):
+    """An option, a name or a path is unknown or does not fit the others."""
+
+
+class ModelError(MoverError, ValueError):
+    """A figure, its joints or its springs cannot be modelled as asked; the message says why."""
+
+
+class NotInstalledError(MoverError):
+    """A program or library that is needed is not installed."""
+
+
 T = TypeVar("T")
 
 

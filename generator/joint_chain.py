@@ -14,7 +14,7 @@ from typing import assert_never
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError
 from generator.figure import AxisKind, JointAxis
 from generator.rotations import (
     PERPENDICULAR_TOLERANCE,
@@ -30,15 +30,11 @@ from generator.rotations import (
 )
 
 
-class ChainError(MoverError, ValueError):
-    """One joint cannot hold the chain; the message says why."""
-
-
 @dataclass(frozen=True)
 class Chain:
     """The degrees of freedom of a joint, in the order of its `type` line (innermost first).
 
-    Making one proves that a single joint can hold it. Raises ChainError when none can.
+    Making one proves that a single joint can hold it. Raises ModelError when none can.
     """
 
     joint_axes: tuple[JointAxis, ...]
@@ -47,10 +43,10 @@ class Chain:
         """Refuse what no single joint can hold."""
         axes = [unit_vector(self.joint_axes[k].axis) for k in self.rotations]
         if len(axes) > 3:
-            raise ChainError(f"{len(axes)} rotations: a joint has at most three")
+            raise ModelError(f"{len(axes)} rotations: a joint has at most three")
         for first, second in pairwise(axes):
             if abs(float(first @ second)) > PERPENDICULAR_TOLERANCE:
-                raise ChainError(
+                raise ModelError(
                     "each rotation axis must be perpendicular to the next: "
                     "oblique or repeated axes cannot reach every orientation"
                 )
@@ -58,9 +54,9 @@ class Chain:
         if slides and np.linalg.matrix_rank(np.array(slides), tol=PERPENDICULAR_TOLERANCE) < len(
             slides
         ):
-            raise ChainError("the translation axes are not independent")
+            raise ModelError("the translation axes are not independent")
         if self._translation_order() is None:
-            raise ChainError("a translation stands between rotations that do not commute with it")
+            raise ModelError("a translation stands between rotations that do not commute with it")
 
     @cached_property
     def rotations(self) -> tuple[int, ...]:
@@ -210,5 +206,5 @@ def _nearest_rotation_angle(axis: Array, matrix: Array) -> float:
 
 
 def build_chain(joint_axes: Sequence[JointAxis]) -> Chain:
-    """The chain of a joint's factors. Raises ChainError when one joint cannot hold them."""
+    """The chain of a joint's factors. Raises ModelError when one joint cannot hold them."""
     return Chain(tuple(joint_axes))

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.cli.answer import CommandResult, UsageError, format_table
+from generator.cli.answer import CommandResult, format_table
 from generator.cli.outputs import check_writable
-from generator.diagnostics import MoverError
+from generator.diagnostics import MoverError, UsageError
 from generator.input_files.moments import MeasuredMoments, read_moments
 from generator.springs_file.bind import describe_sense_rule
 from generator.springs_file.laws import CubicEntry

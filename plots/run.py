@@ -20,16 +20,9 @@ from pathlib import Path
 from threading import Thread
 from types import ModuleType
 
-from generator.cli.answer import (
-    CommandResult,
-    ExitCode,
-    UsageError,
-    finite_or_none,
-    format_count,
-    format_table,
-)
+from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_count, format_table
 from generator.cli.progress import ItemMonitor, defer_interrupt, no_item_monitor
-from generator.diagnostics import InputError, error, spelling_hint
+from generator.diagnostics import InputError, UsageError, error, spelling_hint
 from generator.text_io import os_error_reason, unwritable_reason, write_atomic
 from plots.plate import Claim, DrawnPlate, FailedPlate
 from plots.report import PICTURE_FORMAT, gallery_page, report, tally

@@ -7,7 +7,7 @@ from enum import IntEnum
 from math import isfinite
 from typing import Any, cast
 
-from generator.diagnostics import Diagnostic, MoverError
+from generator.diagnostics import Diagnostic
 
 
 class ExitCode(IntEnum):
@@ -17,10 +17,6 @@ class ExitCode(IntEnum):
     WRONG_INPUT = 1
     USAGE = 2
     RUN_FAILED = 3
-
-
-class UsageError(MoverError):
-    """The command line asks for what there is not."""
 
 
 @dataclass(frozen=True)

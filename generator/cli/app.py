@@ -214,8 +214,8 @@ def _has_terminal() -> bool:
 
 def _print_result(make: "Callable[[], CommandResult]", *, as_json: bool, quiet: bool) -> None:
     """Print the result of a command, or why there is none, and exit with its code."""
-    from generator.cli.answer import ExitCode, UsageError, json_text
-    from generator.diagnostics import InputError, MoverError, select_errors
+    from generator.cli.answer import ExitCode, json_text
+    from generator.diagnostics import InputError, MoverError, UsageError, select_errors
 
     try:
         result = make()

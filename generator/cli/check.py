@@ -10,11 +10,11 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, ExitCode, UsageError, format_count, format_table
+from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
 from generator.cli.inputs import loop_closure_errors, parse_springs_option, simulation_obstacles
 from generator.cli.options import SpringsChoice
 from generator.cli.springs_text import axis_name, coupled_axis_names
-from generator.diagnostics import Diagnostic, error, select_errors
+from generator.diagnostics import Diagnostic, UsageError, error, select_errors
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file
 from generator.figure_file.resolve import origin_span

@@ -6,17 +6,11 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import (
-    CommandResult,
-    UsageError,
-    finite_or_none,
-    format_count,
-    format_table,
-)
+from generator.cli.answer import CommandResult, finite_or_none, format_count, format_table
 from generator.cli.inputs import load_figure, springs_from_option
 from generator.cli.options import SpringsChoice
 from generator.cli.springs_text import axis_name, coupled_axis_names
-from generator.diagnostics import Diagnostic, InputError, error, shorten, spelling_hint
+from generator.diagnostics import Diagnostic, InputError, UsageError, error, shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.read import find_figure, shipped_figures
 from springs import SpringSet

@@ -5,7 +5,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, UsageError, format_count, format_table
+from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import (
     LoadedMotion,
     check_distances,
@@ -24,8 +24,8 @@ from generator.cli.options import (
     xyz_cm,
 )
 from generator.cli.outputs import check_table_output, check_writable, write_file
-from generator.diagnostics import Diagnostic
-from generator.kinematics.centre_of_mass import Masses, UnknownSegmentError, segment_masses
+from generator.diagnostics import Diagnostic, UsageError
+from generator.kinematics.centre_of_mass import Masses, segment_masses
 from generator.kinematics.placement import Placement
 from generator.motion_files.action import display_unit, format_displacement
 from generator.rotations import Array
@@ -48,7 +48,7 @@ def com(
     names = None if segments is None else [segment.strip() for segment in segments.split(",")]
     try:
         masses = segment_masses(figure, names)
-    except UnknownSegmentError as failure:
+    except UsageError as failure:
         raise UsageError(f"--segments {segments}: {failure}") from None
     if along is None:
         placement, more = placement_from_options(figure, pose, displacements or ())

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, UsageError, format_table
+from generator.cli.answer import CommandResult, format_table
 from generator.cli.options import Density, FigureName, density_from_option
 from generator.cli.outputs import check_suffix, check_writable, write_file
-from generator.diagnostics import Diagnostic, InputError, warning
+from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure_file import parse_figure, parse_figure_file
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.geometry.completion import Addition, complete_figure

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, UsageError, format_count
+from generator.cli.answer import CommandResult, format_count
 from generator.cli.inputs import (
     changed_figure_warnings,
     check_chains,
@@ -29,19 +29,12 @@ from generator.cli.outputs import (
     write_all_or_none,
     writing,
 )
-from generator.diagnostics import Diagnostic, InputError, error
+from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file import shipped_figures
 from generator.kinematics.placement import Placement
 from generator.losses import Losses
-from generator.model_files.formats import (
-    SUFFIXES,
-    ModelFormat,
-    UnknownModelFormatError,
-    model_format,
-    read_model,
-    suffixes,
-)
+from generator.model_files.formats import SUFFIXES, ModelFormat, model_format, read_model, suffixes
 from generator.model_files.imported import (
     Imported,
     format_imported_springs,
@@ -311,10 +304,7 @@ def _choose_model_format(source: str, output: Path, format_name: str | None) -> 
             f"{output} is a motion and {source} a figure; "
             f"`mover simulate {source} -o {output}` makes it move"
         )
-    try:
-        return model_format(output, format_name)
-    except UnknownModelFormatError as failure:
-        raise UsageError(str(failure)) from None
+    return model_format(output, format_name)
 
 
 def _conversion_result(

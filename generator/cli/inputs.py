@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.cli.answer import UsageError
 from generator.cli.options import displacements_from_options, settable_chains
 from generator.diagnostics import (
     Diagnostic,
     InputError,
+    ModelError,
     MoverError,
     Parsed,
+    UsageError,
     error,
     select_errors,
     spelling_hint,
@@ -29,7 +30,7 @@ from generator.figure import Figure
 from generator.figure_file import parse_figure_file, simulation_diagnostics
 from generator.figure_file.resolve import origin_span
 from generator.input_files.pose import parse_pose_file
-from generator.joint_chain import ChainError, build_chain
+from generator.joint_chain import build_chain
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.links import Links, parse_links_file
 from generator.kinematics.loops import OpenLoopError, close_loops
@@ -39,7 +40,7 @@ from generator.kinematics.placement import (
     batched_placements,
     initial_displacements,
 )
-from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
+from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.motion_files import ActionFile, read_action
 from generator.motion_files.drives import read_drives_with_warnings
@@ -112,7 +113,7 @@ def chain_errors(figure: Figure) -> Iterator[Diagnostic]:
     for joint in figure.joints.values():
         try:
             build_chain(joint.chain)
-        except ChainError as failure:
+        except ModelError as failure:
             yield error(
                 f"joint `{joint.name}` cannot be simulated: {failure}",
                 origin_span(joint.origins, "type"),
@@ -273,7 +274,7 @@ class KinematicConstraints:
 
         Raises:
             UsageError: they do; or a joint is locked that cannot be.
-            PrescriptionError: the links or the drives by themselves cannot be held.
+            ModelError: the links or the drives by themselves cannot be held.
         """
         tree = build_tree(figure)
         given = displacements_from_options("--set", sets, settable_chains(figure))
@@ -286,7 +287,7 @@ class KinematicConstraints:
         locked = {name: asked[name] for name in self.locked}
         try:
             prescribed = PrescribedMotion(tree, self.links, locked, self.drives)
-        except PrescriptionError as failure:
+        except ModelError as failure:
             raise UsageError(str(failure)) from None
         put = prescribed.impose_displacements(asked, start)
         for name in given:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, UsageError, format_count, format_table
+from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import load_figure, placement_from_options
 from generator.cli.options import (
     FigureName,
@@ -20,7 +20,7 @@ from generator.cli.options import (
     settable_chains,
 )
 from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
-from generator.diagnostics import InputError
+from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
 from generator.kinematics.links import Coordinate, Link, Links, parse_links_file
 from generator.kinematics.loops import close_loops

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, UsageError, format_count, format_table
+from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import load_figure
 from generator.cli.options import (
     Density,
@@ -18,7 +18,7 @@ from generator.cli.options import (
     length_unit_from_option,
     vector_from_option,
 )
-from generator.diagnostics import spelling_hint
+from generator.diagnostics import UsageError, spelling_hint
 from generator.geometry.completion import ProductsOfInertia, mass_statements, products_of_inertia
 from generator.geometry.read import PSURF_SUFFIX, read_segment_surface, read_surface, surface_unit
 from generator.geometry.surface import Surface

@@ -13,8 +13,7 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import UsageError
-from generator.diagnostics import spelling_hint
+from generator.diagnostics import UsageError, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.figure_file.values import displacement_bound
 from generator.kinematics.free_root import detach_root

@@ -6,13 +6,12 @@ from contextlib import contextmanager, suppress
 from os.path import realpath
 from pathlib import Path
 
-from generator.cli.answer import UsageError
-from generator.diagnostics import Diagnostic, InputError, MoverError, error
+from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_SUFFIX
 from generator.losses import Losses
-from generator.motion_files import FigureMotion, UnknownMotionFormatError, motion_writer
+from generator.motion_files import FigureMotion, motion_writer
 from generator.text_io import os_error_reason, temporary_path, unwritable_reason, write_atomic
 
 
@@ -42,10 +41,7 @@ def check_distinct_paths(paths: Sequence[Path]) -> None:
 def check_motion_formats(paths: Sequence[Path]) -> None:
     """Raise UsageError for a suffix that names no format of motions, and for a file given twice."""
     for path in paths:
-        try:
-            motion_writer(path)
-        except UnknownMotionFormatError as failure:
-            raise UsageError(str(failure)) from None
+        motion_writer(path)
     check_distinct_paths(paths)
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, UsageError, format_count, format_table
+from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import load_figure, placement_from_options
 from generator.cli.options import (
     FigureName,
@@ -18,6 +18,7 @@ from generator.cli.options import (
     in_display_units,
 )
 from generator.cli.outputs import check_writable, suffix_fault, write_file, write_pose_file
+from generator.diagnostics import UsageError
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.figure_file.write import write_figure

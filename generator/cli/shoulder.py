@@ -9,14 +9,21 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, UsageError, format_table
+from generator.cli.answer import CommandResult, format_table
 from generator.cli.inputs import load_figure
 from generator.cli.options import FigureName, PoseOutput, format_rounded, in_display_units
 from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
+from generator.diagnostics import ModelError, UsageError
 from generator.figure import Figure
-from generator.kinematics.shoulder import Jump, ShoulderAngles, ShoulderError, Side, jumps_near
+from generator.kinematics.shoulder import (
+    RHYTHMS,
+    Jump,
+    ShoulderAngles,
+    ShoulderRhythm,
+    Side,
+    jumps_near,
+)
 from generator.kinematics.shoulder_pose import ArmPose, pose_arm
-from generator.kinematics.shoulder import RHYTHMS, ShoulderRhythm
 from generator.rotations import wrap_angle
 from generator.units import INPUT_BOUNDS, Dimension
 
@@ -64,8 +71,8 @@ def shoulder(
     where = radians(latitude), radians(longitude)
     try:
         pose = pose_arm(figure, side, *where, follows)
-    except ShoulderError as failure:
-        raise ShoulderError(f"{name}: {failure}") from None
+    except ModelError as failure:
+        raise ModelError(f"{name}: {failure}") from None
     near = jumps_near(*where, follows)
     for path in files:
         write_pose_file(path, figure, pose.displacements)

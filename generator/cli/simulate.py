@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from generator.cli.answer import CommandResult, ExitCode, UsageError, finite_or_none, format_table
+from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_table
 from generator.cli.inputs import (
     KinematicConstraints,
     constraints_from_options,
@@ -38,7 +38,7 @@ from generator.cli.outputs import (
     write_motion,
 )
 from generator.cli.progress import defer_interrupt, no_run_monitor, progress_bar
-from generator.diagnostics import InputError
+from generator.diagnostics import InputError, UsageError
 from generator.input_files.loads import parse_loads_file
 from generator.motion_files import motion_from_recording
 from generator.recording import ENERGY_KINDS, Recording

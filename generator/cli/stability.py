@@ -13,13 +13,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from generator.cli.answer import (
-    CommandResult,
-    UsageError,
-    finite_or_none,
-    format_count,
-    format_table,
-)
+from generator.cli.answer import CommandResult, finite_or_none, format_count, format_table
 from generator.cli.inputs import (
     LoadedMotion,
     check_distances,
@@ -41,6 +35,7 @@ from generator.cli.options import (
     xyz_cm,
 )
 from generator.cli.outputs import check_table_output, check_writable, write_file
+from generator.diagnostics import UsageError
 from generator.figure import Figure, SiteRef, Vector
 from generator.kinematics.centre_of_mass import Masses, segment_masses
 from generator.kinematics.stability import (
@@ -52,7 +47,6 @@ from generator.kinematics.stability import (
     Points,
     Stability,
     Support,
-    UnknownSupportError,
     patch_from_faces,
     patch_from_site,
 )
@@ -89,16 +83,15 @@ def support_from_options(
 
 
 def _patch_from_text(figure: Figure, text: str) -> Patch:
+    site, faces = _SITE_PATTERN.fullmatch(text), _FACES_PATTERN.fullmatch(text)
     try:
-        site = _SITE_PATTERN.fullmatch(text)
         if site is not None:
             return patch_from_site(figure, SiteRef(site[1], site[2]))
-        faces = _FACES_PATTERN.fullmatch(text)
         if faces is None:
-            raise UsageError(f"--support {text}: expected {SUPPORT_SYNTAX}")
+            raise UsageError(f"expected {SUPPORT_SYNTAX}")
         numbers = None if faces[2] is None else [int(word) for word in faces[2].split(",")]
         return patch_from_faces(figure, faces[1], numbers)
-    except UnknownSupportError as failure:
+    except UsageError as failure:
         raise UsageError(f"--support {text}: {failure}") from None
 
 

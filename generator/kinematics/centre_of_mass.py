@@ -6,15 +6,18 @@ from functools import cached_property
 
 import numpy as np
 
-from generator.diagnostics import Diagnostic, InputError, MoverError, error, spelling_hint
+from generator.diagnostics import (
+    Diagnostic,
+    InputError,
+    MoverError,
+    UsageError,
+    error,
+    spelling_hint,
+)
 from generator.figure import CENTRE_OF_MASS_SITE, Figure
 from generator.figure_file.resolve import origin_span
 from generator.kinematics.placement import Placement
 from generator.rotations import Array
-
-
-class UnknownSegmentError(MoverError):
-    """A segment that the figure lacks, or that is part of the ground."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,7 @@ def segment_masses(figure: Figure, segments: Iterable[str] | None = None) -> Mas
     """The masses of `segments`, or of all of the figure's own, prepared for any pose.
 
     Raises:
-        UnknownSegmentError: a segment that the figure does not have, or a part of the ground.
+        UsageError: a segment that the figure does not have, or a part of the ground.
         InputError: a segment without mass or centre of mass; one fault for each.
         MoverError: the segments have no mass together.
     """
@@ -112,11 +115,9 @@ def segment_masses(figure: Figure, segments: Iterable[str] | None = None) -> Mas
     names = own if segments is None else tuple(dict.fromkeys(segments))
     for name in names:
         if name not in figure.segments:
-            raise UnknownSegmentError(
-                f"the figure has no segment `{name}`; {spelling_hint(name, own)}"
-            )
+            raise UsageError(f"the figure has no segment `{name}`; {spelling_hint(name, own)}")
         if name not in own:
-            raise UnknownSegmentError(f"segment `{name}` is part of the ground and has no mass")
+            raise UsageError(f"segment `{name}` is part of the ground and has no mass")
     faults = list(_missing_mass_diagnostics(figure, names))
     if faults:
         raise InputError(faults)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.diagnostics import MoverError, spelling_hint
+from generator.diagnostics import ModelError, spelling_hint
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Site, SiteRef
 from generator.joint_chain import build_chain
 from generator.kinematics.placement import (
@@ -103,10 +103,6 @@ def _connected_segments(first: str, joints: dict[str, Joint]) -> set[str]:
 JointChains = Mapping[str, Sequence[JointAxis]]
 
 
-class MotionMismatchError(MoverError):
-    """A motion whose joints are not those of the figure."""
-
-
 def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
     """The tree that a motion with these joints moves: the figure's, or that of the figure let go.
 
@@ -116,11 +112,11 @@ def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
 
     Raises:
         OtherMotionError: the motion is one of another figure.
-        ChainError: a joint's chain is none that one joint can hold.
+        ModelError: a joint's chain is none that one joint can hold.
     """
     tree = build_tree(figure)
     if not tree.joints:
-        raise MotionMismatchError("none of the figure's segments moves, so it has no motion")
+        raise ModelError("none of the figure's segments moves, so it has no motion")
     if _has_chains(tree.figure, chains):
         return tree
     freed, _ = detach_root(figure, initial_displacements(tree))
@@ -129,17 +125,13 @@ def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
     for name in chains:
         if name not in figure.joints and name not in freed.joints:
             hint = spelling_hint(name, figure.joints)
-            raise MotionMismatchError(
-                f"the motion moves joint `{name}`, unknown to the figure; {hint}"
-            )
+            raise ModelError(f"the motion moves joint `{name}`, unknown to the figure; {hint}")
     for name, joint in figure.joints.items():
         if name not in chains and name in freed.joints:
-            raise MotionMismatchError(f"the motion does not tell of joint `{name}` of the figure")
+            raise ModelError(f"the motion does not tell of joint `{name}` of the figure")
         if name in chains and tuple(chains[name]) != joint.chain:
-            raise MotionMismatchError(
-                f"joint `{name}` has other axes in the motion than in the figure"
-            )
-    raise MotionMismatchError("the joints of the motion are not those of the figure")
+            raise ModelError(f"joint `{name}` has other axes in the motion than in the figure")
+    raise ModelError("the joints of the motion are not those of the figure")
 
 
 def _has_chains(figure: Figure, chains: JointChains) -> bool:

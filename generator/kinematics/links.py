@@ -19,7 +19,7 @@ import numpy as np
 
 from generator.diagnostics import (
     Diagnostics,
-    MoverError,
+    ModelError,
     Parsed,
     Source,
     Span,
@@ -44,10 +44,6 @@ _SIDE_PATTERN = re.compile(r"left|right")
 _MIRROR_SIGNS = np.array([-1.0, 1.0, 1.0])
 
 
-class MirrorError(MoverError, ValueError):
-    """Two joints are no mirror images; the message says why."""
-
-
 def format_dof_count(count: int) -> str:
     """`1 degree of freedom`, `3 degrees of freedom`."""
     return f"{count} degree{'' if count == 1 else 's'} of freedom"
@@ -65,10 +61,10 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
         follower: the joint of the other side.
 
     Raises:
-        MirrorError: no signs make them mirror images.
+        ModelError: no signs make them mirror images.
     """
     if len(control.chain) != len(follower.chain):
-        raise MirrorError(
+        raise ModelError(
             f"`{control.name}` has {format_dof_count(len(control.chain))} and "
             f"`{follower.name}` {len(follower.chain)}"
         )
@@ -76,7 +72,7 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
     zeros = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
     placement = forward_kinematics(tree, zeros)
     if not (_names_match(control, follower) or _positions_match(placement, control, follower)):
-        raise MirrorError(
+        raise ModelError(
             f"`{follower.name}` is no mirror image of `{control.name}`: neither do their names "
             "differ in left and right alone, nor are their places mirror images in the plane x = 0"
         )
@@ -85,7 +81,7 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
         image = _mirrored_direction(_axis_in_world(placement, control, one), one.kind)
         sign = _relative_sign(image, _axis_in_world(placement, follower, other))
         if one.kind != other.kind or sign is None:
-            raise MirrorError(
+            raise ModelError(
                 f"degree of freedom {number} of `{follower.name}` is no mirror image of that of "
                 f"`{control.name}`"
             )
@@ -138,10 +134,6 @@ MAX_LINK_VALUE = 1e300
 """Displacements beyond this count as infinite: in degrees they would be [rad or m]."""
 
 
-class LinkError(MoverError, ValueError):
-    """Links that cannot hold together; the message says why."""
-
-
 @dataclass(frozen=True, order=True)
 class Coordinate:
     """One degree of freedom of a joint: `index` is its place in the chain, from 0."""
@@ -158,7 +150,7 @@ class Coordinate:
 class Link:
     """follower = factor * control + offset, with displacements in rad or m.
 
-    Raises LinkError for a factor of zero, which links nothing, and for numbers that are not finite.
+    Raises ModelError for a factor of zero, which links nothing, and for numbers that are not finite.
     """
 
     follower: Coordinate
@@ -169,14 +161,14 @@ class Link:
     def __post_init__(self) -> None:
         """Refuse what is no link."""
         if not (abs(self.factor) <= MAX_LINK_VALUE and abs(self.offset) <= MAX_LINK_VALUE):
-            raise LinkError(f"the link of {self.follower} has a number that is not finite")
+            raise ModelError(f"the link of {self.follower} has a number that is not finite")
         if self.factor == 0.0:
-            raise LinkError(f"a factor of zero links {self.follower} to nothing")
+            raise ModelError(f"a factor of zero links {self.follower} to nothing")
 
     def compose(self, earlier: "Link") -> "Link":
         """This link with its control expressed by the control of `earlier`, which moves it.
 
-        Raises LinkError when the product of the factors is beyond the floats.
+        Raises ModelError when the product of the factors is beyond the floats.
         """
         offset = self.factor * earlier.offset + self.offset
         return Link(self.follower, earlier.control, self.factor * earlier.factor, offset)
@@ -190,7 +182,7 @@ class Links:
         links: as they were given.
 
     Raises:
-        LinkError: a degree of freedom follows twice, or links go round; the message names them.
+        ModelError: a degree of freedom follows twice, or links go round; the message names them.
     """
 
     links: tuple[Link, ...] = ()
@@ -200,10 +192,10 @@ class Links:
         seen: set[Coordinate] = set()
         for link in self.links:
             if link.follower in seen:
-                raise LinkError(f"{link.follower} follows twice")
+                raise ModelError(f"{link.follower} follows twice")
             seen.add(link.follower)
         for cycle in cycles(self.links):
-            raise LinkError(cycle_message(cycle))
+            raise ModelError(cycle_message(cycle))
         _ = self.resolved
 
     @cached_property
@@ -233,19 +225,19 @@ class Links:
                 looked at.
 
         Raises:
-            LinkError: a joint is missing or has too few degrees of freedom, or a displacement is
+            ModelError: a joint is missing or has too few degrees of freedom, or a displacement is
                 not finite.
         """
         moved = {name: np.array(values, dtype=float) for name, values in displacements.items()}
         for link in self.resolved:
             for freedom in (link.control, link.follower):
                 if freedom.joint not in moved or freedom.index >= moved[freedom.joint].shape[-1]:
-                    raise LinkError(f"there is no displacement of {freedom}")
+                    raise ModelError(f"there is no displacement of {freedom}")
             control = moved[link.control.joint][..., link.control.index]
             with np.errstate(over="ignore"):
                 followed = link.factor * control + link.offset
             if not np.all(np.abs(followed) <= MAX_LINK_VALUE):
-                raise LinkError(f"the displacement of {link.follower} is not finite")
+                raise ModelError(f"the displacement of {link.follower} is not finite")
             moved[link.follower.joint][..., link.follower.index] = followed
         return moved
 
@@ -260,14 +252,14 @@ class Links:
             resolved factor at its control; d, the resolved offsets [rad or m].
 
         Raises:
-            LinkError: a linked degree of freedom is not among `coordinates`.
+            ModelError: a linked degree of freedom is not among `coordinates`.
         """
         columns = {freedom: k for k, freedom in enumerate(coordinates)}
         rows = np.zeros((len(self.links), len(columns)))
         for row, link in zip(rows, self.resolved, strict=True):
             for freedom, value in ((link.follower, 1.0), (link.control, -link.factor)):
                 if freedom not in columns:
-                    raise LinkError(f"there is no displacement of {freedom}")
+                    raise ModelError(f"there is no displacement of {freedom}")
                 row[columns[freedom]] = value
         return rows, np.array([link.offset for link in self.resolved])
 
@@ -344,7 +336,7 @@ def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> 
         return None
     try:
         made = Links(links)
-    except LinkError as failure:
+    except ModelError as failure:
         diagnostics.error(str(failure), None)
         return None
     for link in made.resolved:
@@ -375,7 +367,7 @@ def _bind_entry(
             if _is_compatible(entry, joint, control, follower, followed, place, diagnostics):
                 try:
                     link = Link(follower, followed, sign * entry.factor, entry.offset)
-                except LinkError as failure:
+                except ModelError as failure:
                     if 0.0 < abs(entry.factor) <= MAX_LINK_FACTOR:  # others have been told
                         diagnostics.error(str(failure), place)
                     break
@@ -407,7 +399,7 @@ def _coordinate_pairs(
     if entry.mirror:
         try:
             signs = mirror_signs(figure, control, joint)
-        except MirrorError as failure:
+        except ModelError as failure:
             diagnostics.error(str(failure), span, "without `mirror`, link by degree of freedom")
             return []
         return [(k, k, sign) for k, sign in enumerate(signs)]

@@ -11,7 +11,7 @@ from typing import assert_never
 
 import numpy as np
 
-from generator.diagnostics import MoverError, spelling_hint
+from generator.diagnostics import ModelError, spelling_hint
 from generator.drive import Drive
 from generator.figure import AxisKind, Joint
 from generator.kinematics.links import Coordinate, Links
@@ -28,10 +28,6 @@ _RANK_TOLERANCE = 1e-7
 """Smallest singular value of rows that do not follow from each other [m or 1]."""
 
 
-class PrescriptionError(MoverError, ValueError):
-    """Joints that cannot be locked, linked or driven as asked; the message says why."""
-
-
 @dataclass(frozen=True)
 class PrescribedMotion:
     """Which displacements of a tree are prescribed, and how.
@@ -43,7 +39,7 @@ class PrescribedMotion:
         drives: by joint; of turns only.
 
     Raises:
-        PrescriptionError: a joint is unknown, does not move, closes a loop, or is told two ways.
+        ModelError: a joint is unknown, does not move, closes a loop, or is told two ways.
     """
 
     tree: Tree
@@ -58,21 +54,21 @@ class PrescribedMotion:
         for name, drive in self.drives.items():
             self._check_drive_fits(name, drive)
             if name in self.locked:
-                raise PrescriptionError(f"joint {name} is both locked and driven")
+                raise ModelError(f"joint {name} is both locked and driven")
         driven = self._driven_coordinates
         for link in self.links.resolved:
             for freedom in (link.follower, link.control):
                 joint = self._require_movable_joint(freedom.joint, "linked")
                 if freedom.index >= len(joint.chain):
-                    raise PrescriptionError(
+                    raise ModelError(
                         f"joint {joint.name} has {len(joint.chain)} degrees of freedom: "
                         f"{freedom} cannot be linked"
                     )
                 self._check_is_rotation(joint, freedom.index, "linked")
             if link.follower.joint in self.locked:
-                raise PrescriptionError(f"{link.follower} follows {link.control} and is locked")
+                raise ModelError(f"{link.follower} follows {link.control} and is locked")
             if link.follower in driven:
-                raise PrescriptionError(f"{link.follower} follows {link.control} and is driven")
+                raise ModelError(f"{link.follower} follows {link.control} and is driven")
 
     def __bool__(self) -> bool:
         """Whether anything is prescribed."""
@@ -88,16 +84,16 @@ class PrescribedMotion:
         )
 
     def _require_movable_joint(self, name: str, verb: str) -> Joint:
-        """The joint of a name. Raises PrescriptionError when it cannot be prescribed."""
+        """The joint of a name. Raises ModelError when it cannot be prescribed."""
         joint = self.tree.figure.joints.get(name)
         if joint is None:
             hint = spelling_hint(name, self.tree.figure.joints)
-            raise PrescriptionError(f"there is no joint {name} to be {verb}; {hint}")
+            raise ModelError(f"there is no joint {name} to be {verb}; {hint}")
         if not joint.chain:
-            raise PrescriptionError(f"joint {name} does not move, so it cannot be {verb}")
+            raise ModelError(f"joint {name} does not move, so it cannot be {verb}")
         if joint in self.tree.closures:
             others = ", ".join(branch.joint.name for branch in self.tree.joints)
-            raise PrescriptionError(
+            raise ModelError(
                 f"joint {name} closes a loop and cannot be {verb}: its displacements follow from "
                 f"those of {others}"
             )
@@ -109,7 +105,7 @@ class PrescribedMotion:
             case AxisKind.ROTATION:
                 return
             case AxisKind.TRANSLATION:
-                raise PrescriptionError(
+                raise ModelError(
                     f"{Coordinate(joint.name, index)} slides: "
                     f"only turns can be {verb} in a simulation"
                 )
@@ -121,7 +117,7 @@ class PrescribedMotion:
         freedoms = driven_indices(joint, drive)
         count = np.shape(drive.values)[1]
         if len(freedoms) != count or max(freedoms) >= len(joint.chain):
-            raise PrescriptionError(
+            raise ModelError(
                 f"joint {name} has {len(joint.chain)} degrees of freedom, which its drive of "
                 f"{count} columns does not fit"
             )
@@ -193,13 +189,13 @@ class PrescribedMotion:
         return driven_indices(self.tree.figure.joints[name], self.drives[name])
 
     def check_loops(self, placement: Placement) -> None:
-        """Raise PrescriptionError where loops and prescriptions hold the same motion twice."""
+        """Raise ModelError where loops and prescriptions hold the same motion twice."""
         if not self.tree.closures or not self:
             return
         loops = loop_closure_jacobian(placement)
         if _rank(loops @ self.free_jacobian) < _rank(loops):
             closing = ", ".join(joint.name for joint in self.tree.closures)
-            raise PrescriptionError(
+            raise ModelError(
                 f"the loop that {closing} closes is over-constrained: it does not leave as many "
                 f"motions as are prescribed of {', '.join(sorted(self.held))}"
             )

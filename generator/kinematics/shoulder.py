@@ -23,7 +23,7 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError
 from generator.rotations import Array, matrix_from_axis_angle, wrap_angle
 from springs.published import tables as published
 from springs.published.reference import Reference
@@ -151,10 +151,6 @@ MIN_LONGITUDE, MAX_LONGITUDE = -QUARTER_TURN, 3.0 * QUARTER_TURN
 """Longitudes between which the formulas hold; other values are brought there by whole turns."""
 
 
-class ShoulderError(MoverError, ValueError):
-    """There is no such arm; the message says why."""
-
-
 @dataclass(frozen=True)
 class ShoulderAngles:
     """The five angles of one shoulder [rad], arrays of one shape.
@@ -187,7 +183,7 @@ def shoulder_angles(
         rhythm: how the clavicle follows the arm.
 
     Raises:
-        ShoulderError: a latitude is not between 0 and pi, or a value is not finite.
+        ModelError: a latitude is not between 0 and pi, or a value is not finite.
     """
     phi, theta = _checked_direction(latitude, longitude)
     elevation = np.pi - phi  # eq. 5.39
@@ -207,7 +203,7 @@ def natural_twist(latitude: ArrayLike, longitude: ArrayLike) -> Array:
 
     Modulo a turn it is continuous everywhere but at the seam, and makes one orientation of all
     longitudes at each pole. On the seam itself it is the middle of its two limits, as printed.
-    Raises ShoulderError as `shoulder` does.
+    Raises ModelError as `shoulder` does.
     """
     return _twist(*_checked_direction(latitude, longitude))
 
@@ -228,13 +224,13 @@ def _twist(latitude: Array, longitude: Array) -> Array:
 
 
 def _checked_direction(latitude: ArrayLike, longitude: ArrayLike) -> tuple[Array, Array]:
-    """Latitude and longitude of one shape, the longitude within a turn. Raises ShoulderError."""
+    """Latitude and longitude of one shape, the longitude within a turn. Raises ModelError."""
     given = np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
     phi, theta = np.broadcast_arrays(*given)
     if not (np.all(np.isfinite(phi)) and np.all(np.isfinite(theta))):
-        raise ShoulderError("latitude and longitude are finite numbers")
+        raise ModelError("latitude and longitude are finite numbers")
     if np.any((phi < 0.0) | (phi > np.pi)):
-        raise ShoulderError("the latitude is between 0 deg, overhead, and 180 deg, hanging")
+        raise ModelError("the latitude is between 0 deg, overhead, and 180 deg, hanging")
     within = (theta >= MIN_LONGITUDE) & (theta <= MAX_LONGITUDE)
     return phi, np.where(
         within, theta, MIN_LONGITUDE + np.mod(theta - MIN_LONGITUDE, 4.0 * QUARTER_TURN)
@@ -347,7 +343,7 @@ def jumps_near(
 ) -> tuple[Jump, ...]:
     """The jumps within an angle [rad] of an arm's direction, nearest first.
 
-    Raises ShoulderError as `shoulder` does.
+    Raises ModelError as `shoulder` does.
     """
     shoulder_angles(latitude, longitude, rhythm)
     near = [

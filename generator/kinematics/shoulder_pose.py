@@ -12,14 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from generator.diagnostics import spelling_hint
+from generator.diagnostics import ModelError, spelling_hint
 from generator.figure import Figure, Joint, SiteRef
-from generator.joint_chain import Chain, ChainError, build_chain
+from generator.joint_chain import Chain, build_chain
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.shoulder import (
     OTANI,
     ShoulderAngles,
-    ShoulderError,
     ShoulderRhythm,
     Side,
     angle_between,
@@ -83,7 +82,7 @@ def pose_arm(
         rhythm: how the clavicle follows the arm.
 
     Raises:
-        ShoulderError: there is no such direction, or the figure has no such arm.
+        ModelError: there is no such direction, or the figure has no such arm.
     """
     angles = shoulder_angles(latitude, longitude, rhythm)
     arm = _find_arm(figure, side)
@@ -126,11 +125,11 @@ def _elbow_direction(placement: Placement, arm: _Arm) -> Array:
 
 
 def _find_arm(figure: Figure, side: Side) -> _Arm:
-    """The arm of a figure. Raises ShoulderError when it has none, or one that cannot be aimed."""
+    """The arm of a figure. Raises ModelError when it has none, or one that cannot be aimed."""
     ball, hinge = (_find_joint(figure, f"{side.value}_{part}") for part in ("shoulder", "elbow"))
     shared = _joint_segments(ball) & _joint_segments(hinge)
     if len(shared) != 1:
-        raise ShoulderError(
+        raise ModelError(
             f"the joints `{ball.name}` and `{hinge.name}` share no segment, the upper arm"
         )
     (humerus,) = shared
@@ -138,21 +137,21 @@ def _find_arm(figure: Figure, side: Side) -> _Arm:
     torso, clavicle = carrier, figure.joints.get(f"{side.value}_clavicle")
     if clavicle is not None:
         if carrier not in _joint_segments(clavicle):
-            raise ShoulderError(f"the joint `{clavicle.name}` does not carry `{ball.name}`")
+            raise ModelError(f"the joint `{clavicle.name}` does not carry `{ball.name}`")
         (torso,) = _joint_segments(clavicle) - {carrier}
     elbow, socket = (
         next(ref for ref in joint.ends if ref.segment == humerus) for joint in (hinge, ball)
     )
     arm = _Arm(clavicle, ball, torso, carrier, humerus, elbow, socket)
     if not np.any(_shoulder_to_elbow(figure, arm)):
-        raise ShoulderError(f"the joints `{ball.name}` and `{hinge.name}` are at one point")
+        raise ModelError(f"the joints `{ball.name}` and `{hinge.name}` are at one point")
     return arm
 
 
 def _find_joint(figure: Figure, name: str) -> Joint:
     if name not in figure.joints:
         hint = spelling_hint(name, figure.joints) or "it has none"
-        raise ShoulderError(f"the figure has no joint `{name}`; {hint}")
+        raise ModelError(f"the figure has no joint `{name}`; {hint}")
     return figure.joints[name]
 
 
@@ -181,7 +180,7 @@ def _zero_orientation(figure: Figure, joint: Joint, base: str) -> Array:
 def _solve_displacements(figure: Figure, joint: Joint, base: str, orientation: Array) -> Array:
     """Displacements that give the other segment of a joint the orientation `orientation` in `base`.
 
-    Raises ShoulderError when the joint cannot.
+    Raises ModelError when the joint cannot.
     """
     parent, child = _site_orientations(figure, joint)
     forward = orientation if joint.parent.segment == base else orientation.T
@@ -190,7 +189,7 @@ def _solve_displacements(figure: Figure, joint: Joint, base: str, orientation: A
     missed = float(np.linalg.norm(chain.pose_residual(asked)[:3]))
     found = chain.displacements(asked)
     if missed > MAX_ROTATION_ERROR:
-        raise ShoulderError(
+        raise ModelError(
             f"the joint `{joint.name}` cannot turn so: it stays {np.degrees(missed):.3g} deg away"
         )
     return found
@@ -199,8 +198,8 @@ def _solve_displacements(figure: Figure, joint: Joint, base: str, orientation: A
 def _build_chain(joint: Joint) -> Chain:
     try:
         return build_chain(joint.chain)
-    except ChainError as failure:
-        raise ShoulderError(f"joint `{joint.name}`: {failure}") from None
+    except ModelError as failure:
+        raise ModelError(f"joint `{joint.name}`: {failure}") from None
 
 
 def _site_orientations(figure: Figure, joint: Joint) -> tuple[Array, Array]:

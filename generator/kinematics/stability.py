@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
-from generator.diagnostics import InputError, MoverError, error, spelling_hint
+from generator.diagnostics import InputError, UsageError, error, spelling_hint
 from generator.figure import Figure, Segment, SiteRef
 from generator.geometry.read import read_segment_surface
 from generator.kinematics.centre_of_mass import own_segments
@@ -197,10 +197,6 @@ Poses = Mapping[str, Array]
 """Of the segments in the world, shape (4, 4) each."""
 
 
-class UnknownSupportError(MoverError):
-    """A support that names no segment, face or site of the figure."""
-
-
 @dataclass(frozen=True)
 class Points:
     """Points of support in one pose.
@@ -243,11 +239,11 @@ class Patch:
 
 
 def patch_from_site(figure: Figure, ref: SiteRef) -> Patch:
-    """The point of a site. Raises UnknownSupportError when the figure has none such."""
+    """The point of a site. Raises UsageError when the figure has none such."""
     segment = _find_segment(figure, ref.segment)
     if ref.site not in segment.sites:
         hint = spelling_hint(ref.site, segment.sites)
-        raise UnknownSupportError(f"segment `{ref.segment}` has no site `{ref.site}`; {hint}")
+        raise UsageError(f"segment `{ref.segment}` has no site `{ref.site}`; {hint}")
     point = figure.site(ref).pose_in_segment[None, :3, 3]
     return Patch(ref.segment, point, (str(ref),), (str(ref),))
 
@@ -256,14 +252,14 @@ def patch_from_faces(figure: Figure, name: str, numbers: Sequence[int] | None = 
     """The corners of faces of a segment, by their numbers from 1 in its psurf; else of all.
 
     Raises:
-        UnknownSupportError: the figure has no such segment, or its psurf no such face.
+        UsageError: the figure has no such segment, or its psurf no such face.
         InputError: the segment has no psurf, or one that cannot be read.
     """
     surface = read_segment_surface(figure, _find_segment(figure, name))
     count = surface.face_count
     for number in numbers or ():
         if not 0 < number <= count:
-            raise UnknownSupportError(
+            raise UsageError(
                 f"there is no face {number}: the psurf of `{name}` has {count}, counted from 1"
             )
     chosen = range(1, count + 1) if numbers is None else numbers
@@ -357,7 +353,7 @@ class LowFaces:
 def _find_segment(figure: Figure, name: str) -> Segment:
     if name not in figure.segments:
         hint = spelling_hint(name, figure.segments)
-        raise UnknownSupportError(f"the figure has no segment `{name}`; {hint}")
+        raise UsageError(f"the figure has no segment `{name}`; {hint}")
     return figure.segments[name]
 
 

@@ -202,7 +202,7 @@ def build_tree(figure: Figure) -> Tree:
     """The tree of a figure, breadth first from the ground, joints in the order of the file.
 
     Raises:
-        ChainError: a joint's chain is none that one joint can hold.
+        ModelError: a joint's chain is none that one joint can hold.
         ValueError: a segment cannot be reached from the root.
     """
     chains = {name: build_chain(joint.chain) for name, joint in figure.joints.items()}

@@ -60,7 +60,7 @@ def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
 
     Raises:
         InputError: segments that move lack a mass, an inertia or a centre of mass, or none moves.
-        ChainError: a joint's chain is none that one joint can hold.
+        ModelError: a joint's chain is none that one joint can hold.
         OpenLoopError: the figure is drawn in a pose that opens a loop, which cannot be closed.
     """
     faults = [

@@ -8,9 +8,9 @@ from pathlib import Path
 from generator.diagnostics import (
     Diagnostics,
     InputError,
-    MoverError,
     Source,
     TooManyErrors,
+    UsageError,
     shorten,
     spelling_hint,
 )
@@ -145,10 +145,6 @@ nor among those of motions (`generator.motion_files.FORMATS`).
 """
 
 
-class UnknownModelFormatError(MoverError):
-    """A name or a path that means no format of models."""
-
-
 def suffixes() -> list[str]:
     """All suffixes that mean a format of models."""
     return [suffix for each in MODEL_FORMATS.values() for suffix in each.suffixes]
@@ -157,13 +153,11 @@ def suffixes() -> list[str]:
 def model_format(path: Path, name: str | None = None) -> ModelFormat:
     """The format of this name, or without one that of the path's suffix or of a folder's name.
 
-    Raises UnknownModelFormatError, which names those that are known.
+    Raises UsageError, which names those that are known.
     """
     if name is not None:
         if name not in MODEL_FORMATS:
-            raise UnknownModelFormatError(
-                f"unknown format `{name}`; {spelling_hint(name, MODEL_FORMATS)}"
-            )
+            raise UsageError(f"unknown format `{name}`; {spelling_hint(name, MODEL_FORMATS)}")
         return MODEL_FORMATS[name]
     for each in MODEL_FORMATS.values():
         if path.suffix.lower() in each.suffixes:
@@ -171,4 +165,4 @@ def model_format(path: Path, name: str | None = None) -> ModelFormat:
     if path.name in MODEL_FORMATS and not MODEL_FORMATS[path.name].suffixes:
         return MODEL_FORMATS[path.name]
     said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
-    raise UnknownModelFormatError(f"{path}: {said} of a model; known are {', '.join(suffixes())}")
+    raise UsageError(f"{path}: {said} of a model; known are {', '.join(suffixes())}")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import UsageError
 from generator.figure import Figure
 from generator.losses import Losses
 from generator.motion_files import action, bvh, glb, npz, tables, x3d
@@ -23,7 +23,7 @@ __all__ = [
     "MOTION_FORMATS",
     "ActionFile",
     "FigureMotion",
-    "UnknownMotionFormatError",
+    "UsageError",
     "action_from_recording",
     "format_action",
     "motion_from_action",
@@ -55,19 +55,13 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
 """What writes a motion of a figure to a path, by suffix."""
 
 
-class UnknownMotionFormatError(MoverError):
-    """A path whose suffix names no format."""
-
-
 def motion_writer(path: Path) -> MotionWriter:
     """What writes the format that a path's suffix names. Raises UnknownFormatError."""
     try:
         return MOTION_FORMATS[path.suffix.lower()]
     except KeyError:
         said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
-        raise UnknownMotionFormatError(
-            f"{path}: {said}; known are {', '.join(MOTION_FORMATS)}"
-        ) from None
+        raise UsageError(f"{path}: {said}; known are {', '.join(MOTION_FORMATS)}") from None
 
 
 def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError
 from generator.figure import Figure, Segment, SiteRef
 from generator.kinematics.placement import Placement, segment_jacobians
 from generator.loads import LoadKind, TimedLoad, constant_load
@@ -27,15 +27,11 @@ from generator.simulation.exudyn_api import (
 Vector = tuple[float, float, float]
 
 
-class IncompleteFigureError(MoverError):
-    """A segment lacks what a simulation needs of it."""
-
-
 def require_centre_of_mass(segment: Segment) -> Array:
     """Position of the centre of mass in the segment frame [m], shape (3,)."""
     centre = segment.centre_of_mass
     if centre is None or segment.mass is None or segment.inertia is None or not segment.mass > 0.0:
-        raise IncompleteFigureError(
+        raise ModelError(
             f"segment {segment.name} cannot be simulated: "
             "it needs a positive mass, an inertia and a site CM"
         )
@@ -59,14 +55,14 @@ def add_bodies(
         gravity: [m/s^2].
 
     Raises:
-        IncompleteFigureError: a segment lacks mass, inertia or CM, or there is none that moves.
+        ModelError: a segment lacks mass, inertia or CM, or there is none that moves.
 
     Returns:
         Object index of each segment (the ground's for those that do not move), and of the ground.
     """
     figure: Figure = placement.tree.figure
     if not figure.bodies:
-        raise IncompleteFigureError("the figure cannot be simulated: none of its segments moves")
+        raise ModelError("the figure cannot be simulated: none of its segments moves")
     ground = mbs.AddObject(items.ObjectGround())
     bodies: dict[str, Index] = dict.fromkeys(figure.ground, ground)
     maps = segment_jacobians(placement)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import spelling_hint
+from generator.diagnostics import ModelError, spelling_hint
 from generator.figure import AxisKind, Figure, SiteRef
 from generator.joint_chain import Chain
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
@@ -29,7 +29,7 @@ from generator.simulation.relative_rotation import (
     SphericalAngles,
     build_joint_end,
 )
-from generator.simulation.springs import Connector, JointKind, SpringBuilder, SpringError
+from generator.simulation.springs import Connector, JointKind, SpringBuilder
 from springs import FLOATS, CoupledAxis, CoupledSpring, group_torque
 
 _COORDINATES_PER_BODY = 7
@@ -59,13 +59,13 @@ def check_coupled(figure: Figure, springs: Sequence[CoupledSpring]) -> None:
     """Refuse coupled laws that do not fit a figure.
 
     Raises:
-        SpringError: an unknown joint, a joint without turns, or an axis that a joint does not have.
+        ModelError: an unknown joint, a joint without turns, or an axis that a joint does not have.
     """
     for spring in springs:
         for name, axis in zip(spring.law.coordinates, spring.axes, strict=True):
             joint = figure.joints.get(axis.joint)
             if joint is None:
-                raise SpringError(
+                raise ModelError(
                     f"the figure has no joint {axis.joint}, to which a coupled law gives its "
                     f"{name}; {spelling_hint(axis.joint, figure.joints)}"
                 )
@@ -75,10 +75,10 @@ def check_coupled(figure: Figure, springs: Sequence[CoupledSpring]) -> None:
                 if factor.kind is AxisKind.ROTATION
             ]
             if not turns:
-                raise SpringError(f"joint {joint.name} has the {name} of a coupled law but no turn")
+                raise ModelError(f"joint {joint.name} has the {name} of a coupled law but no turn")
             across = _distance_from_span(np.array(turns), np.asarray(axis.direction))
             if across > PERPENDICULAR_TOLERANCE:
-                raise SpringError(
+                raise ModelError(
                     f"joint {joint.name} does not turn about {axis.direction}, the axis of the "
                     f"{name} of a coupled law"
                 )

@@ -4,11 +4,7 @@ import sys
 from contextlib import redirect_stdout
 from io import StringIO
 
-from generator.diagnostics import MoverError
-
-
-class NoExudynError(MoverError):
-    """Exudyn is not there, or a library of the system that it needs is not."""
+from generator.diagnostics import NotInstalledError
 
 
 def import_exudyn() -> None:
@@ -18,7 +14,7 @@ def import_exudyn() -> None:
     what it has. Exudyn announces the choice on the standard output, which is kept quiet here.
 
     Raises:
-        NoExudynError: it cannot be loaded; the message names what is missing.
+        NotInstalledError: it cannot be loaded; the message names what is missing.
     """
     if "exudyn" not in sys.modules:
         sys.exudynFast = True  # pyright: ignore[reportAttributeAccessIssue]
@@ -26,7 +22,7 @@ def import_exudyn() -> None:
         with redirect_stdout(StringIO()):
             import exudyn as _  # noqa: F401
     except ImportError as failure:
-        raise NoExudynError(_import_error_message(str(failure))) from None
+        raise NotInstalledError(_import_error_message(str(failure))) from None
 
 
 def _import_error_message(failure: str) -> str:

@@ -7,13 +7,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError
 from generator.figure import Figure
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops as close_loops
 from generator.kinematics.loops import consistent_rates
 from generator.kinematics.placement import Displacements, Placement, initial_displacements
-from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
+from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.simulation.bodies import add_bodies, add_loads, add_marker, constant_site_loads
@@ -29,10 +29,6 @@ from generator.simulation.joints import (
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.springs import Connector, SpringBuilder, add_joint_springs
 from springs import JointSprings, SpringSet
-
-
-class UnknownJointError(MoverError):
-    """Values are given for a joint that the figure lacks, or not as many as it has freedoms."""
 
 
 @dataclass(frozen=True)
@@ -104,10 +100,10 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     """Where a run starts.
 
     Raises:
-        UnknownJointError: the plan names a joint that the figure lacks.
-        PrescriptionError: joints cannot be locked, linked or driven as the plan asks.
+        ModelError: the plan names a joint that the figure lacks.
+        ModelError: joints cannot be locked, linked or driven as the plan asks.
         OpenLoopError: the pose opens a loop that cannot be closed.
-        ChainError: a joint's chain is none that one joint can hold.
+        ModelError: a joint's chain is none that one joint can hold.
     """
     tree = build_tree(figure)
     displacements = {
@@ -131,16 +127,16 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     put_in = prescribed.impose_rates(rates, plan.start)
     for name in plan.velocities:
         if not np.allclose(rates[name], put_in[name], rtol=1e-9, atol=1e-9):
-            raise PrescriptionError(
+            raise ModelError(
                 f"joint {name} is locked, linked or driven, and cannot start with another velocity"
             )
     return InitialState(placement, put_in, prescribed)
 
 
 def _check_prescribed_joints_kept(prescribed: PrescribedMotion, freed: Figure) -> None:
-    """Raise PrescriptionError for a joint that letting the root go has taken away."""
+    """Raise ModelError for a joint that letting the root go has taken away."""
     for name in sorted(prescribed.held - freed.joints.keys()):
-        raise PrescriptionError(
+        raise ModelError(
             f"joint {name} holds the figure to the ground, from which a free root lets it go: "
             "it cannot be locked, linked or driven"
         )
@@ -160,14 +156,14 @@ def _checked_joint_values(figure: Figure, values: Mapping[str, Any]) -> dict[str
     for name, numbers in values.items():
         joint = figure.joints.get(name)
         if joint is None:
-            raise UnknownJointError(f"the figure has no joint {name}")
+            raise ModelError(f"the figure has no joint {name}")
         array = np.asarray(numbers, dtype=float)
         if array.shape != (joint.degrees_of_freedom,):
-            raise UnknownJointError(
+            raise ModelError(
                 f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"
             )
         if not np.all(np.isfinite(array)):
-            raise UnknownJointError(f"a value given for joint {name} is not finite")
+            raise ModelError(f"a value given for joint {name} is not finite")
         checked[name] = array
     return checked
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError
 from generator.figure import Joint
 from generator.joint_chain import Chain
 from generator.kinematics.placement import Placement
@@ -53,10 +53,6 @@ from springs import (
     elastic_torque,
     total_torque,
 )
-
-
-class SpringError(MoverError):
-    """A spring that no connector can represent."""
 
 
 class JointKind(Enum):
@@ -265,7 +261,7 @@ def _add_torsional_connector(
 def add_prismatic_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
 ) -> Connector:
-    """A force along one translation of a joint. Raises SpringError without one along the spring."""
+    """A force along one translation of a joint. Raises ModelError without one along the spring."""
     if len(chain.translations) == 1:
         return _add_single_translation_spring(builder, joint, chain, spring)
     return _add_multi_translation_spring(builder, joint, chain, spring)
@@ -324,12 +320,12 @@ def _add_multi_translation_spring(
 
 
 def _translation_index(joint: Joint, chain: Chain, spring: AxisSpring) -> int:
-    """The factor of a chain along which a spring is. Raises SpringError when there is none."""
+    """The factor of a chain along which a spring is. Raises ModelError when there is none."""
     for k in chain.translations:
         across = np.cross(unit_vector(chain.joint_axes[k].axis), spring.direction)
         if float(np.linalg.norm(across)) < PERPENDICULAR_TOLERANCE:
             return k
-    raise SpringError(f"joint {joint.name} does not slide along {spring.direction}")
+    raise ModelError(f"joint {joint.name} does not slide along {spring.direction}")
 
 
 def add_joint_springs(
@@ -350,17 +346,17 @@ def add_joint_springs(
         read_rotation: whether the joint's turn is read in any case, also without springs about its axes.
 
     Raises:
-        SpringError: springs about axes or along slides that the joint's chain does not have, or that
+        ModelError: springs about axes or along slides that the joint's chain does not have, or that
             no simulation supports.
     """
     chain = builder.placement.tree.chains[joint.name]
     if springs.axes and not chain.rotations:
-        raise SpringError(f"joint {joint.name} has springs about axes but no rotation")
+        raise ModelError(f"joint {joint.name} has springs about axes but no rotation")
     if springs.translations and not chain.translations:
-        raise SpringError(f"joint {joint.name} has springs along slides but no translation")
+        raise ModelError(f"joint {joint.name} has springs along slides but no translation")
     refusal = unsupported_spring(builder.placement, joint, springs, is_coupled=read_rotation)
     if refusal is not None:
-        raise SpringError(refusal.reason)
+        raise ModelError(refusal.reason)
     made: list[Connector] = []
     if springs.axes or read_rotation:
         if len(chain.rotations) == 1:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError
 from generator.figure import Figure, Site
 from generator.kinematics.links import Links
 from generator.kinematics.placement import (
@@ -210,10 +210,6 @@ def _add_force(wrench: Array, force: Array, point: Array) -> None:
     wrench[:, 3:] += force
 
 
-class StaticsError(MoverError):
-    """The torques of the joints cannot be told from those on the bodies."""
-
-
 def static_torques(
     figure: Figure, poses: Sequence[Displacements], plan: Plan | None = None
 ) -> Mapping[str, Array]:
@@ -231,7 +227,7 @@ def static_torques(
         By joint, about the child's site in the parent's site axes, shape (n, 3) [N m].
 
     Raises:
-        StaticsError: the figure has loops, or a joint with springs is turned by 180 deg.
+        ModelError: the figure has loops, or a joint with springs is turned by 180 deg.
         MoverError: the figure cannot be built, or a pose does not fit it.
     """
     still = replace(
@@ -281,11 +277,11 @@ class _StaticModel:
 
     @classmethod
     def from_assembly(cls, assembly: ExudynModel) -> "_StaticModel":
-        """Prepare an assembly. Raises StaticsError for loops."""
+        """Prepare an assembly. Raises ModelError for loops."""
         closures = assembly.placement.tree.closures
         if closures:
             names = ", ".join(joint.name for joint in closures)
-            raise StaticsError(
+            raise ModelError(
                 f"the loop that {names} closes hides which joint a torque comes from: "
                 "only figures without loops can be read at rest"
             )
@@ -324,10 +320,10 @@ class _StaticModel:
         return torques
 
     def _check_half_turn(self, placement: Placement) -> None:
-        """Raise StaticsError where springs see a rotation vector that may point either way."""
+        """Raise ModelError where springs see a rotation vector that may point either way."""
         for name in self.spherical_joints:
             if is_at_half_turn(placement, placement.tree.figure.joints[name]):
-                raise StaticsError(
+                raise ModelError(
                     f"joint {name} is turned by 180 deg, where the torque of its springs is not "
                     "defined"
                 )

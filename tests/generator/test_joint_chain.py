@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.diagnostics import ModelError
 from generator.figure import AxisKind, JointAxis
-from generator.joint_chain import Chain, ChainError, build_chain
+from generator.joint_chain import Chain, build_chain
 from generator.rotations import matrix_from_xyz, pose_matrix
 from tests.chains import SKEW, chain
 
@@ -107,7 +108,7 @@ def test_the_gap_of_a_hinge_that_is_bent_and_parted() -> None:
     ],
 )
 def test_chains_that_no_joint_can_hold(text, reason) -> None:
-    with pytest.raises(ChainError, match=reason):
+    with pytest.raises(ModelError, match=reason):
         build_chain(chain(text))
 
 

@@ -10,8 +10,9 @@ from typing import assert_never
 
 import numpy as np
 
+from generator.diagnostics import ModelError
 from generator.figure import AxisKind, JointAxis, Vector
-from generator.joint_chain import ChainError, build_chain
+from generator.joint_chain import build_chain
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array
@@ -86,7 +87,7 @@ def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointG
     slides = [freedom for freedom in dofs if freedom.kind is AxisKind.TRANSLATION]
     try:
         build_chain(_joint_chain(dofs, np.eye(3)))
-    except ChainError:
+    except ModelError:
         return None
     centre = _axes_intersection(turns)
     if centre is None:

@@ -19,10 +19,10 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.diagnostics import Diagnostic, Span, error
+from generator.diagnostics import Diagnostic, ModelError, Span, error
 from generator.figure import AxisKind, Joint, JointAxis, Vector
 from generator.figure_file.resolve import origin_span
-from generator.joint_chain import ChainError, build_chain
+from generator.joint_chain import build_chain
 from generator.loads import LoadKind
 from generator.rotations import Array, RotationSequence, rotation_with_z_axis
 from generator.springs_file.axes import parallel_sign, rotation_axes
@@ -190,7 +190,7 @@ def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
     who = f"joint `{joint.name}`"
     try:
         chain = build_chain(joint.chain)
-    except ChainError as failure:
+    except ModelError as failure:
         return error(
             f"{who} cannot be written for DYSPAM: {failure}", place, _SUPPORTED_JOINTS_HINT
         )

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.placement import initial_displacements
-from generator.kinematics.prescribed import PrescribedMotion, PrescriptionError
+from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
 from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
@@ -96,7 +97,7 @@ def test_what_cannot_be_asked_for(given, said) -> None:
     }
     tree = build_tree(MADE)
     locked = {name: np.zeros(3) for name in given["locked"]}
-    with pytest.raises(PrescriptionError, match=said):
+    with pytest.raises(ModelError, match=said):
         PrescribedMotion(
             tree, Links(tuple(given.get("links", ()))), locked, given.get("drives", {})
         )
@@ -109,12 +110,12 @@ def test_slides_can_be_locked_but_not_linked_or_driven() -> None:
         {"drives": {"joint0": TABLE}},
         {"links": [Link(freedom("joint1"), freedom("joint0"))]},
     ):
-        with pytest.raises(PrescriptionError, match="slides: only turns can be"):
+        with pytest.raises(ModelError, match="slides: only turns can be"):
             prescribed(made=made, **given)
 
 
 def test_a_fixed_joint_does_not_move() -> None:
-    with pytest.raises(PrescriptionError, match="joint0 does not move, so it cannot be locked"):
+    with pytest.raises(ModelError, match="joint0 does not move, so it cannot be locked"):
         prescribed(locked=["joint0"], made=row(2, ((), chain("Rz"))))
 
 
@@ -125,15 +126,15 @@ def test_a_loop_takes_one_prescription_and_not_two() -> None:
     assert start.placement.pose_in_parent(made.joints["rocker_pin"])[:3, 3] == pytest.approx(
         0, abs=1e-9
     )
-    with pytest.raises(PrescriptionError, match="rocker_pin closes is over-constrained"):
+    with pytest.raises(ModelError, match="rocker_pin closes is over-constrained"):
         initial_state(made, Plan(locked=("crank_bearing", "crank_pin")))
-    with pytest.raises(PrescriptionError, match="rocker_pin closes a loop and cannot be locked"):
+    with pytest.raises(ModelError, match="rocker_pin closes a loop and cannot be locked"):
         initial_state(made, Plan(locked=("rocker_pin",)))
 
 
 def test_a_free_root_takes_joints_to_the_ground_away() -> None:
     made = read_figure(FIGURES / "prototype.fig")
-    with pytest.raises(PrescriptionError, match="root_torso holds the figure to the ground"):
+    with pytest.raises(ModelError, match="root_torso holds the figure to the ground"):
         initial_state(made, Plan(free_root=True, locked=("root_torso",)))
     assert initial_state(
         made, Plan(free_root=True, locked=("waist",))
@@ -160,7 +161,7 @@ def test_a_run_starts_as_it_is_prescribed() -> None:
     assert start.rates["joint2"] == pytest.approx([1.0, 2.0, 3.0])
     for name in ("joint0", "joint1", "joint3"):
         velocities = {name: (7.0,) * len(MADE.joints[name].chain)}
-        with pytest.raises(PrescriptionError, match="cannot start with another velocity"):
+        with pytest.raises(ModelError, match="cannot start with another velocity"):
             initial_state(MADE, replace(plan, velocities=velocities))
 
 

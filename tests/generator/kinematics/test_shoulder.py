@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.diagnostics import ModelError
 from generator.kinematics.shoulder import (
     MAX_LONGITUDE,
     MIN_LONGITUDE,
     RHYTHMS,
     TWIST_SEAM_LONGITUDE,
-    ShoulderError,
     arm_orientation,
     natural_twist,
     shoulder_angles,
@@ -178,5 +178,5 @@ def test_arrays_give_what_their_numbers_give(name):
 )
 def test_what_is_no_direction_is_refused(latitude, longitude, said):
     for function in (shoulder_angles, natural_twist):
-        with pytest.raises(ShoulderError, match=said):
+        with pytest.raises(ModelError, match=said):
             function(latitude, longitude)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from generator.diagnostics import ModelError
 from generator.kinematics.shoulder import (
     DE_GROOT_BRAND,
     MAX_LONGITUDE,
@@ -13,7 +14,6 @@ from generator.kinematics.shoulder import (
     OTANI,
     RHYTHMS,
     TWIST_SEAM_LONGITUDE,
-    ShoulderError,
     angle_between,
     arm_direction,
     arm_orientation,
@@ -81,7 +81,7 @@ def test_a_common_posture_is_near_none():
 
 
 def test_what_is_no_direction_is_refused():
-    with pytest.raises(ShoulderError, match="between 0 deg"):
+    with pytest.raises(ModelError, match="between 0 deg"):
         jumps_near(4.0, 0.0, OTANI)
 
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from generator.diagnostics import ModelError
 from generator.figure import AxisKind, JointAxis, Location, Rotation, Translation
 from generator.figure_file import read_figure
 from generator.kinematics.placement import forward_kinematics, initial_displacements
@@ -15,7 +16,6 @@ from generator.kinematics.shoulder import (
     MIN_LONGITUDE,
     OTANI,
     RHYTHMS,
-    ShoulderError,
     Side,
     clavicle_orientation,
     printed_angle_error,
@@ -174,16 +174,16 @@ def test_what_is_no_arm_is_refused():
             ("left_shouldr" if k == "left_shoulder" else k): v for k, v in figure.joints.items()
         },
     )
-    with pytest.raises(ShoulderError, match="no joint `left_shoulder`; did you mean `left_should"):
+    with pytest.raises(ModelError, match="no joint `left_shoulder`; did you mean `left_should"):
         pose_arm(nameless, Side.LEFT, 1.0, 1.0)
     apart = with_joint(figure, "left_elbow", parent=figure.joints["right_elbow"].parent)
-    with pytest.raises(ShoulderError, match="share no segment, the upper arm"):
+    with pytest.raises(ModelError, match="share no segment, the upper arm"):
         pose_arm(apart, Side.LEFT, 1.0, 1.0)
     at_one_point = with_site(figure, "left_upper_arm", "distal", Location())
-    with pytest.raises(ShoulderError, match="are at one point"):
+    with pytest.raises(ModelError, match="are at one point"):
         pose_arm(at_one_point, Side.LEFT, 1.0, 1.0)
     beside = with_joint(figure, "left_clavicle", child=figure.joints["right_clavicle"].child)
-    with pytest.raises(ShoulderError, match="`left_clavicle` does not carry `left_shoulder`"):
+    with pytest.raises(ModelError, match="`left_clavicle` does not carry `left_shoulder`"):
         pose_arm(beside, Side.LEFT, 1.0, 1.0)
 
 
@@ -192,7 +192,7 @@ def test_a_joint_that_cannot_reach_is_named():
     hinge = with_joint(
         figure, "left_shoulder", chain=(JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),)
     )
-    with pytest.raises(ShoulderError, match=r"`left_shoulder` cannot turn so: it stays .* deg"):
+    with pytest.raises(ModelError, match=r"`left_shoulder` cannot turn so: it stays .* deg"):
         pose_arm(hinge, Side.LEFT, 1.0, 1.0)
 
 

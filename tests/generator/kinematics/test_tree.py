@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from generator.joint_chain import ChainError
+from generator.diagnostics import ModelError
 from generator.kinematics.tree import build_tree
 from tests.chains import BALL, at, body, chain, figure, ground, joint, row, two_bodies
 
@@ -64,5 +64,5 @@ def test_a_segment_out_of_reach_is_named() -> None:
 
 def test_a_chain_that_no_joint_holds_is_refused() -> None:
     made = figure([ground(), body("a")], [joint("one", "ground.base", "a.near", chain("Rx Ty Rz"))])
-    with pytest.raises(ChainError):
+    with pytest.raises(ModelError):
         build_tree(made)

@@ -17,15 +17,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from generator import read_action, read_figure, write_recording
-from generator.diagnostics import InputError
+from generator.diagnostics import InputError, UsageError
 from generator.figure import AxisKind, Figure, JointAxis
-from generator.motion_files import (
-    ActionFile,
-    UnknownMotionFormatError,
-    action_from_recording,
-    format_action,
-    parse_action,
-)
+from generator.motion_files import ActionFile, action_from_recording, format_action, parse_action
 from generator.motion_files.action import format_displacement, parse_displacement
 from generator.motion_files.motion import Header
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
@@ -275,7 +269,7 @@ def test_a_file_that_is_not_there_is_a_sentence(tmp_path: Path):
 @pytest.mark.parametrize("name", ["fall.gif", "fall", "action"])
 def test_an_unknown_suffix_is_refused(tmp_path: Path, name: str):
     figure = read_figure("pendulum")
-    with pytest.raises(UnknownMotionFormatError, match=r"known are \.action, \.csv"):
+    with pytest.raises(UsageError, match=r"known are \.action, \.csv"):
         write_recording(recording_of(figure), figure, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 

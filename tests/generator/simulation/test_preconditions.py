@@ -6,10 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 from generator.cli.app import app
+from generator.diagnostics import ModelError
 from generator.figure_file import read_figure
 from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan, resolve_springs
-from generator.simulation.springs import SpringError
 
 FIGURE = """figure {{
   segment floor {{ mass = -1kg; site base->location = trans(0,0,0); }}
@@ -60,7 +60,7 @@ def built(path: Path) -> ExudynModel:
 @pytest.mark.parametrize("fields", REFUSED)
 def test_a_refusal_is_told_as_the_engine_tells_it(fields: str, tmp_path: Path):
     path, (message, field) = written(fields, tmp_path), REFUSED[fields]
-    with pytest.raises(SpringError, match=message) as caught:
+    with pytest.raises(ModelError, match=message) as caught:
         built(path)
     result = CliRunner().invoke(app, ["check", str(path)])
     assert result.exit_code == 1
