@@ -255,7 +255,7 @@ def test_there_may_be_no_error_stream():
     line = f"{sys.executable} -m generator.cli.app simulate pendulum --stop 0.1 2>&-"
     done = subprocess.run(line, shell=True, stdout=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 0
-    assert "done at 0.1 s" in done.stdout
+    assert "Finished 0.1 s" in done.stdout
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
