@@ -1,10 +1,10 @@
-"""What a format cannot hold: the losses that every writer returns."""
+"""Losses: the parts of a figure or motion that a format cannot hold."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 MAX_NAMED_PLACES = 8
-"""So many places are named in a sentence; the data names all."""
+"""Number of places that a sentence names; the data name all."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,12 @@ class Loss:
     where: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a loss that says nothing."""
+        """Refuse a loss without a sentence."""
         if not self.what.strip():
             raise ValueError("a loss says what was lost")
 
     def __str__(self) -> str:
-        """The sentence with its places."""
+        """Return the sentence with its places."""
         if not self.where:
             return self.what
         left = len(self.where) - MAX_NAMED_PLACES

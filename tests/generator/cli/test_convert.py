@@ -248,7 +248,7 @@ def test_an_archive_that_was_cut_is_refused(swing: Path):
     code, said = failure("convert", path, swing.with_name("out.glb"))
     assert (code, said.strip()) == (
         1,
-        f"error: `{path}` is no run: it is no archive of numpy, or not whole",
+        f"error: `{path}` is not a run: it is not an archive of numpy, or is truncated",
     )
 
 

@@ -129,7 +129,7 @@ def spoilt(name: str, at: tuple[int, ...], value: float, path: Path) -> list[str
 )
 def test_numbers_that_are_not_finite_are_refused(name, at, value, tmp_path: Path):
     path = tmp_path / "run.npz"
-    said = [f"`{path}` is no run: the array `{name}` holds numbers that are not finite"]
+    said = [f"`{path}` is not a run: the array `{name}` holds numbers that are not finite"]
     assert spoilt(name, at, value, path) == said
 
 
@@ -143,7 +143,7 @@ def test_a_last_time_without_bound_is_refused(tmp_path: Path):
 def test_poses_that_are_not_rigid_are_refused(at, value, tmp_path: Path):
     path = tmp_path / "run.npz"
     said = [
-        f"`{path}` is no run: the array `poses/crank` holds poses that are no rotation and shift"
+        f"`{path}` is not a run: the array `poses/crank` holds poses that are not rigid"
     ]
     assert spoilt("poses/crank", at, value, path) == said
 
@@ -208,7 +208,7 @@ def test_other_files_are_refused(tmp_path: Path):
     np.save(tmp_path / "one.npy", np.zeros(3))
     (tmp_path / "one.npy").rename(tmp_path / "one.npz")
     assert refused(tmp_path / "one.npz") == [
-        f"`{tmp_path / 'one.npz'}` is no run: it is one array, not an archive of them"
+        f"`{tmp_path / 'one.npz'}` is not a run: it is one array, not an archive of them"
     ]
     np.savez(tmp_path / "two.npz", thing=np.array([{}], dtype=object))
     assert "not whole" in refused(tmp_path / "two.npz")[0]
