@@ -82,7 +82,9 @@ FAULTS = {
     mjcf(f'<body><joint axis="0 0 nan"/>{GEOM}</body>'): "`nan` is not a number",
     mjcf(f'<body><joint axis="0 0 1e999"/>{GEOM}</body>'): "`1e999` is too large",
     mjcf(f'<body pos="1 2"><joint/>{GEOM}</body>'): "2 numbers instead of 3",
-    mjcf(f'<body quat="0 0 0 0"><joint/>{GEOM}</body>'): "the zero quaternion is not an orientation",
+    mjcf(
+        f'<body quat="0 0 0 0"><joint/>{GEOM}</body>'
+    ): "the zero quaternion is not an orientation",
     mjcf(f'<body quat="1 0 0 0" euler="0 0 0"><joint/>{GEOM}</body>'): (
         "`quat` and `euler` both give the orientation"
     ),

@@ -55,10 +55,10 @@ HINGES = ["right_elbow", "left_elbow", "right_knee", "left_knee"]
 SEVERAL = "springs of several rotations, unless equal about all axes"
 DAMPING = "damping of several rotations, unless equal about all axes"
 CURVED = "springs whose curve is not a piecewise cubic or has no zero"
-COULOMB = "the form of Coulomb friction: MuJoCo's own holds a joint at rest, where ours lets it creep"
+COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 ROWS = (
-    "joints of several degrees of freedom: they are rows of joints of one, with links without mass "
-    "between them"
+    "joints of several degrees of freedom: each is a row of single ones, with massless "
+    "links between them"
 )
 GRAVITY = "gravity: set it in the program that reads the file"
 SITES = "sites, but for those of joints"
@@ -106,7 +106,9 @@ def test_of_a_loop_urdf_loses_the_closing_joint_and_opensim_its_displacement() -
     closing = {"rocker_pin"}
     closed = {"springs of joints that close loops": closing}
     assert lost(format_mjcf, FOURBAR, springs) == closed
-    coordinates = {"displacements of joints that close loops, which do not become coordinates": closing}
+    coordinates = {
+        "displacements of joints that close loops, which do not become coordinates": closing
+    }
     assert lost(format_osim, FOURBAR, springs) == {**coordinates, **closed}
     losses = lost(format_urdf, FOURBAR, springs)
     assert losses["joints that close loops: the loops are open"] == closing
@@ -266,7 +268,9 @@ def test_other_figures_that_are_refused(module: object, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="none of the figure's segments moves"):
         module.write(bare, SpringSet(), path)
     along = slide("rail", (0.0, 1.0, 0.0), Linear(1.0))
-    with pytest.raises(InputError, match="`rail` has a spring along an axis on which it does not translate"):
+    with pytest.raises(
+        InputError, match="`rail` has a spring along an axis on which it does not translate"
+    ):
         module.write(on_a_rail(), spring_set(along), path)
     open_loop = LOOPS["closed by a ball"]
     far = replace(open_loop.segments["ground"].sites["right"], location=at(shift=(9.0, 0.0, 0.0)))

@@ -24,7 +24,7 @@ from generator.motion_files.action import format_displacement, parse_displacemen
 from generator.motion_files.motion import Header
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
 from generator.text_io import unwritable_reason, write_atomic
-from tests.paths import DOCS, FIGURES, ROOT
+from tests.paths import DOCS, FIGURES
 
 KNEE = (JointAxis(AxisKind.ROTATION, (0.0, -1.0, 0.0)),)
 FREE = (
