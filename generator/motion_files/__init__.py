@@ -56,7 +56,7 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
 
 
 def motion_writer(path: Path) -> MotionWriter:
-    """Return the writer for the suffix of a path. Raises UnknownMotionFormatError."""
+    """Return the writer for the suffix of a path. Raises UsageError."""
     try:
         return MOTION_FORMATS[path.suffix.lower()]
     except KeyError:
@@ -70,7 +70,7 @@ def write_recording(recording: Recording, figure: Figure, path: str | Path) -> L
     """Write a recording of a figure, whole or not at all, in the format of the path's suffix.
 
     Raises:
-        UnknownMotionFormatError: the suffix is unknown.
+        UsageError: the suffix is unknown.
         OSError: the file cannot be written.
         OtherMotionError: the recording is not one of the figure.
         MoverError: the format cannot hold the motion.
