@@ -1,9 +1,4 @@
-"""What can go wrong, said in sentences with a place.
-
-Where something was written: a text and a stretch of it.
-
-The faults found so far in one input, and when it is enough.
-"""
+"""Diagnostics of inputs, with their places in the text, and the errors of the project."""
 
 from bisect import bisect_left
 from collections.abc import Iterable
@@ -21,7 +16,7 @@ _NEWLINE = ord("\n")
 
 @dataclass(frozen=True)
 class Source:
-    """A text and the name a user knows it by (a path, or `prototype` for a shipped figure)."""
+    """A text and its name for the user (a path, or `prototype` for a shipped figure)."""
 
     name: str
     text: str = field(repr=False)
@@ -46,7 +41,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Span:
-    """The stretch `start <= offset < end` of a source."""
+    """The characters `start <= offset < end` of a source."""
 
     source: Source
     start: int
@@ -80,7 +75,7 @@ _MAX_WORDS_LISTED = 20
 
 
 class Severity(Enum):
-    """How bad a fault is: an error stops the command, a warning does not."""
+    """Severity of a diagnostic: an error stops the command, a warning does not."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -88,10 +83,10 @@ class Severity(Enum):
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One thing that is wrong or odd, with its place in the input.
+    """An error or a warning about an input, with its place.
 
-    `message` is what is wrong, `hint` what to do about it. `span` is None only for faults of a
-    whole file that has no text (it is missing, it is a directory).
+    `message` is what is wrong, `hint` what to do about it. `span` is None only for a file without a
+    text (it is missing, or is a directory).
     """
 
     severity: Severity
@@ -100,7 +95,7 @@ class Diagnostic:
     hint: str = ""
 
     def __str__(self) -> str:
-        """The fault as a compiler prints it: place, sentence, the line, a mark, the hint."""
+        """Format as compilers do: place, sentence, line, mark, hint."""
         hint = [f"  hint: {self.hint}"] if self.hint else []
         if self.span is None:
             return "\n".join([f"{self.severity.value}: {self.message}", *hint])
@@ -112,7 +107,7 @@ class Diagnostic:
         return "\n".join([head, gutter + line, mark, *hint])
 
     def as_dict(self) -> dict[str, object]:
-        """The fault for `--json`: severity, message, hint, file, line, column."""
+        """Data for `--json`: severity, message, hint, file, line, column."""
         place: dict[str, object] = {}
         if self.span is not None:
             line, column = self.span.source.line_and_column(self.span.start)
@@ -126,7 +121,7 @@ class Diagnostic:
 
 
 def _excerpt(span: Span, number: int, column: int) -> tuple[str, int, int]:
-    """The line to show, cut to a readable width, and where in it the mark goes."""
+    """The line, cut to a readable width, and the column and width of the mark in it."""
     line = span.source.line_text(number)
     first = column - 1
     cut = max(0, first - _MAX_LINE_WIDTH // 2) if len(line) > _MAX_LINE_WIDTH else 0
@@ -137,24 +132,24 @@ def _excerpt(span: Span, number: int, column: int) -> tuple[str, int, int]:
 
 
 def error(message: str, span: Span | None = None, hint: str = "") -> Diagnostic:
-    """A fault that stops the command."""
+    """Make a diagnostic that stops the command."""
     return Diagnostic(Severity.ERROR, message, span, hint)
 
 
 def warning(message: str, span: Span | None = None, hint: str = "") -> Diagnostic:
-    """A fault that is told and then passed over."""
+    """Make a diagnostic that is shown and does not stop the command."""
     return Diagnostic(Severity.WARNING, message, span, hint)
 
 
 def select_errors(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """The faults that stop the command."""
-    return tuple(fault for fault in diagnostics if fault.severity is Severity.ERROR)
+    """The diagnostics that stop the command."""
+    return tuple(one for one in diagnostics if one.severity is Severity.ERROR)
 
 
 def closest_match(word: str, known: Iterable[str]) -> str | None:
     """The known word that `word` is probably a slip of, if there is one.
 
-    Of very many known words only the alphabetical neighbours are looked at.
+    Of very many known words only the alphabetical neighbours are compared.
     """
     words = sorted(set(known))
     if len(words) > 2 * _NEIGHBOURS_PER_SIDE:
@@ -171,7 +166,8 @@ def spelling_hint(word: str, known: Iterable[str]) -> str:
     if near is not None:
         return f"did you mean `{near}`?"
     if len(words) > _MAX_WORDS_LISTED:
-        return f"known here: {', '.join(words[:_MAX_WORDS_LISTED])} and {len(words) - _MAX_WORDS_LISTED} more"
+        listed, more = ", ".join(words[:_MAX_WORDS_LISTED]), len(words) - _MAX_WORDS_LISTED
+        return f"known here: {listed} and {more} more"
     return f"known here: {', '.join(words)}" if words else ""
 
 
@@ -180,10 +176,10 @@ class MoverError(Exception):
 
 
 class InputError(MoverError):
-    """The input is wrong. `diagnostics` holds everything that was found, warnings included."""
+    """The input is wrong. `diagnostics` holds all errors and warnings."""
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Collect the faults; the message is all of them, one after the other."""
+        """Join all diagnostics to one message."""
         self.diagnostics = tuple(diagnostics)
         super().__init__("\n".join(str(diagnostic) for diagnostic in self.diagnostics))
 
@@ -225,19 +221,19 @@ class Parsed(Generic[T]):
 
 
 MAX_DIAGNOSTICS = 100
-"""No reader wants more errors, or more warnings, than this at once."""
+"""Largest number of errors, and of warnings, that are shown at once."""
 
 
 class TooManyErrors(Exception):  # noqa: N818 - it ends the reading, it is not an error of its own
-    """So many errors were found that reading on tells nothing new."""
+    """Reading stops, because more errors would tell nothing new."""
 
 
 @dataclass
 class Diagnostics:
-    """Collects the faults of one input.
+    """Collector of the diagnostics of one input.
 
-    `has_syntax_errors` says that the grammar was broken somewhere, `is_incomplete` that a part of the input is
-    unknown: what seems to be absent may then be there, so absences are not reported.
+    `has_syntax_errors`: the text does not follow the grammar. `is_incomplete`: a part of the input
+    could not be read, so what seems to be absent is not reported.
     """
 
     entries: list[Diagnostic] = field(default_factory=list[Diagnostic])
@@ -246,7 +242,7 @@ class Diagnostics:
     _error_count: int = 0
 
     def error(self, message: str, span: Span | None, hint: str = "") -> None:
-        """Note an error. Raises EnoughFaults when there are too many to go on."""
+        """Add an error. Raises TooManyErrors at the last one that is shown."""
         self._error_count += 1
         if self._error_count < MAX_DIAGNOSTICS:
             self.entries.append(error(message, span, hint))
@@ -256,11 +252,11 @@ class Diagnostics:
         raise TooManyErrors
 
     def warning(self, message: str, span: Span | None, hint: str = "") -> None:
-        """Note a warning."""
+        """Add a warning."""
         self.entries.append(warning(message, span, hint))
 
     def syntax_error(self, message: str, span: Span, hint: str = "") -> None:
-        """Note an error of grammar, unless it echoes the one before at the same place."""
+        """Add an error of grammar, unless the last diagnostic is at the same place."""
         if self.entries and self.entries[-1].span == span:
             return
         self.has_syntax_errors = self.is_incomplete = True
@@ -268,24 +264,22 @@ class Diagnostics:
 
     @property
     def has_errors(self) -> bool:
-        """Whether anything stops the command."""
+        """Return whether there is an error."""
         return self._error_count > 0
 
     def sorted_by_position(self) -> tuple[Diagnostic, ...]:
-        """The faults in the order of the text.
+        """The diagnostics in the order of the text.
 
-        Of the warnings only the first 100; the last of them says how many more there were.
+        Of the warnings only the first 100; the last of them says how many more there are.
         """
         warnings = [
             f for f in sorted(self.entries, key=_start_offset) if f.severity is Severity.WARNING
         ]
         more = len(warnings) - MAX_DIAGNOSTICS
         if more > 0:
-            last, told = (
-                warnings[MAX_DIAGNOSTICS - 1],
-                f"and {more} more warning{'s' if more > 1 else ''}",
-            )
-            warnings[MAX_DIAGNOSTICS - 1 :] = [replace(last, hint=_append_hint(last.hint, told))]
+            last = warnings[MAX_DIAGNOSTICS - 1]
+            hint = _append_hint(last.hint, f"and {more} more warning{'s' if more > 1 else ''}")
+            warnings[MAX_DIAGNOSTICS - 1 :] = [replace(last, hint=hint)]
         return tuple(sorted([*select_errors(self.entries), *warnings], key=_start_offset))
 
 

@@ -1,4 +1,4 @@
-"""What drives a joint in a simulation: a table of its displacements, smooth between the rows."""
+"""Drive of a joint in a simulation: a table of displacements, smooth between the rows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,21 +10,21 @@ from scipy.interpolate import CubicSpline
 from generator.rotations import Array
 
 MIN_ROW_INTERVAL = 1e-6
-"""Rows nearer to each other than this make no motion whose rates can be told [s]."""
+"""Smallest interval between rows from which rates can be computed [s]."""
 
 MAX_DISPLACEMENT = 1e6
-"""Nor do displacements beyond this [rad or m]."""
+"""Largest displacement [rad or m]."""
 
 RELATIVE_OVERSHOOT_TOLERANCE = 0.05
-"""A spline may leave the range of its rows by this part of it, or by `NOTICED`, untold."""
+"""Overshoot of a spline, relative to the range of its rows, below which there is no warning."""
 
 ABSOLUTE_OVERSHOOT_TOLERANCE = 1e-3
-"""Overshoot that nobody sees [rad or m]."""
+"""Overshoot below which there is no warning [rad or m]."""
 
 
 @dataclass(frozen=True)
 class Overshoot:
-    """Where the spline of a drive is farthest from the range of its rows.
+    """Largest excursion of the spline of a drive beyond the range of its rows.
 
     Attributes:
         column: of the drive's values, from 0.
@@ -48,14 +48,14 @@ class Drive:
     """The motion of one joint, through n rows.
 
     Between the rows it is the cubic spline whose second derivative is continuous, and whose third
-    is so at the second row and the last but one ("not a knot"): nothing is said of the slopes at
-    the ends, so that rows taken from a motion give that motion back. Two rows make a straight line,
+    is so at the second row and the last but one ("not a knot"): the slopes at the ends are free,
+    so that rows taken from a motion reproduce it. Two rows make a straight line,
     three a parabola.
 
     Attributes:
         times: shape (n,), increasing [s]; at least two.
         values: displacements, shape (n, k) [rad or m].
-        coordinates: which of the joint's degrees of freedom the k columns are, from 0; None for all.
+        coordinates: degrees of freedom of the joint that the k columns are, from 0; None for all.
 
     Raises:
         ValueError: the rows make no motion; the message says why.
@@ -112,10 +112,7 @@ class Drive:
         return np.asarray(self._splines[0](times))
 
     def overshoots(self) -> tuple[Overshoot, ...]:
-        """Of each column whose spline leaves the range of the rows by much, where it is worst.
-
-        Much is more than `OVERSHOOT` of the range, and more than `NOTICED`.
-        """
+        """The largest overshoot of each column, if above both tolerances."""
         knots, rows = np.asarray(self.times, float), np.asarray(self.values, float)
         lengths = np.diff(knots)[:, None]
         a, b, c = (factor * self._splines[0].c[k] for k, factor in enumerate((3.0, 2.0, 1.0)))

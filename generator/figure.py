@@ -1,6 +1,6 @@
-"""The figure: what a figure file says, in SI units and radians, with the place where it says it.
+"""The figure: segments, sites and joints in SI units and radians, with their places in the file.
 
-Values are frozen and compare by what they mean: origins do not take part in equality.
+Values are frozen; origins do not take part in equality.
 """
 
 from collections.abc import Mapping
@@ -46,7 +46,7 @@ class Translation:
 
 @dataclass(frozen=True)
 class Location:
-    """A chain of turns and shifts as written; `*` composes in row-vector order.
+    """A product of rotations and translations as written; `*` composes in row-vector order.
 
     `xyz(...) * trans(...)` rotates first and then translates in the segment's unrotated frame: as
     column matrices the last factor stands leftmost.
@@ -101,7 +101,7 @@ class Segment:
 
     @property
     def has_ground_mass(self) -> bool:
-        """Whether the mass is negative, which marks a part of the ground."""
+        """Return whether the mass is negative, which marks a part of the ground."""
         return self.mass is not None and self.mass < 0.0
 
 
@@ -139,8 +139,8 @@ class JointAxis:
 class Joint:
     """A connection of two segments: `child`'s site frame moves in `parent`'s.
 
-    `parent` and `child` are the sites as written after `connect` and `to`; which of them is nearer
-    to the root is not said here. The chain's first factor is innermost, next to the child.
+    `parent` and `child` are the sites as written after `connect` and `to`; either may be nearer to
+    the root. The chain's first factor is innermost, next to the child.
     `displacement` has a value for each factor [rad or m]; `stiff` [N m/rad or N/m], `rest` [rad or
     m], `damp` [N m s/rad or N s/m] and the limits [rad or m] have one for each factor, or are None.
     """
@@ -181,7 +181,7 @@ class Attribute:
 
 @dataclass(frozen=True)
 class Figure:
-    """An articulated figure: segments joined at sites, one site held by the world.
+    """An articulated figure: segments joined at sites, one site fixed to the world.
 
     The mappings keep the order of the file, which is the order of joints in an action file. `path`
     is the file, beside which psurfs and springs are looked for; None when there is no file.
@@ -196,7 +196,7 @@ class Figure:
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
     def site(self, ref: SiteRef) -> Site:
-        """The site that `ref` names. Raises KeyError when the figure has none such."""
+        """The site that `ref` names. Raises KeyError for an unknown one."""
         return self.segments[ref.segment].sites[ref.site]
 
     @property
@@ -207,18 +207,18 @@ class Figure:
     @cached_property
     def ground(self) -> frozenset[str]:
         """Names of the segments that do not move: the root's, and those fixed to it."""
-        held = {self.root.segment}
+        fixed = {self.root.segment}
         rigid = [joint for joint in self.joints.values() if not joint.chain]
         grown = True
         while grown:
             grown = False
             for joint in rigid:
                 ends = {joint.parent.segment, joint.child.segment}
-                new = {name for name in ends - held if self.segments[name].has_ground_mass}
-                if ends & held and new:
-                    held |= new
+                new = {name for name in ends - fixed if self.segments[name].has_ground_mass}
+                if ends & fixed and new:
+                    fixed |= new
                     grown = True
-        return frozenset(held)
+        return frozenset(fixed)
 
     @property
     def bodies(self) -> dict[str, Segment]:

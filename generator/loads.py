@@ -11,7 +11,7 @@ from generator.rotations import Array
 
 
 class LoadKind(Enum):
-    """What acts, and in whose axes its components are."""
+    """Force or moment, with components along the axes of the world or of the segment."""
 
     GLOBAL_FORCE = "globalforce"
     LOCAL_FORCE = "localforce"
@@ -57,7 +57,7 @@ class TimedLoad:
 
     @property
     def discontinuities(self) -> tuple[float, ...]:
-        """Times at which the load sets in or stops all at once [s]."""
+        """Times at which the load jumps [s]."""
         ends = {self.times[0]: self.values[0], self.times[-1]: self.values[-1]}
         return tuple(time for time, value in ends.items() if any(value))
 

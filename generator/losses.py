@@ -1,10 +1,10 @@
-"""Losses: the parts of a figure or motion that a format cannot hold."""
+"""Losses: what a format cannot hold. Every writer returns them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 MAX_NAMED_PLACES = 8
-"""Number of places that a sentence names; the data name all."""
+"""Number of places named in a sentence; the data name all."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,12 @@ class Loss:
     where: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a loss without a sentence."""
+        """Refuse a loss that says nothing."""
         if not self.what.strip():
             raise ValueError("a loss says what was lost")
 
     def __str__(self) -> str:
-        """Return the sentence with its places."""
+        """The sentence with its places."""
         if not self.where:
             return self.what
         left = len(self.where) - MAX_NAMED_PLACES

@@ -11,7 +11,7 @@ from generator.rotations import Array
 
 
 class Ending(Enum):
-    """How a run ended."""
+    """Ending of a run."""
 
     DONE = "done"
     SOLVER_FAILED = "solver failed"
@@ -22,11 +22,11 @@ class Ending(Enum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended, with the sentence that says it.
+    """Ending of a run, with its sentence.
 
     Attributes:
-        ending: which of the ways.
-        message: the sentence shown to the user; for a run that is done, what it held.
+        ending: kind of ending.
+        message: the sentence shown to the user.
         last_time: last recorded time [s].
         joint: the joint to blame, where there is one.
     """
@@ -38,13 +38,13 @@ class Outcome:
 
     @property
     def succeeded(self) -> bool:
-        """Whether the run reached its stop time."""
+        """Return whether the run reached its stop time."""
         return self.ending is Ending.DONE
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What a run knows of its own error.
+    """Error estimate of a run.
 
     Attributes:
         estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step.
@@ -89,7 +89,7 @@ class Recording:
         accuracy: what the run knows of its error.
         constraint_drift: largest distance by which any joint's sites parted [m].
         strayed: largest drift of a locked, linked or driven joint from where it must be, before
-            the frames were put right [rad or m].
+            the frames were projected [rad or m].
         drive_torques: of each driven joint, the torque about each of its displacements' axes that
             drives it, shape (n, degrees of freedom) [N m]; torque times rate is its power. The
             torque is part of the reaction.

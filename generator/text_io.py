@@ -1,7 +1,4 @@
-"""A file that is there whole or not at all, whatever happens to the program that writes it.
-
-From the bytes of a file to a text, or to the fault that says why it is none.
-"""
+"""Text files: reading with diagnostics, and atomic writing."""
 
 import codecs
 import errno
@@ -26,13 +23,13 @@ from generator.diagnostics import (
 T = TypeVar("T")
 
 MAX_FILE_BYTES = 32_000_000
-"""Bytes of the largest file that is read: a device without end must not be read for ever."""
+"""Bytes of the largest file that is read: an endless device must not be read for ever."""
 
 _UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
-    """The text of the file at `path` under the `name` that the user knows, and what is wrong.
+    """The text of the file at `path`, called `name`, and the error that keeps it from being read.
 
     UTF-8 with or without a byte-order mark; all three ends of line are read as one.
     """
@@ -93,7 +90,7 @@ def parse_source(source: Source, parse: Callable[[Source, Diagnostics], T | None
 
 
 def _decoding_error(data: bytes, name: str, offset: int) -> tuple[Source, Diagnostic]:
-    """The fault of a file that is not UTF-8, at its first such byte."""
+    """The text of a file that is not UTF-8, and an error at the first such byte."""
     if data.startswith(_UTF16_MARKS):
         source = Source(name, normalise_newlines(data.decode("utf-16", errors="replace")))
         return source, error("this file is UTF-16", Span(source, 0, 1), "save it as UTF-8")
@@ -124,8 +121,8 @@ def write_atomic(path: Path, content: str | bytes) -> None:
     It goes to a temporary file in the same folder, which takes the place of `path` once the
     disk has it all. Who kills the program before that finds the old file, or none, and at worst the
     temporary one (`.NAME.xxxxxxxx.part`). A link is followed, and the file that it names replaced;
-    the new file has the mode of the old one. What is no regular file is not replaced, and neither
-    is a file that is read-only, though the system would let a folder's owner do it.
+    the new file has the mode of the old one. Only regular files are replaced, and no read-only ones, though
+    the system would let the owner of the folder do it.
 
     Raises OSError when the file cannot be written.
     """
@@ -164,7 +161,7 @@ def unwritable_reason(path: Path) -> str | None:
 
 
 def os_error_reason(failure: OSError) -> str:
-    """What the system says of a failure, as part of a sentence."""
+    """Return the reason of a failure, as part of a sentence."""
     return (failure.strerror or "unknown reason").lower()
 
 
@@ -180,7 +177,7 @@ def _existing_mode(path: Path) -> int | None:
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, "it is a directory")
     if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "it is no regular file")
+        raise OSError(errno.EINVAL, "it is not a regular file")
     # The system asks root for no permission; a file that nobody may write is kept all the same.
     if not mode & (stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH) or not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "it is read-only")

@@ -23,7 +23,7 @@ Powers = tuple[int, int, int, int]
 
 
 class Dimension(Enum):
-    """What a field measures; the value is what a sentence calls it."""
+    """Physical dimension of a field; the value is its name in a sentence."""
 
     NUMBER = "a plain number"
     LENGTH = "a length"
@@ -32,10 +32,10 @@ class Dimension(Enum):
     INERTIA = "a moment of inertia"
     FORCE = "a force"
     MOMENT = "a moment"
-    ANGULAR_STIFFNESS = "a stiffness against turning"
-    LINEAR_STIFFNESS = "a stiffness against sliding"
-    ANGULAR_DAMPING = "a damping of turning"
-    LINEAR_DAMPING = "a damping of sliding"
+    ANGULAR_STIFFNESS = "a rotational stiffness"
+    LINEAR_STIFFNESS = "a linear stiffness"
+    ANGULAR_DAMPING = "a rotational damping"
+    LINEAR_DAMPING = "a linear damping"
     DENSITY = "a density"
 
 
@@ -72,13 +72,13 @@ UNIT_EXAMPLES: Mapping[Dimension, str] = {
 
 @dataclass(frozen=True)
 class InputBound:
-    """How large a number of a dimension may be where a person gives it: beyond lies a slip.
+    """Largest magnitude of an input; a larger one is a mistake.
 
-    Within it the squares and products that commands make stay far from the largest float.
+    Within the bound, squares and products stay far from the largest float.
 
     Attributes:
-        dimension: what is measured.
-        max_abs: [SI], of either sign.
+        dimension: of the input.
+        max_abs: largest magnitude [SI].
         text: the same in words.
     """
 
@@ -87,7 +87,7 @@ class InputBound:
     text: str
 
     def contains(self, value: float) -> bool:
-        """Whether a value [SI] is within the bound; what is not finite is not."""
+        """Return whether a value [SI] is finite and within the bound."""
         return abs(value) <= self.max_abs
 
     def __str__(self) -> str:
@@ -139,16 +139,16 @@ _UNIT_WORD = re.compile(r"([A-Za-z]+)([2-4]?)")
 
 
 class UnitError(ValueError):
-    """A unit that does not exist; the hint says what may have been meant."""
+    """Unknown unit; the hint suggests what was meant."""
 
     def __init__(self, message: str, hint: str) -> None:
-        """Keep message and hint apart: they are shown on two lines."""
+        """Keep the hint beside the message: they are shown on two lines."""
         super().__init__(message)
         self.hint = hint
 
 
 def is_unit_word(word: str) -> bool:
-    """Whether `word` is a base unit with or without a power (`cm`, `m2`)."""
+    """Return whether `word` is a base unit with or without a power (`cm`, `m2`)."""
     match = _UNIT_WORD.fullmatch(word)
     return match is not None and match[1] in _BASE_UNITS
 
@@ -232,7 +232,7 @@ _WIDE_CONTEXT = Context(prec=60)
 
 
 def format_quantity(value: float, dimension: Dimension) -> str:
-    """The shortest text that `converted` reads back to exactly `value` [SI].
+    """The shortest text that reads back to exactly `value` [SI].
 
     Raises ValueError for a value that is not finite.
     """
@@ -281,6 +281,6 @@ def _round_trips(text: str, factor: Fraction, value: float) -> bool:
 
 
 def _significant_length(number: str, has_no_unit: bool) -> int:
-    """What makes a number long: its characters, or with a glued unit its digits that count."""
+    """Number of characters without a unit, of significant digits with one."""
     mantissa = number.partition("e")[0]
     return len(number) if has_no_unit else len(mantissa.lstrip("-0.").replace(".", "").rstrip("0"))

@@ -2,6 +2,7 @@
 
 import os
 
+import pytest
 from hypothesis import settings
 
 # No deadline: the time of an example tells of the machine, and nothing here measures speed. In CI
@@ -9,3 +10,12 @@ from hypothesis import settings
 settings.register_profile("here", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "here")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option of `tests/test_faults.py`."""
+    parser.addoption(
+        "--update-expected",
+        action="store_true",
+        help="rewrite the expected diagnostics of the files in tests/faults",
+    )

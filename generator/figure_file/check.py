@@ -1,4 +1,4 @@
-"""Whether the parts of a figure make a figure, and one that can move."""
+"""Checks of a figure: references, limits, masses and inertias, and the path from the root."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -19,7 +19,7 @@ INERTIA_TRIANGLE_TOLERANCE = 1e-6
 """By how much, relative, one printed moment of inertia may exceed the sum of the other two."""
 
 SUSPICIOUS_MASS_RANGE = (20.0, 65.0)
-"""Between these masses [kg] a figure built like a person is told what a man weighs."""
+"""Between these masses [kg] a figure built like a person gets a warning with a man's weight."""
 
 MEDIAN_MALE_MASS = 78.0
 """Mass of a 50th-percentile man [kg], rounded."""
@@ -28,7 +28,7 @@ MEDIAN_MALE_MASS = 78.0
 def check_figure(
     draft: FigureDraft, directory: Path | None, diagnostics: Diagnostics
 ) -> Figure | None:
-    """The figure that the parts make; None, with the faults noted, when they make none.
+    """Check the parts of a figure and build it; None, with the errors reported, if any is wrong.
 
     `directory` is where the geometry files lie; None when the figure comes from no file.
     """
@@ -66,12 +66,12 @@ def check_figure(
 
 
 def simulation_diagnostics(figure: Figure) -> tuple[Diagnostic, ...]:
-    """What reading lets pass with a warning but a simulation needs: masses of all that moves."""
+    """Errors of a simulation that are warnings on reading: missing masses of moving segments."""
     return tuple(error(message, place, hint) for message, place, hint in _missing_mass_data(figure))
 
 
 def _check_inertia(segment: Segment, diagnostics: Diagnostics) -> None:
-    """Moments of inertia are positive and no one exceeds the sum of the others."""
+    """Check that moments of inertia are positive and none exceeds the sum of the others."""
     if segment.inertia is None:
         return
     place = origin_span(segment.origins, "inertia")
@@ -103,7 +103,7 @@ def _check_attributes(segment: Segment, draft: FigureDraft, diagnostics: Diagnos
 
 
 def _check_joint(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics) -> None:
-    """A joint's ends exist and differ; its limits are in order; its springs resist."""
+    """Check the ends, limits and springs of a joint."""
     for end in ("parent", "child"):
         ref = joint.parent if end == "parent" else joint.child
         _check_site(ref, joint.origins.get(end), draft, diagnostics)
@@ -131,7 +131,7 @@ def _check_joint(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics) -> 
 def _check_site(
     ref: SiteRef, span: Span | None, draft: FigureDraft, diagnostics: Diagnostics
 ) -> bool:
-    """Whether the site is there; its absence is a fault unless parts could not be read."""
+    """Return whether the site exists; report it missing unless parts could not be read."""
     if _has_site(ref, draft):
         return True
     if diagnostics.has_syntax_errors:
@@ -157,18 +157,18 @@ def _has_site(ref: SiteRef, draft: FigureDraft) -> bool:
 
 
 def _is_complete(joint: Joint, draft: FigureDraft) -> bool:
-    apart = joint.parent.segment != joint.child.segment
-    return apart and _has_site(joint.parent, draft) and _has_site(joint.child, draft)
+    is_connection = joint.parent.segment != joint.child.segment
+    return is_connection and _has_site(joint.parent, draft) and _has_site(joint.child, draft)
 
 
 def _check_psurfs(segments: Iterable[Segment], directory: Path, diagnostics: Diagnostics) -> None:
     """One warning for each geometry file that is not beside the figure."""
-    told: set[str] = set()
+    reported: set[str] = set()
     for segment in segments:
         name = segment.psurf
-        if name is None or name in told or _is_file(directory / name):
+        if name is None or name in reported or _is_file(directory / name):
             continue
-        told.add(name)
+        reported.add(name)
         diagnostics.warning(
             f"there is no file `{shorten(name)}` beside the figure",
             origin_span(segment.origins, "psurf"),
@@ -184,7 +184,7 @@ def _is_file(path: Path) -> bool:
 
 
 def _check_connectivity(figure: Figure, diagnostics: Diagnostics) -> None:
-    """Every segment hangs on the root, over whatever joints."""
+    """Check that joints connect every segment to the root."""
     neighbours: dict[str, set[str]] = {name: set() for name in figure.segments}
     for joint in figure.joints.values():
         neighbours[joint.parent.segment].add(joint.child.segment)
@@ -204,7 +204,7 @@ def _check_connectivity(figure: Figure, diagnostics: Diagnostics) -> None:
 
 
 def _check_ground(figure: Figure, diagnostics: Diagnostics) -> None:
-    """A negative mass means ground, so it stands on what does not move."""
+    """Check that every segment of negative mass is fixed to the ground."""
     for name, segment in figure.bodies.items():
         if segment.has_ground_mass:
             diagnostics.error(
@@ -216,7 +216,7 @@ def _check_ground(figure: Figure, diagnostics: Diagnostics) -> None:
 
 
 def _missing_mass_data(figure: Figure) -> Iterable[tuple[str, Span | None, str]]:
-    """What the moving segments lack: message, place and hint of each."""
+    """Missing masses, centres and inertias of moving segments: message, place and hint of each."""
     for name, segment in figure.bodies.items():
         if segment.has_ground_mass:
             continue
@@ -243,7 +243,7 @@ def _missing_mass_data(figure: Figure) -> Iterable[tuple[str, Span | None, str]]
 
 
 def _check_centre_of_mass_frames(figure: Figure, diagnostics: Diagnostics) -> None:
-    """Of the centre of mass only the position counts; who turns it may expect otherwise."""
+    """Warn of a rotated centre of mass: only its position is used."""
     for segment in figure.bodies.values():
         site = segment.sites.get(CENTRE_OF_MASS_SITE)
         if site and any(isinstance(f, Rotation) and any(f.angles) for f in site.location.factors):
@@ -255,7 +255,7 @@ def _check_centre_of_mass_frames(figure: Figure, diagnostics: Diagnostics) -> No
 
 
 def _check_total_mass(figure: Figure, span: Span, diagnostics: Diagnostics) -> None:
-    """Tell the author of a light figure with a person's build what a man weighs.
+    """Warn of a light figure with a person's build.
 
     A person's build is eight moving segments or more with four free ends or more.
     """
@@ -270,5 +270,5 @@ def _check_total_mass(figure: Figure, span: Span, diagnostics: Diagnostics) -> N
             f"total mass {figure.total_mass:.2f} kg is far below a 50th-percentile man's "
             f"(about {MEDIAN_MALE_MASS:.0f} kg)",
             span,
-            "fine if this is meant; otherwise look at the segments' masses",
+            "fine if intended; otherwise check the masses of the segments",
         )

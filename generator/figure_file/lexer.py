@@ -1,9 +1,4 @@
-"""The words of a figure file: names, numbers with their units, strings and marks.
-
-The words of the figure language: which blocks and fields may stand where.
-
-The tokens of a file as a parser walks over them.
-"""
+"""Tokens of a figure file: names, numbers with their units, strings and marks; its keywords."""
 
 import re
 import unicodedata
@@ -62,7 +57,7 @@ MAX_TOKENS = 200_000
 
 
 class TokenKind(Enum):
-    """What a token is; the value is what a sentence calls it."""
+    """Kind of a token; the value is its name in a sentence."""
 
     NAME = "a name"
     NUMBER = "a number"
@@ -86,11 +81,11 @@ class Token:
     starts_line: bool = False
 
     def is_mark(self, mark: str) -> bool:
-        """Whether it is this mark."""
+        """Return whether it is this mark."""
         return self.kind is TokenKind.MARK and self.text == mark
 
     def is_name(self, name: str) -> bool:
-        """Whether it is this name."""
+        """Return whether it is this name."""
         return self.kind is TokenKind.NAME and self.text == name
 
     def __str__(self) -> str:
@@ -136,14 +131,14 @@ _PLACEHOLDERS = {
     "string": (TokenKind.STRING, ""),
     "quote": (TokenKind.STRING, ""),
 }
-"""What takes the place of a word that is too long."""
+"""Token that replaces a word that is too long."""
 
 
 def tokenize(source: Source, diagnostics: Diagnostics) -> Iterator[Token]:
-    """The tokens of `source` one by one, the last being the end; faults go to `diagnostics`.
+    """The tokens of `source` one by one, the last being the end; errors go to `diagnostics`.
 
     Comments run from `#` to the end of the line or stand between `/*` and `*/`. What cannot be
-    read is reported and left out. Raises EnoughFaults where it gives up.
+    read is reported and left out. Raises TooManyErrors where it gives up.
     """
     text, position, line_end, count, blank = source.text, 0, -1, 0, _BLANK
     while True:
@@ -179,7 +174,7 @@ def tokenize(source: Source, diagnostics: Diagnostics) -> Iterator[Token]:
 
 
 def _blank_end(text: str, position: int, blank: re.Pattern[str]) -> int:
-    """Where the blanks and comments that start at `position` end."""
+    """End of the blanks and comments that start at `position`."""
     match = blank.match(text, position)
     return match.end() if match else position
 
@@ -263,7 +258,7 @@ def _make_number(span: Span, word: str, starts_line: bool, diagnostics: Diagnost
 
 
 def _describe_characters(word: str) -> str:
-    """What an odd stretch of characters is called."""
+    """Name of unknown characters in a sentence."""
     char = word[0]
     if char.isprintable():
         return f"`{shorten(word)}`"
@@ -272,7 +267,7 @@ def _describe_characters(word: str) -> str:
 
 
 def _odd_hint(word: str) -> str:
-    """What may have been meant by an odd stretch of characters."""
+    """Hint for unknown characters."""
     first = word[0]
     if first in "'\u2018\u2019\u201c\u201d`":
         return 'strings stand in straight double quotes: `"floor.pss"`'
@@ -282,11 +277,11 @@ def _odd_hint(word: str) -> str:
 
 
 MAX_BRACE_DEPTH = 32
-"""Braces nested deeper than this are no slip of the pen; the grammar knows three levels."""
+"""Deepest nesting of braces that is read; the grammar has three levels."""
 
 
 class TokenStream:
-    """Looks ahead over tokens, takes them one by one, and skips what cannot be read."""
+    """Tokens with look-ahead, and recovery after errors."""
 
     def __init__(self, source: Source, diagnostics: Diagnostics) -> None:
         """Start at the first token; the text is cut into tokens only as far as it is read."""
@@ -302,7 +297,7 @@ class TokenStream:
         return self._lookahead[0]
 
     def peek(self, count: int) -> Token:
-        """The token `count` places after `here`; the end token stands for all after it."""
+        """The token `count` places after the next; the end token stands for all after it."""
         while len(self._lookahead) <= count and self._lookahead[-1].kind is not TokenKind.END:
             self._lookahead.append(next(self._tokens))
         return self._lookahead[min(count, len(self._lookahead) - 1)]
@@ -318,16 +313,16 @@ class TokenStream:
         return self.take() if self.current.is_mark(mark) else None
 
     def span(self, token: Token) -> Span:
-        """Where a token stands."""
+        """Span of a token."""
         return Span(self.source, token.start, token.end)
 
     def last_character_span(self) -> Span:
-        """The last character that was taken: where something that is missing belongs."""
+        """Span of the last character that was taken, where a missing token belongs."""
         end = self._last.end if self._last else 0
         return Span(self.source, max(0, end - 1), end)
 
     def expect(self, mark: str, after: str) -> bool:
-        """Take `mark`; when it is not there, report so behind the last token and say False."""
+        """Take `mark`; when it is not there, report it behind the last token and return False."""
         if self.take_mark(mark):
             return True
         self.diagnostics.syntax_error(
@@ -339,7 +334,7 @@ class TokenStream:
 
     @property
     def is_at_statement(self) -> bool:
-        """Whether the next token looks like the start of a statement."""
+        """Return whether the next token looks like the start of a statement."""
         return (
             self.current.starts_line
             and self.current.kind is TokenKind.NAME
@@ -358,7 +353,7 @@ class TokenStream:
                 return
 
     def skip_block(self) -> None:
-        """Pass over `{ ... }` with all that is in it. Raises EnoughFaults when it is too deep."""
+        """Pass over `{ ... }` with all that is in it. Raises TooManyErrors when it is too deep."""
         depth, opening = 0, self.current
         while self.current.kind is not TokenKind.END:
             token = self.take()

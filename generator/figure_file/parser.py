@@ -7,12 +7,8 @@
     connect   := "connect" NAME "." NAME "to" NAME "." NAME ";"
     field     := NAME "=" value ";"
 
-Values are in `value_syntax.py`. Which block may stand in which keeps the recursion at three levels.
-After a fault the parser goes on at the next statement, so that all faults are found at once.
-
-The syntax tree of a figure file: what is written and where, before it means anything.
-
-The grammar of values.
+Nesting of blocks is limited by their kinds, so the recursion has three levels. After an error the
+parser continues at the next statement, so that all errors are reported at once. Values:
 
     value   := term ("*" term)*
     term    := NUMBER unit? | STRING | NAME | NAME "." NAME | NAME list | list
@@ -143,7 +139,7 @@ Item = Number | Word | String
 
 
 def parse_value(stream: TokenStream, after: str) -> Value | None:
-    """`term ("*" term)*`; None, with a fault noted, when it cannot be read."""
+    """`term ("*" term)*`; None, with an error reported, if it cannot be read."""
     factors: list[ValueTerm] = []
     while True:
         term = _term(stream, after)
@@ -210,7 +206,7 @@ def _begins_item(token: Token) -> bool:
 
 
 def _item(stream: TokenStream, after: str) -> Item | None:
-    """`NUMBER unit? | STRING | NAME`; None, with a fault noted, when it is something else."""
+    """`NUMBER unit? | STRING | NAME`; None, with an error reported, if it is something else."""
     here = stream.current
     match here.kind:
         case TokenKind.NUMBER:
@@ -245,7 +241,7 @@ def _number(stream: TokenStream) -> Number:
 
 
 def _continues_unit(stream: TokenStream) -> bool:
-    """Whether the next token belongs to the unit of the number before it."""
+    """Return whether the next token belongs to the unit of the number before it."""
     here, after = stream.current, stream.peek(1)
     if here.starts_line:
         return False
@@ -264,7 +260,7 @@ def _word(stream: TokenStream) -> Word:
 def parse_figure_block(source: Source, diagnostics: Diagnostics) -> Block | None:
     """The figure block of `source`; None when there is none.
 
-    Raises EnoughFaults when too much is wrong to go on.
+    Raises TooManyErrors when too much is wrong to go on.
     """
     return _Parser(source, diagnostics).file()
 
@@ -272,7 +268,7 @@ def parse_figure_block(source: Source, diagnostics: Diagnostics) -> Block | None
 def parse_statements(source: Source, diagnostics: Diagnostics) -> Block:
     """The statements of a text that stands for the inside of a figure block: `statement*`.
 
-    Raises EnoughFaults when too much is wrong to go on.
+    Raises TooManyErrors when too much is wrong to go on.
     """
     return _Parser(source, diagnostics).fragment()
 
@@ -316,7 +312,7 @@ class _Parser:
         body = Block(Word("figure", self._stream.span(first)), None, (), None)
         if first.is_name("figure"):
             self._diagnostics.syntax_error(
-                "a whole figure stands here, and not only some blocks of one",
+                "this is a whole figure, not blocks of one",
                 self._stream.span(first),
                 "leave out `figure {` and its `}`",
             )
@@ -324,9 +320,9 @@ class _Parser:
         return self._rest_of_file(body)
 
     def _rest_of_file(self, figure: Block) -> Block:
-        """What stands after the figure's `}` is out of place, but read as part of the figure."""
+        """Report statements after the figure's `}` and read them as part of the figure."""
         stream, strays = self._stream, list[Statement]()
-        told = figure.opening is None
+        is_reported = figure.opening is None
         self._open_blocks.append(("figure", ""))
         while stream.current.kind is not TokenKind.END:
             here = stream.current
@@ -336,8 +332,8 @@ class _Parser:
                 )
                 stream.take()
                 continue
-            if not told:
-                told = True
+            if not is_reported:
+                is_reported = True
                 self._diagnostics.syntax_error(
                     f"{here} stands after the end of the figure",
                     stream.span(here),
@@ -389,7 +385,7 @@ class _Parser:
         return Block(kind, name, tuple(body), span)
 
     def _parse_unusual_name(self, kind: Word) -> Word | None:
-        """A block without a bare name: fine for a figure, a fault elsewhere."""
+        """Parse a block without a bare name: an error, except for a figure."""
         if self._stream.current.kind in (TokenKind.STRING, TokenKind.NUMBER):
             return self._name(kind)
         if kind.text != "figure":
@@ -397,20 +393,19 @@ class _Parser:
         return None
 
     def _name(self, kind: Word) -> Word:
-        """The name of a block; a string or a number in its place is a fault."""
+        """The name of a block; a string or a number in its place is an error."""
         token = self._stream.take()
         span = self._stream.span(token)
         if token.kind is not TokenKind.NAME:
             self._diagnostics.syntax_error(
                 f"{token} cannot be the name of a {kind.text}",
                 span,
-                "a name is made of letters, digits and `_`, starts with no digit, and has no "
-                "quotes",
+                "a name has letters, digits and `_`, does not start with a digit, and has no quotes",
             )
         return Word(token.text + token.unit, span)
 
     def _belongs_outside(self, kind: str, title: str, opening: Span) -> bool:
-        """Whether a block starts here that can only stand further out: a `}` is missing."""
+        """Return whether a block starts here that belongs further out; report the missing `}`."""
         here = self._stream.current
         if (
             here.kind is not TokenKind.NAME
@@ -468,7 +463,7 @@ class _Parser:
         return None
 
     def _check_placement(self, first: Token, kind: str, read: Statement | None) -> Statement | None:
-        """What was read, if a block of this kind may hold it; else a fault, and None.
+        """Return the statement if a block of this kind may hold it; else report it and return None.
 
         Words that mean nothing anywhere are left to the next step, which knows what is near.
         """
@@ -484,7 +479,7 @@ class _Parser:
         return None
 
     def _report_non_statement(self, here: Token) -> None:
-        """Something that begins no statement."""
+        """Report and skip what does not begin a statement."""
         if here.is_mark(";"):
             self._stream.take()  # an empty statement says nothing and harms nothing
             return
@@ -557,7 +552,7 @@ class _Parser:
         return SiteReference(segment, site, segment.span.extend_to(site.span))
 
     def _end_of_statement(self) -> None:
-        """The `;` is missing: go on at the next statement."""
+        """Report the missing `;` and continue at the next statement."""
         self._stream.expect(";", "this value")
         if not self._stream.current.starts_line:
             self._stream.skip_statement()
@@ -574,6 +569,6 @@ def _figure_hint(first: Token) -> str:
 
 
 def _placement_hint(word: str, kind: str) -> str:
-    """Where a word belongs that is unknown in this kind of block."""
+    """Hint for a word that is unknown in this kind of block."""
     home = block_parent(word)
-    return f"a {word} stands in a {home}" if home else spelling_hint(word, keywords_in(kind))
+    return f"a {word} belongs in a {home}" if home else spelling_hint(word, keywords_in(kind))

@@ -1,4 +1,4 @@
-"""Reading a figure: a path or the name of a shipped figure in, a `Figure` out."""
+"""Read figures from files, from texts, and by the name of a shipped one."""
 
 from dataclasses import replace
 from functools import partial
@@ -28,7 +28,7 @@ def shipped_figures() -> dict[str, Path]:
 
 
 def find_figure(path_or_name: str | Path) -> Path:
-    """The file that is meant: an existing path, else a shipped name, else the path as given."""
+    """Return an existing path, else that of a shipped figure, else the path unchanged."""
     path = Path(path_or_name)
     return path if _is_file(path) else shipped_figures().get(str(path_or_name), path)
 
@@ -36,13 +36,13 @@ def find_figure(path_or_name: str | Path) -> Path:
 def read_figure(path_or_name: str | Path) -> Figure:
     """The figure in a file or of a shipped name.
 
-    Raises InputError, which holds all faults, when anything is wrong. Warnings pass.
+    Raises InputError with all diagnostics on any error. Warnings pass.
     """
     return parse_figure_file(path_or_name).require_value()
 
 
 def parse_figure_file(path_or_name: str | Path) -> Parsed[Figure]:
-    """The figure in a file or of a shipped name, with all faults; bad input raises nothing."""
+    """The figure in a file or of a shipped name, with all diagnostics; bad input raises nothing."""
     name, path = str(path_or_name), find_figure(path_or_name)
     if not _exists(path):
         hint = spelling_hint(name, shipped_figures())
@@ -52,7 +52,7 @@ def parse_figure_file(path_or_name: str | Path) -> Parsed[Figure]:
 
 
 def parse_figure(text: str, name: str = "<text>") -> Parsed[Figure]:
-    """The figure that `text` describes, with all faults; `name` is what they call the text."""
+    """The figure that `text` describes, with all diagnostics, which call the text `name`."""
     return parse_text(text, partial(_parse_figure, path=None), name)
 
 

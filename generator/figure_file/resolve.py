@@ -1,7 +1,4 @@
-"""From the syntax tree to the parts of a figure: every word gets its meaning, in SI.
-
-A figure in the making: what could be read, before it is known to be whole.
-"""
+"""From the syntax tree to the parts of a figure, in SI."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -60,7 +57,7 @@ class FigureDraft:
 
 
 def origin_span(origins: Mapping[str, Span], *names: str) -> Span | None:
-    """Where the first of `names` is written that is written anywhere; else the thing itself."""
+    """Span of the first of `names` that has one; else of the thing itself."""
     return next((origins[name] for name in (*names, "name") if name in origins), None)
 
 
@@ -81,11 +78,11 @@ _JOINT_FIELD_DIMENSIONS: Mapping[str, tuple[Dimension, Dimension]] = {
     "llimit": (Dimension.ANGLE, Dimension.LENGTH),
     "ulimit": (Dimension.ANGLE, Dimension.LENGTH),
 }
-"""What a joint's field measures about and along an axis."""
+"""Dimensions of a joint's field about and along an axis."""
 
 
 def resolve_figure(tree: Block, diagnostics: Diagnostics) -> FigureDraft:
-    """The parts of the figure that `tree` describes; faults go to `diagnostics`."""
+    """The parts of the figure that `tree` describes; errors go to `diagnostics`."""
     draft = FigureDraft(tree.name.span if tree.name else tree.kind.span)
     draft.name = tree.name.text if tree.name else None
     draft.origins["name"] = draft.span
@@ -117,7 +114,7 @@ def _blocks(body: Iterable[Statement]) -> list[Block]:
 def _is_new(
     taken: dict[tuple[str, str], Word], kind: str, name: Word, diagnostics: Diagnostics
 ) -> bool:
-    """Whether nothing of this kind has the name yet; a second one is a fault."""
+    """Return whether the name is new for this kind; report it if not."""
     first = taken.setdefault((kind, name.text), name)
     if first is not name:
         _report_duplicate(
@@ -127,8 +124,8 @@ def _is_new(
 
 
 def _report_duplicate(what: str, first: Span, second: Span, diagnostics: Diagnostics) -> None:
-    """Something stands twice that may stand once."""
-    diagnostics.error(f"a second {what}", second, f"the first stands in line {first.line}")
+    """Report a second occurrence of what may occur once."""
+    diagnostics.error(f"a second {what}", second, f"the first is in line {first.line}")
 
 
 def _collect_fields(
@@ -162,9 +159,9 @@ def _report_unknown_field(
     hint = spelling_hint(name.text, known)
     home = block_parent(name.text)
     if home is not None:
-        hint = f"a {name.text} stands in a {home} and is written `{name.text} NAME {{ ... }}`"
+        hint = f"a {name.text} belongs in a {home} and is written `{name.text} NAME {{ ... }}`"
     elif kind == "joint" and name.text in _VELOCITY_WORDS:
-        hint = "velocities are no part of a figure; they are given when it is simulated"
+        hint = "velocities are not part of a figure; set them when it is simulated"
     diagnostics.error(f"unknown field `{shorten(name.text)}` in a {kind}", name.span, hint)
     meant = closest_match(name.text, known)
     if meant is not None:
@@ -301,7 +298,7 @@ def _find_connect(block: Block, name: Word, diagnostics: Diagnostics) -> Connect
     wrong = [s for s in block.body if isinstance(s, Field) and s.name.text == "connect"]
     if not found and not diagnostics.has_syntax_errors:
         diagnostics.error(
-            "this `connect` names no two sites"
+            "this `connect` does not name two sites"
             if wrong
             else f"joint `{shorten(name.text)}` connects nothing",
             wrong[0].name.span if wrong else name.span,

@@ -27,7 +27,7 @@ ROUNDED_AXIS_TOLERANCE = 1e-12
 
 
 def resolve_number(node: Value, dimension: Dimension, diagnostics: Diagnostics) -> float | None:
-    """One number in SI; None, with a fault noted, when `node` is none of this dimension."""
+    """One number in SI; None, with an error reported, if `node` has another dimension."""
     if not isinstance(node, Number):
         _report_not_a_number(node, dimension, diagnostics)
         return None
@@ -37,7 +37,7 @@ def resolve_number(node: Value, dimension: Dimension, diagnostics: Diagnostics) 
             unit = parse_unit(node.unit)
             if unit.powers != DIMENSION_POWERS[dimension]:
                 raise UnitError(
-                    f"`{shorten(node.unit)}` is no unit of {dimension.value}",
+                    f"`{shorten(node.unit)}` is not a unit of {dimension.value}",
                     f"units here: {UNIT_EXAMPLES[dimension]}",
                 )
             factor = unit.factor
@@ -84,7 +84,9 @@ def resolve_names(node: Value, diagnostics: Diagnostics) -> tuple[Word, ...]:
     items, _ = _list_items(node)
     for item in items:
         if not isinstance(item, Word):
-            diagnostics.error("a name is expected here", item.span, "names stand without quotes")
+            diagnostics.error(
+                "a name is expected here", item.span, "names are written without quotes"
+            )
     return tuple(item for item in items if isinstance(item, Word))
 
 
@@ -135,7 +137,7 @@ def resolve_chain(node: Value, diagnostics: Diagnostics) -> tuple[JointAxis, ...
 
 
 def displacement_bound(joint_axis: JointAxis) -> InputBound:
-    """How large a displacement about or along `joint_axis`, or its rate, may be where one is given."""
+    """Bound of a displacement about or along `joint_axis`, or of its rate."""
     return INPUT_BOUNDS[axis_dimension(joint_axis.kind, Dimension.ANGLE, Dimension.LENGTH)]
 
 
@@ -158,7 +160,9 @@ def _resolve_axis(call: Call, diagnostics: Diagnostics) -> Vector | None:
     length = hypot(*axis)
     if length == 0.0:
         diagnostics.error(
-            "the zero vector is no axis", call.arguments.span, "an axis has length one: `(0,0,1)`"
+            "the zero vector is not an axis",
+            call.arguments.span,
+            "an axis has length one: `(0,0,1)`",
         )
         return None
     x, y, z = (component / length for component in axis)
@@ -179,12 +183,12 @@ def _factors(node: Value) -> Sequence[Value]:
 def _report_unknown_factor(
     node: Value, known: tuple[str, ...], expected: str, diagnostics: Diagnostics
 ) -> None:
-    """A factor of a location or a chain that is something else."""
+    """Report an unknown factor of a location or a chain."""
     if isinstance(node, Call):
         near = spelling_hint(node.name.text, known)
         diagnostics.error(f"unknown factor `{shorten(node.name.text)}`", node.name.span, near)
     else:
-        diagnostics.error("this is no factor", node.span, f"factors here: {expected}")
+        diagnostics.error("this is not a factor", node.span, f"factors here: {expected}")
 
 
 def _list_items(node: Value) -> tuple[tuple[Value, ...], Span]:
@@ -197,7 +201,7 @@ def _format_count(count: int) -> str:
 
 
 def _report_not_a_number(node: Value, dimension: Dimension, diagnostics: Diagnostics) -> None:
-    """Say that something else stands where a number belongs."""
+    """Report a value that is not a number."""
     hint = f"units here: {UNIT_EXAMPLES[dimension]}"
     if isinstance(node, Word) and node.text.lower() in ("nan", "inf", "infinity"):
         hint = "a number is finite and written in digits"

@@ -12,7 +12,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 
 MAX_ABS_VALUE = 1e12
-"""Beyond it a number in a table is a slip, whatever it measures; its square is still a float."""
+"""Largest number in a table; its square is still a float."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Column:
 
 
 def data_lines(source: Source) -> list[Span]:
-    """The lines that say something: not blank, no comment."""
+    """The lines that are neither blank nor comments."""
     spans: list[Span] = []
     start = 0
     for line in source.text.split("\n"):
@@ -36,7 +36,7 @@ def data_lines(source: Source) -> list[Span]:
 
 
 def split_cells(line: Span) -> list[Span]:
-    """What stands between the commas of a line, without the blanks around it."""
+    """The cells between the commas of a line, without the blanks around them."""
     cells: list[Span] = []
     start = line.start
     for text in line.text.split(","):
@@ -57,13 +57,13 @@ def split_title(cell: Span) -> tuple[str, str]:
 def parse_columns(
     line: Span, known: Collection[str], example: str, diagnostics: Diagnostics
 ) -> dict[str, Column]:
-    """The columns that a line of titles names, by name; faults are noted.
+    """The columns that a line of titles names, by name; errors are reported.
 
     Args:
         line: of titles.
         known: the names of the columns, all of which must be there.
         example: a line of titles as it should be, for hints.
-        diagnostics: for faults.
+        diagnostics: collects the errors.
     """
     columns: dict[str, Column] = {}
     cells = split_cells(line)
@@ -87,13 +87,13 @@ def parse_columns(
 
 
 def parse_number_cell(cell: Span, column: str, diagnostics: Diagnostics) -> float | None:
-    """The number in a cell of `column`; None, with the fault noted, when there is none."""
+    """The number in a cell of `column`; None, with the error reported, if there is none."""
     if _NOT_FINITE.fullmatch(cell.text):
         diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
         return None
     if not _NUMBER.fullmatch(cell.text):
-        said = f"`{shorten(cell.text)}` is not a number" if cell.text else "a number is missing"
-        diagnostics.error(f"{said} (column `{column}`)", cell)
+        message = f"`{shorten(cell.text)}` is not a number" if cell.text else "a number is missing"
+        diagnostics.error(f"{message} (column `{column}`)", cell)
         return None
     number = float(cell.text)
     if not isfinite(number):

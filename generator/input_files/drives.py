@@ -1,6 +1,6 @@
 """Joints driven by a table of comma-separated values (`docs/driving.md`).
 
-The first line that is no comment names the columns: `time [s]`, and `JOINT [deg]` for a joint of
+The first line that is not a comment names the columns: `time [s]`, and `JOINT [deg]` for a joint of
 one displacement or `JOINT.k [deg]` for the k-th of a joint of several, counted from 1.
 """
 
@@ -34,7 +34,7 @@ DRIVES_EXAMPLE = "time [s],left_knee [deg],left_shoulder.1 [deg]"
 
 _TIME_COLUMN, _TIME_UNIT = "time", "[s]"
 _ANGLE_UNITS: Mapping[str, float] = {"[deg]": np.pi / 180.0, "[rad]": 1.0}
-OVERSHOOT_HINT = "more rows where it bends hold it back"
+OVERSHOOT_HINT = "add rows where the curve bends"
 
 _ENERGY_UNIT = "[J]"
 """Unit of the energies that a motion's table has beside its displacements."""
@@ -60,7 +60,7 @@ class _Header:
 def parse_drives_file(
     path: str | Path, figure: Figure, joint_names: Sequence[str] = ()
 ) -> Parsed[Mapping[str, Drive]]:
-    """The drives in a table for a figure, with all faults; bad input raises nothing.
+    """The drives in a table for a figure, with all diagnostics; bad input raises nothing.
 
     Args:
         path: of the table.
@@ -73,7 +73,7 @@ def parse_drives_file(
 def parse_drives(
     text: str, figure: Figure, joint_names: Sequence[str] = (), name: str = "<text>"
 ) -> Parsed[Mapping[str, Drive]]:
-    """The drives that `text` describes, with all faults; `name` is what they call the text."""
+    """The drives that `text` describes, with all diagnostics, which call the text `name`."""
     return parse_text(text, partial(_parse_table, figure=figure, joint_names=joint_names), name)
 
 
@@ -93,7 +93,7 @@ def _parse_table(
 def _parse_header(
     line: Span, figure: Figure, joint_names: Sequence[str], diagnostics: Diagnostics
 ) -> _Header | None:
-    """Which columns there are; None, with the faults noted, when that cannot be told."""
+    """Parse the titles; None, with the errors reported, if they are wrong."""
     cells = split_cells(line)
     if len(cells) == 1 and ";" in line.text:
         diagnostics.error("columns are separated by commas", line, DRIVES_EXAMPLE)
@@ -135,7 +135,7 @@ def _parse_column(
     joint_names: Sequence[str],
     diagnostics: Diagnostics,
 ) -> _Column | None:
-    """What a column drives; None when it is not asked for, or wrong and a fault is noted."""
+    """Parse a title; None if the joint is not asked for, or with an error reported."""
     title, unit = split_title(cell)
     name, number = (title, "") if title in figure.joints else _split_title(title)
     joint = figure.joints.get(name)
@@ -154,7 +154,8 @@ def _parse_column(
             pass
         case AxisKind.TRANSLATION:
             diagnostics.error(
-                f"`{shorten(title)}` slides: only turns can be driven in a simulation", cell
+                f"`{shorten(title)}` is a translation: only rotations can be driven in a simulation",
+                cell,
             )
             return None
         case _:
@@ -177,7 +178,7 @@ def _split_title(title: str) -> tuple[str, str]:
 def _parse_coordinate_index(
     joint: Joint, number: str, cell: Span, diagnostics: Diagnostics
 ) -> int | None:
-    """The place in the joint's chain that a number from 1 means; the only one needs none."""
+    """Index in the joint's chain of a number from 1, which may be left out of a chain of one."""
     count, name = len(joint.chain), shorten(joint.name)
     if not count:
         diagnostics.error(f"joint `{name}` does not move", cell)
@@ -198,7 +199,7 @@ def _parse_coordinate_index(
 
 
 def _build_drives(lines: list[Span], header: _Header, diagnostics: Diagnostics) -> dict[str, Drive]:
-    """The drives that the rows make; none, with the faults noted, when any is wrong."""
+    """Build the drives from the rows; none, with the errors reported, if any is wrong."""
     if len(lines) < 3:
         diagnostics.error("a drive needs two rows or more", lines[-1])
         return {}
@@ -214,16 +215,16 @@ def _build_drives(lines: list[Span], header: _Header, diagnostics: Diagnostics) 
         values = [
             _parse_angle(cells[column.cell_index], column, diagnostics) for column in header.columns
         ]
-        told = [value for value in values if value is not None]
-        if time is None or len(told) != len(values):
+        row = [value for value in values if value is not None]
+        if time is None or len(row) != len(values):
             continue
         if times and time <= times[-1]:
             diagnostics.error("the time does not increase", cells[header.time_index])
         elif times and time - times[-1] < MIN_ROW_INTERVAL:
-            said = f"this row is nearer than {MIN_ROW_INTERVAL:.0e} s to the one before"
-            diagnostics.error(said, cells[header.time_index])
+            message = f"this row is less than {MIN_ROW_INTERVAL:.0e} s after the one before"
+            diagnostics.error(message, cells[header.time_index])
         times.append(time)
-        rows.append(told)
+        rows.append(row)
         read.append(cells)
     if diagnostics.has_errors:
         return {}
@@ -234,15 +235,15 @@ def _build_drives(lines: list[Span], header: _Header, diagnostics: Diagnostics) 
         drive = found[name] = Drive(tuple(times), table[:, mine], freedoms)
         for one in drive.overshoots():
             column = header.columns[mine[one.column]]
-            said = (
+            message = (
                 f"between this row and the next {describe_overshoot(name, column.coordinate, one)}"
             )
-            diagnostics.warning(said, read[one.row][column.cell_index], OVERSHOOT_HINT)
+            diagnostics.warning(message, read[one.row][column.cell_index], OVERSHOOT_HINT)
     return found
 
 
 def describe_overshoot(joint: str, index: int, overshoot: Overshoot) -> str:
-    """The sentence that tells how far a turn leaves the range of its rows."""
+    """Sentence about an angle that leaves the range of its rows."""
     value, low, high = np.degrees([overshoot.value, overshoot.low, overshoot.high])
     return (
         f"the spline takes {joint} {index + 1} to {value:.4g} deg at {overshoot.time:.4g} s, "
@@ -251,7 +252,7 @@ def describe_overshoot(joint: str, index: int, overshoot: Overshoot) -> str:
 
 
 def _parse_angle(cell: Span, column: _Column, diagnostics: Diagnostics) -> float | None:
-    """The turn in a cell [rad]; None, with the fault noted, when there is none."""
+    """The turn in a cell [rad]; None, with the error reported, if there is none."""
     value = parse_number_cell(cell, column.joint, diagnostics)
     if value is None:
         return None

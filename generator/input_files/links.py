@@ -1,9 +1,7 @@
 """Links of joints in a file, `NAME.links.toml`: one `[[link]]` for each control.
 
-The unit of an offset is part of its key. What the names and numbers mean for a figure is found in
-`generator.kinematics.links`.
-
-Writing a links file: the inverse of reading one.
+The unit of an offset is part of its key. `generator.kinematics.links`
+binds the names and numbers to a figure.
 """
 
 import json
@@ -63,13 +61,13 @@ class LinkEntry:
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
     def span(self, key: str) -> Span | None:
-        """Where the value of a key is written, or else the table."""
+        """Span of the value of a key, or else of the table."""
         return self.origins.get(key) or self.origins.get(LINK_TABLE)
 
 
 @dataclass(frozen=True)
 class LinksFile:
-    """What a links file says: the figure it was written for, and the links."""
+    """Contents of a links file: the figure it was written for, and the links."""
 
     entries: tuple[LinkEntry, ...]
     figure: str | None = None
@@ -77,12 +75,12 @@ class LinksFile:
 
 
 def parse_links(text: str, name: str = "<text>") -> Parsed[LinksFile]:
-    """The links that `text` describes, with all faults; `name` is what they call the text."""
+    """The links that `text` describes, with all diagnostics, which call the text `name`."""
     return parse_text(text, parse_links_source, name)
 
 
 def parse_links_source(source: Source, diagnostics: Diagnostics) -> LinksFile | None:
-    """The links of a text; faults go to `diagnostics`, which may raise EnoughFaults."""
+    """The links of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
     document = parse_document(source, _FILE_KIND, diagnostics)
     return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
 
@@ -107,7 +105,7 @@ def _parse_content(
 
 
 def _parse_entry(table: TableReader) -> LinkEntry | None:
-    """One `[[link]]`; None, with a fault noted, when it says nothing that can be used."""
+    """One `[[link]]`; None, with an error reported, if it says nothing that can be used."""
     content = table.content
     table.reject_unknown_keys(LINK_KEYS, "link")
     joints = table.names("joints", '["right_elbow"]', "link")

@@ -1,6 +1,6 @@
 """Forces and moments that vary in time, from a file of comma-separated values (`docs/loads.md`).
 
-The first line that is no comment names the columns, in any order: `site`, `kind`, `time [s]`, and
+The first line that is not a comment names the columns, in any order: `site`, `kind`, `time [s]`, and
 x, y, z with the unit `[N]`, `[N m]`, or `[N or N m]` for a file that holds forces and moments.
 """
 
@@ -60,17 +60,17 @@ class _Row:
 
 
 def read_loads(path: str | Path, figure: Figure) -> tuple[TimedLoad, ...]:
-    """The loads in a file for a figure. Raises InputError, with all faults, when any is wrong."""
+    """The loads in a file for a figure. Raises InputError with all diagnostics on any error."""
     return parse_loads_file(path, figure).require_value()
 
 
 def parse_loads_file(path: str | Path, figure: Figure) -> Parsed[tuple[TimedLoad, ...]]:
-    """The loads in a file for a figure, with all faults; bad input raises nothing."""
+    """The loads in a file for a figure, with all diagnostics; bad input raises nothing."""
     return parse_file(path, partial(_parse_table, figure=figure))
 
 
 def parse_loads(text: str, figure: Figure, name: str = "<text>") -> Parsed[tuple[TimedLoad, ...]]:
-    """The loads that `text` describes, with all faults; `name` is what they call the text."""
+    """The loads that `text` describes, with all diagnostics, which call the text `name`."""
     return parse_text(text, partial(_parse_table, figure=figure), name)
 
 
@@ -91,7 +91,7 @@ def _parse_table(
 
 
 def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, Column]:
-    """Where each column is, by name."""
+    """Columns by name."""
     columns = parse_columns(line, COLUMN_UNITS, LOADS_EXAMPLE, diagnostics)
     for name, column in columns.items():
         if column.unit not in COLUMN_UNITS[name]:
@@ -109,7 +109,7 @@ def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, Column]:
 def _parse_row(
     line: Span, columns: Mapping[str, Column], figure: Figure, diagnostics: Diagnostics
 ) -> _Row | None:
-    """What a line says; None, with the faults noted, when it says nothing."""
+    """Parse a line; None, with the errors reported, if it says nothing."""
     cells = split_cells(line)
     if len(cells) != len(columns):
         diagnostics.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
@@ -172,7 +172,7 @@ def _group_loads(
         if earlier and row.time <= earlier[-1].time:
             diagnostics.error(
                 f"the time {row.time:g} s is not after {earlier[-1].time:g} s, "
-                f"the one before of `{row.kind.value}` at `{row.site}`",
+                f"the previous row of `{row.kind.value}` at `{row.site}`",
                 row.time_span,
                 "for a jump leave a thousandth of a second between two rows",
             )

@@ -1,6 +1,6 @@
 """Measured moments of a joint at its angles, from a file of comma-separated values.
 
-The first line that is no comment names the columns with their units, in any order: `angle [deg]` or
+The first line that is not a comment names the columns with their units, in any order: `angle [deg]` or
 another unit of angle, `moment [N m]` or another unit of moment (`docs/fits.md`).
 """
 
@@ -74,17 +74,17 @@ class _Row:
 
 
 def read_moments(path: str | Path) -> MeasuredMoments:
-    """The moments in a file. Raises InputError, with all faults, when any is wrong."""
+    """The moments in a file. Raises InputError with all diagnostics on any error."""
     return parse_moments_file(path).require_value()
 
 
 def parse_moments_file(path: str | Path) -> Parsed[MeasuredMoments]:
-    """The moments in a file, with all faults; bad input raises nothing."""
+    """The moments in a file, with all diagnostics; bad input raises nothing."""
     return parse_file(path, _parse_table)
 
 
 def parse_moments(text: str, name: str = "<text>") -> Parsed[MeasuredMoments]:
-    """The moments that `text` lists, with all faults; `name` is what they call the text."""
+    """The moments that `text` lists, with all diagnostics, which call the text `name`."""
     return parse_text(text, _parse_table, name)
 
 
@@ -105,7 +105,7 @@ def _parse_table(source: Source, diagnostics: Diagnostics) -> MeasuredMoments | 
 
 
 def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, _Column]:
-    """Where each column is, by name, and the SI value of its unit."""
+    """Columns by name, with the SI values of their units."""
     return {
         name: _Column(column.index, _unit_factor(name, column.unit, column.title_span, diagnostics))
         for name, column in parse_columns(
@@ -132,7 +132,7 @@ def _unit_factor(name: str, unit: str, cell: Span, diagnostics: Diagnostics) -> 
 
 
 def _parse_row(line: Span, columns: Mapping[str, _Column], diagnostics: Diagnostics) -> _Row | None:
-    """What a line says; None, with the faults noted, when it says nothing."""
+    """Parse a line; None, with the errors reported, if it says nothing."""
     cells = split_cells(line)
     if len(cells) != len(columns):
         diagnostics.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
@@ -155,9 +155,9 @@ def _check_order(rows: list[_Row], diagnostics: Diagnostics) -> None:
     for before, row in pairwise(rows):
         if row.angle < before.angle:
             diagnostics.error(
-                f"the angle {row.angle_span.text} is below {before.angle_span.text}, the one before",
+                f"the angle {row.angle_span.text} is below the previous {before.angle_span.text}",
                 row.angle_span,
-                "sort the rows by angle; of a loop make two files, one for each direction",
+                "sort the rows by angle; split a loop into two files, one for each direction",
             )
 
 
@@ -182,7 +182,7 @@ def _check_count(rows: list[_Row], lines: list[Span], diagnostics: Diagnostics) 
 
 
 def _count_distinct_angles(angles: Sequence[float]) -> int:
-    """How many of the angles, which do not fall, are apart from the last that was counted."""
+    """Number of the increasing angles that differ from the last one counted."""
     counted: list[float] = []
     for angle in angles:
         if not counted or angle - counted[-1] > SAME_ANGLE_FRACTION * (angles[-1] - angles[0]):

@@ -1,4 +1,4 @@
-"""Reading a pose: displacements of the joints of a figure, in the figure's own language.
+"""Poses: displacements of the joints of a figure, in the figure's own language.
 
     file  := joint*
     joint := "joint" NAME "{" "displacement" "=" value ";" "}"
@@ -39,18 +39,18 @@ _DISPLACEMENT_FIELD = "displacement"
 def read_pose(path: str | Path, figure: Figure) -> dict[str, Array]:
     """The displacements that a pose file gives the joints of a figure, shape (n,) [rad or m].
 
-    Raises InputError, which holds all faults, when anything is wrong. Warnings pass.
+    Raises InputError with all diagnostics on any error. Warnings pass.
     """
     return dict(parse_pose_file(path, figure).require_value())
 
 
 def parse_pose_file(path: str | Path, figure: Figure) -> Parsed[Mapping[str, Array]]:
-    """The pose in a file, with all faults; bad input raises nothing."""
+    """The pose in a file, with all diagnostics; bad input raises nothing."""
     return parse_file(path, partial(_parse_pose, figure=figure))
 
 
 def parse_pose(text: str, figure: Figure, name: str = "<text>") -> Parsed[Mapping[str, Array]]:
-    """The pose that `text` describes, with all faults; `name` is what they call the text."""
+    """The pose that `text` describes, with all diagnostics, which call the text `name`."""
     return parse_text(text, partial(_parse_pose, figure=figure), name)
 
 
@@ -66,7 +66,7 @@ def _parse_pose(source: Source, diagnostics: Diagnostics, figure: Figure) -> Map
         if name is None or not isinstance(statement, Block):
             continue
         if name.text in first:
-            hint = f"the first stands in line {first[name.text].line}"
+            hint = f"the first is in line {first[name.text].line}"
             diagnostics.error(f"a second joint named `{shorten(name.text)}`", name.span, hint)
             continue
         first[name.text] = name.span
@@ -82,7 +82,7 @@ def _parse_pose(source: Source, diagnostics: Diagnostics, figure: Figure) -> Map
 
 
 def _joint_name(statement: Statement, diagnostics: Diagnostics) -> Word | None:
-    """The name of a block that is a joint; what else stands in the file is a fault."""
+    """Name of a block that is a joint; report any other statement."""
     if isinstance(statement, Block) and statement.kind.text == "joint":
         return statement.name
     word = statement.kind if isinstance(statement, Block) else statement.name
@@ -92,30 +92,30 @@ def _joint_name(statement: Statement, diagnostics: Diagnostics) -> Word | None:
 
 
 def _resolve_displacement(block: Block, joint: Joint, diagnostics: Diagnostics) -> Array | None:
-    """The displacements in a joint's block; None, with a fault noted, when they are not there."""
-    given: list[Field] = []
+    """The displacements in a joint's block; None, with an error reported, if they are missing."""
+    fields: list[Field] = []
     others = False
     for statement in block.body:
         if isinstance(statement, Field) and statement.name.text == _DISPLACEMENT_FIELD:
-            given.append(statement)
+            fields.append(statement)
             continue
         others = True
         if isinstance(statement, Field | Connect):
             _report_misplaced(statement.name, diagnostics)
-    for second in given[1:]:
-        hint = f"the first stands in line {given[0].name.span.line}"
+    for second in fields[1:]:
+        hint = f"the first is in line {fields[0].name.span.line}"
         diagnostics.error(f"a second `{_DISPLACEMENT_FIELD}` in one joint", second.name.span, hint)
-    if not given:
+    if not fields:
         if not others and not diagnostics.has_syntax_errors and block.name is not None:
             message = f"joint `{shorten(joint.name)}` has no `{_DISPLACEMENT_FIELD}` here"
             diagnostics.error(message, block.name.span, f"write {POSE_EXAMPLE}")
         return None
-    values = resolve_joint_field(given[0], joint.chain, diagnostics)
+    values = resolve_joint_field(fields[0], joint.chain, diagnostics)
     if values is None:
         return None
     for factor, value in zip(joint.chain, values, strict=True):
         if not (bound := displacement_bound(factor)).contains(value):
-            place = given[0].value.span if given[0].value else given[0].name.span
+            place = fields[0].value.span if fields[0].value else fields[0].name.span
             diagnostics.error(
                 f"this displacement of `{shorten(joint.name)}` is too large", place, str(bound)
             )
@@ -124,7 +124,7 @@ def _resolve_displacement(block: Block, joint: Joint, diagnostics: Diagnostics) 
 
 
 def _report_misplaced(word: Word, diagnostics: Diagnostics) -> None:
-    """A field of a joint that is none of a pose, or no field at all."""
+    """Report a field that does not belong in a pose, or is unknown."""
     if word.text in keywords_in("joint"):
         message = f"`{shorten(word.text)}` has no place in a pose"
         diagnostics.error(

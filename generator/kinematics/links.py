@@ -319,7 +319,7 @@ def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> 
         for link, place in _bind_entry(entry, figure, diagnostics):
             if link.follower in placed:
                 first = placed[link.follower][1]
-                hint = f"the first stands in line {first.line}" if first else ""
+                hint = f"the first is in line {first.line}" if first else ""
                 diagnostics.error(f"a second link of {link.follower}", place, hint)
                 continue
             placed[link.follower] = (link, place)

@@ -1,7 +1,8 @@
-"""A figure prepared for the writers of models.
+"""The springs of a joint, as programs with a force for each displacement want them.
 
-It has a tree, closed loops and plain names; the springs of a joint as forces of single
-displacements; the joints that close loops as point constraints.
+What the writers of models share: a figure hung up, in its pose, with plain names.
+
+The joints that close loops, as constraints of points: what most programs have for them.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,7 +26,7 @@ from springs.elastic import Frictional
 
 @dataclass(frozen=True)
 class ExportModel:
-    """A figure that every other program can represent.
+    """A figure that every other program can take.
 
     Attributes:
         placement: the figure in the pose in which it is drawn, its loops closed.
@@ -55,20 +56,20 @@ class ExportModel:
 
 
 def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
-    """Build the tree of a figure, close its loops and name its parts.
+    """A figure hung up and named.
 
     Raises:
         InputError: segments that move lack a mass, an inertia or a centre of mass, or none moves.
         ModelError: a joint's chain is none that one joint can hold.
-        OpenLoopError: a loop is open in the pose of the figure and cannot be closed.
+        OpenLoopError: the figure is drawn in a pose that opens a loop, which cannot be closed.
     """
-    diagnostics = [
+    faults = [
         fault for segment in figure.bodies.values() if (fault := _missing_properties(segment))
     ]
     if not figure.bodies:
-        diagnostics = [error("none of the figure's segments moves: there is no model to write")]
-    if diagnostics:
-        raise InputError(diagnostics)
+        faults = [error("none of the figure's segments moves: there is no model to write")]
+    if faults:
+        raise InputError(faults)
     tree = build_tree(figure)
     segments, joints = plain_names(figure.segments), plain_names(figure.joints)
     losses.add_loss(renaming_loss(segments))
@@ -79,7 +80,7 @@ def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
 
 
 def _missing_properties(segment: Segment) -> Diagnostic | None:
-    """Return the diagnostic for properties that a body needs and the segment lacks."""
+    """What a body of any program needs and the segment has not."""
     missing = [
         word
         for word, value in (
@@ -91,9 +92,9 @@ def _missing_properties(segment: Segment) -> Diagnostic | None:
     ]
     if not missing:
         return None
-    listed = " and ".join([", ".join(missing[:-1]), missing[-1]] if missing[1:] else missing)
+    said = " and ".join([", ".join(missing[:-1]), missing[-1]] if missing[1:] else missing)
     return error(
-        f"segment `{segment.name}` moves and lacks {listed}, which a model needs",
+        f"segment `{segment.name}` moves and lacks {said}, which a model needs",
         origin_span(segment.origins),
         "`mover complete` estimates them from psurfs",
     )
@@ -104,12 +105,12 @@ _ORTHOGONALITY_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class JointLaws:
-    """The springs of a joint by their arguments.
+    """The springs of a joint, told by what they are functions of.
 
     Attributes:
-        uncoupled: by index in the chain, springs that are functions of this displacement alone, in
-            the sense of its axis.
-        combined: springs of several rotations, which are functions of the rotation vector.
+        uncoupled: by the place in the chain, springs that are functions of this displacement alone,
+            told about its axis.
+        combined: springs of several turns, which are functions of the rotation vector.
     """
 
     uncoupled: Mapping[int, AxisSpring]
@@ -117,9 +118,9 @@ class JointLaws:
 
 
 def split_joint_laws(chain: Chain, springs: JointSprings) -> JointLaws:
-    """Split the springs of a joint with the chain `chain`.
+    """The springs of a joint with the chain `chain`.
 
-    Raises InputError for a spring along a translation that the joint does not have.
+    Raises InputError for a spring along a slide that the joint has not.
     """
     alone: dict[int, AxisSpring] = {}
     if len(chain.rotations) == 1 and springs.axes:
@@ -129,10 +130,8 @@ def split_joint_laws(chain: Chain, springs: JointSprings) -> JointLaws:
             (k for k in chain.translations if _is_parallel_to_axis(spring, chain, k)), None
         )
         if place is None:
-            message = (
-                f"joint `{springs.joint}` has a spring along an axis on which it does not translate"
-            )
-            raise InputError([error(message)])
+            said = f"joint `{springs.joint}` has a spring along which it cannot slide"
+            raise InputError([error(said)])
         alone[place] = _in_axis_sense(spring, chain, place)
     return JointLaws(alone, springs.axes if len(chain.rotations) > 1 else ())
 
@@ -150,7 +149,7 @@ def _in_axis_sense(spring: AxisSpring, chain: Chain, index: int) -> AxisSpring:
 def tree_joint_springs(
     model: ExportModel, springs: SpringSet
 ) -> Iterator[tuple[str, JointSprings]]:
-    """Yield the springs of the tree's joints, in the order of the figure."""
+    """The springs of the tree's joints, in the order of the figure."""
     branches = {branch.joint.name for branch in model.tree.joints}
     for name in model.figure.joints:
         if name in springs.joints and name in branches:
@@ -158,7 +157,7 @@ def tree_joint_springs(
 
 
 def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
-    """Return True for springs about three mutually perpendicular axes."""
+    """Whether these are springs about three axes, each perpendicular to the others."""
     if len(axes) != 3:
         return False
     rows: Array = np.array([axis.direction for axis in axes])
@@ -166,9 +165,9 @@ def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
 
 
 def common_stiffness(axes: tuple[AxisSpring, ...]) -> float | None:
-    """Return the stiffness [N m/rad] that is equal about all axes; None for other springs.
+    """Stiffness [N m/rad] of a ball that resists turns about all axes alike; None for others.
 
-    Both ways of joining axes then give the torque -k r, where r is the rotation vector.
+    Both ways of joining axes give then the torque -k r, where r is the rotation vector.
     """
     laws = {axis.elastic for axis in axes}
     if laws == {()}:
@@ -181,7 +180,7 @@ def common_stiffness(axes: tuple[AxisSpring, ...]) -> float | None:
 
 
 def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
-    """Return the viscous damping [N m s/rad] that is equal about all axes; None for others."""
+    """Viscous damping [N m s/rad] that all axes share; None where they do not."""
     viscous = {axis.damping.viscous for axis in axes}
     if viscous == {0.0}:
         return 0.0
@@ -189,12 +188,12 @@ def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
 
 
 def has_friction(spring: AxisSpring) -> bool:
-    """Return True if an elastic law of a spring has friction of its own."""
+    """Whether a spring's elastic laws have a friction of their own."""
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
 def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
-    """Report laws over several joints, springs that close loops, and references."""
+    """Note the laws over several joints and of what closes a loop, and where numbers are from."""
     for joint in model.tree.closures:
         if joint.name in springs.joints:
             losses.add("springs of joints that close loops", joint.name)
@@ -206,16 +205,17 @@ def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) ->
 
 
 AXIS_POINT_DISTANCE = 0.1
-"""Distance along a revolute's axis of its second constrained point [m]."""
+"""Distance along a hinge's axis of the second point that is held [m]."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """The constraint of a joint that closes a loop.
+    """What holds the two bodies of a joint that closes a loop.
 
     Attributes:
-        joint: the joint.
-        points: points that coincide in the frames of both sites [m]; empty for a weld.
+        joint: which it is.
+        points: places in the frames of both sites that stay together [m]; none where the two frames
+            stay together as a whole.
     """
 
     joint: Joint
@@ -223,17 +223,17 @@ class Loop:
 
 
 def loop_closures(model: ExportModel, losses: Losses) -> Iterator[Loop]:
-    """Yield the loops that points can close; report the others as open."""
+    """The loops that points can close; the others are noted as left open."""
     for joint in model.tree.closures:
         chain = model.tree.chains[joint.name]
         turns, slides = len(chain.rotations), len(chain.translations)
         if turns == slides == 3:
             continue
         if slides:
-            losses.add("joints with translations that close a loop: the loop is open", joint.name)
+            losses.add("joints that slide and close a loop: the loop is open", joint.name)
             continue
         if turns == 2:
-            losses.add("joints of two rotations that close a loop: they rotate freely", joint.name)
+            losses.add("joints of two turns that close a loop: they turn freely", joint.name)
         points = [np.zeros(3)] if turns else []
         if turns == 1:
             points.append(AXIS_POINT_DISTANCE * unit_vector(joint.chain[0].axis))

@@ -14,13 +14,13 @@ from generator.text_io import write_atomic
 
 @dataclass(frozen=True)
 class CoordinateMapping:
-    """The displacement of the figure that a coordinate of the model became.
+    """Where a coordinate of the model is in the figure.
 
     Attributes:
         joint: name of the joint.
         index: of the displacement among the joint's, from 0.
         offset: the model's value is `scale` times the displacement plus this [rad or m].
-        scale: positive.
+        scale: see there.
     """
 
     joint: str
@@ -31,13 +31,13 @@ class CoordinateMapping:
 
 @dataclass(frozen=True)
 class Imported:
-    """A model of another program as a figure.
+    """What came of reading a model.
 
     Attributes:
         figure: y up, with all displacements zero in the pose in which the model is drawn.
         springs: passive laws that the figure's own fields cannot hold; None without any.
-        losses: of the conversion.
-        coordinates: by their names in the model.
+        losses: what the figure does not hold, or holds otherwise.
+        coordinates: by the names that the model gives them.
     """
 
     figure: Figure
@@ -47,18 +47,18 @@ class Imported:
 
 
 def springs_path(path: Path) -> Path:
-    """Return the path of the springs of the figure file at `path`."""
+    """Where the springs of the figure file at `path` are looked for."""
     return path.with_name(f"{path.stem}{SPRINGS_SUFFIX}")
 
 
 def format_imported_springs(springs: SpringsFile, path: Path) -> str:
-    """Format the springs file beside the figure file at `path`."""
+    """The springs file that stands beside the figure file at `path`."""
     comment = f"Passive joints of {path.name} that its own fields cannot hold."
     return write_springs(springs, comment)
 
 
 def write_imported(imported: Imported, path: Path) -> Losses:
-    """Write the figure, and its springs file beside it if it has one.
+    """Write the figure, and its springs file beside it where it has one.
 
     Raises:
         OSError: a file cannot be written.

@@ -1,4 +1,7 @@
-"""Appearance of segments: psurfs and colours, or sticks without a psurf; faces as triangles."""
+"""What segments look like: their psurfs and colours, and sticks where there is no psurf.
+
+The faces of a surface as triangles, for programs that draw nothing else.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,15 +26,15 @@ _MIN_SITE_DISTANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Appearance:
-    """A surface in the segment's frame [m], and red, green, blue from 0 to 1."""
+    """The look of a segment: a surface in its frame [m], and red, green, blue from 0 to 1."""
 
     surface: Surface
     colour: Colour
 
 
 def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple[Loss, ...]]:
-    """Return the appearances of segments, and the losses."""
-    appearances: dict[str, Appearance] = {}
+    """The looks of the segments that have any, and what is not shown as the figure has it."""
+    looks: dict[str, Appearance] = {}
     unread: list[str] = []
     bare: list[str] = []
     for name, segment in figure.segments.items():
@@ -45,18 +48,18 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
             surface = _stick_surface(figure, segment)
             bare += [name] if surface is not None else []
         if surface is not None and surface.face_count:
-            appearances[name] = Appearance(surface, segment_colour(figure, segment))
+            looks[name] = Appearance(surface, segment_colour(figure, segment))
     losses = [
         Loss("psurfs that could not be read", tuple(unread)) if unread else None,
         Loss("segments without a psurf are sticks between their sites", tuple(bare))
         if bare
         else None,
     ]
-    return appearances, tuple(loss for loss in losses if loss is not None)
+    return looks, tuple(loss for loss in losses if loss is not None)
 
 
 def linear_colour(colour: Colour) -> Colour:
-    """Convert a colour from sRGB to linear (IEC 61966-2-1)."""
+    """The share of light that a display makes of each part of a colour (IEC 61966-2-1, sRGB)."""
     red, green, blue = (
         part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in colour
     )
@@ -64,7 +67,7 @@ def linear_colour(colour: Colour) -> Colour:
 
 
 def _stick_surface(figure: Figure, segment: Segment) -> Surface | None:
-    """Return sticks between the sites of a segment; None without two distinct positions."""
+    """Sticks between sites of a segment; None where there are no two places."""
     pairs = list(_stick_ends(figure, segment))
     return _octahedra(pairs, segment.name) if pairs else None
 
@@ -78,14 +81,14 @@ def _stick_ends(figure: Figure, segment: Segment) -> Iterator[tuple[Array, Array
         for ref in joint.ends
         if ref.segment == segment.name
     ]
-    points = _distinct_positions(segment, used)
-    if len(points) == 1 and segment.name not in figure.ground:
-        points = _distinct_positions(segment, [*used, *segment.sites])
-    yield from ((points[0], other) for other in points[1:])
+    held = _distinct_positions(segment, used)
+    if len(held) == 1 and segment.name not in figure.ground:
+        held = _distinct_positions(segment, [*used, *segment.sites])
+    yield from ((held[0], other) for other in held[1:])
 
 
 def _distinct_positions(segment: Segment, sites: Sequence[str]) -> list[Array]:
-    """Return the distinct positions of sites in the segment's frame."""
+    """The places of sites in the segment's frame, those that coincide once."""
     points = [segment.sites[site].pose_in_segment[:3, 3] for site in sites]
     close = {
         later
@@ -113,7 +116,7 @@ def _octahedra(pairs: Sequence[tuple[Array, Array]], name: str) -> Surface:
 
 
 def triangles_with_normals(surface: Surface) -> tuple[Array, Array]:
-    """Return the corners [m] and normals of triangles that cover the faces, shapes (3 t, 3) each.
+    """Corners of triangles that cover the faces, and their normals: shapes (3 t, 3) each [m, 1].
 
     Three rows are a triangle, counter-clockwise from outside. Faces may be concave.
     """

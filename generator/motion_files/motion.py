@@ -1,4 +1,7 @@
-"""A motion of a figure with its header: from a recording or from an action file."""
+"""A motion of a figure, ready to be written: from a recording, or from an action file.
+
+What stands above the numbers of an output file: where a motion is from and how it ended.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,7 +20,7 @@ from generator.recording import Ending, Recording
 from generator.rotations import Array
 
 NONE = "none"
-"""Text of a missing value."""
+"""Stands where there is no value."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ def _one_line(text: str | None) -> str:
 
 @dataclass(frozen=True, eq=False)
 class FigureMotion:
-    """Displacements and poses of a figure over time, the source of every format.
+    """What every format can take from: displacements, poses, and the figure they belong to.
 
     Attributes:
         figure: as its file describes it.
@@ -147,21 +150,21 @@ _QUANTITIES = ("velocities", "reactions", "passive torques", "energies", "error 
 
 
 def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
-    """Return the loss of a run's quantities in a format; None for a motion without a run.
+    """What a run knows of itself and a format does not hold; None for a motion without a run.
 
     Args:
         motion: the motion.
-        represented: the quantities that the format holds.
+        represented: the quantities that the format does hold.
     """
     if motion.recording is None:
         return None
     driven = ["drive torques"] if motion.recording.drive_torques else []
     left = [name for name in (*_QUANTITIES, *driven) if name not in represented]
-    return Loss("results of the run other than the motion", tuple(left))
+    return Loss("what the run says beside the motion", tuple(left))
 
 
 NO_FIGURE = Loss("the figure: its segments, masses and shapes; the joints alone are named")
-"""Loss of files that hold displacements only."""
+"""Said of files that hold displacements and leave the figure to its own file."""
 
 NO_MASSES = Loss("the masses, inertias and springs of the figure")
-"""Loss of files that hold the appearance of a figure."""
+"""Said of files that hold what a figure looks like."""

@@ -299,7 +299,7 @@ def drop_duplicates(springs: list[BoundSpring], diagnostics: Diagnostics) -> lis
         diagnostics.error(
             f"a second spring about one axis of `{shorten(one.joint)}`",
             one.span,
-            f"the first stands in line {first.line}" if first else "",
+            f"the first is in line {first.line}" if first else "",
         )
     return kept
 

@@ -102,7 +102,7 @@ def _report_duplicate(
     named = " and ".join(f"`{shorten(axis.joint)}`" for axis in axes)
     place = entry.joint_spans[k][0] if entry.joint_spans else None
     header = first.origins.get("coupled")
-    where = f"the first stands in line {header.line}" if header else ""
+    where = f"the first is in line {header.line}" if header else ""
     if entry.has_same_law(first):
         diagnostics.error(f"this law hangs on {named} already", place, where)
     else:

@@ -106,7 +106,7 @@ def parse_records(source: Source, diagnostics: Diagnostics) -> tuple[OptionalRec
             diagnostics.error(
                 f"a second record of joint {record.joint}, axis {record.axis}",
                 record.origins["axis"],
-                f"the first stands in line {earlier.origins['axis'].line}",
+                f"the first is in line {earlier.origins['axis'].line}",
             )
     return tuple(first.values())
 

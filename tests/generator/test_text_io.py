@@ -60,8 +60,8 @@ def test_what_is_no_regular_file_is_left_alone(tmp_path: Path, linked: bool):
     if linked:
         path = tmp_path / "fall.action"
         path.symlink_to(fifo)
-    assert unwritable_reason(path) == "it is no regular file"
-    with pytest.raises(OSError, match="no regular file"):
+    assert unwritable_reason(path) == "it is not a regular file"
+    with pytest.raises(OSError, match="not a regular file"):
         write_atomic(path, "new")
     assert stat.S_ISFIFO(fifo.stat().st_mode)
 

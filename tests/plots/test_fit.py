@@ -276,7 +276,7 @@ def test_a_folder_that_is_not_there(option: str, tmp_path: Path):
         ("angle,moment [N m]\n0,1\n", "data.csv:1:1", "column `angle` has no unit"),
         ("angle [deg],moment [N m]\n0,1\n1,2\n", "data.csv:3:1", "this file has 2"),
         ("angle [deg],moment [N m]\n0,1\n1,nan\n", "data.csv:3:3", "`nan` is not finite"),
-        ("angle [deg],moment [N m]\n0,1\n2,1\n1,1\n", "data.csv:4:1", "is below 2, the one before"),
+        ("angle [deg],moment [N m]\n0,1\n2,1\n1,1\n", "data.csv:4:1", "is below the previous 2"),
         ("angle [deg],moment [N m],x\n0,1,2\n", "data.csv:1:26", "unknown column `x`"),
         ("angle [deg],moment [N m]\n0,one\n", "data.csv:2:3", "`one` is not a number"),
         ("", "data.csv:1:1", "there are no moments in this file"),

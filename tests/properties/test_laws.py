@@ -185,7 +185,7 @@ def test_a_law_that_is_written_is_read_back(form: LawForm[EntryLaw], data: st.Da
     law = data.draw(ENTRY_STRATEGIES[form.entry_type], label="law")
     content = SpringsFile((SpringEntry(("knee",), law=law, motion="x", reference="x", why="x"),))
     reading = parse_springs(write_springs(content))
-    assert select_errors(reading.faults) == ()
-    assert reading.content is not None
-    (entry,) = reading.content.entries
+    assert select_errors(reading.diagnostics) == ()
+    assert reading.value is not None
+    (entry,) = reading.value.entries
     assert entry.law == law

@@ -44,7 +44,7 @@ ANGLE_AXES = (3, 2, 1)
 
 
 class JointType(IntEnum):
-    """The supported joint types, by number.
+    """The joint types that can be held, by their numbers.
 
     Figure 3.2 gives the number of spherical joints. No printed page gives that of revolutes: 1 is
     this program's choice.
@@ -146,7 +146,7 @@ class PointLoad:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Contents of `ndyspamfile`, table by table."""
+    """What `ndyspamfile` says, table by table."""
 
     connections: tuple[Connection, ...]
     bodies: tuple[MechanismBody, ...]
@@ -159,7 +159,7 @@ _SUPPORTED_JOINTS_HINT = "DYSPAM's files hold one rotation or three: revolutes a
 
 @dataclass(frozen=True, eq=False)
 class JointTriad:
-    """The triad of a figure's joint.
+    """What becomes of a joint.
 
     Attributes:
         type: of the joint.
@@ -179,13 +179,13 @@ class JointTriad:
         if self.type is JointType.REVOLUTE:
             return (float(np.asarray(displacement)[0]),)
         axes = tuple(factor.axis for factor in self.type.chain)
-        angles = RotationSequence(axes).angles(self.rotation.T @ np.asarray(matrix) @ self.rotation)
-        x, y, z = (float(angle) for angle in angles)
+        found = RotationSequence(axes).angles(self.rotation.T @ np.asarray(matrix) @ self.rotation)
+        x, y, z = (float(angle) for angle in found)
         return z, y, x
 
 
 def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
-    """Return the triad of a joint, or the diagnostic that DYSPAM has no such joint."""
+    """The triad of a joint, or the fault that DYSPAM has no such joint."""
     place = origin_span(joint.origins, "type", "connect")
     who = f"joint `{joint.name}`"
     try:
@@ -200,7 +200,7 @@ def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
         )
     if chain.translations:
         return error(
-            f"{who} cannot be written for DYSPAM: it is prismatic", place, _SUPPORTED_JOINTS_HINT
+            f"{who} cannot be written for DYSPAM: it slides", place, _SUPPORTED_JOINTS_HINT
         )
     if len(chain.rotations) == 2:
         return error(
@@ -214,9 +214,9 @@ def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
 
 
 def _axis_signs(joint: Joint) -> Array:
-    """Return the signs of a half turn, or none, from site axes to declared ones; shape (3,).
+    """A half turn, or none, that brings the axes of sites to the declared ones; shape (3,).
 
-    If an odd number of axes is negative no rotation makes all positive, and the sites stay.
+    Where an odd number of axes is negative no turn makes all positive, and the sites stay.
     """
     declared = [
         next(

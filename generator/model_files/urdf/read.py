@@ -1,4 +1,7 @@
-"""Reader of URDF, the robot descriptions of ROS: their tree of links as a figure."""
+"""URDF, the robot descriptions of ROS: the tree of links of one as a figure.
+
+The joints of a URDF document as freedoms.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -32,7 +35,7 @@ _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
-    """Parse the `origin` of an element as a pose, shape (4, 4); rotations are about fixed axes."""
+    """The pose that the `origin` of an element tells, shape (4, 4); turns are about fixed axes."""
     origin = element.find("origin")
     if origin is None:
         return np.eye(4)
@@ -45,7 +48,7 @@ def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
 def parse_joint_dofs(
     joint: XmlElement, diagnostics: Diagnostics, losses: Losses
 ) -> tuple[DegreeOfFreedom, ...]:
-    """Parse the degrees of freedom of a joint, from the parent outwards, in the child's frame."""
+    """The freedoms of a joint, from the parent outwards, told in the child's frame."""
     kind, name = joint.get("type"), joint.get("name") or ""
     if kind is None or kind not in KINDS:
         diagnostics.error(
@@ -133,7 +136,7 @@ def _not_negative(element: XmlElement, name: str, diagnostics: Diagnostics) -> f
 
 
 def _add_extra_losses(joint: XmlElement, name: str, losses: Losses) -> None:
-    """Report the properties that a figure's joint does not have."""
+    """What a figure's joint does not have."""
     limit = joint.find("limit")
     if limit is not None and (limit.get("effort") or limit.get("velocity")):
         losses.add("limits of effort and speed", name)
@@ -175,15 +178,15 @@ class _Robot:
 def figure_from_urdf(
     root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
 ) -> Imported | None:
-    """Convert a URDF document into a figure; None, with diagnostics, if that is impossible.
+    """The figure of a URDF document; None, with the faults noted, when it makes none.
 
-    The root link is fixed: if it has a mass, as a segment on a rigid joint to the world.
+    The root link is held: where it has a mass, as a segment on a rigid joint to the world.
 
     Args:
         root: the element `robot`.
         directory: not needed; URDF includes nothing.
-        diagnostics: collects errors.
-        separate: see `figure_from_tree`.
+        diagnostics: for faults.
+        separate: see `figure_of`.
     """
     losses = Losses("URDF")
     robot = _robot(root, diagnostics, losses)
@@ -191,16 +194,15 @@ def figure_from_urdf(
     if order is None:
         return None
     bodies = [_body(robot, name, diagnostics, losses) for name in order]
-    fixed = frozenset({order[0]} if bodies[0].mass is not None else ())
-    if fixed:
+    held = frozenset({order[0]} if bodies[0].mass is not None else ())
+    if held:
         losses.add(
-            "the root link is fixed to the world; `mover simulate --free-root` releases it",
-            order[0],
+            "the root link is held to the world; `mover simulate --free-root` lets it go", order[0]
         )
     for sentence in gravity_losses(GRAVITY, Y_UP_FROM_Z_UP):
         losses.add(sentence)
     tree = BodyTree(tuple(bodies), {}, Y_UP_FROM_Z_UP, root.get("name"), root.span)
-    return figure_from_tree(tree, diagnostics, losses, separate=separate, fixed_bodies=fixed)
+    return figure_from_tree(tree, diagnostics, losses, separate=separate, fixed_bodies=held)
 
 
 def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot:
@@ -224,7 +226,7 @@ def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot
         first = robot.parent_joint.setdefault(child, joint)
         if first is not joint:
             diagnostics.error(
-                f"a second joint carries the link `{shorten(child)}`: loops cannot be read",
+                f"a second joint carries the link `{shorten(child)}`: this loop is no tree",
                 joint.span,
                 f"the first is `{shorten(first.get('name') or '')}` in line {first.span.line}",
             )
@@ -243,7 +245,7 @@ def _add_named(known: dict[str, XmlElement], element: XmlElement, diagnostics: D
         diagnostics.error(
             f"a second {element.tag} named `{shorten(name)}`",
             element.span_of("name"),
-            f"the first stands in line {first.span.line}",
+            f"the first is in line {first.span.line}",
         )
 
 
@@ -294,9 +296,9 @@ def _depth_first_links(
     lost = [name for name in robot.links if name not in set(order)]
     if lost:
         diagnostics.error(
-            f"the joints from `{shorten(lost[0])}` lead back to it: loops cannot be read",
+            f"the joints from `{shorten(lost[0])}` lead back to it: this loop is no tree",
             robot.links[lost[0]].span_of("name"),
-            "the links of a robot form a tree with one root",
+            "a robot's links hang on one root",
         )
         return None
     return order
@@ -306,7 +308,7 @@ def _body(robot: _Robot, name: str, diagnostics: Diagnostics, losses: Losses) ->
     link, joint = robot.links[name], robot.parent_joint.get(name)
     for shape in link.find_all("visual", "collision"):
         del shape
-        losses.add("shapes of links: segments have no shape and no contact", name)
+        losses.add("shapes of links: segments have no shape and touch nothing", name)
     freedoms: tuple[DegreeOfFreedom, ...] = ()
     pose, title = np.eye(4), ROOT_JOINT
     if joint is not None:

@@ -99,36 +99,36 @@ def test_a_mesh_without_a_unit_is_refused(tmp_path, suffix):
     ],
 )  # fmt: skip
 def test_what_is_no_body_has_its_sentence_and_exit_code_one(name, sentence):
-    result = mover("mass", FAULTS / f"psurf_{name}.pss", *DENSITY)
+    result = mover("mass", FAULTS / "psurf" / f"{name}.pss", *DENSITY)
     assert result.exit_code == 1
     assert result.stdout == ""
     assert sentence in result.stderr
 
 
 def test_faults_are_told_to_programs_as_well():
-    result = mover("mass", FAULTS / "psurf_turned.pss", *DENSITY, "--json")
+    result = mover("mass", FAULTS / "psurf" / "turned.pss", *DENSITY, "--json")
     (fault,) = json.loads(result.stdout)["faults"]
     assert (fault["line"], fault["severity"]) == (11, "error")
 
 
 def test_turned_faces_are_mended_and_named():
-    result = mover("mass", FAULTS / "psurf_turned.pss", *DENSITY, "--fix-winding")
+    result = mover("mass", FAULTS / "psurf" / "turned.pss", *DENSITY, "--fix-winding")
     assert result.exit_code == 0
     assert "turned   2 faces: 2 (line 11), 5 (line 14)" in result.stdout
     said = json.loads(
-        mover("mass", FAULTS / "psurf_turned.pss", *DENSITY, "--fix-winding", "--json").stdout
+        mover("mass", FAULTS / "psurf" / "turned.pss", *DENSITY, "--fix-winding", "--json").stdout
     )
     assert said["turned_faces"] == [2, 5]
     assert said["volume_m3"] == pytest.approx(1e-6)
 
 
 def test_an_open_surface_is_not_mended():
-    result = mover("mass", FAULTS / "psurf_open.pss", *DENSITY, "--fix-winding")
+    result = mover("mass", FAULTS / "psurf" / "open.pss", *DENSITY, "--fix-winding")
     assert result.exit_code == 1
 
 
 def test_a_face_a_little_bent_is_a_warning():
-    result = mover("mass", FAULTS / "psurf_little_bent.pss", *DENSITY)
+    result = mover("mass", FAULTS / "psurf" / "little_bent.pss", *DENSITY)
     assert result.exit_code == 0
     assert "warning: face 2 (line 11) is not planar" in result.stderr
 

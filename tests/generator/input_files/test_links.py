@@ -96,32 +96,9 @@ offset_m = 0.2
     )  # fmt: skip
 
 
-LINK = '[[link]]\njoints = ["b"]\ncontrol = "a"\n'
-
-
 @pytest.mark.parametrize(
     ("text", "place", "said"),
     [
-        ("", (1, 1), "there is no link in this file"),
-        ("links = 3\n", (1, 1), "unknown key `links`"),
-        ("link = 3\n", (1, 8), "links are tables"),
-        ("[[link]]\n", (1, 1), "this link has no `joints`"),
-        ('[[link]]\njoints = ["b"]\n', (1, 1), "this link has no `control`"),
-        ('[[link]]\njoints = []\ncontrol = "a"\n', (2, 10), "list of names"),
-        ("[[link]]\njoints = ['b']\ncontrol = 3\n", (3, 11), "`control` must be a text"),
-        (LINK + "factr = 2\n", (4, 1), "unknown key `factr` in a link"),
-        (LINK + "factor = 0.0\n", (4, 10), "a factor of zero links nothing"),
-        (LINK + "factor = nan\n", (4, 10), "not finite"),
-        (LINK + 'factor = "2"\n', (4, 10), "a number is expected here"),
-        (LINK + "dof = 0\n", (4, 7), "`dof` is a whole number above zero"),
-        (LINK + "control_dof = 1.5\n", (4, 15), "`control_dof` is a whole number above zero"),
-        (LINK + "dof = true\n", (4, 7), "`dof` is a whole number above zero"),
-        (LINK + "mirror = 1\n", (4, 10), "`mirror` is true or false"),
-        (LINK + "mirror = true\ndof = 1\n", (5, 7), "`dof` has no meaning beside `mirror`"),
-        (LINK + "offset_deg = 1\noffset_m = 1\n", (5, 12), "a link has one offset"),
-        (LINK + "offset = 1\n", (4, 1), "unknown key `offset`"),
-        (LINK + "factor = \n", (4, 9), "invalid value"),
-        (LINK + "why = '''\n", (4, 9), "expected"),
         ("x = " + "[" * 900, (1, 1), "nested too deeply"),
         ("# " + "x" * 1000, (1, 1001), "too long for a links file"),
         ("#\n" * 60_000, (50_001, 1), "too long for a links file"),

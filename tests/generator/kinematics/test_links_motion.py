@@ -123,7 +123,7 @@ def test_a_second_link_is_told_with_the_place_of_the_first(tmp_path):
     text = table("left_knee", "left_elbow") + table("left_knee", "right_elbow")
     (fault,) = reading_of(tmp_path, text).diagnostics
     assert fault.message == "a second link of left_knee 1"
-    assert fault.hint == "the first stands in line 2"
+    assert fault.hint == "the first is in line 2"
     assert fault.span is not None
     assert fault.span.line == 5
 

@@ -366,7 +366,7 @@ def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Pat
     assert select_errors([fault])
     assert "this law hangs on `left_" in fault.message
     assert "already" in fault.message
-    assert fault.hint == "the first stands in line 1"
+    assert fault.hint == "the first is in line 1"
     assert fault.span is not None
     assert fault.span.line == 9
 

@@ -552,7 +552,7 @@ def test_hints_say_what_there_is(tmp_path):
         "the figure has 4 joints, counted from 1"
     )
     twice = toml(tmp_path, whole, 'joints = ["left_knee", "left_knee"]\n' + K)
-    assert hint(twice) == "the first stands in line 2"
+    assert hint(twice) == "the first is in line 2"
 
 
 def test_a_fault_names_the_file_the_line_and_the_place(tmp_path):

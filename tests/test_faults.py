@@ -1,0 +1,72 @@
+"""Every broken file in `tests/faults/<kind>/` gets the diagnostics in its `.expected` file.
+
+`pytest tests/test_faults.py --update-expected` rewrites the expected diagnostics.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from generator.diagnostics import Parsed, select_errors
+from generator.figure import Figure
+from generator.figure_file import parse_figure_file, read_figure
+from generator.geometry import parse_psurf_file
+from generator.geometry.validate import validate_surface
+from generator.input_files.drives import parse_drives_file
+from generator.input_files.links import parse_links_source
+from generator.input_files.loads import parse_loads_file
+from generator.input_files.moments import parse_moments_file
+from generator.input_files.pose import parse_pose_file
+from generator.text_io import parse_file
+from tests.paths import FAULTS
+
+
+@cache
+def prototype() -> Figure:
+    return read_figure("prototype")
+
+
+def parse_body(path: Path) -> Parsed:
+    """The surface of a psurf if it encloses a body, with the diagnostics of text and surface."""
+    parsed = parse_psurf_file(path)
+    if parsed.value is None:
+        return parsed
+    diagnostics = validate_surface(parsed.value).diagnostics
+    return Parsed(None if select_errors(diagnostics) else parsed.value, diagnostics)
+
+
+PARSERS: dict[str, Callable[[Path], Parsed]] = {
+    "figure": parse_figure_file,
+    "pose": lambda path: parse_pose_file(path, prototype()),
+    "psurf": parse_body,
+    "loads": lambda path: parse_loads_file(path, prototype()),
+    "drives": lambda path: parse_drives_file(path, prototype()),
+    "moments": parse_moments_file,
+    "links": lambda path: parse_file(path, parse_links_source),
+}
+
+FILES = sorted(path for path in FAULTS.glob("*/*") if path.suffix != ".expected")
+
+
+def test_every_kind_has_files_and_every_answer_its_file():
+    assert {path.parent.name for path in FILES} == set(PARSERS)
+    answers = {path.with_suffix(".expected") for path in FILES}
+    assert answers == set(FAULTS.glob("*/*.expected"))
+    assert len(FILES) > 180
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureRequest):
+    parsed = PARSERS[path.parent.name](path)
+    text = "\n".join(map(str, parsed.diagnostics)).replace(str(path), path.name) + "\n"
+    expected = path.with_suffix(".expected")
+    if request.config.getoption("--update-expected"):
+        expected.write_text(text, "utf-8")
+    assert text == expected.read_text("utf-8")
+    assert (parsed.value is None) is bool(select_errors(parsed.diagnostics))
+    for diagnostic in parsed.diagnostics:
+        assert diagnostic.span is not None
+        assert 0 <= diagnostic.span.start <= diagnostic.span.end
+        assert diagnostic.span.end <= len(diagnostic.span.source.text) + 1
