@@ -99,7 +99,9 @@ def published_curve(key: str, label: str, note: str = "") -> Literature:
     curve = published.curve(key)
     given = _ALL_ANGLES if curve.valid_range is None else curve.valid_range
     half = isinf(given[0]) or isinf(given[1])
-    held = ", ".join(f"{name} at {np.degrees(at):.4g} deg" for name, at in curve.held.items())
+    held = ", ".join(
+        f"{name} at {np.degrees(at):.4g} deg" for name, at in curve.held_angles.items()
+    )
     return Literature(
         label,
         ((curve.law, given if half else _ALL_ANGLES),),

@@ -1,4 +1,4 @@
-"""The few functions a law needs beyond arithmetic, for arrays, single floats and symbols.
+"""Functions that a law needs beyond arithmetic, for arrays, single floats and symbols.
 
 A law is written once, with `+ - * / <` and the functions of an `Operations`: `NUMPY` serves arrays,
 `FLOATS` single numbers; an engine that builds expression trees brings its own. Expression trees are
@@ -26,7 +26,7 @@ _LARGEST_EXPONENT = math.log(sys.float_info.max)
 
 
 class Operations(Protocol):
-    """What every kind of number must offer."""
+    """Functions that every kind of number must offer."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         """`yes` where the condition holds, else `no`."""

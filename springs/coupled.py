@@ -3,9 +3,9 @@
 A muscle that spans two joints is stretched by both. Riener & Edrich 1999 and Silder et al. 2007
 write the moments of hip, knee and ankle as exponentials of all three angles.
 
-How far a coupled law is from a gradient, and the nearest law of its form that is one: torques
-measured joint by joint and fitted apart need not be the gradient of one energy. Then a closed loop
-of angles yields work, and a joint moved round it again and again would be a motor.
+Torques measured joint by joint and fitted separately need not be the gradient of one energy: a
+closed loop of angles may then yield work. `loop_work` measures it, and `nearest_conservative_law`
+returns the nearest law of the same form that has an energy.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ _PARALLEL_TOLERANCE = 1e-9
 
 
 class NotConservativeError(ValueError):
-    """The torques are no gradient, so that no energy belongs to them."""
+    """The torques are not a gradient and have no energy."""
 
 
 class CoupledLaw(Protocol):
@@ -78,7 +78,7 @@ class CoupledTerm:
 
     @property
     def is_gradient(self) -> bool:
-        """Whether the amplitudes are along the rates, which makes the term a gradient."""
+        """True where the amplitudes are parallel to the rates, so that the term is a gradient."""
         energy = self.energy_amplitude
         rest = [a + energy * r for a, r in zip(self.amplitudes, self.rates, strict=True)]
         return _norm(rest) <= _PARALLEL_TOLERANCE * _norm(self.amplitudes)
@@ -92,7 +92,7 @@ class CoupledExponential:
         coordinates: names of the angles, in the order of all tuples.
         terms: exponentials.
         constants: one a coordinate [N m].
-        valid_ranges: for each coordinate the range in which the law is known to hold [rad], or None.
+        valid_ranges: for each coordinate the range in which the law is valid [rad], or None.
     """
 
     coordinates: tuple[str, ...]
@@ -139,12 +139,12 @@ class CoupledExponential:
         """Stored energy [J], without the integration constant.
 
         Raises:
-            NotConservativeError: where the torques are no gradient.
+            NotConservativeError: where the torques are not a gradient.
         """
         if not self.is_conservative:
             raise NotConservativeError(
-                f"the torques about {', '.join(self.coordinates)} are no gradient: "
-                "carried round a closed loop of angles they do work"
+                f"the torques about {', '.join(self.coordinates)} are not a gradient: "
+                "round a closed loop of angles they do work"
             )
         constant = [-c * angle for c, angle in zip(self.constants, angles, strict=True)]
         parts = [t.energy_amplitude * _factor(t, angles, ops) for t in self._merged_terms()]
@@ -152,9 +152,9 @@ class CoupledExponential:
 
     @property
     def is_conservative(self) -> bool:
-        """Whether the torques are a gradient: whether every exponential is one by itself.
+        """True where the torques are a gradient, which every exponential must then be by itself.
 
-        Exponentials of different rates are independent functions, so none can mend another.
+        Exponentials of different rates are independent functions and cannot compensate.
         """
         return all(term.is_gradient for term in self._merged_terms())
 
@@ -270,7 +270,7 @@ _GAUSS_NODES = 32
 
 
 def loop_work(law: CoupledLaw, rectangle: tuple[Range, Range]) -> float:
-    """Work of a law of two angles carried once round a rectangle of them [J].
+    """Work of a law of two angles along a rectangle of them, once round [J].
 
     The loop runs from the lower ends along the first angle, then along the second, and back the
     same way; the other way round the work has the other sign. A gradient does none.
@@ -283,8 +283,8 @@ def loop_work(law: CoupledLaw, rectangle: tuple[Range, Range]) -> float:
 
     def along(place: int, other: float) -> float:
         angles, weights = _gauss_nodes(rectangle[place])
-        held = np.full_like(angles, other)
-        pair = (angles, held) if place == 0 else (held, angles)
+        fixed = np.full_like(angles, other)
+        pair = (angles, fixed) if place == 0 else (fixed, angles)
         return float(weights @ law.torques(pair)[place])
 
     there = along(0, second[0]) + along(1, first[1])
@@ -293,7 +293,7 @@ def loop_work(law: CoupledLaw, rectangle: tuple[Range, Range]) -> float:
 
 @dataclass(frozen=True)
 class ConservativeFit:
-    """The conservative law of another's exponentials nearest to it, and the distance of the two.
+    """The conservative law of the same exponentials nearest to a law, and their differences.
 
     Attributes:
         law: the conservative law.
@@ -307,24 +307,20 @@ class ConservativeFit:
 
 
 def nearest_conservative_law(law: CoupledExponential, box: Sequence[Range]) -> ConservativeFit:
-    """The energy, among a law's own exponentials, whose gradient is nearest to its torques.
+    """Find the energy, among a law's own exponentials, whose gradient is nearest to its torques.
 
-    Nearest is meant in least squares over a box.
-
-    Wanted is U that makes the integral over the box of |T + grad U|^2 least, T being the torques.
-    Over all functions U the answer is the gradient part of T (Helmholtz): what is left of T has no
-    divergence, and nothing of it crosses the faces. Here U is sought among
+    U minimises the integral over the box of |T + grad U|^2, where T are the torques. Over all
+    functions U the minimum is the gradient part of T (Helmholtz): the remainder has no divergence
+    and no flux through the faces. U is sought among
 
         sum of e_r exp(r . angles) - sum of c_i angle_i
 
-    r running over the rates of the law itself and over their parts along single coordinates. That
-    keeps the nearest law of the published form: where the law is a gradient already the answer is
-    the law, and where only some terms are, those stay as they are. grad U is linear in e and c, so
-    they come from one linear least-squares problem on Gauss-Legendre nodes, whose weights make sums
+    where r are the rates of the law and their parts along single coordinates. So the nearest law
+    keeps the published form: a law that is a gradient is returned unchanged, and so are terms that
+    are gradients. grad U is linear in e and c, so
+    they solve one linear least-squares problem on Gauss-Legendre nodes, whose weights make sums
     of squares integrals. Each column is scaled to length one first. Another energy may come nearer:
     for Riener & Edrich's hip and knee the least over all U is smaller by 11 % (the tests find it).
-
-    Outside the box nothing is fitted: extrapolation is as uncertain as that of the law.
 
     Args:
         law: of any number of coordinates.
@@ -359,7 +355,7 @@ def nearest_conservative_law(law: CoupledExponential, box: Sequence[Range]) -> C
 
 
 def _gradient_basis(law: CoupledExponential) -> list[CoupledExponential]:
-    """The gradients to choose from: exponentials of energy one, and constant torques of one."""
+    """Basis of gradients: exponentials of unit energy and unit constant torques."""
     count = len(law.coordinates)
     rates = [term.rates for term in law.terms]
     rates += [
@@ -376,7 +372,7 @@ def _gradient_basis(law: CoupledExponential) -> list[CoupledExponential]:
 
 
 def _stacked_torques(law: CoupledExponential, angles: list[Array], root: Array) -> Array:
-    """All torques at all nodes in one column, whose sum of squares is an integral."""
+    """All weighted torques at all nodes in one column; its sum of squares is an integral."""
     return np.concatenate([root * torque for torque in law.torques(angles)])
 
 

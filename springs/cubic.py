@@ -1,11 +1,9 @@
 """The thesis's moment-displacement cubic with its dead zone (eq. 4.1-4.3 as corrected, 4.5-4.7).
 
-The rule for sense and dead zone: the one reading of the printed cubics that makes all passive.
-
-The thesis's tables mix two senses (torque on the child = +M or -M), and several cubics push the
-wrong way in the middle of the range. A cubic that crosses zero at both ends of a range must do so.
-The rule: take the sense in which the curve restores at both ends, and where it has three real roots
-read the stretch between the outer two as a dead zone, as eq. 4.5 has it for elbow and knee.
+The thesis's tables mix two senses (torque on the child = +M or -M), and several cubics drive away
+in the middle of the range. The rule that makes all of them passive: take the sense in which the
+curve restores at both ends, and where it has three real roots read the interval between the outer
+two as a dead zone, as eq. 4.5 has it for elbow and knee.
 """
 
 from dataclasses import dataclass
@@ -49,7 +47,7 @@ class Cubic:
     rest: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a sense that is no sign and a dead zone that ends before it begins."""
+        """Reject a sense other than +1 or -1 and a dead zone that ends before it begins."""
         if self.sense not in (-1, 1):
             raise ValueError(f"the sense of a cubic is +1 or -1, not {self.sense}")
         if self.dead_zone is not None and self.dead_zone[0] > self.dead_zone[1]:

@@ -1,7 +1,4 @@
-"""What every elastic law of one angle offers: a torque and the energy whose slope it is.
-
-The range in which a curve was measured, and the sentence for going beyond it.
-"""
+"""Elastic laws of one angle: torque, energy, breakpoints and the range in which they are valid."""
 
 from collections.abc import Iterable
 from functools import reduce
@@ -66,16 +63,16 @@ Range: TypeAlias = tuple[float, float]
 """Lower and upper end [rad]; an end may be infinite."""
 
 _ANGLE_ROUNDING = 1e-9
-"""What converting degrees may add to an end of a range [rad]."""
+"""Rounding of a range converted from degrees [rad]."""
 
 
 @runtime_checkable
 class HasValidRange(Protocol):
-    """A law that knows where it was measured."""
+    """A law with the range in which it was measured."""
 
     @property
     def valid_range(self) -> Range | None:
-        """Range in which the law is known to hold [rad], or None where that is not known."""
+        """Range in which the law is valid [rad], or None if unknown."""
         ...
 
 
@@ -90,7 +87,7 @@ def mirror_range(limits: Range | None) -> Range | None:
 
 
 def describe_extrapolation(limits: Range | None, low: float, high: float) -> str:
-    """What to say of a curve shown or used from `low` to `high` [rad]; empty within its range."""
+    """Describe the extrapolation of a curve from `low` to `high` [rad]; "" within its range."""
     if limits is None:
         return "the range in which this curve was measured is not known"
     first, last = limits

@@ -103,11 +103,11 @@ class CubicFit:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What should be known before the law is used, in sentences."""
+        """Doubts about the law, one sentence each."""
         try:
             law = self.law
         except NotRestoringError as failure:
-            return (f"no sense makes this cubic restoring, so it is no law: {failure}",)
+            return (f"no sense makes this cubic restoring, so it is not a law: {failure}",)
         return tuple(_find_doubts(self, law))
 
 
@@ -143,14 +143,14 @@ def fit_cubic(
         bound = [_clear_negligible_powers(s * _fit_restoring(x, s * m), largest) for s in (-1, 1)]
         chosen = min(bound, key=lambda one: float(np.sum((m - design @ one) ** 2)))
     slack = 1e-9 * max(largest, np.finfo(float).tiny)
-    held = passive and not np.allclose(chosen, free, rtol=0.0, atol=slack)
+    is_bound_active = passive and not np.allclose(chosen, free, rtol=0.0, atol=slack)
     covariance = None
-    if len(a) > 4 and not held:
+    if len(a) > 4 and not is_bound_active:
         variance = float(np.sum((m - design @ nearest) ** 2)) / (len(a) - 4)
         turn = _angle_transform(middle, half)
         covariance = variance * turn @ unscaled @ turn.T
     c0, c1, c2, c3 = _angle_coefficients(chosen, middle, half)
-    return CubicFit(a, m, (c0, c1, c2, c3), covariance, held)
+    return CubicFit(a, m, (c0, c1, c2, c3), covariance, is_bound_active)
 
 
 def _fit_restoring(x: Array, torques: Array) -> Array:

@@ -31,7 +31,7 @@ class Hysteresis:
     slip: float = DEFAULT_SLIP_RATE
 
     def __post_init__(self) -> None:
-        """Refuse a rate at which no direction can be told."""
+        """Reject a slip rate that is not positive."""
         if self.slip <= 0.0:
             raise ValueError("the slip rate of a directional law is positive")
 
@@ -50,11 +50,11 @@ class Hysteresis:
         return cls(Transformed(mean, constant=-half), Transformed(mean, constant=half), slip)
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
-        """Mean of the two curves [N m] at `angle` [rad]: what the stored energy gives."""
+        """Mean of the two curves [N m] at `angle` [rad]; minus the slope of the energy."""
         return 0.5 * (self.increasing.torque(angle, ops) + self.decreasing.torque(angle, ops))
 
     def friction(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
-        """What the direction of motion adds to the mean [N m], at `rate` [rad/s]."""
+        """Difference of the torque from the mean [N m] at `angle` [rad] and `rate` [rad/s]."""
         up, down = self.increasing.torque(angle, ops), self.decreasing.torque(angle, ops)
         return 0.5 * (up - down) * ops.tanh(rate * (1.0 / self.slip))
 
@@ -78,7 +78,7 @@ class Hysteresis:
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """The corners of both curves [rad]."""
+        """Breakpoints of both curves [rad]."""
         return tuple(sorted({*self.increasing.breakpoints, *self.decreasing.breakpoints}))
 
     @property

@@ -2,8 +2,7 @@
 
 The points are joined by scipy's monotone cubic Hermite interpolation (PCHIP, Fritsch & Butland
 1984): between two points the torque never leaves their two values. Beyond the first and the last
-point it goes on along the tangent there; that is an extrapolation, and `measured` tells where it
-begins.
+point it continues along the tangent: an extrapolation, which begins at the ends of `valid_range`.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The springs of one joint: for each axis its elastic laws, its damping and where they are from."""
+"""The springs of a joint: for each axis its elastic laws, its damping and their reference."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -20,7 +20,7 @@ _UNIT_LENGTH_TOLERANCE = 1e-9
 
 
 class Joining(Enum):
-    """How the axes' laws join into one law of a spherical joint (eq. 4.4, read in two ways)."""
+    """Rule by which the laws of the axes form the law of a spherical joint (eq. 4.4)."""
 
     CONSERVATIVE = "conservative"
     WEIGHTED = "weighted"
@@ -59,7 +59,7 @@ class AxisSpring:
         return damping if friction is None else damping + friction
 
     def with_opposite_axis(self) -> "AxisSpring":
-        """The same spring told about the opposite axis: direction and laws mirrored."""
+        """Return the same spring about the opposite axis: direction and laws mirrored."""
         x, y, z = self.direction
         laws = tuple(law.mirrored() for law in self.elastic)
         return replace(self, direction=(-x, -y, -z), elastic=laws)
@@ -81,7 +81,7 @@ class JointSprings:
 
 @dataclass(frozen=True)
 class CoupledAxis:
-    """Where a coordinate of a coupled law is in a figure.
+    """Joint and axis of a coordinate of a coupled law.
 
     Attributes:
         joint: name of the joint.
@@ -102,7 +102,7 @@ class CoupledAxis:
 
 @dataclass(frozen=True)
 class CoupledSpring:
-    """A passive law over several joints' angles, hung on a figure; it adds to the axes' springs.
+    """A passive law over several joints' angles, bound to a figure; it adds to the axes' springs.
 
     The generalized force of each coordinate is the law's torque times the gradient of the
     coordinate, so that the power is the sum of torques times rates, also where no energy exists.

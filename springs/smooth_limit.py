@@ -30,7 +30,7 @@ class SmoothLimit:
     valid_range: Range | None = None
 
     def __post_init__(self) -> None:
-        """Refuse limits that leave no range, and a limit that does not push back."""
+        """Reject limits that leave no range, and a limit that does not resist."""
         if self.lower_stiffness < 0.0 or self.upper_stiffness < 0.0 or self.transition <= 0.0:
             raise ValueError("a limit's stiffness is not negative, and its transition is positive")
         if self.lower > self.upper:
@@ -50,7 +50,7 @@ class SmoothLimit:
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Where a transition begins and where it ends [rad]: a higher derivative jumps there."""
+        """Both ends of each transition [rad], where a higher derivative jumps."""
         width = self.transition
         return self.lower - width, self.lower, self.upper, self.upper + width
 
@@ -66,13 +66,13 @@ class SmoothLimit:
         )
 
     def _smoothed_excess(self, x: Real, ops: Operations) -> Real:
-        """The stretch x S(x / transition) [rad], zero where x is not positive."""
+        """Angle x S(x / transition) [rad], zero where x is not positive."""
         u = x / self.transition
         step = u * u * u * (10.0 + u * (6.0 * u - 15.0))
         return ops.where(u > 1.0, x, ops.where(u > 0.0, x * step, 0.0))
 
     def _smoothed_excess_integral(self, x: Real, ops: Operations) -> Real:
-        """The integral of `_push` from 0 to x [rad^2]."""
+        """Integral of `_smoothed_excess` from 0 to x [rad^2]."""
         width = self.transition
         u = x / width
         inside = width * width * u * u * u * u * u * (2.0 + u * (6.0 / 7.0 * u - 2.5))

@@ -1,9 +1,9 @@
-"""Three axis laws joined into the law of a spherical joint (eq. 4.4 and its two mendings).
+"""Laws of three axes combined into the law of a spherical joint (eq. 4.4, corrected in two ways).
 
-Eq. 4.4 as printed is no function of the orientation: (A, alpha) and (-A, -alpha) are one rotation
-with two moments. Both laws here are functions of the rotation vector r = alpha A, and both reduce
-to the axis's own law for a turn about an axis. Torques act on the child and are components in the
-half-way frame, the parent's frame turned by r/2.
+Eq. 4.4 as printed is not a function of the orientation: (A, alpha) and (-A, -alpha) are one
+rotation with two moments. Both laws here are functions of the rotation vector r = alpha A and
+reduce to the axis's own law for a turn about an axis. Torques act on the child and are components
+in the half-way frame, the parent's frame turned by r/2.
 """
 
 from collections.abc import Callable, Sequence
@@ -68,11 +68,11 @@ def conservative_energy(axes: Sequence[AxisSpring], r: Vector, ops: Operations =
 
 
 def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Vector:
-    """The thesis's directional weighting (eq. 4.4), mended into a function of the orientation.
+    """The thesis's directional weighting (eq. 4.4), corrected to a function of the orientation.
 
     Each axis takes t_i(0) + |A_i| (t_i(sgn(A_i) a) - t_i(0)), t_i being its own torque law and
-    A = r/a: the law at the full angle, weighted by how far the turn is about that axis. It is no
-    gradient: round a closed loop of orientations it does work.
+    A = r/a: the law at the full angle, weighted by how far the turn is about that axis. It is
+    not a gradient: round a closed loop of orientations it does work.
 
     Arguments and result as `conservative_torque`.
     """
@@ -120,13 +120,13 @@ def damping_torque(
 
 
 def _coordinate_axis(axis: AxisSpring) -> int | None:
-    """Which of x, y, z the axis is, or None when it is none of them."""
+    """Index of x, y or z along the axis, or None for any other axis."""
     place = [k for k in range(3) if axis.direction[k] == 1.0]
     return place[0] if place and sum(map(abs, axis.direction)) == 1.0 else None
 
 
 def _with_positive_axis(axis: AxisSpring) -> AxisSpring:
-    """The axis told about the positive coordinate axis where it is along a negative one."""
+    """Return the axis about the positive coordinate axis where it is along a negative one."""
     turned = axis.with_opposite_axis()
     return turned if _coordinate_axis(turned) is not None else axis
 

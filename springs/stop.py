@@ -38,7 +38,7 @@ class Stop:
     onset: float = DEFAULT_STOP_ONSET
 
     def __post_init__(self) -> None:
-        """Refuse limits that leave no range, and a stop that does not push back."""
+        """Reject limits that leave no range, and a stop that does not resist."""
         if self.stiffness < 0.0 or self.onset <= 0.0:
             raise ValueError("a stop's stiffness is not negative, and its onset is positive")
         if self.lower is not None and self.upper is not None and self.lower > self.upper:
@@ -64,7 +64,7 @@ class Stop:
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Where a stop begins and where its onset ends [rad or m]: its curvature jumps there."""
+        """Both ends of each onset [rad or m], where the curvature jumps."""
         lower = () if self.lower is None else (self.lower - self.onset, self.lower)
         upper = () if self.upper is None else (self.upper, self.upper + self.onset)
         return lower + upper

@@ -1,4 +1,4 @@
-"""A law made stronger or weaker, moved along its angle, or raised by a constant torque."""
+"""A law scaled, shifted along its angle, or raised by a constant torque."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,9 @@ class Transformed:
     """Torque on the child = scale * law(angle - offset) + constant.
 
     Attributes:
-        law: the law that is changed.
-        scale: factor of its torque; -1 turns it round.
-        offset: how far the whole curve is moved towards greater angles [rad].
+        law: to be transformed.
+        scale: factor of its torque; -1 reverses it.
+        offset: shift of the curve towards larger angles [rad].
         constant: torque added at every angle [N m].
     """
 
@@ -37,7 +37,7 @@ class Transformed:
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """The corners of the law, moved [rad]."""
+        """Breakpoints of the law, shifted [rad]."""
         return tuple(corner + self.offset for corner in self.law.breakpoints)
 
     @property

@@ -186,7 +186,7 @@ def _row_data(table: Publication, row: PublishedCurve | PublishedCoupledLaw) -> 
 def _held_angles_data(row: PublishedCurve | PublishedCoupledLaw) -> dict[str, float]:
     if not isinstance(row, PublishedCurve):
         return {}
-    return {name: degrees(angle) for name, angle in row.held.items()}
+    return {name: degrees(angle) for name, angle in row.held_angles.items()}
 
 
 def _ranges_in_degrees(ranges: Iterable[Range | None]) -> Iterator[list[float | None] | None]:

@@ -1,7 +1,4 @@
-"""Laws in words and in data, one by one, in degrees as people read them.
-
-Springs in words and in data: each axis with its laws, and the laws over several joints.
-"""
+"""Springs of a figure as text and as JSON data."""
 
 from collections.abc import Iterator
 from math import exp
@@ -13,7 +10,7 @@ from springs.joint import UNKNOWN_AXIS
 
 
 def coupled_law_lines(law: CoupledExponential) -> Iterator[str]:
-    """A law over several joints: a line a torque, and one on its range and its energy."""
+    """Yield a line for each torque of a coupled law, and one on its range and its energy."""
     letters = _coordinate_symbols(law.coordinates)
     for i, name in enumerate(law.coordinates):
         terms = [_format_coupled_term(t, i, letters) for t in law.terms if t.amplitudes[i] != 0.0]
@@ -25,8 +22,8 @@ def coupled_law_lines(law: CoupledExponential) -> Iterator[str]:
         for name, one in zip(law.coordinates, law.valid_ranges, strict=True)
         if one is not None
     ]
-    held = f"; known for {', '.join(known)}" if known else ""
-    yield f"{angles} in rad; {energy}{held}"
+    valid = f"; known for {', '.join(known)}" if known else ""
+    yield f"{angles} in rad; {energy}{valid}"
 
 
 def coupled_law_data(law: CoupledExponential) -> dict[str, object]:
@@ -93,7 +90,7 @@ def coupled_axis_names(spring: CoupledSpring) -> tuple[str, ...]:
 
 
 def springs_data(springs: SpringSet) -> dict[str, object]:
-    """All springs for `--json`; angles in deg where the key says so, else rad and SI."""
+    """Return all springs for `--json`; angles in deg where the key says so, else rad and SI."""
     return {
         "origin": springs.origin,
         "law": springs.joining.value,
@@ -109,7 +106,7 @@ def springs_data(springs: SpringSet) -> dict[str, object]:
 
 
 def spring_lines(joint: JointSprings) -> Iterator[str]:
-    """A line for each law of each axis or slide of a joint, and one for where it is from."""
+    """Yield a line for each law of each axis of a joint, and one for its reference."""
     for spring, slides in [(s, False) for s in joint.axes] + [
         (s, True) for s in joint.translations
     ]:
@@ -126,7 +123,7 @@ def spring_lines(joint: JointSprings) -> Iterator[str]:
 
 
 def coupled_spring_lines(spring: CoupledSpring) -> Iterator[str]:
-    """Where a coupled law is hung, the law, and where it is from."""
+    """Yield the joints of a coupled law, the law, and its reference."""
     pairs = zip(spring.law.coordinates, coupled_axis_names(spring), strict=True)
     yield ", ".join(f"{name} at {place}" for name, place in pairs)
     for line in coupled_law_lines(spring.law):

@@ -1,7 +1,4 @@
-"""Which axis of a joint a spring is about, and what the joint's own fields say of that axis.
-
-Whether a motion ("hip flexion") is one of the joint that gets it, by the joint's name.
-"""
+"""The axis of a joint to which a spring is bound, by name or number."""
 
 from collections.abc import Iterable, Mapping
 from itertools import compress
@@ -13,7 +10,7 @@ from generator.figure import AxisKind, Joint, Vector
 from generator.rotations import PERPENDICULAR_TOLERANCE, unit_vector
 
 AXIS_NAMES = ("x", "y", "z")
-"""Axes of the joint frame, which is the frame of the site after `connect`."""
+"""Axes of the joint frame: the frame of the site after `connect`."""
 
 REVOLUTE_AXIS_NUMBER = 3
 """Axis number of a revolute's spring in an `optional` file: the joint was made a z joint."""
@@ -49,7 +46,7 @@ def parallel_sign(direction: Vector, axis: Vector) -> int:
 
 
 def axis_by_name(joint: Joint, name: str | None) -> Vector:
-    """The axis about which a spring's positive angle turns, in the joint's frame.
+    """Return the axis of a spring's positive angle, in the joint's frame.
 
     It is the axis that the joint's chain declares, with its sign; a spherical joint whose chain
     does not use the named axis turns about its positive direction.
@@ -78,7 +75,7 @@ def axis_by_name(joint: Joint, name: str | None) -> Vector:
 
 
 def axis_by_number(joint: Joint, number: int) -> Vector:
-    """As `axis_named`, for the axis numbers of an `optional` file.
+    """Return the axis of an axis number of an `optional` file.
 
     1, 2 and 3 are x, y and z of the joint frame; the only axis of a revolute is 3.
     """
@@ -94,7 +91,7 @@ def axis_by_number(joint: Joint, number: int) -> Vector:
 
 
 def is_bounded(joint: Joint, direction: Vector) -> bool:
-    """Whether the joint's limits bound its range about an axis on both sides."""
+    """Return whether the joint's limits bound its range about an axis on both sides."""
     if joint.lower_limit is None or joint.upper_limit is None:
         return False
     return any(parallel_sign(direction, turn) for turn in rotation_axes(joint))
@@ -114,7 +111,9 @@ _BODY_PARTS: Mapping[str, str] = {
 
 
 def names_other_joint(motion: str, joint: str) -> bool:
-    """Whether a motion is that of another joint; not where either does not say which it is.
+    """Return whether a motion names another joint than the one it is bound to.
+
+    False where either name does not contain a known joint.
 
     Args:
         motion: its name, such as "knee flexion".

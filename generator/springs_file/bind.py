@@ -1,4 +1,4 @@
-"""What a file of spring data gives the joints of a figure: laws about axes, each with its place."""
+"""Binding of the springs of a file to the joints of a figure."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -58,7 +58,7 @@ def bind_optional_records(
     use_printed_values: bool,
     diagnostics: Diagnostics,
 ) -> list[BoundSpring]:
-    """The springs of an `optional` file.
+    """Bind the springs of an `optional` file.
 
     The tables give the moment about the positive axis at the angle about the declared one, so a
     spherical axis that is declared negative has its coefficients negated. alpha_0, alpha_l and
@@ -70,7 +70,7 @@ def bind_optional_records(
         use_printed_values: take every moment as the resisting one and no dead zone from roots.
         diagnostics: for faults.
     """
-    given: list[BoundSpring] = []
+    bound: list[BoundSpring] = []
     for record in records:
         place = record.origins.get("axis")
         joint = _joint_by_number(figure, record.joint, place, diagnostics)
@@ -83,15 +83,15 @@ def bind_optional_records(
             continue
         spring = _spring_from_record(joint, record, direction, use_printed_values, diagnostics)
         if spring is not None:
-            given.append(BoundSpring(joint.name, spring, place))
-    return drop_duplicates(given, diagnostics)
+            bound.append(BoundSpring(joint.name, spring, place))
+    return drop_duplicates(bound, diagnostics)
 
 
 def bind_springs_file(
     figure: Figure, content: SpringsFile, diagnostics: Diagnostics
 ) -> list[BoundSpring]:
-    """The springs of a springs file; what it states wins over the rule."""
-    given: list[BoundSpring] = []
+    """Bind the springs of a springs file; a stated sense or dead zone overrides the rule."""
+    bound: list[BoundSpring] = []
     for entry in content.entries:
         for k, name in enumerate(entry.joints):
             place = entry.origins.get(f"joints.{k}")
@@ -112,8 +112,8 @@ def bind_springs_file(
             spring = spring_from_entry(name, entry, direction, diagnostics, bounded=bounded)
             if spring is not None:
                 stop = (entry.stop_stiffness, entry.stop_onset)
-                given.append(BoundSpring(name, spring, place, *stop))
-    return drop_duplicates(given, diagnostics)
+                bound.append(BoundSpring(name, spring, place, *stop))
+    return drop_duplicates(bound, diagnostics)
 
 
 def _joint_by_number(
@@ -136,7 +136,7 @@ def _spring_from_record(
     use_printed_values: bool,
     diagnostics: Diagnostics,
 ) -> AxisSpring | None:
-    """The law of one record; None, with a fault noted, when it is none."""
+    """Return the law of one record; None with a fault noted."""
     coefficients, rest, zone = record.coefficients, 0.0, None
     is_revolute, negated = len(rotation_axes(joint)) == 1, sum(direction) < 0.0
     if is_revolute:
@@ -183,7 +183,7 @@ def _spring_from_record(
 def spring_from_entry(
     joint: str, entry: SpringEntry, direction: Vector, diagnostics: Diagnostics, *, bounded: bool
 ) -> AxisSpring | None:
-    """The law of one table for one joint; None, with a fault noted, when it is none.
+    """Return the law of one table for one joint; None with a fault noted.
 
     Args:
         joint: its name.
@@ -211,14 +211,14 @@ def spring_from_entry(
 def _apply_modifiers(
     law: Elastic, scale: float, offset: float, hysteresis: float, slip_rate: float
 ) -> Elastic:
-    """The law with its torque scaled, moved, and then split by the direction.
+    """Return a law scaled and shifted, then split by the direction of motion.
 
     Args:
-        law: as it is written.
+        law: as written.
         scale: factor of its torque.
-        offset: how far it is moved towards greater angles [rad].
-        hysteresis: distance of the curves of a growing and a falling angle [N m].
-        slip_rate: rate at which the direction is told [rad/s].
+        offset: shift towards larger angles [rad].
+        hysteresis: difference of the curves of a decreasing and an increasing angle [N m].
+        slip_rate: rate at which friction reaches 76 % of its full value [rad/s].
     """
     if isinstance(law, Hysteresis):
         up, down = (
@@ -234,12 +234,12 @@ def _scale_and_shift(law: Elastic, scale: float, offset: float) -> Elastic:
 
 
 def _damper_from_entry(direction: Vector, entry: SpringEntry) -> AxisSpring:
-    """A spring of a table without an elastic law."""
+    """Return the spring of a table without an elastic law."""
     return AxisSpring(direction, (), entry.damping, entry.motion, entry.reference, entry.why)
 
 
 def _law_span(entry: SpringEntry) -> Span | None:
-    """Where the law of a table is written."""
+    """Span of the law of a table."""
     found = (entry.origins[key] for key in ELASTIC_KEYS if key in entry.origins)
     return next(found, entry.origins.get("spring"))
 
@@ -247,7 +247,7 @@ def _law_span(entry: SpringEntry) -> Span | None:
 def _base_law(
     joint: str, entry: SpringEntry, diagnostics: Diagnostics, *, bounded: bool
 ) -> tuple[Elastic | None, str]:
-    """The law of a table before it is changed, and why it is read so where the rule reads it."""
+    """Return the law of a table before its modifiers, and how the rule of a cubic read it."""
     stated = entry.law
     if isinstance(stated, PublishedLaw):
         return stated.law, ""
@@ -285,7 +285,7 @@ def _report_not_restoring(
 
 
 def drop_duplicates(springs: list[BoundSpring], diagnostics: Diagnostics) -> list[BoundSpring]:
-    """Each axis of a joint once; a second spring is a fault."""
+    """Return the first spring of each axis of a joint; report the others."""
     kept: list[BoundSpring] = []
     by_joint: dict[str, list[BoundSpring]] = {}
     for one in springs:
@@ -305,7 +305,7 @@ def drop_duplicates(springs: list[BoundSpring], diagnostics: Diagnostics) -> lis
 
 
 def describe_sense_rule(coefficients: Coefficients, law: Cubic, *, zone_is_stated: bool) -> str:
-    """In a sentence: how the rule came to the sense and the dead zone of a cubic."""
+    """Explain in a sentence how the rule chose the sense and the dead zone of a cubic."""
     _, c1, c2, c3 = coefficients
     acts = "the moment resists" if law.sense == -1 else "the moment acts on the child"
     if c3 != 0.0:

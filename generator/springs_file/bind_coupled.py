@@ -1,4 +1,4 @@
-"""What the coupled laws of a springs file give the joints of a figure."""
+"""Binding of the coupled laws of a springs file to the joints of a figure."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _TEST_ANGLES = np.radians([-200.0, 200.0])
 
 @dataclass(frozen=True)
 class CoordinateBinding:
-    """Where a coordinate is hung: its joint, the name of its axis, and where both are written."""
+    """Joint and axis name of a coordinate, with their spans."""
 
     joint: str
     axis: str | None
@@ -37,7 +37,7 @@ AxisResolver = Callable[[CoordinateBinding, Diagnostics], Vector | None]
 def bind_coupled_springs(
     figure: Figure, content: SpringsFile, diagnostics: Diagnostics
 ) -> tuple[CoupledSpring, ...]:
-    """The coupled laws of a file, hung on a figure."""
+    """Bind the coupled laws of a file to a figure."""
 
     def direction(hung: CoordinateBinding, findings: Diagnostics) -> Vector | None:
         joint = figure.joints.get(hung.joint)
@@ -86,7 +86,7 @@ def build_coupled_springs(
 
 
 def _unsigned_axis(axis: CoupledAxis) -> CoupledAxis:
-    """An axis told without its sense."""
+    """Return an axis without its sense."""
     x, y, z = (abs(part) for part in axis.direction)
     return CoupledAxis(axis.joint, (x, y, z))
 
@@ -98,16 +98,16 @@ def _report_duplicate(
     k: int,
     diagnostics: Diagnostics,
 ) -> None:
-    """Two laws over the same axes add: an error where it is one law, else a warning."""
+    """Report two laws over the same axes: an error for equal laws, otherwise a warning."""
     named = " and ".join(f"`{shorten(axis.joint)}`" for axis in axes)
     place = entry.joint_spans[k][0] if entry.joint_spans else None
     header = first.origins.get("coupled")
     where = f"the first is in line {header.line}" if header else ""
     if entry.has_same_law(first):
-        diagnostics.error(f"this law hangs on {named} already", place, where)
+        diagnostics.error(f"this law is bound to {named} already", place, where)
     else:
-        said = f"a second law over the same axes of {named}: the two add"
-        diagnostics.warning(said, place, where)
+        message = f"a second law over the same axes of {named}: the two add"
+        diagnostics.warning(message, place, where)
 
 
 def replaced_laws(content: SpringsFile) -> tuple[LawReplacement, ...]:
@@ -139,16 +139,16 @@ def _bind_side(
     for (i, one), (j, other) in combinations(enumerate(axes), 2):
         if one.joint == other.joint and parallel_sign(one.direction, other.direction):
             first, second = entry.coordinates[i], entry.coordinates[j]
-            said = (
+            message = (
                 f"`{shorten(first)}` and `{shorten(second)}` are one axis of `{shorten(one.joint)}`"
             )
-            diagnostics.error(said, places[j], "each coordinate has an axis of its own")
+            diagnostics.error(message, places[j], "each coordinate has an axis of its own")
             return None
     return tuple(axes)
 
 
 def _has_finite_torques(law: CoupledExponential) -> bool:
-    """Whether the torques of a law are numbers wherever its joints may turn."""
+    """Return whether the torques of a law are finite at all angles a joint may reach."""
     corners = np.meshgrid(*(_TEST_ANGLES for _ in law.coordinates))
     with np.errstate(all="ignore"):
         torques = law.torques(corners)

@@ -1,7 +1,4 @@
-"""`[[coupled]]` of a springs file: a law over several joints, published or in own numbers.
-
-A coupled law in a file's own numbers: constants, and exponentials of sums of the angles.
-"""
+"""`[[coupled]]` of a springs file: a law over several joints, published or in numbers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -24,7 +21,7 @@ TERM_KEYS = ("amplitudes_Nm", "rates_1_rad", "exponent")
 def parse_explicit_law(
     table: TableReader, coordinates: tuple[str, ...]
 ) -> CoupledExponential | None:
-    """The law of `terms`, `constants_Nm` and `measured_deg`; None with a fault noted."""
+    """Parse `terms`, `constants_Nm` and `measured_deg`; None with a fault noted."""
     count = len(coordinates)
     items = table.items("terms")
     if not items or not all(isinstance(item, dict) for item in items):
@@ -114,13 +111,13 @@ MAX_COORDINATES = 6
 """Coordinates of a law: looking at it everywhere takes a power of their number."""
 
 _MAX_CONSERVATIVE_COORDINATES, _MAX_CONSERVATIVE_TERMS = 3, 40
-"""What a nearest conservative law is sought for: the work grows with the power of the first."""
+"""Limits of a nearest conservative law: the work is exponential in the coordinates."""
 
 _CONSERVATIVE_NOTE = "The nearest conservative law of the same exponentials"
 
 _HALF_TURN = radians(180.0)
 _RANGE_TOLERANCE = 1e-9
-"""What converting degrees may add to an end of a range [rad]."""
+"""Rounding of a range converted from degrees [rad]."""
 
 _JOINTS_EXAMPLE = '["left_hip_joint", "left_knee"]'
 
@@ -136,7 +133,7 @@ class CoupledEntry:
         senses: for each coordinate -1 where the axis's positive angle is against it.
         published: the published law, `publication/name`, or None.
         explicit_law: the law in numbers of the file instead, or None.
-        held: the published law's other coordinates and their angles [rad].
+        held_angles: the published law's other coordinates and their fixed angles [rad].
         is_nearest_conservative: whether the nearest conservative law takes its place.
         scale: factor of its torques.
         offsets: how far it is moved towards greater angles, one a coordinate [rad].
@@ -152,7 +149,7 @@ class CoupledEntry:
     senses: tuple[int, ...]
     published: str | None = None
     explicit_law: CoupledExponential | None = None
-    held: tuple[tuple[str, float], ...] = ()
+    held_angles: tuple[tuple[str, float], ...] = ()
     is_nearest_conservative: bool = False
     scale: float = 1.0
     offsets: tuple[float, ...] = ()
@@ -179,7 +176,7 @@ class CoupledEntry:
         return law.scaled(self.scale, dict(zip(self.coordinates, self.offsets, strict=False)))
 
     def has_same_law(self, other: "CoupledEntry") -> bool:
-        """Whether another table has the same law, whatever the order of its coordinates."""
+        """Return whether another table has the same law, in any order of coordinates."""
         if set(self.coordinates) != set(other.coordinates):
             return False
         return self.law == _reorder_coordinates(other.law, self.coordinates)
@@ -191,13 +188,13 @@ class CoupledEntry:
             assert self.explicit_law is not None
             return self.explicit_law
         law = coupled_law(self.published).law
-        for name, angle in self.held:
+        for name, angle in self.held_angles:
             law = law.hold_coordinate(name, angle)
         return _reorder_coordinates(law, self.coordinates)
 
 
 def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
-    """One `[[coupled]]`; None, with a fault noted, when it says nothing that can be used."""
+    """Parse one `[[coupled]]` table; None, with a fault noted, if it cannot be used."""
     before = len(table.diagnostics.entries)
     table.reject_unknown_keys(COUPLED_KEYS, "coupled law")
     coordinates = table.names("coordinates", '["hip flexion", "knee flexion"]', "coupled law")
@@ -216,13 +213,13 @@ def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
     offsets = table.numbers("offsets_deg", count)
     scale = table.number("scale", negative=False)
     wanted = table.choice("conservative", (NEAREST_CONSERVATIVE,))
-    said = {key: table.text(key) or "" for key in ("reference", "why")}
-    held, published, own = _parse_held(table), None, None
+    texts = {key: table.text(key) or "" for key in ("reference", "why")}
+    fixed, published, own = _parse_held(table), None, None
     if PUBLISHED_KEY in table.content:
         published = parse_published_key(table, PUBLISHED_KEY, "coupled law")
         _reject_keys(table, EXPLICIT_LAW_KEYS, "own numbers", f"without `{PUBLISHED_KEY}`")
         if published is not None and coordinates:
-            _check_coordinates(table, published, coordinates, held)
+            _check_coordinates(table, published, coordinates, fixed)
     elif "terms" in table.content:
         own = parse_explicit_law(table, coordinates)
         _reject_keys(table, HELD_KEYS, "a published law", f"with `{PUBLISHED_KEY}`")
@@ -233,10 +230,10 @@ def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
         return None
     if published is not None:
         row = coupled_law(published)
-        _warn_held_out_of_range(table, row.law, held)
+        _warn_held_out_of_range(table, row.law, fixed)
         first = "As published." if wanted is None else f"{_CONSERVATIVE_NOTE} is taken."
         note = " ".join(part for part in (first, row.note.strip()) if part)
-        said = {"reference": said["reference"] or str(row.reference), "why": said["why"] or note}
+        texts = {"reference": texts["reference"] or str(row.reference), "why": texts["why"] or note}
     origins = {key: table.span(key) for key in table.content} | {"coupled": table.header_span}
     places = _joint_spans(table, joints)
     _warn_joint_mismatch(table, coordinates, joints, places)
@@ -247,12 +244,12 @@ def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
         senses=senses or (1,) * count,
         published=published,
         explicit_law=own,
-        held=held,
+        held_angles=fixed,
         is_nearest_conservative=wanted is not None,
         scale=1.0 if scale is None else scale,
         offsets=offsets or (0.0,) * count,
-        reference=said["reference"],
-        why=said["why"],
+        reference=texts["reference"],
+        why=texts["why"],
         origins=origins,
         joint_spans=places,
     )
@@ -264,7 +261,7 @@ def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
 
 
 def _parse_joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]:
-    """The joints of the coordinates, a list for each side; empty with a fault noted."""
+    """Parse the joints of the coordinates, a tuple for each side; empty with a fault noted."""
     if "joints" not in table.content:
         hint = f"write `joints = {_JOINTS_EXAMPLE}`, or a list of such lists, one a side"
         table.diagnostics.error("this coupled law has no `joints`", table.header_span, hint)
@@ -278,16 +275,16 @@ def _parse_joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]
         return ()
     for k, side in enumerate(sides):
         if count and len(side) != count:
-            said = f"there are {len(side)} joints for {count} coordinates"
+            message = f"there are {len(side)} joints for {count} coordinates"
             hint = "one joint for each coordinate, in their order"
-            table.error("joints", said, hint, None if is_flat else k)
+            table.error("joints", message, hint, None if is_flat else k)
         if side in sides[:k]:
             table.error("joints", "these joints stand twice", "one list a side", k)
     return tuple(tuple(side) for side in sides)
 
 
 def _is_name_list(value: Any) -> bool:
-    """Whether a value is a list of names, at least one."""
+    """Return whether a value is a list of one or more names."""
     return (
         bool(value)
         and isinstance(value, list)
@@ -298,7 +295,7 @@ def _is_name_list(value: Any) -> bool:
 def _joint_spans(
     table: TableReader, joints: tuple[tuple[str, ...], ...]
 ) -> tuple[tuple[Span, ...], ...]:
-    """Where each joint is written."""
+    """Spans of the joints."""
     is_flat = isinstance((table.items("joints") or [None])[0], str)
     return tuple(
         tuple(
@@ -310,7 +307,7 @@ def _joint_spans(
 
 
 def _parse_axes(table: TableReader, count: int) -> tuple[str | None, ...] | None:
-    """For each coordinate the axis of its joint; None where they are left out, or wrong."""
+    """Parse the axis of each coordinate; None where they are left out or wrong."""
     if "axes" not in table.content:
         return None
     names = table.names("axes", '["y", "joint"]')
@@ -325,7 +322,7 @@ def _parse_axes(table: TableReader, count: int) -> tuple[str | None, ...] | None
 
 
 def _parse_held(table: TableReader) -> tuple[tuple[str, float], ...]:
-    """The coordinates that are held, with their angles [rad]."""
+    """Parse the coordinates held fixed, with their angles [rad]."""
     present = [key for key in HELD_KEYS if key in table.content]
     if len(present) == 1:
         other = HELD_KEYS[1 - HELD_KEYS.index(present[0])]
@@ -336,25 +333,25 @@ def _parse_held(table: TableReader) -> tuple[tuple[str, float], ...]:
     angles = table.numbers("held_deg", len(names)) if names else None
     for k, angle in enumerate(angles or ()):
         if abs(angle) > _HALF_TURN:
-            said = f"an angle is held within half a turn, not at {degrees(angle):.6g} deg"
-            table.error("held_deg", said, "", k)
+            message = f"an angle is held within half a turn, not at {degrees(angle):.6g} deg"
+            table.error("held_deg", message, "", k)
     return tuple(zip(names, angles, strict=True)) if angles is not None else ()
 
 
 def _warn_held_out_of_range(
-    table: TableReader, law: CoupledExponential, held: tuple[tuple[str, float], ...]
+    table: TableReader, law: CoupledExponential, fixed: tuple[tuple[str, float], ...]
 ) -> None:
-    """Note a warning for each coordinate that is held where the law is not known."""
-    for k, (name, angle) in enumerate(held):
+    """Warn of each coordinate held outside the range in which the law is known."""
+    for k, (name, angle) in enumerate(fixed):
         known = law.valid_ranges[law.coordinates.index(name)]
         if (
             known is not None
             and not known[0] - _RANGE_TOLERANCE <= angle <= known[1] + _RANGE_TOLERANCE
         ):
             low, high = (f"{degrees(end):.4g}" for end in known)
-            said = f"`{shorten(name)}` is held at {degrees(angle):.6g} deg, beyond what is known"
+            message = f"`{shorten(name)}` is held at {degrees(angle):.6g} deg, beyond what is known"
             hint = f"the law is known for {low} .. {high} deg"
-            table.diagnostics.warning(said, table.span("held_deg", k), hint)
+            table.diagnostics.warning(message, table.span("held_deg", k), hint)
 
 
 def _warn_joint_mismatch(
@@ -363,35 +360,37 @@ def _warn_joint_mismatch(
     joints: tuple[tuple[str, ...], ...],
     joint_spans: tuple[tuple[Span, ...], ...],
 ) -> None:
-    """Note a warning for each coordinate that hangs on a joint of which it is not."""
+    """Warn of each coordinate bound to a joint of another name."""
     for side, spans in zip(joints, joint_spans, strict=True):
         for name, joint, span in zip(coordinates, side, spans, strict=True):
             if names_other_joint(name, joint):
-                said = f"`{shorten(name)}` hangs on `{shorten(joint)}`"
-                table.diagnostics.warning(said, span, "joints stand in the order of `coordinates`")
+                message = f"the joint of `{shorten(name)}` is `{shorten(joint)}`"
+                table.diagnostics.warning(
+                    message, span, "joints stand in the order of `coordinates`"
+                )
 
 
 def _check_coordinates(
     table: TableReader,
     published: str,
     coordinates: tuple[str, ...],
-    held: tuple[tuple[str, float], ...],
+    fixed: tuple[tuple[str, float], ...],
 ) -> None:
-    """Every coordinate of a published law is hung on a joint or held, and only one of the two."""
+    """Check that each coordinate of a published law is bound to a joint or fixed, not both."""
     known = coupled_law(published).law.coordinates
-    names = [name for name, _ in held]
-    for key, said in (("coordinates", coordinates), ("held", names)):
-        for k, name in enumerate(said):
+    names = [name for name, _ in fixed]
+    for key, listed_names in (("coordinates", coordinates), ("held", names)):
+        for k, name in enumerate(listed_names):
             if name not in known:
                 missing = f"`{published}` has no coordinate `{shorten(name)}`"
                 table.error(key, missing, spelling_hint(name, known), k)
     for k, name in enumerate(names):
         if name in coordinates or name in names[:k]:
-            both = "hung on a joint and held" if name in coordinates else "held twice"
+            both = "bound to a joint and held" if name in coordinates else "held twice"
             table.error("held", f"`{shorten(name)}` is {both}", "", k)
     missing = [name for name in known if name not in coordinates and name not in names]
-    if missing and "held" in table.content and not held:
-        return  # what is wrong with `held` has been said
+    if missing and "held" in table.content and not fixed:
+        return  # the fault in `held` is noted already
     if missing and all(name in known for name in (*coordinates, *names)):
         listed = ", ".join(f'"{name}"' for name in (*names, *missing))
         angles = ", ".join("0.0" for _ in (*names, *missing))
@@ -409,12 +408,14 @@ def _reject_keys(table: TableReader, keys: tuple[str, ...], owner: str, hint: st
 
 
 def _has_nearest_conservative(table: TableReader, entry: CoupledEntry) -> bool:
-    """Whether a nearest conservative law can be sought; else the fault is noted."""
+    """Return whether a nearest conservative law can be found; note the fault if not."""
     law = entry.unmodified_law
     for name, known in zip(law.coordinates, law.valid_ranges, strict=True):
         if known is None or not known[0] < known[1]:
-            said = f"the range over which to come near is not known for `{shorten(name)}`"
-            table.error("conservative", said, "`measured_deg` gives it, a pair for each coordinate")
+            message = f"the range over which to come near is not known for `{shorten(name)}`"
+            table.error(
+                "conservative", message, "`measured_deg` gives it, a pair for each coordinate"
+            )
             return False
     if (
         len(law.coordinates) > _MAX_CONSERVATIVE_COORDINATES
@@ -427,14 +428,14 @@ def _has_nearest_conservative(table: TableReader, entry: CoupledEntry) -> bool:
 
 
 def _known_ranges(law: CoupledExponential) -> list[Range]:
-    """The ranges in which a law is known, all of them there."""
+    """Return the known ranges of a law that has all of them."""
     return [cast("Range", known) for known in law.valid_ranges]
 
 
 def _reorder_coordinates(
     law: CoupledExponential, coordinates: tuple[str, ...]
 ) -> CoupledExponential:
-    """The same law with its coordinates in another order."""
+    """Return the law with its coordinates in another order."""
     places = [law.coordinates.index(name) for name in coordinates]
 
     def put(values: tuple[float, ...]) -> tuple[float, ...]:

@@ -60,8 +60,7 @@ MODIFIER_KEYS = ("scale", "offset_deg", HYSTERESIS_KEY)
 NO_DEAD_ZONE = "none"
 """`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
 
-_CURVE_ORDER_TOLERANCE = 1e-9
-"""Rounding in the order of two curves [N m]."""
+_CURVE_ORDER_TOLERANCE = 1e-9  # rounding in the order of two curves [N m]
 
 
 @dataclass(frozen=True)
@@ -165,14 +164,14 @@ def parse_law(table: TableReader) -> EntryLaw | None:
 
 
 MAX_LAW_VALUE = 1e100
-"""Torque [N m] and energy [J] beyond which squares and products would leave the numbers."""
+"""Torque [N m] and energy [J] above which squares and products may overflow."""
 
 _TEST_ANGLES = np.radians(np.linspace(-200.0, 200.0, 401))
-"""Angles that a joint may reach, and more [rad]."""
+"""Angles that cover the range of any joint [rad]."""
 
 
 def is_finite(law: Elastic) -> bool:
-    """Whether torque and energy of a law can be calculated with wherever a joint may turn."""
+    """Return whether torque and energy of a law are finite at all angles a joint may reach."""
     curves = (law.increasing, law.decreasing) if isinstance(law, Hysteresis) else (law,)
     places = np.unique([*_TEST_ANGLES, *law.breakpoints])
     try:
@@ -209,12 +208,8 @@ def _write_cubic(law: CubicEntry) -> Iterator[str]:
         yield f"{DEAD_ZONE_KEY} = {degrees_to_toml(law.dead_zone)}"
     elif law.dead_zone_stated:
         yield f"{DEAD_ZONE_KEY} = {quote_toml(NO_DEAD_ZONE)}"
-    yield from _write_rest(law.rest)
-
-
-def _write_rest(rest: float) -> Iterator[str]:
-    if rest:
-        yield f"{REST_KEY} = {degree_to_toml(rest)}"
+    if law.rest:
+        yield f"{REST_KEY} = {degree_to_toml(law.rest)}"
 
 
 def _describe_cubic(law: Cubic, translational: bool) -> str:
@@ -242,7 +237,8 @@ def _parse_linear(table: TableReader) -> Linear | None:
 
 def _write_linear(law: Linear) -> Iterator[str]:
     yield f"{STIFFNESS_KEY} = {number_to_toml(law.stiffness)}"
-    yield from _write_rest(law.rest)
+    if law.rest:
+        yield f"{REST_KEY} = {degree_to_toml(law.rest)}"
 
 
 def _describe_linear(law: Linear, translational: bool) -> str:
@@ -298,35 +294,26 @@ def _exponentials_data(law: Exponential) -> dict[str, object]:
         {"amplitude_Nm": t.amplitude, "rate_1_rad": t.rate, "centre_deg": degrees(t.centre)}
         for t in law.terms
     ]
-    measured = range_in_degrees(law.valid_range)
-    return {
-        "law": "exponentials",
-        "terms": terms,
-        "constant_Nm": law.constant,
-        "measured_deg": measured,
-    }
+    data: dict[str, object] = {"law": "exponentials", "terms": terms, "constant_Nm": law.constant}
+    return data | {"measured_deg": range_in_degrees(law.valid_range)}
 
 
-def _parse_curve(table: TableReader) -> Interpolated | None:
-    return _parse_points(table, POINTS_KEY)
-
-
-def _parse_points(table: TableReader, key: str) -> Interpolated | None:
+def _parse_points(table: TableReader, key: str = POINTS_KEY) -> Interpolated | None:
     """A curve through points."""
     points, units = table.pairs(key, 2, ("deg", "Nm")), "their angles increase: [[deg, N m], ...]"
     wrong = False
     for k, (before, after) in enumerate(pairwise(points), start=1):
         if after[0] <= before[0]:
             wrong = True
-            said = f"{degrees(after[0]):.6g} deg comes after {degrees(before[0]):.6g} deg"
-            table.error(key, f"the points of a curve are not in order: {said}", units, k)
+            order = f"{degrees(after[0]):.6g} deg comes after {degrees(before[0]):.6g} deg"
+            table.error(key, f"the points of a curve are not in order: {order}", units, k)
     if not points or wrong:
         return None
     law = Interpolated(points)
-    if not is_finite(law):
-        table.error(key, "this curve is too steep for numbers", "are its angles in deg?")
-        return None
-    return law
+    if is_finite(law):
+        return law
+    table.error(key, "this curve is too steep for numbers", "are its angles in deg?")
+    return None
 
 
 def _write_curve(law: Interpolated) -> Iterator[str]:
@@ -505,9 +492,7 @@ def format_range(low: float | None, high: float | None, translational: bool = Fa
 
 def range_in_degrees(interval: Range | None) -> list[float | None] | None:
     """Return the ends in degrees, None for one that is open."""
-    if interval is None:
-        return None
-    return [degrees(end) if isfinite(end) else None for end in interval]
+    return interval and [degrees(end) if isfinite(end) else None for end in interval]
 
 
 LAWS: tuple[LawSchema[Any], ...] = (
@@ -550,7 +535,7 @@ LAWS: tuple[LawSchema[Any], ...] = (
         _describe_curve,
         _curve_data,
         LawForm(
-            "a curve through points", Interpolated, (POINTS_KEY,), (), _parse_curve, _write_curve
+            "a curve through points", Interpolated, (POINTS_KEY,), (), _parse_points, _write_curve
         ),
     ),
     LawSchema(
@@ -582,7 +567,7 @@ LAWS: tuple[LawSchema[Any], ...] = (
     LawSchema(Stop, _describe_stop, _stop_data),
     LawSchema(Transformed, _describe_transformed, _transformed_data),
 )
-"""All elastic laws, in the order in which messages name them."""
+"""All elastic laws, in the order of messages."""
 
 _SCHEMAS = {schema.law: schema for schema in LAWS}
 

@@ -35,7 +35,7 @@ _RECORD_LINES = (
 """The lines of a record: what stands in them, and the SI value of the number 1 in each place."""
 
 MAX_JOINT_NUMBER = 1_000_000
-"""No figure has so many."""
+"""Largest joint number accepted."""
 
 _WORD = re.compile(r"\S++")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]{1,6})?")
@@ -219,7 +219,7 @@ def _parse_record(group: Mapping[int, _Line], diagnostics: Diagnostics) -> Optio
 def _is_valid_axis(
     numbers: tuple[float, ...] | None, group: Mapping[int, _Line], diagnostics: Diagnostics
 ) -> bool:
-    """Whether joint and axis are whole numbers in their range."""
+    """Return whether joint and axis are whole numbers in range."""
     if numbers is None:
         return False
     sound = True
@@ -235,7 +235,7 @@ def _is_valid_axis(
 def _is_valid_damping(
     numbers: tuple[float, ...] | None, group: Mapping[int, _Line], diagnostics: Diagnostics
 ) -> bool:
-    """Whether damping and friction take energy."""
+    """Return whether damping and friction dissipate energy."""
     if numbers is None:
         return False
     wrong = [k for k, value in enumerate(numbers) if value < 0.0]

@@ -1,4 +1,4 @@
-"""Our own form of spring data, `STEM.springs.toml`.
+"""The springs file, `STEM.springs.toml`.
 
 It has one `[[spring]]` for each curve and one `[[coupled]]` for each law over several joints. The
 unit of every number is part of its key. Several joints may share a curve: its angle is that of each
@@ -64,9 +64,9 @@ class SpringEntry:
         axis: "x", "y" or "z" of the joint frame, or None for the only axis of a joint.
         law: elastic law, or None for damping alone.
         scale: factor of the elastic torque.
-        offset: how far the elastic curve is moved towards greater angles [rad].
-        hysteresis: distance of the curves of a growing and a falling angle [N m].
-        slip_rate: rate at which the hysteresis tells the direction [rad/s].
+        offset: shift of the elastic curve towards larger angles [rad].
+        hysteresis: difference of the curves of a decreasing and an increasing angle [N m].
+        slip_rate: rate at which the hysteresis reaches 76 % of its full value [rad/s].
         damping: viscous and Coulomb damping.
         stop_stiffness: of the stops at the figure's limits [N m/rad].
         stop_onset: angle over which they grow [rad].
@@ -94,7 +94,7 @@ class SpringEntry:
 
 @dataclass(frozen=True)
 class SpringsFile:
-    """What a springs file says: the figure it was written for, the law, the springs."""
+    """Content of a springs file: its figure, the law of spherical joints, the springs."""
 
     entries: tuple[SpringEntry, ...]
     figure: str | None = None
@@ -120,13 +120,13 @@ def _parse_content(
     top = TableReader(document, "", 0, spans, diagnostics)
     top.reject_unknown_keys(SPRINGS_FILE_KEYS, "springs file")
     figure, law = top.text("figure"), None
-    if (said := top.text("law")) is not None:
+    if (name := top.text("law")) is not None:
         laws = [joining.value for joining in Joining]
-        if said in laws:
-            law = Joining(said)
+        if name in laws:
+            law = Joining(name)
         else:
             diagnostics.error(
-                f"unknown law `{shorten(said)}`", top.span("law"), spelling_hint(said, laws)
+                f"unknown law `{shorten(name)}`", top.span("law"), spelling_hint(name, laws)
             )
     entries = [_parse_entry(table) for table in _table_readers(document, SPRING_TABLE, top)]
     coupled = [parse_coupled_entry(table) for table in _table_readers(document, COUPLED_TABLE, top)]
@@ -143,7 +143,7 @@ def _parse_content(
 
 
 def _table_readers(document: Mapping[str, Any], name: str, top: TableReader) -> list[TableReader]:
-    """All tables of one name."""
+    """Return the readers of all tables of one name."""
     tables: Any = document.get(name, [])
     if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
         what = "springs" if name == SPRING_TABLE else "coupled laws"
@@ -158,7 +158,7 @@ def _table_readers(document: Mapping[str, Any], name: str, top: TableReader) -> 
 
 
 def _parse_entry(table: TableReader) -> SpringEntry | None:
-    """One `[[spring]]`; None, with a fault noted, when it says nothing that can be used."""
+    """Parse one `[[spring]]` table; None, with a fault noted, if it has no joints."""
     table.reject_unknown_keys(SPRING_KEYS, "spring")
     joints = table.names("joints")
     axis = table.choice("axis", (*AXIS_NAMES, "joint"))
@@ -171,13 +171,13 @@ def _parse_entry(table: TableReader) -> SpringEntry | None:
     coulomb = table.number("coulomb_Nm", negative=False)
     stop_stiffness = table.number("stop_stiffness_Nm_rad", negative=False, zero=False)
     stop_onset = table.number("stop_onset_deg", negative=False, zero=False)
-    said = {key: table.text(key) or "" for key in TEXT_KEYS}
+    texts = {key: table.text(key) or "" for key in TEXT_KEYS}
     if not joints:
         return None
     if isinstance(law, PublishedLaw):
         if viscous is None:
             viscous = law.row.damping
-        said = _fill_from_published(said, law, joints)
+        texts = _fill_from_published(texts, law, joints)
         _warn_joint_mismatch(table, law, joints)
     origins = {key: table.span(key) for key in table.content} | {"spring": table.header_span}
     origins |= {f"joints.{k}": table.span("joints", k) for k in range(len(joints))}
@@ -192,15 +192,15 @@ def _parse_entry(table: TableReader) -> SpringEntry | None:
         damping=Damping(viscous or 0.0, coulomb or 0.0),
         stop_stiffness=stop_stiffness or DEFAULT_STOP_STIFFNESS,
         stop_onset=stop_onset or DEFAULT_STOP_ONSET,
-        motion=said["motion"],
-        reference=said["reference"],
-        why=said["why"],
+        motion=texts["motion"],
+        reference=texts["reference"],
+        why=texts["why"],
         origins=origins,
     )
 
 
 def _check_combination(table: TableReader, sufficient_keys: tuple[str, ...]) -> None:
-    """A table says something, one law at most, and nothing that its law does not take.
+    """Check that a table has a law or damping, at most one law, and only keys of that law.
 
     Args:
         table: of a spring.
@@ -232,7 +232,7 @@ def _check_combination(table: TableReader, sufficient_keys: tuple[str, ...]) -> 
 def _misplaced_keys(
     table: TableReader, present: list[LawForm[Any]]
 ) -> Iterator[tuple[str, str, str]]:
-    """Keys that stand beside no law which takes them; what they belong to; a hint."""
+    """Yield keys whose law is absent, with what they belong to and a hint."""
     content = table.content
     for key in dict.fromkeys(key for form in LAW_FORMS for key in form.optional_keys):
         owners = [form for form in LAW_FORMS if key in form.optional_keys]
@@ -247,7 +247,7 @@ def _misplaced_keys(
         yield (
             HYSTERESIS_KEY,
             "a law of one curve",
-            "two curves say by themselves how far apart they are",
+            "two curves already define their difference",
         )
     if SLIP_RATE_KEY in content and HYSTERESIS_KEY not in content and not has_two:
         hint = f"with `{HYSTERESIS_KEY}`, or with `{INCREASING_KEY}` and `{DECREASING_KEY}`"
@@ -255,24 +255,26 @@ def _misplaced_keys(
 
 
 def _parse_slip_rate(table: TableReader) -> float:
-    """`slip_rad_s`, or what stands for it [rad/s]."""
-    hint = "it is the rate at which the direction is told, such as 0.01"
+    """Return `slip_rad_s` or its default [rad/s]."""
+    hint = "the rate at which friction reaches 76 % of its full value, such as 0.01"
     return table.number(SLIP_RATE_KEY, negative=False, zero=False, hint=hint) or DEFAULT_SLIP_RATE
 
 
 def _warn_joint_mismatch(table: TableReader, law: PublishedLaw, joints: tuple[str, ...]) -> None:
-    """Note a warning for each joint of which a published curve is not."""
+    """Warn of each joint whose name does not fit the published curve."""
     for k, joint in enumerate(joints):
         if names_other_joint(law.row.motion, joint):
-            said = f"`{law.key}` is a curve of {law.row.motion}, and hangs on `{shorten(joint)}`"
+            message = (
+                f"`{law.key}` is a curve of {law.row.motion}, but the joint is `{shorten(joint)}`"
+            )
             table.diagnostics.warning(
-                said, table.span("joints", k), "is it meant for another joint?"
+                message, table.span("joints", k), "is it meant for another joint?"
             )
 
 
 def _fill_from_published(
     texts: Mapping[str, str], law: PublishedLaw, joints: tuple[str, ...]
 ) -> dict[str, str]:
-    """What the table says, and what the published row says where the table is silent."""
+    """Return the texts of the table, and those of the published row where it has none."""
     row = {"motion": law.motion_name(joints), "reference": str(law.row.reference), "why": law.why}
     return {key: texts[key] or row[key] for key in TEXT_KEYS}

@@ -1,4 +1,4 @@
-"""`published = "publication/name"`: a curve of the published tables hung on an axis."""
+"""`published = "publication/name"`: a curve of the published tables as the law of an axis."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from springs.published.tables import curve, publication, publications
 
 PUBLISHED_KEY = "published"
 
-_SENSE_HINT = "-1: the axis's positive angle is against the published motion"
+_SENSE_HINT = "-1: the axis's positive angle is opposite to the published motion"
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class PublishedLaw:
 
     Attributes:
         key: `publication/name`.
-        sense: -1 where the axis's positive angle is against the published motion.
+        sense: -1 where the axis's positive angle is opposite to the published motion.
     """
 
     key: str
@@ -40,19 +40,21 @@ class PublishedLaw:
 
     @property
     def why(self) -> str:
-        """What a reader of the file should know of the curve."""
-        held = [f"{name} at {degrees(angle):.4g} deg" for name, angle in self.row.held.items()]
-        said = f"As published, with {' and '.join(held)}." if held else "As published."
+        """Note on the curve: held joints, measured range, and the note of its row."""
+        fixed = [
+            f"{name} at {degrees(angle):.4g} deg" for name, angle in self.row.held_angles.items()
+        ]
+        first = f"As published, with {' and '.join(fixed)}." if fixed else "As published."
         known, ends = self.row.valid_range, ""
         if known is not None and valid_range(self.row.law) is None:
             words = "Measured" if self.row.range_is_measured else "Usable"
             low, high = (f"{degrees(end):.4g}" for end in known)
             ends = f"{words} for its own angles from {low} deg to {high} deg."
             ends = ends.replace(" from -inf deg", "").replace(" to inf deg", " on")
-        return " ".join(part for part in (said, ends, self.row.note.strip()) if part)
+        return " ".join(part for part in (first, ends, self.row.note.strip()) if part)
 
     def motion_name(self, joints: Iterable[str]) -> str:
-        """Name of a positive angle of these joints: "flexion" of "knee flexion" at knees."""
+        """Name of a positive angle of these joints: "flexion" for "knee flexion" at knees."""
         if self.sense < 0:
             return ""
         first, _, rest = self.row.motion.partition(" ")
@@ -61,18 +63,18 @@ class PublishedLaw:
 
 
 def parse_published_law(table: TableReader) -> PublishedLaw | None:
-    """The curve that a table names; None without one, or with a fault noted."""
+    """Parse the curve that a table names; None without one, or with a fault noted."""
     sense = table.sign("published_sense", _SENSE_HINT)
     name = parse_published_key(table, PUBLISHED_KEY, "curve")
     return None if name is None else PublishedLaw(name, sense or 1)
 
 
 def parse_published_key(table: TableReader, key: str, kind: str) -> str | None:
-    """The row `publication/name` of a kind ("curve" or "coupled law"); None as above."""
-    said = table.text(key)
-    if said is None:
+    """Parse the row `publication/name` of a kind ("curve" or "coupled law"); None as above."""
+    row_key = table.text(key)
+    if row_key is None:
         return None
-    source, _, name = said.partition("/")
+    source, _, name = row_key.partition("/")
     known = publications()
     if source not in known:
         wanted = f"there is no published table `{shorten(source)}`"
@@ -80,7 +82,7 @@ def parse_published_key(table: TableReader, key: str, kind: str) -> str | None:
         return None
     rows = publication(source).curves if kind == "curve" else publication(source).coupled_laws
     if name in rows:
-        return said
+        return row_key
     missing = f"`{source}` has no {kind} `{shorten(name)}`" if name else f"`{source}` is a table"
     hint = spelling_hint(name, rows) if rows else f"it has no {kind} at all"
     if not name and rows:

@@ -1,9 +1,4 @@
-"""The springs of a figure: where they come from, and how files and the figure's fields combine.
-
-Which file holds the springs of a figure: what stands beside it, or what a user chooses.
-
-A springs file by itself: its curves, and the figure it was written for where there is one.
-"""
+"""The springs of a figure, from a file beside it or a chosen one, and from its own fields."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -87,14 +82,14 @@ def find_springs_file(
 
 
 def springs_names(directory: Path, stem: str) -> tuple[str, ...]:
-    """The names that choose springs beside a figure."""
+    """Return the names that choose springs beside a figure."""
     paths = directory.glob("*" + SPRINGS_SUFFIX)
     names = (path.name.removesuffix(SPRINGS_SUFFIX) for path in paths)
     return tuple(sorted(n.removeprefix(f"{stem}.") for n in names if n.startswith(f"{stem}.")))
 
 
 def _is_name(choice: str | Path) -> bool:
-    """Whether a choice looks like a name and not like the path of a file."""
+    """Return whether a choice looks like a name and not like the path of a file."""
     path = Path(choice)
     is_word = len(path.parts) == 1 and path.suffix not in _FILE_SUFFIXES
     return not str(choice) or (is_word and not _is_file(path))
@@ -110,7 +105,7 @@ def _is_file(path: Path) -> bool:
 def _find_sibling(
     directory: Path | None, stem: str | None, suffixes: tuple[str, ...]
 ) -> Path | None:
-    """The first file with one of these endings beside a figure."""
+    """Return the first file with one of these suffixes beside a figure."""
     if directory is None or stem is None:
         return None
     paths = (directory / f"{stem}{suffix}" for suffix in suffixes)
@@ -173,22 +168,22 @@ def load_springs(
     path, missing = find_springs_file(directory, stem, choice)
     if missing is not None:
         return Parsed(None, (missing,))
-    findings, springs, content = Diagnostics(), None, None
+    diagnostics, springs, content = Diagnostics(), None, None
     with suppress(TooManyErrors):
-        given = []
+        bound_springs = []
         if path is not None:
-            given, content = _bind_file(
-                figure, path, stem, str(choice) == PRINTED_SPRINGS, findings
+            bound_springs, content = _bind_file(
+                figure, path, stem, str(choice) == PRINTED_SPRINGS, diagnostics
             )
-        springs = _build_spring_set(figure, path, given, content, joining, findings)
-    if findings.has_errors or springs is None:
-        return Parsed(None, findings.sorted_by_position())
+        springs = _build_spring_set(figure, path, bound_springs, content, joining, diagnostics)
+    if diagnostics.has_errors or springs is None:
+        return Parsed(None, diagnostics.sorted_by_position())
     replaced = () if content is None else replaced_laws(content)
-    return Parsed(LoadedSprings(springs, replaced), findings.sorted_by_position())
+    return Parsed(LoadedSprings(springs, replaced), diagnostics.sorted_by_position())
 
 
 def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
-    """The springs in a file, hung on the joints of a figure.
+    """Read a springs file and bind it to the joints of a figure.
 
     Joints that the file does not name keep the figure's own `stiff`, `rest` and `damp`, and all
     joints its limits.
@@ -196,7 +191,7 @@ def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
     Args:
         path_or_name: of the file, or what `--springs` takes: NAME for `FIGURE.NAME.springs.toml`
             beside the figure's file, "printed" or "none".
-        figure: that gets them.
+        figure: to which they are bound.
 
     Raises:
         InputError: anything is wrong; it holds all faults. Warnings pass.
@@ -208,7 +203,7 @@ def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
 def _bind_file(
     figure: Figure, path: Path, stem: str | None, use_printed_values: bool, diagnostics: Diagnostics
 ) -> tuple[list[BoundSpring], SpringsFile | None]:
-    """What the file at `path` gives the axes of a figure; its content if it is a springs file."""
+    """Bind the file at `path` to a figure; return its content too if it is a springs file."""
     source, fault = load_text(path, str(path))
     if fault is not None:
         diagnostics.error(fault.message, fault.span, fault.hint)
@@ -244,7 +239,7 @@ def _build_spring_set(
 def _parse_content(
     source: Source, stem: str | None, diagnostics: Diagnostics
 ) -> SpringsFile | None:
-    """What a springs file says, with a warning when that is meant for another figure."""
+    """Parse a springs file, with a warning if it names another figure."""
     content = parse_springs_source(source, diagnostics)
     if content is not None and content.figure and stem and content.figure != stem:
         diagnostics.warning(
@@ -258,11 +253,11 @@ def _parse_content(
 def _combine_springs(
     joint: Joint, bound_springs: Sequence[BoundSpring], diagnostics: Diagnostics
 ) -> JointSprings | None:
-    """The springs of a joint in the order of its chain, then those about axes it does not name.
+    """Combine the springs of a joint in the order of its chain, then those about other axes.
 
-    None for a joint without any.
+    None for a joint without springs.
     """
-    given = [one for one in bound_springs if one.joint == joint.name]
+    bound_springs = [one for one in bound_springs if one.joint == joint.name]
     used: list[BoundSpring] = []
     axes: list[AxisSpring] = []
     slides: list[AxisSpring] = []
@@ -270,7 +265,9 @@ def _combine_springs(
         axis = unit_axis(factor.axis)
         match factor.kind:
             case AxisKind.ROTATION:
-                matches = (one for one in given if parallel_sign(one.spring.direction, axis))
+                matches = (
+                    one for one in bound_springs if parallel_sign(one.spring.direction, axis)
+                )
                 bound_spring = next(matches, None)
                 if bound_spring is None:
                     stop = (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET)
@@ -283,12 +280,12 @@ def _combine_springs(
                 slides += _figure_spring(joint, k, axis, stop, diagnostics)
             case _:
                 assert_never(factor.kind)
-    axes += [one.spring for one in given if one not in used]
+    axes += [one.spring for one in bound_springs if one not in used]
     return JointSprings(joint.name, tuple(axes), tuple(slides)) if axes or slides else None
 
 
 def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
-    """A given spring and the stops of all the joint's factors about its axis."""
+    """Return a spring with the stops of all the joint's factors about its axis."""
     laws: list[Elastic] = list(bound_spring.spring.elastic)
     for k, factor in enumerate(joint.chain):
         sign = (
@@ -305,7 +302,7 @@ def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
 def _figure_spring(
     joint: Joint, k: int, axis: Vector, stop: tuple[float, float], diagnostics: Diagnostics
 ) -> list[AxisSpring]:
-    """What the figure says of factor `k`: one spring, or nothing."""
+    """Return the spring of the figure's fields for factor `k`, if any."""
     laws: list[Elastic] = []
     if joint.stiff is not None and joint.stiff[k] != 0.0:
         laws.append(Linear(joint.stiff[k], joint.rest[k] if joint.rest is not None else 0.0))
@@ -355,9 +352,9 @@ def parse_springs_file(path: Path) -> Parsed[LoadedSprings]:
     diagnostics = Diagnostics(list(parsed.diagnostics))
     if content.figure is not None:
         diagnostics.warning(
-            f"the figure `{shorten(content.figure)}` is not to be found or cannot be read",
+            f"the figure `{shorten(content.figure)}` is not found or cannot be read",
             content.origins.get("figure"),
-            "joints and axes are taken as they stand here",
+            "joints and axes are taken from this file alone",
         )
     loaded = None
     with suppress(TooManyErrors):
@@ -382,19 +379,19 @@ def _springs_without_figure(
 
     Whatever that is, a second spring about it is one too many, and so is one about another axis.
     """
-    given: list[BoundSpring] = []
+    bound_springs: list[BoundSpring] = []
     for entry in content.entries:
         for k, name in enumerate(entry.joints):
             spring = spring_from_entry(
                 name, entry, _AXIS_DIRECTIONS[entry.axis], diagnostics, bounded=False
             )
             if spring is not None:
-                given.append(BoundSpring(name, spring, entry.origins.get(f"joints.{k}")))
+                bound_springs.append(BoundSpring(name, spring, entry.origins.get(f"joints.{k}")))
     axes: dict[str, list[AxisSpring]] = {}
-    for one in drop_duplicates(given, diagnostics):
+    for one in drop_duplicates(bound_springs, diagnostics):
         axes.setdefault(one.joint, []).append(one.spring)
     joints = {name: JointSprings(name, tuple(springs)) for name, springs in axes.items()}
     coupled = build_coupled_springs(
-        content, lambda hung, _: _AXIS_DIRECTIONS[hung.axis], diagnostics
+        content, lambda binding, _: _AXIS_DIRECTIONS[binding.axis], diagnostics
     )
     return SpringSet(joints, content.joining or Joining.CONSERVATIVE, origin, coupled)

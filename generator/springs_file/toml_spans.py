@@ -1,7 +1,7 @@
-"""Where the keys of a TOML text stand, which `tomllib` does not tell.
+"""Spans of the keys of a TOML text, which `tomllib` does not return.
 
-This reads no TOML: it looks for headers and `key =` in a text that `tomllib` has already read. What
-is written in another form (inline tables) has no place of its own; its surroundings stand for it.
+The text is known to be TOML: only headers and `key =` are searched for. A key of an inline table
+has the span of the table.
 """
 
 import re
@@ -36,7 +36,7 @@ class _Token:
 
 @dataclass
 class TomlSpans:
-    """Places of the tables and keys of one text; `index` counts the `[[table]]` of one name."""
+    """Spans of the tables and keys of one text; `index` counts the `[[table]]` of one name."""
 
     source: Source
     headers: dict[tuple[str, int], Span] = field(default_factory=dict[tuple[str, int], Span])
@@ -76,7 +76,7 @@ class TomlSpans:
 
 
 def locate_keys(source: Source) -> TomlSpans:
-    """The places of all tables and keys of a text that is known to be TOML."""
+    """Locate all tables and keys of a text that is known to be TOML."""
     places = TomlSpans(source)
     table, index = "", 0
     count: Counter[str] = Counter()

@@ -1,7 +1,4 @@
-"""Values of a TOML table, in SI by the unit that ends their key, or a fault where one is wrong.
-
-A text in TOML, bounded in size, or the fault that says where it is none.
-"""
+"""Values of a TOML table, read in SI by the unit that ends their key, and written."""
 
 import json
 import re
@@ -40,13 +37,13 @@ class NumberText:
 
 
 def number_text(text: str) -> NumberText:
-    """What `tomllib` is to make of a decimal number."""
+    """Return a decimal number unconverted, for `tomllib`."""
     return NumberText(text.replace("_", ""))
 
 
 @dataclass(frozen=True)
 class TableReader:
-    """One table: its content as `tomllib` read it, and where to look for places."""
+    """One table: its content as `tomllib` read it, and the spans of its keys."""
 
     content: Mapping[str, Any]
     name: str
@@ -54,17 +51,17 @@ class TableReader:
     spans: TomlSpans
     diagnostics: Diagnostics
     parent_item: tuple[str, int] | None = None
-    """Of a table in braces, the key and the place in its list: its own keys have no place."""
+    """Of an inline table: key and index in its list; its own keys have no span."""
 
     @property
     def header_span(self) -> Span:
-        """Where the table begins."""
+        """Span of the table's header."""
         if self.parent_item is not None:
             return self.spans.value(self.name, self.index, *self.parent_item)
         return self.spans.table(self.name, self.index)
 
     def span(self, key: str, item: int | None = None, part: int | None = None) -> Span:
-        """Where a value, or one item of an array, or one part of such an item, is written."""
+        """Span of a value, of one item of an array, or of one part of such an item."""
         if self.parent_item is not None:
             return self.header_span
         return self.spans.value(self.name, self.index, key, item, part)
@@ -81,7 +78,7 @@ class TableReader:
         self.diagnostics.error(message, self.span(key, item, part), hint)
 
     def reject_unknown_keys(self, known: Iterable[str], noun: str) -> None:
-        """Note an error for each key that is none of `known`."""
+        """Note an error for each key that is not in `known`."""
         names = tuple(known)
         for key in self.content:
             if key not in names:
@@ -100,18 +97,18 @@ class TableReader:
         return None
 
     def choice(self, key: str, known: tuple[str, ...]) -> str | None:
-        """A string out of a few."""
+        """One of a few strings."""
         value = self.content.get(key)
         if value is None or value in known:
             return value
-        said = shorten(value) if isinstance(value, str) else self.span(key).text
-        self.error(key, f"`{key}` cannot be `{said}`", f"it is one of: {', '.join(known)}")
+        shown = shorten(value) if isinstance(value, str) else self.span(key).text
+        self.error(key, f"`{key}` cannot be `{shown}`", f"it is one of: {', '.join(known)}")
         return None
 
     def names(
         self, key: str, example: str = '["left_knee", "right_knee"]', noun: str = "spring"
     ) -> tuple[str, ...]:
-        """A list of names, at least one; empty, with a fault noted, when it is none."""
+        """One or more names; empty with a fault noted."""
         if key not in self.content:
             hint = f"write `{key} = {example}`"
             self.diagnostics.error(f"this {noun} has no `{key}`", self.header_span, hint)
@@ -125,7 +122,7 @@ class TableReader:
     def number(
         self, key: str, *, negative: bool = True, zero: bool = True, hint: str = ENERGY_HINT
     ) -> float | None:
-        """A number in SI; None when there is none or, with a fault noted, a wrong one."""
+        """A number in SI; None if it is absent or, with a fault noted, wrong."""
         if key not in self.content:
             return None
         value = self._number(key, self.content[key], None)
@@ -207,14 +204,14 @@ class TableReader:
         return tuple(items)
 
     def items(self, key: str) -> list[Any] | None:
-        """The items of a list as they were read; None for what is no list."""
+        """Return the items of a list unconverted; None for any other value."""
         value: Any = self.content.get(key)
         return cast("list[Any]", value) if isinstance(value, list) else None
 
     def sign(
         self,
         key: str,
-        hint: str = "-1: the moment resists; +1: it acts on the child as it stands",
+        hint: str = "-1: the moment resists; +1: it acts on the child",
     ) -> int | None:
         """+1 or -1."""
         value = self.content.get(key)
@@ -261,11 +258,11 @@ _POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of documen
 def parse_document(
     source: Source, file_kind: str, diagnostics: Diagnostics
 ) -> Mapping[str, Any] | None:
-    """The document that a text holds; None, with the fault noted, when it holds none.
+    """Parse a text as TOML, bounded in size; None with the fault noted.
 
     Args:
         source: the text.
-        file_kind: what the text should be, as part of a sentence ("links file").
+        file_kind: for messages ("links file").
         diagnostics: for faults.
     """
     place = _find_excess(source)
@@ -289,7 +286,7 @@ def parse_document(
 
 
 def _find_excess(source: Source) -> Span | None:
-    """Where the text becomes longer than is read."""
+    """Span of the first character beyond the size limits."""
     if len(source.text) > MAX_TEXT_LENGTH:
         return Span(source, MAX_TEXT_LENGTH, MAX_TEXT_LENGTH + 1)
     start = 0
@@ -301,17 +298,17 @@ def _find_excess(source: Source) -> Span | None:
 
 
 def _syntax_error(message: str, source: Source) -> tuple[str, Span]:
-    """What `tomllib` says, without its position, and the position as a span."""
+    """Split a message of `tomllib` into its text and its position as a span."""
     match = _POSITION.search(message)
-    said = _POSITION.sub("", message)
-    said = f"{said[:1].lower()}{said[1:]}".replace("\\n", "end of line")
+    text = _POSITION.sub("", message)
+    text = f"{text[:1].lower()}{text[1:]}".replace("\\n", "end of line")
     if match is None or match[1] is None:
         end = len(source.text.rstrip())
-        return said, Span(source, max(end - 1, 0), max(end, 1))
+        return text, Span(source, max(end - 1, 0), max(end, 1))
     line, column = int(match[1]), int(match[2])
     before = sum(len(text) + 1 for text in source.text.split("\n")[: line - 1])
     offset = before + min(column - 1, max(len(source.line_text(line)) - 1, 0))
-    return said, Span(source, offset, offset + 1)
+    return text, Span(source, offset, offset + 1)
 
 
 _DEGREE_FACTOR = parse_unit("deg").factor

@@ -1,4 +1,4 @@
-"""Writing a springs file: the inverse of reading one."""
+"""Writer of springs files, the inverse of the reader."""
 
 from collections.abc import Iterator
 
@@ -25,15 +25,15 @@ from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 
 def write_springs(content: SpringsFile, comment: str = "") -> str:
-    """The text of a springs file; reading it gives the same springs, to the last bit.
+    """Return the text of a springs file; reading it returns equal springs, bit for bit.
 
     Args:
-        content: what the file says.
-        comment: said above it, one line or several.
+        content: springs to write.
+        comment: one or more lines above them.
 
     Raises:
-        ValueError: for what the file cannot say: a number that is not finite, a longer word than
-            is read.
+        ValueError: for a number that is not finite, a line that is too long, or a law that no key
+            holds.
     """
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
     lines += [""] if lines else []
@@ -43,8 +43,8 @@ def write_springs(content: SpringsFile, comment: str = "") -> str:
         lines.append(f"law = {quote_toml(content.joining.value)}")
     tables = [(SPRING_TABLE, _entry(entry)) for entry in content.entries]
     tables += [(COUPLED_TABLE, _coupled_entry(entry)) for entry in content.coupled]
-    for name, said in tables:
-        lines += [*([""] if lines and lines[-1] else []), f"[[{name}]]", *said]
+    for name, content_lines in tables:
+        lines += [*([""] if lines and lines[-1] else []), f"[[{name}]]", *content_lines]
     text = "\n".join([*lines, ""])
     if any(len(line) > MAX_LINE_LENGTH for line in text.split("\n")):
         raise ValueError(f"a line of a springs file has at most {MAX_LINE_LENGTH} characters")
@@ -77,9 +77,9 @@ def _entry(entry: SpringEntry) -> Iterator[str]:
 
 
 def _provenance_lines(entry: SpringEntry | CoupledEntry) -> Iterator[str]:
-    for key, said in (("reference", entry.reference), ("why", entry.why)):
-        if said:
-            yield f"{key} = {quote_long_toml(said)}"
+    for key, text in (("reference", entry.reference), ("why", entry.why)):
+        if text:
+            yield f"{key} = {quote_long_toml(text)}"
 
 
 def _coupled_entry(entry: CoupledEntry) -> Iterator[str]:
@@ -92,9 +92,9 @@ def _coupled_entry(entry: CoupledEntry) -> Iterator[str]:
     yield f"coordinates = {names_to_toml(entry.coordinates)}"
     if entry.published is not None:
         yield f"{PUBLISHED_KEY} = {quote_toml(entry.published)}"
-    if entry.held:
-        yield f"held = {names_to_toml(name for name, _ in entry.held)}"
-        yield f"held_deg = {degrees_to_toml(angle for _, angle in entry.held)}"
+    if entry.held_angles:
+        yield f"held = {names_to_toml(name for name, _ in entry.held_angles)}"
+        yield f"held_deg = {degrees_to_toml(angle for _, angle in entry.held_angles)}"
     if entry.explicit_law is not None:
         yield from _explicit_law(entry.explicit_law)
     if entry.is_nearest_conservative:

@@ -1,4 +1,4 @@
-"""The lint of a law over several joints: its senses, stiffness, energy, and where it is known."""
+"""Checks of a law over several joints: senses, stiffness, energy and valid range."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -14,16 +14,16 @@ from springs.elastic import Range
 from springs.lint.finding import Finding, FindingKind
 
 DEFAULT_RANGE = (radians(-90.0), radians(90.0))
-"""Where a law is looked at along an angle whose range is not known [rad]."""
+"""Range of an angle whose valid range is not known [rad]."""
 
 EXTRAPOLATION_ANGLE = radians(30.0)
-"""How far beyond the range its growth is told [rad]."""
+"""Distance beyond the range at which the extrapolation is reported [rad]."""
 
 _MAX_GRID_POINTS = 40_000
-"""Points of the grid, all angles together."""
+"""Largest number of grid points over all angles."""
 
 _MAX_TERMS, _MAX_COORDINATES = 40, 3
-"""What a nearest conservative law is sought for."""
+"""Largest law for which a nearest conservative law is computed."""
 
 _RELATIVE_ROUNDING = 1e-9
 
@@ -79,7 +79,7 @@ class _TorqueGrid:
 
 
 def lint_coupled(law: CoupledExponential) -> tuple[Finding, ...]:
-    """What there is to say of a law over several joints, within the range in which it is known."""
+    """Check a law over several joints within its valid range."""
     grid = _TorqueGrid(law)
     found = (
         *_lint_energy(grid),
@@ -92,7 +92,7 @@ def lint_coupled(law: CoupledExponential) -> tuple[Finding, ...]:
 
 
 def lint_original_law(original: CoupledExponential) -> tuple[Finding, ...]:
-    """What there is to say of a law for which the nearest conservative one of its form stands."""
+    """Check a law that was replaced by the nearest conservative one."""
     return tuple(
         replace(finding, is_doubt=False, sentence=f"the law that was replaced: {finding.sentence}")
         for finding in _lint_energy(_TorqueGrid(original))
@@ -100,13 +100,13 @@ def lint_original_law(original: CoupledExponential) -> tuple[Finding, ...]:
 
 
 def _lint_energy(grid: _TorqueGrid) -> Iterator[Finding]:
-    """Whether an energy belongs to the law; else what a closed loop yields, and what is nearest."""
+    """Report the energy, or else the work of closed loops and the nearest conservative law."""
     law, ends = grid.law, tuple(end for side in grid.box for end in side)
     if law.is_conservative:
         energies = np.asarray(law.energy(np.meshgrid(*grid.angles, indexing="ij")))
         stored = float(np.ptp(energies))
-        said = f"the torques are the gradient of an energy, which varies by {stored:.4g} J"
-        yield Finding(FindingKind.ENERGY, False, said, ends, (stored,))
+        message = f"the torques are the gradient of an energy, which varies by {stored:.4g} J"
+        yield Finding(FindingKind.ENERGY, False, message, ends, (stored,))
         return
     for i, j in combinations(range(len(law.coordinates)), 2):
         pair = law
@@ -137,21 +137,21 @@ def _lint_energy(grid: _TorqueGrid) -> Iterator[Finding]:
                 law.coordinates, nearest.rms_difference, nearest.max_difference, strict=True
             )
         )
-        said = (
+        message = (
             "the nearest law of the same exponentials that has an energy differs by rms "
             f"{differences}"
         )
         yield Finding(
             FindingKind.ENERGY,
             False,
-            said,
+            message,
             ends,
             (*nearest.rms_difference, *nearest.max_difference),
         )
 
 
 def _lint_sense(grid: _TorqueGrid) -> Iterator[Finding]:
-    """Whether each torque drives back at both ends of its own angle."""
+    """Check that each torque restores at both ends of its own angle."""
     for i, name in enumerate(grid.law.coordinates):
         for side, end, outwards in (("lower", 0, -1.0), ("upper", -1, 1.0)):
             driven = outwards * np.take(grid.torques[i], end, axis=i)
@@ -159,14 +159,14 @@ def _lint_sense(grid: _TorqueGrid) -> Iterator[Finding]:
             where = f"at the {side} end of {name}, {degrees(angle) + 0.0:.4g} deg,"
             everywhere = float(driven.min()) > _RELATIVE_ROUNDING * grid.max_torque
             if everywhere:
-                said = f"{where} the torque drives the joint on, with up to {most:.3g} N m"
+                message = f"{where} the torque drives the joint on, with up to {most:.3g} N m"
             elif most > _RELATIVE_ROUNDING * grid.max_torque:
                 at = grid.format_point(_worst_point(grid, i, driven), excluded=i)
-                said = f"{where} the torque drives on at some of the other angles, by "
-                said += f"{most:.3g} N m at {at}"
+                message = f"{where} the torque drives on at some of the other angles, by "
+                message += f"{most:.3g} N m at {at}"
             else:
-                said = f"{where} the torque drives back whatever the other angles are"
-            yield Finding(FindingKind.SENSE, everywhere, said, (angle,), (max(most, 0.0),))
+                message = f"{where} the torque drives back whatever the other angles are"
+            yield Finding(FindingKind.SENSE, everywhere, message, (angle,), (max(most, 0.0),))
 
 
 def _worst_point(grid: _TorqueGrid, i: int, driven: Array) -> tuple[float, ...]:
@@ -181,41 +181,41 @@ def _other_angles(angles: Sequence[Array], i: int) -> list[Array]:
 
 
 def _lint_stiffness(grid: _TorqueGrid) -> Iterator[Finding]:
-    """The stiffness about each angle while the others are held."""
+    """Report the stiffness about each angle at fixed other angles."""
     for i, name in enumerate(grid.law.coordinates):
         steps = np.diff(grid.angles[i])
         if not steps[0] > 0.0:
             continue
         slopes = np.diff(grid.torques[i], axis=i) / steps[0]
         stiffest, softest = -float(slopes.min()), -float(slopes.max())
-        said = f"the stiffness about {name} is between {softest:.4g} and {stiffest:.4g} N m/rad"
+        message = f"the stiffness about {name} is between {softest:.4g} and {stiffest:.4g} N m/rad"
         negative = softest < -_RELATIVE_ROUNDING * grid.max_torque
         if negative:
-            said += ": somewhere the torque grows with its angle"
-        yield Finding(FindingKind.SLOPE, negative, said, grid.box[i], (softest, stiffest))
+            message += ": somewhere the torque grows with its angle"
+        yield Finding(FindingKind.SLOPE, negative, message, grid.box[i], (softest, stiffest))
 
 
 def _lint_max_torque(grid: _TorqueGrid) -> Iterator[Finding]:
-    """The greatest torque about each angle and where it is."""
+    """Report the largest torque about each angle and its place."""
     for name, torques in zip(grid.law.coordinates, grid.torques, strict=True):
         greatest = int(np.abs(torques).argmax())
         place, torque = grid.point_angles(greatest), float(torques.ravel()[greatest])
-        said = (
+        message = (
             f"the torque about {name} is greatest at {grid.format_point(place)}: {torque:.4g} N m"
         )
-        yield Finding(FindingKind.MAX_TORQUE, False, said, place, (torque,))
+        yield Finding(FindingKind.MAX_TORQUE, False, message, place, (torque,))
 
 
 def _lint_valid_range(grid: _TorqueGrid) -> Iterator[Finding]:
-    """Where the law is known, and how it grows beyond."""
+    """Report the valid range and the extrapolation beyond it."""
     for i, (name, known) in enumerate(
         zip(grid.law.coordinates, grid.law.valid_ranges, strict=True)
     ):
         low, high = grid.box[i]
         ends = f"{degrees(low) + 0.0:.4g} .. {degrees(high) + 0.0:.4g} deg"
         if known is None:
-            said = f"the range of {name} is not known; looked at is {ends}"
-            yield Finding(FindingKind.VALID_RANGE, False, said, (low, high))
+            message = f"the range of {name} is not known; checked over {ends}"
+            yield Finding(FindingKind.VALID_RANGE, False, message, (low, high))
             continue
         places = (
             low - EXTRAPOLATION_ANGLE,
@@ -228,8 +228,8 @@ def _lint_valid_range(grid: _TorqueGrid) -> Iterator[Finding]:
             f"{torque:.4g} N m at {degrees(place):.4g} deg"
             for place, torque in zip(places, greatest, strict=True)
         )
-        said = f"beyond {name} {ends} it is an extrapolation, with up to {listed}"
-        yield Finding(FindingKind.VALID_RANGE, False, said, places, greatest)
+        message = f"beyond {name} {ends} it is an extrapolation, with up to {listed}"
+        yield Finding(FindingKind.VALID_RANGE, False, message, places, greatest)
 
 
 def _max_torque_at(grid: _TorqueGrid, i: int, place: float) -> float:

@@ -1,8 +1,4 @@
-"""The lint of a curve: what a passive joint's torque should be, held against what a law's is.
-
-The lint of what a law knows of itself: where it was measured, and what its hysteresis takes.
-
-Left and right: whether the curves of two joints are mirror images of each other.
+"""Checks of a curve: sense, equilibria, stiffness, jumps, energy, range of motion and symmetry.
 
 Angles are counted in the sense of each joint's declared axis, in which a motion has the same name
 on both sides. Mirror images are then the same function.
@@ -40,7 +36,7 @@ _RELATIVE_ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class SignInterval:
-    """A stretch of angles [rad] in which the torque has one sign: -1, 0 or +1."""
+    """An interval of angles [rad] in which the torque has one sign: -1, 0 or +1."""
 
     sign: int
     start: float
@@ -49,7 +45,7 @@ class SignInterval:
 
 @dataclass(frozen=True)
 class SampledCurve:
-    """The sum of an axis's elastic laws, sampled over a range [rad] and at its corners."""
+    """The sum of an axis's elastic laws, sampled over a range [rad] and at its breakpoints."""
 
     laws: tuple[Elastic, ...]
     low: float
@@ -57,13 +53,13 @@ class SampledCurve:
 
     @cached_property
     def breakpoints(self) -> tuple[float, ...]:
-        """Corners of the laws within the range [rad], in order."""
+        """Breakpoints of the laws within the range [rad], in order."""
         found = {corner for law in self.laws for corner in law.breakpoints}
         return tuple(sorted(c for c in found if self.low < c < self.high))
 
     @cached_property
     def angles(self) -> Array:
-        """Where it is sampled [rad]."""
+        """Sampled angles [rad]."""
         count = int((self.high - self.low) / _SAMPLE_SPACING) + 2
         return np.unique([*np.linspace(self.low, self.high, count), *self.breakpoints])
 
@@ -74,7 +70,7 @@ class SampledCurve:
 
     @property
     def max_torque(self) -> float:
-        """Greatest torque in the range [N m]."""
+        """Largest absolute torque in the range [N m]."""
         return float(np.abs(self.torques).max())
 
     @property
@@ -88,7 +84,7 @@ class SampledCurve:
 
     @cached_property
     def sign_intervals(self) -> tuple[SignInterval, ...]:
-        """The stretches of one sign, in order; where the sign changes between samples, at zero."""
+        """Intervals of one sign, in order, divided at the zeros of the torque."""
         signs = np.sign(np.where(np.abs(self.torques) > self.rounding_torque, self.torques, 0.0))
         cuts = np.flatnonzero(np.diff(signs)).tolist()
         edges = [(self.low, self.low)]
@@ -109,50 +105,50 @@ class SampledCurve:
         )
 
     def max_torque_within(self, interval: SignInterval) -> float:
-        """Greatest size of the torque in a stretch [N m]."""
+        """Largest absolute torque in an interval [N m]."""
         inside = (self.angles >= interval.start) & (self.angles <= interval.end)
         return float(np.abs(self.torques[inside]).max(initial=0.0))
 
 
 _HYSTERESIS_TOLERANCE = 1e-6
-"""What rounding may do to the order of two curves [N m]."""
+"""Rounding in the order of two curves [N m]."""
 
 
 def lint_valid_range(curve: SampledCurve) -> Iterator[Finding]:
-    """Which part of the curve is an extrapolation, for laws that know their range."""
+    """Report extrapolation, for laws that know their valid range."""
     ends = curve.low, curve.high
     for law in curve.laws:
-        said = describe_extrapolation(valid_range(law), *ends) if _has_valid_range(law) else ""
-        if said:
+        message = describe_extrapolation(valid_range(law), *ends) if _has_valid_range(law) else ""
+        if message:
             torques = curve.torque_at(curve.low), curve.torque_at(curve.high)
             places = " and ".join(
                 f"{torque + 0.0:.4g} N m at {_format_plain_degrees(end)} deg"
                 for end, torque in zip(ends, torques, strict=True)
             )
-            yield Finding(FindingKind.VALID_RANGE, False, f"{said}; {places}", ends, torques)
+            yield Finding(FindingKind.VALID_RANGE, False, f"{message}; {places}", ends, torques)
 
 
 def lint_hysteresis(curve: SampledCurve) -> Iterator[Finding]:
-    """What the direction of motion takes in a slow cycle, and where it would give instead."""
+    """Report the energy lost in a slow cycle, and angles at which a cycle would gain energy."""
     for law in curve.laws:
         if not isinstance(law, Hysteresis):
             continue
         lost, ends = law.cycle_loss(curve.low, curve.high), (curve.low, curve.high)
         over = f"{_format_plain_degrees(curve.low)} .. {_format_plain_degrees(curve.high)} deg"
-        said = f"a slow cycle over {over} loses {lost:.4g} J to the hysteresis"
-        yield Finding(FindingKind.HYSTERESIS, False, said, ends, (lost,))
+        message = f"a slow cycle over {over} loses {lost:.4g} J to the hysteresis"
+        yield Finding(FindingKind.HYSTERESIS, False, message, ends, (lost,))
         up, down = (
             np.asarray(one.torque(curve.angles)) for one in (law.increasing, law.decreasing)
         )
         excess = up - down
         worst = int(excess.argmax())
         if excess[worst] > _HYSTERESIS_TOLERANCE * max(1.0, curve.max_torque):
-            angle, much = float(curve.angles[worst]), float(excess[worst])
-            said = (
-                f"at {_format_plain_degrees(angle)} deg the curve of the growing angle lies {much:.3g} N m "
-                "above that of the falling one: a cycle there feeds energy"
+            angle, amount = float(curve.angles[worst]), float(excess[worst])
+            message = (
+                f"at {_format_plain_degrees(angle)} deg the curve of the growing angle lies "
+                f"{amount:.3g} N m above that of the falling one: a cycle there feeds energy"
             )
-            yield Finding(FindingKind.HYSTERESIS, True, said, (angle,), (much,))
+            yield Finding(FindingKind.HYSTERESIS, True, message, (angle,), (amount,))
 
 
 def _format_plain_degrees(angle: float) -> str:
@@ -160,17 +156,17 @@ def _format_plain_degrees(angle: float) -> str:
 
 
 def _has_valid_range(law: Elastic) -> bool:
-    """Whether a law, whatever is done to it, is of a kind that knows where it was measured."""
+    """Return whether a law, below its transformations, has a valid range."""
     while isinstance(law, Transformed | Hysteresis):
         law = law.law if isinstance(law, Transformed) else law.increasing
     return isinstance(law, HasValidRange)
 
 
 DEFAULT_RANGE_END = radians(90.0)
-"""How far a curve is looked at where no normal range is known [rad]."""
+"""End of the checked range where no normal range is known [rad]."""
 
 RANGE_MARGIN = radians(10.0)
-"""How far beyond the normal range a curve is looked at [rad]."""
+"""Distance beyond the normal range over which a curve is checked [rad]."""
 
 FIRM_TORQUE = 10.0
 """A torque that stops an examiner's hand [N m]: twice what cadaver hips hold at their ends."""
@@ -183,7 +179,7 @@ _RELATIVE_TOLERANCE = 1e-6
 def lint_curve(
     spring: AxisSpring, low: RangeEnd | None = None, high: RangeEnd | None = None
 ) -> tuple[Finding, ...]:
-    """What there is to say of the elastic laws and the damping about one axis.
+    """Check the elastic laws and the damping about one axis.
 
     Args:
         spring: with one elastic law at least.
@@ -207,13 +203,13 @@ def lint_curve(
 
 
 def lint_range(low: RangeEnd | None, high: RangeEnd | None) -> tuple[float, float]:
-    """The angles at which a curve is looked at [rad]."""
+    """Range over which a curve is checked [rad]."""
     first = -DEFAULT_RANGE_END if low is None else low.angle - RANGE_MARGIN
     return first, DEFAULT_RANGE_END if high is None else high.angle + RANGE_MARGIN
 
 
 def _lint_sense(curve: SampledCurve) -> Iterator[Finding]:
-    """Whether the torque drives back towards one rest, from both sides of it."""
+    """Check that the torque restores towards one rest from both sides."""
     runs, last = curve.sign_intervals, curve.sign_intervals[-1]
     acting = [run for run in runs if run.sign]
     fine = True
@@ -242,8 +238,10 @@ def _lint_sense(curve: SampledCurve) -> Iterator[Finding]:
             )
     if fine:
         over = f"over {_format_degrees(curve.low, '')} .. {_format_degrees(curve.high)}"
-        said = f"the torque nowhere drives away, {over}" if acting else f"there is no torque {over}"
-        yield Finding(FindingKind.SENSE, False, said)
+        message = (
+            f"the torque nowhere drives away, {over}" if acting else f"there is no torque {over}"
+        )
+        yield Finding(FindingKind.SENSE, False, message)
 
 
 def _format_gap(one: SignInterval, other: SignInterval) -> str:
@@ -261,14 +259,15 @@ def _lint_equilibria(curve: SampledCurve) -> Iterator[Finding]:
                 if start == end
                 else f"between {_format_degrees(run.start, '')} and {end}"
             )
-            said = f"there is no torque {where}"
-            yield Finding(FindingKind.EQUILIBRIUM, False, said, (run.start, run.end))
+            message = f"there is no torque {where}"
+            yield Finding(FindingKind.EQUILIBRIUM, False, message, (run.start, run.end))
     acting = [run for run in curve.sign_intervals if run.sign]
     for one, other in pairwise(acting):
         if one.sign != other.sign and one.end == other.start:
             stable = one.sign > 0
-            said = f"{'a stable' if stable else 'an unstable'} equilibrium at {_format_degrees(one.end)}"
-            yield Finding(FindingKind.EQUILIBRIUM, not stable, said, (one.end,))
+            kind = "a stable" if stable else "an unstable"
+            message = f"{kind} equilibrium at {_format_degrees(one.end)}"
+            yield Finding(FindingKind.EQUILIBRIUM, not stable, message, (one.end,))
 
 
 def _lint_stiffness(curve: SampledCurve) -> Iterator[Finding]:
@@ -277,8 +276,8 @@ def _lint_stiffness(curve: SampledCurve) -> Iterator[Finding]:
     stiffest = int(np.argmin(slopes))
     angle, stiffness = float(angles[stiffest]), -float(slopes[stiffest])
     if stiffness > 0.0:
-        said = f"the stiffness is at most {stiffness:.4g} N m/rad, at {_format_degrees(angle)}"
-        yield Finding(FindingKind.SLOPE, False, said, (angle,), (stiffness,))
+        message = f"the stiffness is at most {stiffness:.4g} N m/rad, at {_format_degrees(angle)}"
+        yield Finding(FindingKind.SLOPE, False, message, (angle,), (stiffness,))
     growing = np.diff(torques) > curve.rounding_torque
     edges = np.flatnonzero(np.diff([False, *growing.tolist(), False])).reshape(-1, 2)
     for first, last in edges.tolist():
@@ -287,15 +286,15 @@ def _lint_stiffness(curve: SampledCurve) -> Iterator[Finding]:
         yield Finding(
             FindingKind.SLOPE,
             True,
-            f"between {_format_degrees(start, '')} and {_format_degrees(end)} the torque grows with the angle, "
-            f"by {rise:.3g} N m: a negative stiffness",
+            f"between {_format_degrees(start, '')} and {_format_degrees(end)} "
+            f"the torque grows with the angle, by {rise:.3g} N m: a negative stiffness",
             (start, end),
             (rise,),
         )
 
 
 def _lint_jumps(curve: SampledCurve) -> Iterator[Finding]:
-    """What the torque and its slope do at corners, from lines through two points on each side."""
+    """Report jumps of torque and slope at breakpoints, from two points on each side."""
     for corner in curve.breakpoints:
         (a, b), (c, d) = (
             (
@@ -309,15 +308,15 @@ def _lint_jumps(curve: SampledCurve) -> Iterator[Finding]:
             (d - c) / _DIFFERENCE_STEP - (a - b) / _DIFFERENCE_STEP,
         )
         if abs(jump) > _RELATIVE_TOLERANCE * max(1.0, curve.max_torque):
-            said = f"at {_format_degrees(corner)} the torque jumps by {jump:.3g} N m"
-            yield Finding(FindingKind.JUMP, True, said, (corner,), (jump,))
+            message = f"at {_format_degrees(corner)} the torque jumps by {jump:.3g} N m"
+            yield Finding(FindingKind.JUMP, True, message, (corner,), (jump,))
         elif abs(kink) > 1.0:
-            said = f"at {_format_degrees(corner)} the stiffness jumps by {abs(kink):.4g} N m/rad"
-            yield Finding(FindingKind.JUMP, False, said, (corner,), (-kink,))
+            message = f"at {_format_degrees(corner)} the stiffness jumps by {abs(kink):.4g} N m/rad"
+            yield Finding(FindingKind.JUMP, False, message, (corner,), (-kink,))
 
 
 def _lint_energy(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:
-    """What a cycle over the range stores, returns and loses.
+    """Report the energy that a cycle over the range stores and loses.
 
     The work of the torque is compared with the energy: Gauss's rule of three points between
     neighbouring samples is exact for cubics. Damping of a cosine of amplitude A and rate w takes
@@ -333,29 +332,31 @@ def _lint_energy(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:
     gap = work + float(energies[1] - energies[0])
     stored = float(energies.max() - energies.min())
     if abs(gap) > _RELATIVE_TOLERANCE * max(stored, 1.0):
-        said = f"torque and energy disagree by {gap:.3g} J over the range: it is no elastic law"
-        yield Finding(FindingKind.ENERGY, True, said, ends, (gap,))
+        message = (
+            f"torque and energy disagree by {gap:.3g} J over the range: it is not an elastic law"
+        )
+        yield Finding(FindingKind.ENERGY, True, message, ends, (gap,))
     amplitude = 0.5 * (curve.high - curve.low)
     lost = 2.0 * pi**2 * damping.viscous * amplitude**2 + 4.0 * damping.coulomb * amplitude
     over = f"a cycle over {_format_degrees(curve.low, '')} .. {_format_degrees(curve.high)} in 1 s"
-    said = f"{over} stores and returns up to {stored:.4g} J and loses {lost:.3g} J"
-    yield Finding(FindingKind.ENERGY, False, said, ends, (stored, lost))
+    message = f"{over} stores and returns up to {stored:.4g} J and loses {lost:.3g} J"
+    yield Finding(FindingKind.ENERGY, False, message, ends, (stored, lost))
 
 
 def _lint_range_end(curve: SampledCurve, end: RangeEnd, side: float) -> Iterator[Finding]:
-    """What the joint does up to the upper (side 1) or lower (side -1) end of its normal range."""
+    """Check the curve up to the upper (side 1) or lower (side -1) end of the normal range."""
     torque, where = (
         curve.torque_at(end.angle),
         f"{end.motion} normally ends at {_format_degrees(end.angle)}",
     )
-    said = f"{where} ({end.source}): {torque + 0.0:.4g} N m there"
-    yield Finding(FindingKind.RANGE_END, False, said, (end.angle,), (torque,))
+    message = f"{where} ({end.source}): {torque + 0.0:.4g} N m there"
+    yield Finding(FindingKind.RANGE_END, False, message, (end.angle,), (torque,))
     if -side * torque <= FIRM_TORQUE:
         return
     edge = _free_range_end(curve.sign_intervals, side)
     if edge is not None and side * edge < side * end.angle:
-        said = f"free motion ends at {_format_degrees(edge)}, but {where}"
-        yield Finding(FindingKind.FREE_MOTION, True, said, (edge, end.angle))
+        message = f"free motion ends at {_format_degrees(edge)}, but {where}"
+        yield Finding(FindingKind.FREE_MOTION, True, message, (edge, end.angle))
     firm = _firm_resistance_angle(curve, end.angle, side)
     places = [*_round_angles_between(firm, end.angle), end.angle]
     torques = [curve.torque_at(place) for place in places]
@@ -366,9 +367,9 @@ def _lint_range_end(curve: SampledCurve, end: RangeEnd, side: float) -> Iterator
     where = f"with {FIRM_TORQUE:g} N m from {_format_degrees(firm)} on"
     if firm == (curve.low if side > 0.0 else curve.high):
         where = f"with more than {FIRM_TORQUE:g} N m at all angles from {_format_degrees(firm)} on"
-    said = f"it resists {where}: {listed}, the normal end"
+    message = f"it resists {where}: {listed}, the normal end"
     yield Finding(
-        FindingKind.EARLY_RESISTANCE, True, said, (firm, *places), (FIRM_TORQUE, *torques)
+        FindingKind.EARLY_RESISTANCE, True, message, (firm, *places), (FIRM_TORQUE, *torques)
     )
 
 
@@ -379,7 +380,7 @@ def _free_range_end(runs: Sequence[SignInterval], side: float) -> float | None:
 
 
 def _firm_resistance_angle(curve: SampledCurve, end: float, side: float) -> float:
-    """Where the last stretch of firm resistance before an end begins [rad]."""
+    """Start of the last interval of firm resistance before an end [rad]."""
     before = side * curve.angles < side * end
     soft = curve.angles[before & (-side * curve.torques < FIRM_TORQUE)]
     return side * float((side * soft).max(initial=side * (curve.low if side > 0 else curve.high)))
@@ -414,7 +415,7 @@ def other_side(joint: str) -> str | None:
 def lint_symmetry(
     joint: str, spring: AxisSpring, joints: Mapping[str, JointSprings]
 ) -> tuple[Finding, ...]:
-    """How the spring of a joint compares with that of the joint on the other side.
+    """Compare the spring of a joint with that of the joint on the other side.
 
     Args:
         joint: name of the joint.
@@ -431,23 +432,21 @@ def lint_symmetry(
     mine, its = (np.asarray(total_torque(one.elastic, _COMPARED_ANGLES)) for one in (spring, other))
     differences = np.abs(mine - its)
     worst = int(differences.argmax())
-    angle, much = float(_COMPARED_ANGLES[worst]), float(differences[worst])
-    if much > _SYMMETRY_TOLERANCE * (1.0 + abs(float(mine[worst]))):
-        said = (
-            f"`{name}` differs by up to {much:.3g} N m, at {round(degrees(angle), 1) + 0.0:.1f} deg"
-        )
-        return (Finding(FindingKind.SYMMETRY, True, said, (angle,), (much,)),)
+    angle, difference = float(_COMPARED_ANGLES[worst]), float(differences[worst])
+    if difference > _SYMMETRY_TOLERANCE * (1.0 + abs(float(mine[worst]))):
+        message = f"`{name}` differs by up to {difference:.3g} N m, at {_format_degrees(angle)}"
+        return (Finding(FindingKind.SYMMETRY, True, message, (angle,), (difference,)),)
     frictions = (total_friction(one.elastic, _COMPARED_ANGLES, 1.0) for one in (spring, other))
     mine, its = (np.asarray(0.0 if one is None else one) for one in frictions)
     if float(np.abs(mine - its).max()) > _SYMMETRY_TOLERANCE * (1.0 + float(np.abs(mine).max())):
-        said = f"`{name}` has another hysteresis"
-        return (Finding(FindingKind.SYMMETRY, True, said),)
+        message = f"`{name}` has another hysteresis"
+        return (Finding(FindingKind.SYMMETRY, True, message),)
     if spring.damping != other.damping:
-        said = f"`{name}` has another damping"
-        return (Finding(FindingKind.SYMMETRY, True, said),)
+        message = f"`{name}` has another damping"
+        return (Finding(FindingKind.SYMMETRY, True, message),)
     return (Finding(FindingKind.SYMMETRY, False, "left and right are mirror images"),)
 
 
 def _is_same_axis(one: AxisSpring, other: AxisSpring) -> bool:
-    """Whether two springs are about the same line in their joints' frames."""
+    """Return whether two springs are about the same line in their joints' frames."""
     return float(np.linalg.norm(np.cross(one.direction, other.direction))) < _PARALLEL_ANGLE

@@ -1,11 +1,11 @@
-"""What the lint of a curve finds."""
+"""Findings of the checks of a curve."""
 
 from dataclasses import dataclass
 from enum import Enum
 
 
 class FindingKind(Enum):
-    """What a finding is about; with what its `angles` [rad] and `values` are."""
+    """Subject of a finding, and the meaning of its `angles` [rad] and `values`."""
 
     SENSE = "sense"
     """Angles at which the torque drives away; values: its greatest size there [N m]."""
@@ -27,10 +27,10 @@ class FindingKind(Enum):
     """Normal end of the motion; values: torque on the child there [N m]."""
 
     FREE_MOTION = "free motion"
-    """Where free motion ends, and where the normal range does."""
+    """End of free motion, and end of the normal range."""
 
     EARLY_RESISTANCE = "early resistance"
-    """Where resistance becomes firm, then angles further on; values: the torques there [N m]."""
+    """Start of firm resistance, then angles further on; values: the torques there [N m]."""
 
     SYMMETRY = "symmetry"
     """Angle at which left and right differ most; values: by how much [N m]."""

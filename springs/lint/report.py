@@ -1,7 +1,4 @@
-"""The findings of all laws over several joints, each law once however many sides share it.
-
-The findings of all curves of a figure, each curve once however many joints share it.
-"""
+"""Findings on all curves and coupled laws of a figure, each once for all joints that share it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -31,7 +28,7 @@ class LawReplacement:
 
 @dataclass(frozen=True)
 class CoupledReport:
-    """What the lint finds of one law over several joints.
+    """Findings on one law over several joints.
 
     Attributes:
         springs: those that have it.
@@ -83,7 +80,7 @@ def _build_report(
 def _lint_sides(
     group: Sequence[CoupledSpring], all_springs: Sequence[CoupledSpring]
 ) -> Iterator[Finding]:
-    """Whether the joints on the other side have the same law."""
+    """Check that the joints on the other side have the same law."""
     joints = {tuple(axis.joint for axis in spring.axes) for spring in group}
     elsewhere = {tuple(axis.joint for axis in spring.axes) for spring in all_springs}
     lone: list[tuple[str, ...]] = []
@@ -115,12 +112,12 @@ def _lint_duplicate_laws(group: Sequence[CoupledSpring], springs: SpringSet) -> 
             continue
         joints = " and ".join(f"`{joint}`" for joint in own)
         one, both = max(own.values()), _max_coupled_torque(group[0], i)
-        said = (
+        message = (
             f"beside this law, with up to {both:.4g} N m about {name}, {joints} "
             f"{'has' if len(own) == 1 else 'have'} a curve with up to {one:.4g} N m: the two add"
         )
         yield Finding(
-            FindingKind.DUPLICATE_LAW, min(one, both) > FIRM_TORQUE, said, (), (one, both)
+            FindingKind.DUPLICATE_LAW, min(one, both) > FIRM_TORQUE, message, (), (one, both)
         )
 
 
@@ -150,7 +147,7 @@ def _max_coupled_torque(spring: CoupledSpring, i: int) -> float:
 
 @dataclass(frozen=True)
 class CurveReport:
-    """What the lint finds of one curve.
+    """Findings on one curve.
 
     Attributes:
         joints: those that have it.
@@ -173,7 +170,7 @@ class CurveReport:
 
     @property
     def lint_range(self) -> tuple[float, float]:
-        """The angles at which the curve was looked at [rad]."""
+        """Range over which the curve was checked [rad]."""
         return lint_range(self.low, self.high)
 
 

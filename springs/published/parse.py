@@ -52,15 +52,15 @@ class PublishedError(ValueError):
 
 
 def parse_publication(text: str, name: str = "<text>") -> Publication:
-    """The publication that `text` describes; `name` is what errors call it.
+    """Parse a publication; `name` is what errors call it.
 
     Raises:
-        PublishedError: for a text that is no TOML, and for a row that cannot be read.
+        PublishedError: for a text that is not TOML, and for a row that cannot be read.
     """
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as failure:
-        raise PublishedError(f"{name}: this is no TOML: {failure}") from failure
+        raise PublishedError(f"{name}: this is not TOML: {failure}") from failure
     file = _TableRow(name, document)
     defaults = file.table("defaults")
     head = {key: document[key] for key in _SHARED_KEYS if key in document}
@@ -169,7 +169,7 @@ class _TableRow:
         )
 
     def range_key(self) -> str:
-        """Which of the two keys says in which range the row holds."""
+        """Key of the range in which the row is valid."""
         if "measured_deg" in self.content and "usable_deg" in self.content:
             raise self.error("a range is measured or usable, not both")
         return "measured_deg" if "measured_deg" in self.content else "usable_deg"
@@ -216,7 +216,7 @@ def _parse_curve(row: _TableRow) -> PublishedCurve:
         angle_sign=row.sign("angle_sign"),
         moment_sign=row.sign("moment_sign"),
         range_is_measured=bool(points) or "measured_deg" in row.content,
-        held={name: radians(angle) for name, angle in row.numbers("held_deg").items()},
+        held_angles={name: radians(angle) for name, angle in row.numbers("held_deg").items()},
         damping=row.optional_number("damping_Nms_rad"),
         note=row.text("note"),
     )

@@ -7,8 +7,8 @@ from springs.published.reference import Reference
 from springs.published.tables import publication
 
 PREFERRED_PUBLICATIONS = ("soucie_2011", "boone_azen_1979", "kouyoumdjian_2012", "aaos")
-"""Publications with ranges of adults, the one asked first in front: it moved the joints passively
-and tells the ages."""
+"""Publications with ranges of adults by preference: the first moved the joints passively and
+gives the ages."""
 
 _OPPOSITES: Mapping[str, tuple[str, ...]] = {
     "flexion": ("extension", "hyperextension"),
@@ -18,7 +18,7 @@ _OPPOSITES: Mapping[str, tuple[str, ...]] = {
     "lateral bend": ("lateral bend",),
     "twist": ("twist",),
 }
-"""What a motion's other direction is called; the trunk's two sides are published as one."""
+"""Names of the opposite motions; the trunk's two sides are published as one."""
 
 
 @dataclass(frozen=True)

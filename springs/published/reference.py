@@ -1,11 +1,11 @@
-"""Where published numbers are from, and how sure they are."""
+"""Sources of published numbers and their verification."""
 
 from dataclasses import dataclass
 from enum import Enum
 
 
 class Sureness(Enum):
-    """How a published number was checked."""
+    """Verification of a published number."""
 
     SEVERAL_CODES = "C2"
     ONE_CODE = "C1"
@@ -14,7 +14,7 @@ class Sureness(Enum):
 
     @property
     def description(self) -> str:
-        """The same in words."""
+        """Description in words."""
         return {
             Sureness.SEVERAL_CODES: "the same in two or more independent code bases",
             Sureness.ONE_CODE: "from one code base",
@@ -25,7 +25,7 @@ class Sureness(Enum):
 
 @dataclass(frozen=True)
 class Reference:
-    """Where a number is from.
+    """Source of a number.
 
     Attributes:
         text: authors, title, journal, year.
@@ -42,5 +42,5 @@ class Reference:
     def __str__(self) -> str:
         """The reference in one line, with how sure it is."""
         doi = f"doi:{self.doi}" if self.doi else ""
-        said = "; ".join(part for part in (self.text, self.place, doi) if part)
-        return f"{said} [{self.sureness.value}: {self.sureness.description}]"
+        citation = "; ".join(part for part in (self.text, self.place, doi) if part)
+        return f"{citation} [{self.sureness.value}: {self.sureness.description}]"

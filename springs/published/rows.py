@@ -25,7 +25,7 @@ class PublishedCurve:
         moment_sign: -1 where the printed moment acts against `motion`.
         range_is_measured: whether the range is that of a measurement; else it is the one in which
             the curve may be used.
-        held: angles of other joints while it was measured [rad].
+        held_angles: angles of other joints during the measurement [rad].
         damping: viscous damping that goes with it [N m s/rad], or None.
         reference: where it is from.
         note: what a user should know.
@@ -40,7 +40,7 @@ class PublishedCurve:
     angle_sign: int = 1
     moment_sign: int = 1
     range_is_measured: bool = False
-    held: Mapping[str, float] = field(default_factory=dict[str, float])
+    held_angles: Mapping[str, float] = field(default_factory=dict[str, float])
     damping: float | None = None
     note: str = ""
 
@@ -86,7 +86,7 @@ class PublishedCoupledLaw:
 
 @dataclass(frozen=True)
 class PublishedRhythm:
-    """How a bone of the shoulder follows the arm.
+    """Angle of a bone of the shoulder as a function of the arm's elevation.
 
     Attributes:
         name: within its publication.
@@ -130,7 +130,7 @@ class MotionRange:
 
 @dataclass(frozen=True)
 class Publication:
-    """What one publication gives.
+    """Rows of one publication.
 
     Attributes:
         name: of its file, without the ending.

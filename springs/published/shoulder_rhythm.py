@@ -1,4 +1,4 @@
-"""How far a bone of the shoulder turns as the arm is raised: measured and fitted."""
+"""Angles of the bones of the shoulder as functions of the arm's elevation, as published."""
 
 from dataclasses import dataclass
 from math import inf, nan

@@ -149,12 +149,13 @@ def test_another_energy_comes_nearer_by_a_ninth():
     reached, own = float(np.linalg.norm(NEAREST.rms_difference)), sizes()
     assert reached == pytest.approx(1.766, abs=0.001)
     assert np.linalg.norm(least) == pytest.approx(1.579, abs=0.001)
-    for told in (
-        f"less the published one | {NEAREST.rms_difference[0]:.2f} | {NEAREST.rms_difference[1]:.2f} | {reached:.2f} |",
+    rms = NEAREST.rms_difference
+    for row in (
+        f"less the published one | {rms[0]:.2f} | {rms[1]:.2f} | {reached:.2f} |",
         f"less the published one | {least[0]:.2f} | {least[1]:.2f} | {np.hypot(*least):.2f} |",
         f"its torques | {own[0]:.2f} | {own[1]:.2f} | {np.hypot(*own):.2f} |",
     ):
-        assert told in PAGE
+        assert row in PAGE
 
 
 def test_a_gradient_is_its_own_nearest():

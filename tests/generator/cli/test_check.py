@@ -100,7 +100,7 @@ def test_the_figure_beside_the_springs_is_preferred(tmp_path: Path):
 def test_a_figure_that_is_not_there_is_a_warning(tmp_path: Path):
     result = mover("check", springs_file(tmp_path, 'figure = "nobody"\n' + WRONG))
     assert result.exit_code == 0
-    assert "own.springs.toml:1:10: warning: the figure `nobody` is not to be found" in result.stdout
+    assert "own.springs.toml:1:10: warning: the figure `nobody` is not found" in result.stdout
     assert "left_knee, right_knee about its axis, flexion" in result.stdout
 
 
@@ -140,7 +140,7 @@ COUPLED = (
 def test_one_law_over_several_joints_twice_is_an_error_too(head: str, tmp_path: Path):
     result = mover("check", springs_file(tmp_path, head + COUPLED + COUPLED))
     assert result.exit_code == 1
-    assert "this law hangs on `left_hip_joint` and `left_knee` already" in result.stdout
+    assert "this law is bound to `left_hip_joint` and `left_knee` already" in result.stdout
     once = mover("check", springs_file(tmp_path, head + COUPLED))
     assert once.exit_code == 0
 
@@ -161,7 +161,7 @@ def test_a_published_curve_of_another_joint_is_a_warning(head: str, tmp_path: Pa
     assert result.exit_code == 0
     line = 2 + bool(head)
     for column, joint in ((11, "left_knee"), (24, "right_knee")):
-        said = f"`silder_2007/hip_knee_15` is a curve of hip flexion, and hangs on `{joint}`"
+        said = f"`silder_2007/hip_knee_15` is a curve of hip flexion, but the joint is `{joint}`"
         assert f"own.springs.toml:{line}:{column}: warning: {said}" in result.stdout
 
 

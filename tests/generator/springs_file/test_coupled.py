@@ -253,7 +253,7 @@ BROKEN = {
         LEG.replace("held_deg = [10]", "held_deg = [10, 0]").replace(
             'dorsiflexion"]', 'dorsiflexion", "knee flexion"]'
         ),
-        ["6:31 `knee flexion` is hung on a joint and held"],
+        ["6:31 `knee flexion` is bound to a joint and held"],
     ),
     "no such table": (
         LEG.replace("riener_edrich_1999/leg", "riener_1999/leg"),
@@ -345,8 +345,8 @@ def test_a_coordinate_of_another_joint_is_a_warning():
     reading = parse_springs(turned)
     assert select_errors(reading.diagnostics) == ()
     assert said(turned) == [
-        "2:11 `knee flexion` hangs on `left_hip_joint`",
-        "2:29 `hip flexion` hangs on `left_knee`",
+        "2:11 the joint of `knee flexion` is `left_hip_joint`",
+        "2:29 the joint of `hip flexion` is `left_knee`",
     ]
     assert said(OWN.replace('"hip flexion", "knee flexion"', '"one", "two"')) == []
     assert said(OWN.replace('"left_hip_joint", "left_knee"', '"first", "second"')) == []
@@ -364,7 +364,7 @@ def test_a_coordinate_of_another_joint_is_a_warning():
 def test_one_law_over_the_same_axes_twice_is_an_error(second: str, tmp_path: Path):
     (fault,) = read(LEG + second, tmp_path).diagnostics
     assert select_errors([fault])
-    assert "this law hangs on `left_" in fault.message
+    assert "this law is bound to `left_" in fault.message
     assert "already" in fault.message
     assert fault.hint == "the first is in line 1"
     assert fault.span is not None

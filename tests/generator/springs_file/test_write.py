@@ -88,7 +88,7 @@ def coupled_entries(draw: st.DrawFn) -> CoupledEntry:
         senses=draw(st.tuples(*[st.sampled_from([-1, 1])] * count)),
         published=published,
         explicit_law=own,
-        held=held,
+        held_angles=held,
         is_nearest_conservative=knows and draw(st.booleans()),
         scale=draw(st.just(1.0) | POSITIVE),
         offsets=draw(st.tuples(*[st.just(0.0) | ANGLES] * count)),

@@ -127,7 +127,7 @@ def test_the_growth_beyond_the_range_is_told():
 def test_a_range_that_is_not_known_is_said():
     term = CoupledTerm((-1.0, -1.0), (1.0, 1.0))
     (one,) = of(lint_coupled(law(term, measured=(None, RANGE))), FindingKind.VALID_RANGE)[:1]
-    assert "the range of a is not known; looked at is -90 .. 90 deg" in one.sentence
+    assert "the range of a is not known; checked over -90 .. 90 deg" in one.sentence
 
 
 def report(*springs: CoupledSpring, joints: dict[str, JointSprings] | None = None) -> CoupledReport:

@@ -92,7 +92,7 @@ def test_numbers_may_be_whole_and_a_limit_may_be_a_least_value():
 
 
 FAULTS = [
-    ("x = ", "this is no TOML"),
+    ("x = ", "this is not TOML"),
     ('sureness = "P"', "`reference` is a text"),
     ('reference = "A"\nsureness = "sure"', "unknown sureness `sure`; known are C2, C1, P, C1"),
     (HEAD + "colour = 1", "unknown key `colour`; known are reference,"),
