@@ -1,4 +1,4 @@
-"""What Exudyn's solver spends its time on, by its own clocks, a step.
+"""Time per step of the parts of Exudyn's solver, by its own clocks.
 
 Run with `python -m benchmarks.breakdown`, in a process of its own: the build of Exudyn that the
 command loads has no clocks in it, so its ordinary build is measured here.

@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def _runs(case: Case) -> tuple[Mapping[str, Callable[[], Fall]], dict[str, float]]:
-    """What runs the chain by each method, and how long it took to build it there [s]."""
+    """Return the function that runs the chain by each method, and the time to build it [s]."""
     law = case.radial
     builds: dict[str, float] = {}
 

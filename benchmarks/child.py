@@ -75,9 +75,9 @@ def reader_alone(case: Case) -> float:
 
 
 def peak() -> float:
-    """Largest memory that this process has held [MB]; nan where the system does not tell.
+    """Peak memory of this process [MB]; nan where the system does not report it.
 
-    `ru_maxrss` would not do: it starts at what the parent held.
+    `ru_maxrss` is not used, because it starts at the peak of the parent.
     """
     status = Path("/proc/self/status")
     if not status.exists():

@@ -1,4 +1,4 @@
-"""What a slider waits for: a pose of the prototype, its centre of mass, whether it stands.
+"""Latency of a slider: a pose of the prototype, its centre of mass and its stability.
 
 Run with `python -m benchmarks.posture`. Times are the best of many and noisy; the ratios of one run
 are what counts.

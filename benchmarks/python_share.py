@@ -1,4 +1,4 @@
-"""How much of a run is spent outside Exudyn's compiled solver.
+"""Share of a run outside Exudyn's compiled solver.
 
 Run with `python -m benchmarks python-share`. The solver's one entry, `SolveSystem`, is wrapped by a
 clock; springs are expression trees, so it calls nothing of Python's. What remains of the wall of

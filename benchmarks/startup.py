@@ -1,4 +1,4 @@
-"""What is paid before the first step: imports, building the reference figure, and memory.
+"""Cost before the first step: imports, building the reference figure, and memory.
 
 Run with `python -m benchmarks startup`. Each engine starts in a process of its own, which runs the
 reference figure for a second. Memory is the peak of that process, with Python, numpy, SciPy and
@@ -20,8 +20,8 @@ COMMAND = "python -m benchmarks startup"
 ROUNDS = 3
 
 IMPORTS: Mapping[str, str] = {
-    "this project": "from generator.simulation.import_exudyn import import_exudyn; import_exudyn(); "
-    "import generator.simulation.run",
+    "this project": "from generator.simulation.import_exudyn import import_exudyn; "
+    "import_exudyn(); import generator.simulation.run",
     "Exudyn alone": "import exudyn",
     "reader alone": "from generator.figure_file import read_figure",
     "MuJoCo": "import mujoco",

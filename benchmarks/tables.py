@@ -1,4 +1,4 @@
-"""Where the numbers go: printed, and as CSV files that the plates of `plots` draw."""
+"""Output of the numbers: printed, and as CSV files that the plates of `plots` draw."""
 
 import csv
 import os

@@ -21,7 +21,7 @@ Values = Mapping[str, Sequence[float]]
 
 @dataclass(frozen=True)
 class Link:
-    """A segment that moves, with the joint that it hangs on. SI units.
+    """A moving segment and the joint to its parent. SI units.
 
     Attributes:
         name: of the segment.

@@ -25,7 +25,7 @@ TOLERANCES = (1e-8, 1e-10, 1e-12)
 """Of SciPy's integrator, relative and absolute."""
 
 REFERENCE = 1e-13
-"""Of Pinocchio's run that all are held against."""
+"""Tolerance of Pinocchio's run, the reference of all."""
 
 OUR_TOLERANCES = (1e-4, 1e-6, 1e-8)
 """Joint angles [rad]."""
@@ -57,7 +57,7 @@ class Difference:
 
 
 def difference(one: Fall, other: Fall) -> Difference:
-    """What two motions differ by."""
+    """Differences of two motions."""
     changes = [fall.energy - fall.energy[0] for fall in (one, other)]
     return Difference(
         between(one.rotations, other.rotations),
@@ -82,7 +82,7 @@ def runs(case: Case) -> Iterator[Run]:
 
 
 def reference(case: Case) -> Fall:
-    """The motion that all are held against."""
+    """Return the reference motion."""
     engine = pinocchio_engine.Pinocchio(case.tree)
     return fall(case.tree, case.law, engine, cases.STOP, REFERENCE)
 

@@ -1,10 +1,10 @@
-"""Losses: what a format cannot hold. Every writer returns them."""
+"""Losses: the parts of a figure or motion that a format cannot hold."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 MAX_NAMED_PLACES = 8
-"""Number of places named in a sentence; the data name all."""
+"""Number of places that a sentence names; the data name all."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,12 @@ class Loss:
     where: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a loss that says nothing."""
+        """Refuse a loss without a sentence."""
         if not self.what.strip():
             raise ValueError("a loss says what was lost")
 
     def __str__(self) -> str:
-        """The sentence with its places."""
+        """Return the sentence with its places."""
         if not self.where:
             return self.what
         left = len(self.where) - MAX_NAMED_PLACES

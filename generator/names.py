@@ -11,7 +11,7 @@ _INVALID_CHARACTER = re.compile(r"[^A-Za-z0-9_]")
 
 
 def plain_names(names: Iterable[str]) -> dict[str, str]:
-    """A plain name for each of `names`, by it; those of figure files stay as they are."""
+    """Return a plain name for each name; names of figure files do not change."""
     listed = list(dict.fromkeys(names))
     plain = {name: name for name in listed if plain_name(name) == name}
     taken = set(plain)
@@ -40,7 +40,7 @@ def reserve_name(name: str, taken: set[str]) -> str:
 
 
 def renaming_loss(new_names: Mapping[str, str]) -> Loss | None:
-    """The loss of names that could not stay; None where all did."""
+    """Return the loss for the names that changed; None if none did."""
     changed = tuple(f"{name!r} is {word}" for name, word in new_names.items() if name != word)
     if not changed:
         return None
@@ -48,7 +48,7 @@ def renaming_loss(new_names: Mapping[str, str]) -> Loss | None:
 
 
 def coordinate_names(chains: Mapping[str, Sequence[JointAxis]]) -> dict[str, tuple[str, ...]]:
-    """The names of a figure's displacements as coordinates, `JOINT_1`, `JOINT_2` ..., by joint.
+    """Return the coordinate names `JOINT_1`, `JOINT_2` ... of each joint's displacements.
 
     They are numbered from 1 in the order of the chain, the innermost factor first, as the
     displacements in figure and action files are.

@@ -23,7 +23,7 @@ SPLIT = 64
 
 @dataclass(frozen=True)
 class _Places:
-    """Where the coordinates of balls and hinges are in MuJoCo's."""
+    """Indices of the coordinates of spherical and revolute joints in MuJoCo's."""
 
     ball_q: Array
     ball_v: Array

@@ -299,11 +299,10 @@ class KinematicConstraints:
                     f"--set {name}: the joint is linked or driven, and starts elsewhere"
                 )
         chains = settable_chains(figure, free_root=free_root)
-        for name in sorted(prescribed.held - chains.keys()):
-            raise UsageError(
-                f"--free-root lets the figure go from the ground, to which joint {name} holds it: "
-                "it cannot be locked, linked or driven"
-            )
+        try:
+            prescribed.check_free_root(chains)
+        except ModelError as failure:
+            raise UsageError(str(failure)) from None
         _check_rates(
             prescribed, displacements_from_options("--velocity", velocities, chains), start
         )

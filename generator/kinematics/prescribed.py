@@ -4,7 +4,7 @@ Of the displacements of a figure those that follow from time or from others are 
 those that are free. What follows a driven or a locked joint is driven or locked with it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
@@ -187,6 +187,15 @@ class PrescribedMotion:
 
     def _driven_indices(self, name: str) -> tuple[int, ...]:
         return driven_indices(self.tree.figure.joints[name], self.drives[name])
+
+    def check_free_root(self, joints: Container[str]) -> None:
+        """Raise ModelError for a prescribed joint that is not left with a free root."""
+        for name in sorted(self.held):
+            if name not in joints:
+                raise ModelError(
+                    f"joint {name} connects the figure to the ground and is removed by a free "
+                    "root: it cannot be locked, linked or driven"
+                )
 
     def check_loops(self, placement: Placement) -> None:
         """Raise ModelError where loops and prescriptions hold the same motion twice."""

@@ -1,8 +1,7 @@
-"""The springs of a joint, as programs with a force for each displacement want them.
+"""A figure prepared for the writers of models.
 
-What the writers of models share: a figure hung up, in its pose, with plain names.
-
-The joints that close loops, as constraints of points: what most programs have for them.
+It has a tree, closed loops and plain names; the springs of a joint as forces of single
+displacements; the joints that close loops as point constraints.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,7 +25,7 @@ from springs.elastic import Frictional
 
 @dataclass(frozen=True)
 class ExportModel:
-    """A figure that every other program can take.
+    """A figure that every other program can represent.
 
     Attributes:
         placement: the figure in the pose in which it is drawn, its loops closed.
@@ -56,20 +55,20 @@ class ExportModel:
 
 
 def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
-    """A figure hung up and named.
+    """Build the tree of a figure, close its loops and name its parts.
 
     Raises:
         InputError: segments that move lack a mass, an inertia or a centre of mass, or none moves.
         ModelError: a joint's chain is none that one joint can hold.
-        OpenLoopError: the figure is drawn in a pose that opens a loop, which cannot be closed.
+        OpenLoopError: a loop is open in the pose of the figure and cannot be closed.
     """
-    faults = [
+    diagnostics = [
         fault for segment in figure.bodies.values() if (fault := _missing_properties(segment))
     ]
     if not figure.bodies:
-        faults = [error("none of the figure's segments moves: there is no model to write")]
-    if faults:
-        raise InputError(faults)
+        diagnostics = [error("none of the figure's segments moves: there is no model to write")]
+    if diagnostics:
+        raise InputError(diagnostics)
     tree = build_tree(figure)
     segments, joints = plain_names(figure.segments), plain_names(figure.joints)
     losses.add_loss(renaming_loss(segments))
@@ -80,7 +79,7 @@ def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
 
 
 def _missing_properties(segment: Segment) -> Diagnostic | None:
-    """What a body of any program needs and the segment has not."""
+    """Return the diagnostic for properties that a body needs and the segment lacks."""
     missing = [
         word
         for word, value in (
@@ -92,9 +91,9 @@ def _missing_properties(segment: Segment) -> Diagnostic | None:
     ]
     if not missing:
         return None
-    said = " and ".join([", ".join(missing[:-1]), missing[-1]] if missing[1:] else missing)
+    listed = " and ".join([", ".join(missing[:-1]), missing[-1]] if missing[1:] else missing)
     return error(
-        f"segment `{segment.name}` moves and lacks {said}, which a model needs",
+        f"segment `{segment.name}` moves and lacks {listed}, which a model needs",
         origin_span(segment.origins),
         "`mover complete` estimates them from psurfs",
     )
@@ -105,12 +104,12 @@ _ORTHOGONALITY_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class JointLaws:
-    """The springs of a joint, told by what they are functions of.
+    """The springs of a joint by their arguments.
 
     Attributes:
-        uncoupled: by the place in the chain, springs that are functions of this displacement alone,
-            told about its axis.
-        combined: springs of several turns, which are functions of the rotation vector.
+        uncoupled: by index in the chain, springs that are functions of this displacement alone, in
+            the sense of its axis.
+        combined: springs of several rotations, which are functions of the rotation vector.
     """
 
     uncoupled: Mapping[int, AxisSpring]
@@ -118,9 +117,9 @@ class JointLaws:
 
 
 def split_joint_laws(chain: Chain, springs: JointSprings) -> JointLaws:
-    """The springs of a joint with the chain `chain`.
+    """Split the springs of a joint with the chain `chain`.
 
-    Raises InputError for a spring along a slide that the joint has not.
+    Raises InputError for a spring along a translation that the joint does not have.
     """
     alone: dict[int, AxisSpring] = {}
     if len(chain.rotations) == 1 and springs.axes:
@@ -130,8 +129,10 @@ def split_joint_laws(chain: Chain, springs: JointSprings) -> JointLaws:
             (k for k in chain.translations if _is_parallel_to_axis(spring, chain, k)), None
         )
         if place is None:
-            said = f"joint `{springs.joint}` has a spring along which it cannot slide"
-            raise InputError([error(said)])
+            message = (
+                f"joint `{springs.joint}` has a spring along an axis on which it does not translate"
+            )
+            raise InputError([error(message)])
         alone[place] = _in_axis_sense(spring, chain, place)
     return JointLaws(alone, springs.axes if len(chain.rotations) > 1 else ())
 
@@ -149,7 +150,7 @@ def _in_axis_sense(spring: AxisSpring, chain: Chain, index: int) -> AxisSpring:
 def tree_joint_springs(
     model: ExportModel, springs: SpringSet
 ) -> Iterator[tuple[str, JointSprings]]:
-    """The springs of the tree's joints, in the order of the figure."""
+    """Yield the springs of the tree's joints, in the order of the figure."""
     branches = {branch.joint.name for branch in model.tree.joints}
     for name in model.figure.joints:
         if name in springs.joints and name in branches:
@@ -157,7 +158,7 @@ def tree_joint_springs(
 
 
 def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
-    """Whether these are springs about three axes, each perpendicular to the others."""
+    """Return True for springs about three mutually perpendicular axes."""
     if len(axes) != 3:
         return False
     rows: Array = np.array([axis.direction for axis in axes])
@@ -165,9 +166,9 @@ def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
 
 
 def common_stiffness(axes: tuple[AxisSpring, ...]) -> float | None:
-    """Stiffness [N m/rad] of a ball that resists turns about all axes alike; None for others.
+    """Return the stiffness [N m/rad] that is equal about all axes; None for other springs.
 
-    Both ways of joining axes give then the torque -k r, where r is the rotation vector.
+    Both ways of joining axes then give the torque -k r, where r is the rotation vector.
     """
     laws = {axis.elastic for axis in axes}
     if laws == {()}:
@@ -180,7 +181,7 @@ def common_stiffness(axes: tuple[AxisSpring, ...]) -> float | None:
 
 
 def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
-    """Viscous damping [N m s/rad] that all axes share; None where they do not."""
+    """Return the viscous damping [N m s/rad] that is equal about all axes; None for others."""
     viscous = {axis.damping.viscous for axis in axes}
     if viscous == {0.0}:
         return 0.0
@@ -188,12 +189,12 @@ def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
 
 
 def has_friction(spring: AxisSpring) -> bool:
-    """Whether a spring's elastic laws have a friction of their own."""
+    """Return True if an elastic law of a spring has friction of its own."""
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
 def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
-    """Note the laws over several joints and of what closes a loop, and where numbers are from."""
+    """Report laws over several joints, springs that close loops, and references."""
     for joint in model.tree.closures:
         if joint.name in springs.joints:
             losses.add("springs of joints that close loops", joint.name)
@@ -205,17 +206,16 @@ def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) ->
 
 
 AXIS_POINT_DISTANCE = 0.1
-"""Distance along a hinge's axis of the second point that is held [m]."""
+"""Distance along a revolute's axis of its second constrained point [m]."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """What holds the two bodies of a joint that closes a loop.
+    """The constraint of a joint that closes a loop.
 
     Attributes:
-        joint: which it is.
-        points: places in the frames of both sites that stay together [m]; none where the two frames
-            stay together as a whole.
+        joint: the joint.
+        points: points that coincide in the frames of both sites [m]; empty for a weld.
     """
 
     joint: Joint
@@ -223,17 +223,17 @@ class Loop:
 
 
 def loop_closures(model: ExportModel, losses: Losses) -> Iterator[Loop]:
-    """The loops that points can close; the others are noted as left open."""
+    """Yield the loops that points can close; report the others as open."""
     for joint in model.tree.closures:
         chain = model.tree.chains[joint.name]
         turns, slides = len(chain.rotations), len(chain.translations)
         if turns == slides == 3:
             continue
         if slides:
-            losses.add("joints that slide and close a loop: the loop is open", joint.name)
+            losses.add("joints with translations that close a loop: the loop is open", joint.name)
             continue
         if turns == 2:
-            losses.add("joints of two turns that close a loop: they turn freely", joint.name)
+            losses.add("joints of two rotations that close a loop: they rotate freely", joint.name)
         points = [np.zeros(3)] if turns else []
         if turns == 1:
             points.append(AXIS_POINT_DISTANCE * unit_vector(joint.chain[0].axis))

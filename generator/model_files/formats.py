@@ -8,6 +8,7 @@ from pathlib import Path
 from generator.diagnostics import (
     Diagnostics,
     InputError,
+    Parsed,
     Source,
     TooManyErrors,
     UsageError,
@@ -40,74 +41,73 @@ def write_fig(figure: Figure, springs: SpringSet, path: Path) -> Losses:
         ValueError: the language cannot say a name or a string of the figure.
     """
     write_atomic(path, write_figure(figure))
-    said = [Loss("the comments of the figure's file, and the units it was written in")]
+    losses = [Loss("the comments of the figure's file, and the units it was written in")]
     psurfs = tuple(seg.psurf for seg in figure.segments.values() if seg.psurf is not None)
     if psurfs and (figure.path is None or figure.path.parent.resolve() != path.resolve().parent):
-        said.append(
+        losses.append(
             Loss("the psurfs, which stay where they are", tuple(dict.fromkeys(map(str, psurfs))))
         )
     if springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
-        said.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
-    return Losses.collect("figure file", said)
+        losses.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
+    return Losses.collect("figure file", losses)
 
 
 SUFFIXES = (".xml", ".mjcf", ".urdf", ".osim")
-"""Suffixes of files that are models; which one, their root element tells."""
+"""Suffixes of models; their root element decides the format."""
 
 READERS: Mapping[str, Callable[..., Imported | None]] = {
     "mujoco": figure_from_mjcf,
     "robot": figure_from_urdf,
     "OpenSimDocument": figure_from_osim,
 }
-"""By the root element, what makes a figure of it."""
+"""Readers by root element."""
 
 
 def read_model(path: str | Path, *, separate: bool = False) -> Imported:
-    """The figure of a model in MJCF, URDF, OpenSim's form or DYSPAM's.
+    """Read a model in MJCF, URDF, OpenSim's format or DYSPAM's.
 
     Args:
         path: the file, or the folder of DYSPAM's input files.
-        separate: whether hinges with springs, damping or limits each become a joint of their own.
+        separate: make each revolute with springs, damping or limits a joint of its own.
 
     Raises:
-        InputError: with everything that is wrong, each with its place.
+        InputError: with all diagnostics.
     """
     if Path(path).is_dir():
         return imported_from_dyspam(parse_dyspam(Path(path)).require_value())
     source, fault = load_text(Path(path), str(path))
     if fault is not None:
         raise InputError([fault])
-    return parse_model(source, Path(path).parent, separate=separate)
+    return parse_model(source, Path(path).parent, separate=separate).require_value()
 
 
 def parse_model(
     source: Source, directory: Path | None = None, *, separate: bool = False
-) -> Imported:
-    """As `read_model`, of a text; included files are looked for in `directory`."""
-    findings = Diagnostics()
+) -> Parsed[Imported]:
+    """Parse the text of a model; included files are looked for in `directory`."""
+    collector = Diagnostics()
     imported = None
     with suppress(TooManyErrors):
-        root = parse_xml(source, findings)
+        root = parse_xml(source, collector)
         if root is not None:
             reader = READERS.get(root.tag)
             if reader is None:
-                _report_unknown_root(root, findings)
+                _report_unknown_root(root, collector)
             else:
-                imported = reader(root, directory, findings, separate=separate)
-    if imported is None or findings.has_errors:
-        raise InputError(findings.sorted_by_position())
-    return imported
+                imported = reader(root, directory, collector, separate=separate)
+    diagnostics = collector.sorted_by_position()
+    return Parsed(None if collector.has_errors else imported, diagnostics)
 
 
 def _report_unknown_root(root: XmlElement, diagnostics: Diagnostics) -> None:
     near = spelling_hint(root.tag, READERS)
     known = "mujoco (MJCF), robot (URDF) or OpenSimDocument"
     hint = near if near.startswith("did") else f"the root element of a model is {known}"
-    diagnostics.error(f"`{shorten(root.tag)}` is no model that is read", root.span, hint)
+    diagnostics.error(f"`{shorten(root.tag)}` is not a model that can be read", root.span, hint)
 
 
 ModelWriter = Callable[[Figure, SpringSet, Path], Losses]
-"""Writes a figure with its springs to a path, whole or not at all, and tells what was lost.
+"""Writes a figure with its springs to a path, whole or not at all, and returns the losses.
 
 It may raise OSError when the path cannot be written, and MoverError (InputError, with places) for a
 figure that the format cannot hold at all.
@@ -119,10 +119,10 @@ class ModelFormat:
     """A format of models.
 
     Attributes:
-        suffixes: of its files, in lower case with the dot; none for a format that is chosen by its
-            name alone, such as one that is a folder of files.
-        write: what writes it.
-        what: what it is, in a few words.
+        suffixes: of its files, in lower case with the dot; empty for a format that only its name
+            selects, such as a folder of files.
+        write: its writer.
+        what: its description in a few words.
     """
 
     suffixes: tuple[str, ...]
@@ -139,14 +139,14 @@ MODEL_FORMATS: Mapping[str, ModelFormat] = {
 }
 """The formats by name: `NAME: ModelFormat((".suffix",), module.write, "what it is")`.
 
-A format is a module of this package with a function `write` of the form `Write`, and a row here:
-`mover convert` then takes its suffixes, and its name after `--to`. No suffix may stand in two rows,
-nor among those of motions (`generator.motion_files.FORMATS`).
+A format is a module of this package with a `ModelWriter`, and a row here: `mover convert` takes
+its suffixes, and its name after `--to`. A suffix belongs to one row, and to no format of motions
+(`generator.motion_files.MOTION_FORMATS`).
 """
 
 
 def suffixes() -> list[str]:
-    """All suffixes that mean a format of models."""
+    """Return the suffixes of all formats of models."""
     return [suffix for each in MODEL_FORMATS.values() for suffix in each.suffixes]
 
 
@@ -164,5 +164,5 @@ def model_format(path: Path, name: str | None = None) -> ModelFormat:
             return each
     if path.name in MODEL_FORMATS and not MODEL_FORMATS[path.name].suffixes:
         return MODEL_FORMATS[path.name]
-    said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
-    raise UsageError(f"{path}: {said} of a model; known are {', '.join(suffixes())}")
+    problem = f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
+    raise UsageError(f"{path}: {problem} of a model; known are {', '.join(suffixes())}")

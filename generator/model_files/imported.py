@@ -14,13 +14,13 @@ from generator.text_io import write_atomic
 
 @dataclass(frozen=True)
 class CoordinateMapping:
-    """Where a coordinate of the model is in the figure.
+    """The displacement of the figure that a coordinate of the model became.
 
     Attributes:
         joint: name of the joint.
         index: of the displacement among the joint's, from 0.
         offset: the model's value is `scale` times the displacement plus this [rad or m].
-        scale: see there.
+        scale: positive.
     """
 
     joint: str
@@ -31,13 +31,13 @@ class CoordinateMapping:
 
 @dataclass(frozen=True)
 class Imported:
-    """What came of reading a model.
+    """A model of another program as a figure.
 
     Attributes:
         figure: y up, with all displacements zero in the pose in which the model is drawn.
         springs: passive laws that the figure's own fields cannot hold; None without any.
-        losses: what the figure does not hold, or holds otherwise.
-        coordinates: by the names that the model gives them.
+        losses: of the conversion.
+        coordinates: by their names in the model.
     """
 
     figure: Figure
@@ -47,18 +47,18 @@ class Imported:
 
 
 def springs_path(path: Path) -> Path:
-    """Where the springs of the figure file at `path` are looked for."""
+    """Return the path of the springs of the figure file at `path`."""
     return path.with_name(f"{path.stem}{SPRINGS_SUFFIX}")
 
 
 def format_imported_springs(springs: SpringsFile, path: Path) -> str:
-    """The springs file that stands beside the figure file at `path`."""
+    """Format the springs file beside the figure file at `path`."""
     comment = f"Passive joints of {path.name} that its own fields cannot hold."
     return write_springs(springs, comment)
 
 
 def write_imported(imported: Imported, path: Path) -> Losses:
-    """Write the figure, and its springs file beside it where it has one.
+    """Write the figure, and its springs file beside it if it has one.
 
     Raises:
         OSError: a file cannot be written.

@@ -1,7 +1,7 @@
-"""Elastic laws as cubics, piece by piece: the form in which springs of other programs come.
+"""Elastic laws as piecewise cubics, the form of springs in other programs.
 
-A law is asked for torques between its corners. Where a cubic through four of them gives all others,
-the law is that cubic there; a law that is none of these on one piece has no such form.
+A law is sampled between its breakpoints. If the cubic through four samples gives all others, the
+law is that cubic there; otherwise the law has no such form.
 """
 
 from collections.abc import Sequence
@@ -17,30 +17,30 @@ from springs import Elastic, total_torque
 from springs.backends import Array
 
 _END_MARGIN = pi
-"""How far beyond the first and the last corner a law is looked at [rad or m]."""
+"""Sampled range beyond the first and last breakpoint [rad or m]."""
 
 _MAX_FIT_ERROR = 1e-9
-"""Largest difference of a law and its cubic, relative to the greatest torque of the piece."""
+"""Largest difference of a law and its cubic, relative to the largest torque of the piece."""
 
 _NEGLIGIBLE_TERM = 1e-12
-"""A term that never reaches this share of the greatest torque of its piece is rounding."""
+"""Rounding errors: terms below this share of the largest torque of their piece."""
 
 _SAMPLES_PER_PIECE = 9
 
 _DIGITS = 15
 
 _MIN_BREAKPOINT_DISTANCE = 1e-9
-"""Corners nearer to each other than this are one [rad or m]."""
+"""Closer breakpoints coincide [rad or m]."""
 
 
 @dataclass(frozen=True)
 class BreakpointTerm:
-    """What is added beyond a corner.
+    """A term beyond a breakpoint.
 
     Attributes:
-        start: where it begins [rad or m].
-        above: whether it is there for greater values than the corner's, else for smaller ones.
-        coefficients: a1, a2, a3 of a1 y + a2 y^2 + a3 y^3, where y = value - corner [N m].
+        start: the breakpoint [rad or m].
+        above: it applies above the breakpoint, otherwise below.
+        coefficients: a1, a2, a3 of a1 y + a2 y^2 + a3 y^3, where y = value - start [N m].
     """
 
     start: float
@@ -50,12 +50,12 @@ class BreakpointTerm:
 
 @dataclass(frozen=True)
 class PiecewiseCubic:
-    """A continuous torque as a cubic that is there everywhere, and what is added beyond corners.
+    """A continuous torque as a cubic that applies everywhere, and terms beyond breakpoints.
 
     Attributes:
-        root: where the cubic is zero [rad or m].
+        root: zero of the cubic [rad or m].
         coefficients: a1, a2, a3 of a1 x + a2 x^2 + a3 x^3, where x = value - root [N m].
-        breakpoint_terms: added beyond corners.
+        breakpoint_terms: terms beyond breakpoints.
     """
 
     root: float
@@ -64,9 +64,9 @@ class PiecewiseCubic:
 
 
 def piecewise_cubic(laws: Sequence[Elastic]) -> PiecewiseCubic | None:
-    """The sum of some laws in this form; None when it is no such sum.
+    """Return the sum of laws as a piecewise cubic; None if it has no such form.
 
-    It is none when a piece is no cubic, when the sum jumps, and when no piece has a zero, such as a
+    It has none if a piece is not a cubic, if the sum jumps, or if no piece has a zero, as with a
     constant torque.
     """
     corners = _distinct_breakpoints(sorted({corner for law in laws for corner in law.breakpoints}))
@@ -95,7 +95,7 @@ def piecewise_cubic(laws: Sequence[Elastic]) -> PiecewiseCubic | None:
 
 
 def _distinct_breakpoints(breakpoints: list[float]) -> list[float]:
-    """The corners in order, one of those that coincide but for rounding."""
+    """Return the breakpoints in order, without those that coincide except for rounding."""
     kept = breakpoints[:1]
     kept += [
         later for one, later in pairwise(breakpoints) if later - one > _MIN_BREAKPOINT_DISTANCE
@@ -113,17 +113,17 @@ class _Piece:
 
     @property
     def base_rank(self) -> tuple[bool, float, float]:
-        """What makes a piece less fit to be told by its zero than another.
+        """Sort key of the piece that becomes the base, the lowest first.
 
-        It is best without any torque, since it needs no spring then; else with its zero within it,
-        which loses no digits; and then with a zero near zero.
+        A piece without torque needs no spring; a zero within the piece loses no digits; then a zero
+        near zero is preferred.
         """
         root = self.root or 0.0
         return self.max_torque > 0.0, max(self.low - root, root - self.high, 0.0), abs(root)
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
-        """Values from -1 to 1 over the inside of the piece, and the torques there."""
+        """Values from -1 to 1 inside the piece, and the torques there."""
         nodes = np.cos(pi * (np.arange(_SAMPLES_PER_PIECE) + 0.5) / _SAMPLES_PER_PIECE)
         torques = total_torque(self.laws, self._middle + self._half_width * nodes)
         return nodes, np.asarray(torques) + np.zeros_like(nodes)
@@ -138,7 +138,7 @@ class _Piece:
 
     @property
     def max_torque(self) -> float:
-        """Greatest torque."""
+        """Largest torque [N m]."""
         return float(np.abs(self._samples[1]).max())
 
     @cached_property
@@ -151,14 +151,16 @@ class _Piece:
 
     @property
     def is_cubic(self) -> bool:
-        """Whether the cubic through four samples gives the others."""
+        """True if the cubic through four samples gives the others."""
         nodes, torques = self._samples
-        apart = np.abs(self._cubic(nodes) - torques)
-        return bool(np.isfinite(apart).all() and apart.max() <= _MAX_FIT_ERROR * self.max_torque)
+        difference = np.abs(self._cubic(nodes) - torques)
+        return bool(
+            np.isfinite(difference).all() and difference.max() <= _MAX_FIT_ERROR * self.max_torque
+        )
 
     @cached_property
     def root(self) -> float | None:
-        """The zero of the cubic nearest to the piece; its middle where it is zero everywhere."""
+        """The zero of the cubic that is nearest to the piece; 0 if it is zero everywhere."""
         if self.max_torque == 0.0:
             return 0.0
         found = self._cubic.trim().roots()
@@ -168,7 +170,7 @@ class _Piece:
         return self._middle + self._half_width * min(real, key=abs)
 
     def coefficients_about(self, point: float) -> Array:
-        """Coefficients of the powers 0 to 3 of value - point [N m], shape (4,)."""
+        """Return the coefficients of the powers 0 to 3 of value - point [N m], shape (4,)."""
         line = Polynomial([(point - self._middle) / self._half_width, 1.0 / self._half_width])
         terms = np.zeros(4)
         moved = np.asarray(self._cubic(line).coef)
@@ -181,5 +183,5 @@ class _Piece:
 
 
 def _round_digits(number: float) -> float:
-    """Without the last digits, which come from moving a cubic to and fro."""
+    """Return the number without its last digits, which are rounding errors."""
     return float(f"{number:.{_DIGITS}g}")

@@ -18,10 +18,10 @@ from generator.figure import Vector
 from generator.rotations import Array, RotationSequence
 
 MAX_DEPTH: Final = 200
-"""Levels of elements that are read: deeper ones are no model."""
+"""Largest depth of elements; no model is deeper."""
 
 MAX_ELEMENTS: Final = 300_000
-"""Elements that are read: a file of 32 MB may hold millions, which no model has."""
+"""Largest number of elements; a file of 32 MB may hold millions, a model does not."""
 
 _ATTRIBUTE = re.compile(r"""\s+([^\s=/>]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _TAG = re.compile(r"<([^\s/>]*)")
@@ -69,7 +69,7 @@ class XmlElement:
         return None if written is None else written.text
 
     def span_of(self, name: str) -> Span:
-        """Where the value of an attribute stands; without it, where the element does."""
+        """Return the place of an attribute's value; without it, that of the element."""
         written = self.attributes.get(name)
         return self.span if written is None else written.span
 
@@ -83,7 +83,7 @@ class XmlElement:
 
 
 class _ParsingStopped(Exception):  # noqa: N818 - it ends the parsing, it is not an error of its own
-    """The document is not read any further: message, byte, hint."""
+    """Reading stops: message, byte, hint."""
 
     def __init__(self, message: str, byte: int, hint: str) -> None:
         super().__init__(message)
@@ -104,7 +104,7 @@ class _OpenElement:
 
 
 class _ElementBuilder:
-    """Puts together what the parser finds."""
+    """Builds elements from the events of the parser."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -151,15 +151,15 @@ class _ElementBuilder:
             self.open[-1].text_end = start
         name = _TAG.match(text, start)
         place = name.end() if name else start
-        said: dict[str, SourceText] = {}
+        located: dict[str, SourceText] = {}
         values = dict(zip(attributes[::2], attributes[1::2], strict=True))
         while match := _ATTRIBUTE.match(text, place):
             where = match.span(2) if match[2] is not None else match.span(3)
             if match[1] in values:
-                said[match[1]] = SourceText(values[match[1]], Span(self.source, *where))
+                located[match[1]] = SourceText(values[match[1]], Span(self.source, *where))
             place = match.end()
         end = _TAG_END.match(text, place)
-        self.open.append(_OpenElement(tag, start, said, end.end() if end else place))
+        self.open.append(_OpenElement(tag, start, located, end.end() if end else place))
 
     def characters(self, text: str) -> None:
         if self.open and not self.open[-1].children:
@@ -187,7 +187,7 @@ class _ElementBuilder:
             self.root = element
 
     def _stripped_span(self, start: int, end: int) -> Span | None:
-        """The stretch without blanks around it; None where nothing else is in it."""
+        """Return the span without blanks around it; None if it has only blanks."""
         text = self.source.text[start:end]
         inner = text.strip()
         if not inner:
@@ -197,7 +197,7 @@ class _ElementBuilder:
 
 
 def parse_xml(source: Source, diagnostics: Diagnostics) -> XmlElement | None:
-    """The root element of a document; None, with the fault noted, when the text is none.
+    """Parse a document into its root element; None, with an error, for another text.
 
     No entities are declared or fetched: a document type is refused before its first declaration is
     read.
@@ -217,8 +217,8 @@ def parse_xml(source: Source, diagnostics: Diagnostics) -> XmlElement | None:
         here = builder.open[-1] if builder.open else None
         line = "" if here is None else f"line {source.line_and_column(here.start)[0]}"
         hint = f"the innermost open element is `<{here.tag}>` of {line}" if here else ""
-        said = expat.ErrorString(failure.code) or "unknown reason"
-        diagnostics.error(f"this is no XML: {said}", Span(source, start, start + 1), hint)
+        reason = expat.ErrorString(failure.code) or "unknown reason"
+        diagnostics.error(f"this is not XML: {reason}", Span(source, start, start + 1), hint)
         return None
     return builder.root
 
@@ -236,14 +236,14 @@ def parse_numbers(
     *,
     allow_infinite: bool = False,
 ) -> tuple[float, ...] | None:
-    """The numbers of a text; None, with the fault noted, when it holds others or too few or many.
+    """Parse the numbers of a text; None, with an error, if they or their count are wrong.
 
     Args:
         source_text: the text; blanks stand between the numbers.
-        diagnostics: for faults.
-        min_count: how many numbers there are at least.
-        max_count: at most; None for `min_count`.
-        allow_infinite: whether `Inf` counts as a number.
+        diagnostics: collects errors.
+        min_count: smallest number of numbers.
+        max_count: largest; None for `min_count`.
+        allow_infinite: accept `Inf`.
     """
     max_count = min_count if max_count is None else max_count
     values: list[float] = []
@@ -254,7 +254,7 @@ def parse_numbers(
             continue
         if not _NUMBER.fullmatch(word):
             diagnostics.error(
-                f"`{shorten(word)}` is no number",
+                f"`{shorten(word)}` is not a number",
                 _word_span(source_text, match),
                 _count_hint(min_count, max_count),
             )
@@ -279,7 +279,7 @@ def parse_numbers(
 def parse_vector(
     element: XmlElement, name: str, diagnostics: Diagnostics, default: Vector = (0.0, 0.0, 0.0)
 ) -> Vector:
-    """Three numbers of an attribute; `default` without it, or when it is wrong."""
+    """Parse three numbers of an attribute; `default` if it is missing or wrong."""
     written = element.attributes.get(name)
     read = None if written is None else parse_numbers(written, diagnostics, 3)
     return default if read is None else (read[0], read[1], read[2])
@@ -288,17 +288,17 @@ def parse_vector(
 def parse_number(
     element: XmlElement, name: str, diagnostics: Diagnostics, default: float = 0.0
 ) -> float:
-    """One number of an attribute; `default` without it, or when it is wrong."""
+    """Parse one number of an attribute; `default` if it is missing or wrong."""
     written = element.attributes.get(name)
     read = None if written is None else parse_numbers(written, diagnostics, 1)
     return default if read is None else read[0]
 
 
 def unit_direction(axis: Sequence[float], span: Span, diagnostics: Diagnostics) -> Vector:
-    """An axis with length one; z, with a fault noted, for one without a direction."""
+    """Normalise an axis; z, with an error, for the zero vector."""
     length = sum(part * part for part in axis) ** 0.5
     if not 1e-10 < length < inf:
-        diagnostics.error("this vector has no direction", span, "an axis is longer than zero")
+        diagnostics.error("this vector has no direction", span, "an axis must not be zero")
         return 0.0, 0.0, 1.0
     x, y, z = (part / length for part in axis)
     return x, y, z
@@ -338,14 +338,14 @@ _XYZ = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def add_element(parent: Element, tag: str, text: str | None = None, **attributes: str) -> Element:
-    """A new element at the end of `parent`."""
+    """Append a new element to `parent`."""
     element = SubElement(parent, tag, attributes)
     element.text = text
     return element
 
 
 def format_numbers(values: ArrayLike) -> str:
-    """Numbers with blanks between them, so that reading gives the same numbers."""
+    """Format numbers, separated by blanks, so that reading returns the same numbers."""
     listed: list[float] = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
     return " ".join(_format_number(value) for value in listed)
 
@@ -355,9 +355,9 @@ def _format_number(value: float) -> str:
 
 
 def format_document(root: Element, comments: Iterable[str]) -> str:
-    """The text of a file, an element a line, with comments at the head of its root element.
+    """Format a document, one element a line, with comments at the head of its root element.
 
-    Bodies stand within bodies as deep as a chain is long: no function here calls itself.
+    Bodies are nested as deep as a chain is long, so the function is not recursive.
     """
     # Two hyphens would end a comment.
     notes = [f"  <!-- {comment.replace('--', '- -')} -->" for comment in comments]
@@ -368,8 +368,8 @@ def format_document(root: Element, comments: Iterable[str]) -> str:
         if element is None:
             lines.append(text)
             continue
-        given = "".join(f" {key}={quoteattr(value)}" for key, value in element.items())
-        start, end = f"{text}<{element.tag}{given}", f"</{element.tag}>"
+        attributes = "".join(f" {key}={quoteattr(value)}" for key, value in element.items())
+        start, end = f"{text}<{element.tag}{attributes}", f"</{element.tag}>"
         if len(element):
             lines.append(f"{start}>")
             waiting.append((None, text + end))

@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 MotionWriter = Callable[[FigureMotion, Path], Losses]
-"""Writes a motion to a path, whole or not at all, and tells what was lost.
+"""Writes a motion to a path, whole or not at all, and returns the losses.
 
 It raises OSError when the path cannot be written, OtherMotionError when the motion is not one of
 its figure, MoverError when the format cannot hold it at all.
@@ -52,25 +52,25 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
     ".sto": tables.write_sto,
     ".x3d": x3d.write,
 }
-"""What writes a motion of a figure to a path, by suffix."""
+"""Writers by suffix."""
 
 
 def motion_writer(path: Path) -> MotionWriter:
-    """What writes the format that a path's suffix names. Raises UnknownFormatError."""
+    """Return the writer for the suffix of a path. Raises UsageError."""
     try:
         return MOTION_FORMATS[path.suffix.lower()]
     except KeyError:
-        said = f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
-        raise UsageError(f"{path}: {said}; known are {', '.join(MOTION_FORMATS)}") from None
+        problem = (
+            f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
+        )
+        raise UsageError(f"{path}: {problem}; known are {', '.join(MOTION_FORMATS)}") from None
 
 
 def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:
-    """Write a recording of a figure in the format that the path's suffix names.
-
-    The file is written whole or not at all. Returns what the format could not hold.
+    """Write a recording of a figure, whole or not at all, in the format of the path's suffix.
 
     Raises:
-        UnknownFormatError: the suffix names no format.
+        UsageError: the suffix is unknown.
         OSError: the file cannot be written.
         OtherMotionError: the recording is not one of the figure.
         MoverError: the format cannot hold the motion.

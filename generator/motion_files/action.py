@@ -1,11 +1,8 @@
 """The action file: a motion as text that explains itself (figure 3.6; `docs/action-file.md`).
 
-Displacements as output files show them: degrees and centimetres, exact to the last bit.
-
-A float of degrees does not hold every float of radians, so the text is the shortest decimal whose
-value, taken exactly and turned into SI, is the float that was meant.
-
-Reading an action file: the inverse of writing one, bit for bit.
+Displacements are in degrees and centimetres, exact to the last bit: a float of degrees does not
+hold every float of radians, so the text is the shortest decimal whose exact value, converted to SI,
+is the original float. Reading is the exact inverse of writing.
 """
 
 import re
@@ -23,6 +20,7 @@ import numpy as np
 from generator.diagnostics import (
     Diagnostics,
     InputError,
+    Parsed,
     Source,
     Span,
     TooManyErrors,
@@ -53,7 +51,7 @@ _ROUNDING_CONTEXT = Context(prec=18)  # with 17 the floats just above a power of
 
 
 def display_unit(factor: JointAxis) -> str:
-    """The unit in which a displacement about or along `factor` is shown."""
+    """Return the unit of a displacement about or along `factor` in text."""
     match factor.kind:
         case AxisKind.ROTATION:
             return ANGLE_UNIT
@@ -64,7 +62,7 @@ def display_unit(factor: JointAxis) -> str:
 
 
 def format_displacement(value: float, unit: str) -> str:
-    """The text in `unit` of a displacement [rad or m]. Raises ValueError unless it is finite."""
+    """Format a displacement [rad or m] in `unit`. Raises ValueError unless it is finite."""
     if not isfinite(value):
         raise ValueError(f"an output file cannot hold {value}")
     if value == 0.0:
@@ -80,16 +78,16 @@ def format_displacement(value: float, unit: str) -> str:
 
 
 def parse_displacement(text: str, unit: str) -> float:
-    """The displacement [rad or m] that `text` shows in `unit`.
+    """Parse a displacement in `unit` [rad or m].
 
-    Raises ValueError for what is no number, OverflowError for what is beyond the largest float.
+    Raises ValueError for an invalid number, OverflowError beyond the largest float.
     """
     near = float(text)
     return near if near == 0.0 else convert_to_si(text, parse_unit(unit).factor)
 
 
 def format_chain(chain: Sequence[JointAxis]) -> str:
-    """A chain as the figure language writes it; `fixed` for one without freedoms."""
+    """Format a chain in the figure language; `fixed` without degrees of freedom."""
     return "*".join(f"{f.kind.value}({_format_axis(f)})" for f in chain) or "fixed"
 
 
@@ -104,7 +102,7 @@ END = "end"
 
 @dataclass(frozen=True, eq=False)
 class ActionFile:
-    """What an action file says, in SI units and radians; n frames.
+    """Contents of an action file, in SI units and radians; n frames.
 
     Attributes:
         header: where the motion is from.
@@ -119,7 +117,7 @@ class ActionFile:
     displacements: Mapping[str, Array]
 
     def __post_init__(self) -> None:
-        """Refuse what the file could not hold."""
+        """Refuse what an action file cannot hold."""
         if self.times.ndim != 1 or self.times.size == 0 or np.any(np.diff(self.times) <= 0.0):
             raise ValueError("the times of a motion are one row that increases")
         for name, chain in self.chains.items():
@@ -198,7 +196,7 @@ def _lines(action: ActionFile) -> Iterator[str]:
 
 
 MAX_NORMALISED_TIME_ERROR = 1e-9
-"""By how much a normalised time may differ from that of its seconds."""
+"""Largest error of a normalised time."""
 
 _WORD = re.compile(r"\S+")
 _DIGEST = re.compile(r"[0-9a-f]{64}")
@@ -209,20 +207,23 @@ _FACTOR = re.compile(rf"([RT])\(({_NUMBER_REGEX}),({_NUMBER_REGEX}),({_NUMBER_RE
 
 
 def read_action(path: str | Path) -> ActionFile:
-    """The motion in an action file. Raises InputError with all faults, each with its line."""
+    """Read an action file. Raises InputError with all errors."""
     source, fault = load_text(Path(path), str(path))
     if fault is not None:
         raise InputError((fault,))
-    return parse_action(source.text, source.name)
+    return parse_action(source.text, source.name).require_value()
 
 
-def parse_action(text: str, name: str = "<text>") -> ActionFile:
-    """The motion that `text` describes. Raises InputError with all faults, each with its line."""
-    return _Parser(Source(name, normalise_newlines(text))).parse()
+def parse_action(text: str, name: str = "<text>") -> Parsed[ActionFile]:
+    """Parse the text of an action file; diagnostics call it `name`."""
+    try:
+        return Parsed(_Parser(Source(name, normalise_newlines(text))).parse(), ())
+    except InputError as failure:
+        return Parsed(None, tuple(failure.diagnostics))
 
 
 class _Parser:
-    """Goes through the lines that say something: not blank, no comment."""
+    """Parses the lines that are neither blank nor comments."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -277,7 +278,9 @@ class _Parser:
     def _header(self) -> Header:
         figure, digest = self._entry("figure"), self._entry("sha256")
         if digest.text != NONE and not _DIGEST.fullmatch(digest.text):
-            raise _error_at(digest, "this is no SHA-256", f"64 hexadecimal digits, or `{NONE}`")
+            raise _error_at(
+                digest, "this is not a SHA-256 digest", f"64 hexadecimal digits, or `{NONE}`"
+            )
         start, stop = self._time("start"), self._time("stop")
         frame = self._entry("frame")
         interval = None if frame.text == NONE else _number(frame, "s")
@@ -304,7 +307,7 @@ class _Parser:
     def _count(self, key: str, min_count: int) -> int:
         place = self._entry(key)
         if not _COUNT.fullmatch(place.text) or int(place.text) < min_count:
-            raise _error_at(place, f"`{shorten(place.text)}` is no number of {key}")
+            raise _error_at(place, f"`{shorten(place.text)}` is not a number of {key}")
         return int(place.text)
 
     def _chains(self) -> dict[str, tuple[JointAxis, ...]]:
@@ -327,7 +330,7 @@ class _Parser:
         return line
 
     def _motion(self, header: Header, chains: dict[str, tuple[JointAxis, ...]]) -> ActionFile:
-        """The rows, of which all faults are told."""
+        """Parse the rows and report all errors."""
         units = [display_unit(factor) for chain in chains.values() for factor in chain]
         count = self._count("frames", 1)
         lines = [self._frame_line(f"frame {k + 1} of {count}") for k in range(count)]
@@ -343,23 +346,23 @@ class _Parser:
 
 
 def _table(lines: list[Span], units: list[str], header: Header) -> Array:
-    """The numbers of all frames, a row each. Raises InputError with the faults of all rows."""
-    findings = Diagnostics()
+    """Parse the numbers of all frames, one row each. Raises InputError with all errors."""
+    collector = Diagnostics()
     table = np.zeros((len(lines), len(units)))
     with suppress(TooManyErrors):
         for k, line in enumerate(lines):
-            numbers = _row(line, units, findings)
+            numbers = _row(line, units, collector)
             if numbers is not None:
                 table[k] = numbers
-        if not findings.has_errors:
-            _check_times(table, lines, header, findings)
-    if findings.has_errors:
-        raise InputError(findings.sorted_by_position())
+        if not collector.has_errors:
+            _check_times(table, lines, header, collector)
+    if collector.has_errors:
+        raise InputError(collector.sorted_by_position())
     return table
 
 
 def _row(line: Span, units: list[str], diagnostics: Diagnostics) -> list[float] | None:
-    """Normalised time, seconds [s], displacements [rad or m]; None, with the faults noted."""
+    """Parse normalised time, seconds [s] and displacements [rad or m]; None with an error."""
     words = _words(line)
     if len(words) != len(units):
         diagnostics.error(
@@ -379,7 +382,7 @@ def _row(line: Span, units: list[str], diagnostics: Diagnostics) -> list[float] 
 
 
 def _check_times(table: Array, lines: list[Span], header: Header, diagnostics: Diagnostics) -> None:
-    """Times increase, and agree with the header and with their normalised selves."""
+    """Check that times increase and agree with the header and the normalised times."""
     times = table[:, 1]
     for k in np.flatnonzero(np.diff(times) <= 0.0):
         diagnostics.error("the time does not increase", _words(lines[k + 1])[1])
@@ -407,7 +410,7 @@ def _words(line: Span) -> list[Span]:
 
 
 def _number(span: Span, unit: str) -> float:
-    """The number [rad, m or as it stands] at a place in a unit."""
+    """Parse the number at a place in a unit, as SI."""
     if not _NUMBER_PATTERN.fullmatch(span.text):
         raise _error_at(span, f"`{shorten(span.text)}` is not a number")
     try:
@@ -424,7 +427,7 @@ def _parse_chain(span: Span) -> tuple[JointAxis, ...]:
         match = _FACTOR.fullmatch(text)
         if match is None:
             raise _error_at(
-                span, f"`{shorten(span.text)}` is no chain", "`R(0,0,1)*R(1,0,0)` or `fixed`"
+                span, f"`{shorten(span.text)}` is not a chain", "`R(0,0,1)*R(1,0,0)` or `fixed`"
             )
         x, y, z = (float(part) for part in match.groups()[1:])
         factors.append(JointAxis(AxisKind(match[1]), (x, y, z)))

@@ -1,7 +1,4 @@
-"""What segments look like: their psurfs and colours, and sticks where there is no psurf.
-
-The faces of a surface as triangles, for programs that draw nothing else.
-"""
+"""Appearance of segments: psurfs and colours, or sticks without a psurf; faces as triangles."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,15 +23,15 @@ _MIN_SITE_DISTANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Appearance:
-    """The look of a segment: a surface in its frame [m], and red, green, blue from 0 to 1."""
+    """A surface in the segment's frame [m], and red, green, blue from 0 to 1."""
 
     surface: Surface
     colour: Colour
 
 
 def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple[Loss, ...]]:
-    """The looks of the segments that have any, and what is not shown as the figure has it."""
-    looks: dict[str, Appearance] = {}
+    """Return the appearances of segments, and the losses."""
+    appearances: dict[str, Appearance] = {}
     unread: list[str] = []
     bare: list[str] = []
     for name, segment in figure.segments.items():
@@ -48,18 +45,18 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
             surface = _stick_surface(figure, segment)
             bare += [name] if surface is not None else []
         if surface is not None and surface.face_count:
-            looks[name] = Appearance(surface, segment_colour(figure, segment))
+            appearances[name] = Appearance(surface, segment_colour(figure, segment))
     losses = [
         Loss("psurfs that could not be read", tuple(unread)) if unread else None,
         Loss("segments without a psurf are sticks between their sites", tuple(bare))
         if bare
         else None,
     ]
-    return looks, tuple(loss for loss in losses if loss is not None)
+    return appearances, tuple(loss for loss in losses if loss is not None)
 
 
 def linear_colour(colour: Colour) -> Colour:
-    """The share of light that a display makes of each part of a colour (IEC 61966-2-1, sRGB)."""
+    """Convert a colour from sRGB to linear (IEC 61966-2-1)."""
     red, green, blue = (
         part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in colour
     )
@@ -67,7 +64,7 @@ def linear_colour(colour: Colour) -> Colour:
 
 
 def _stick_surface(figure: Figure, segment: Segment) -> Surface | None:
-    """Sticks between sites of a segment; None where there are no two places."""
+    """Return sticks between the sites of a segment; None without two distinct positions."""
     pairs = list(_stick_ends(figure, segment))
     return _octahedra(pairs, segment.name) if pairs else None
 
@@ -81,14 +78,14 @@ def _stick_ends(figure: Figure, segment: Segment) -> Iterator[tuple[Array, Array
         for ref in joint.ends
         if ref.segment == segment.name
     ]
-    held = _distinct_positions(segment, used)
-    if len(held) == 1 and segment.name not in figure.ground:
-        held = _distinct_positions(segment, [*used, *segment.sites])
-    yield from ((held[0], other) for other in held[1:])
+    points = _distinct_positions(segment, used)
+    if len(points) == 1 and segment.name not in figure.ground:
+        points = _distinct_positions(segment, [*used, *segment.sites])
+    yield from ((points[0], other) for other in points[1:])
 
 
 def _distinct_positions(segment: Segment, sites: Sequence[str]) -> list[Array]:
-    """The places of sites in the segment's frame, those that coincide once."""
+    """Return the distinct positions of sites in the segment's frame."""
     points = [segment.sites[site].pose_in_segment[:3, 3] for site in sites]
     close = {
         later
@@ -116,7 +113,7 @@ def _octahedra(pairs: Sequence[tuple[Array, Array]], name: str) -> Surface:
 
 
 def triangles_with_normals(surface: Surface) -> tuple[Array, Array]:
-    """Corners of triangles that cover the faces, and their normals: shapes (3 t, 3) each [m, 1].
+    """Return the corners [m] and normals of triangles that cover the faces, shapes (3 t, 3) each.
 
     Three rows are a triangle, counter-clockwise from outside. Faces may be concave.
     """

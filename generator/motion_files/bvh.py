@@ -21,13 +21,13 @@ from generator.text_io import write_atomic
 _DECIMALS = 6
 _CENTIMETRES_PER_METRE = 100.0
 _MAX_INTERVAL_DEVIATION = 1e-6
-"""Frames count as equally far apart up to this share of their interval."""
+"""Largest deviation of uniform frame times, relative to their interval."""
 
 _SINGLE_FRAME_INTERVAL = 1.0
-"""The interval that a motion of one frame is given [s]: some readers divide by it."""
+"""Interval in the file of a single frame [s]: some readers divide by it."""
 
 _MIN_TRANSLATION = 1e-5
-"""A bone is told with its position when its joint moves it by more than this [m]."""
+"""Translation of a bone above which its position is written [m]."""
 
 _XYZ_SEQUENCE = RotationSequence(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)))
 """Rx Ry Rz, the innermost first."""
@@ -66,9 +66,9 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
 
 def _uniform_frame_times(times: Array) -> tuple[float, Array, Loss | None]:
-    """The interval of frames [s], their times [s], and what is lost by their being equally far.
+    """Return the frame interval [s], the uniform frame times [s], and the loss of resampling.
 
-    The last frame of a run may be nearer than the others, and is left out then.
+    A last frame after a shorter interval is left out.
     """
     if len(times) == 1:
         return _SINGLE_FRAME_INTERVAL, times, None
@@ -81,13 +81,17 @@ def _uniform_frame_times(times: Array) -> tuple[float, Array, Loss | None]:
     if np.all(even):
         return interval, times, None
     if np.all(even[:-1]) and steps[-1] < interval:
-        said = f"the last frame, at {times[-1]:g} s: it is not {interval:g} s after the one before"
-        return interval, times[:-1], Loss(said)
+        message = (
+            f"the last frame, at {times[-1]:g} s: it is not {interval:g} s after the one before"
+        )
+        return interval, times[:-1], Loss(message)
     interval = float(times[-1] - times[0]) / (len(times) - 1)
     raster = times[0] + interval * np.arange(len(times))
     raster[-1] = times[-1]
-    said = f"the times of the frames: they are {interval:g} s apart here, what moves interpolated"
-    return interval, raster, Loss(said)
+    message = (
+        f"the times of the frames: they are {interval:g} s apart here, what moves interpolated"
+    )
+    return interval, raster, Loss(message)
 
 
 def _hierarchy(motion: FigureMotion, skeleton: Skeleton, names: dict[str, str]) -> Iterator[str]:
@@ -126,7 +130,7 @@ def _ground_name(motion: FigureMotion, skeleton: Skeleton) -> str:
 
 
 def _has_positions(skeleton: Skeleton, bone: Bone) -> bool:
-    """Whether a bone is told with its position: where it moves, and the root of all."""
+    """Return True for a bone that needs a position: one that translates, or a single root."""
     return bone.max_translation > _MIN_TRANSLATION or (bone.depth == 0 and len(skeleton.roots) == 1)
 
 

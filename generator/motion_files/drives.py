@@ -25,15 +25,15 @@ ACTION_SUFFIX = ".action"
 def read_drives(
     path: str | Path, figure: Figure, joints: Sequence[str] = ()
 ) -> Mapping[str, Drive]:
-    """What a file drives of a figure.
+    """Read the drives of a figure from a file.
 
     Args:
         path: of an action file, or else of a table.
         figure: whose joints are driven.
-        joints: names of the joints to drive; all that the file moves when there are none.
+        joints: names of the joints to drive; empty for all in the file.
 
     Raises:
-        InputError: with all faults.
+        InputError: with all errors.
     """
     return read_drives_with_warnings(path, figure, joints)[0]
 
@@ -41,18 +41,18 @@ def read_drives(
 def read_drives_with_warnings(
     path: str | Path, figure: Figure, joints: Sequence[str] = ()
 ) -> tuple[Mapping[str, Drive], tuple[Diagnostic, ...]]:
-    """What `read_drives` reads, with warnings where a spline leaves the range of its rows by much.
+    """Read drives as `read_drives` does, with warnings about splines that overshoot their rows.
 
-    Raises InputError as it does.
+    Raises InputError.
     """
     if Path(path).suffix.lower() == ACTION_SUFFIX:
         drives = drives_from_action(read_action(path), figure, joints, str(path))
-        told = [
+        warnings = [
             warning(f"{path}: {describe_overshoot(joint, one.column, one)}", hint=OVERSHOOT_HINT)
             for joint, drive in drives.items()
             for one in drive.overshoots()
         ]
-        return drives, tuple(told)
+        return drives, tuple(warnings)
     reading = parse_drives_file(path, figure, joints)
     drives = reading.require_value()
     _require_driven(joints, drives, str(path))
@@ -62,48 +62,48 @@ def read_drives_with_warnings(
 def drives_from_action(
     action: ActionFile, figure: Figure, joints: Sequence[str] = (), name: str = "<action>"
 ) -> Mapping[str, Drive]:
-    """What an action file drives of a figure; `name` is what errors call it.
+    """Return the drives of an action file, which errors call `name`.
 
     Raises InputError as `read_drives` does.
     """
-    asked = {
+    selected = {
         joint: chain
         for joint, chain in action.chains.items()
         if chain and (not joints or joint in joints)
     }
-    faults: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     if len(action.times) < 2:
-        faults.append(error(f"{name}: a motion of one frame drives nothing"))
-    for joint, chain in asked.items():
+        diagnostics.append(error(f"{name}: a motion of one frame drives nothing"))
+    for joint, chain in selected.items():
         known = figure.joints.get(joint)
         if known is None:
             hint = f"{spelling_hint(joint, figure.joints)}; `--driven` chooses some of its joints"
-            faults.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
+            diagnostics.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
         elif known.chain != chain:
-            faults.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
+            diagnostics.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
         elif any(factor.kind is not AxisKind.ROTATION for factor in chain):
-            said = f"{name}: joint `{joint}` slides, and only turns can be driven in a simulation"
-            faults.append(error(said))
-    if faults:
-        raise InputError(faults)
-    _require_driven(joints, asked, name)
+            message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven"
+            diagnostics.append(error(message))
+    if diagnostics:
+        raise InputError(diagnostics)
+    _require_driven(joints, selected, name)
     drives: dict[str, Drive] = {}
-    for joint in asked:
+    for joint in selected:
         try:
             drives[joint] = Drive(action.times, action.displacements[joint])
         except ValueError as failure:
-            faults.append(error(f"{name}: joint `{joint}`: {failure}"))
-    if faults:
-        raise InputError(faults)
+            diagnostics.append(error(f"{name}: joint `{joint}`: {failure}"))
+    if diagnostics:
+        raise InputError(diagnostics)
     return drives
 
 
-def _require_driven(required: Sequence[str], found: Mapping[str, object], name: str) -> None:
-    """Raise InputError for joints that were asked for and are not in the file."""
-    faults = [
-        error(f"{name}: joint `{joint}` is not driven there", hint=spelling_hint(joint, found))
+def _require_driven(required: Sequence[str], driven: Mapping[str, object], name: str) -> None:
+    """Raise InputError for requested joints that are not in the file."""
+    diagnostics = [
+        error(f"{name}: joint `{joint}` is not driven there", hint=spelling_hint(joint, driven))
         for joint in required
-        if joint not in found
+        if joint not in driven
     ]
-    if faults:
-        raise InputError(faults)
+    if diagnostics:
+        raise InputError(diagnostics)

@@ -120,10 +120,10 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         MoverError: frames follow each other too closely to be told apart.
     """
     skeleton = build_skeleton(motion)
-    looks, unseen = segment_appearances(motion.figure)
+    appearances, unseen = segment_appearances(motion.figure)
     document = _GlbBuilder(motion, skeleton)
     for name, segment in motion.figure.segments.items():
-        document.add_segment(segment, looks.get(name))
+        document.add_segment(segment, appearances.get(name))
     document.add_animation()
     write_atomic(path, document.to_bytes())
     start = float(motion.times[0])

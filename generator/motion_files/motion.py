@@ -1,7 +1,4 @@
-"""A motion of a figure, ready to be written: from a recording, or from an action file.
-
-What stands above the numbers of an output file: where a motion is from and how it ended.
-"""
+"""A motion of a figure with its header: from a recording or from an action file."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -20,7 +17,7 @@ from generator.recording import Ending, Recording
 from generator.rotations import Array
 
 NONE = "none"
-"""Stands where there is no value."""
+"""Text of a missing value."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +95,7 @@ def _one_line(text: str | None) -> str:
 
 @dataclass(frozen=True, eq=False)
 class FigureMotion:
-    """What every format can take from: displacements, poses, and the figure they belong to.
+    """Displacements and poses of a figure over time, the source of every format.
 
     Attributes:
         figure: as its file describes it.
@@ -150,21 +147,21 @@ _QUANTITIES = ("velocities", "reactions", "passive torques", "energies", "error 
 
 
 def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
-    """What a run knows of itself and a format does not hold; None for a motion without a run.
+    """Return the loss of a run's quantities in a format; None for a motion without a run.
 
     Args:
         motion: the motion.
-        represented: the quantities that the format does hold.
+        represented: the quantities that the format holds.
     """
     if motion.recording is None:
         return None
     driven = ["drive torques"] if motion.recording.drive_torques else []
     left = [name for name in (*_QUANTITIES, *driven) if name not in represented]
-    return Loss("what the run says beside the motion", tuple(left))
+    return Loss("results of the run other than the motion", tuple(left))
 
 
 NO_FIGURE = Loss("the figure: its segments, masses and shapes; the joints alone are named")
-"""Said of files that hold displacements and leave the figure to its own file."""
+"""Loss of files that hold displacements only."""
 
 NO_MASSES = Loss("the masses, inertias and springs of the figure")
-"""Said of files that hold what a figure looks like."""
+"""Loss of files that hold the appearance of a figure."""

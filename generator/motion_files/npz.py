@@ -1,9 +1,8 @@
 """All arrays of a run in one `.npz`, bit for bit: `numpy.load` reads it, and so does this program.
 
 An array is named after its place in the recording: `times`, `poses/SEGMENT`, `displacements/JOINT`,
-`energy/KIND` ...; `about` is a text in JSON with all that is no array.
-
-Reading a run from a `.npz`: the inverse of writing one, bit for bit.
+`energy/KIND` ...; `about` is a text in JSON with everything else. Reading is the exact inverse of
+writing.
 """
 
 import json
@@ -36,7 +35,7 @@ ENERGY_FIELD = "energy"
 
 
 def write(motion: FigureMotion, path: Path) -> Losses:
-    """Write a motion with all that is known of it, whole or not at all.
+    """Write a motion with all its data, whole or not at all.
 
     Raises:
         OSError: the file cannot be written.
@@ -71,7 +70,7 @@ def _prefix_names(field: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _metadata(motion: FigureMotion) -> dict[str, Any]:
-    """All that is no array; numbers that JSON does not have are words."""
+    """Return the data that are not arrays; numbers that JSON does not have are strings."""
     header, run = motion.header, motion.recording
     about: dict[str, Any] = {
         "npz": VERSION,
@@ -124,19 +123,19 @@ _NUMPY_LOAD_ERRORS = (
     NotImplementedError,
     MemoryError,
 )
-"""What numpy raises for a file that is none, or not whole."""
+"""Exceptions of numpy for an invalid or truncated file."""
 
 MAX_ORTHONORMALITY_ERROR = 1e-6
-"""So far may R^T R of a pose be from the identity."""
+"""Largest difference of R^T R of a pose from the identity."""
 
 Chains = dict[str, tuple[JointAxis, ...]]
 
 
 def read_npz(path: str | Path) -> tuple[Header, Recording]:
-    """The run in a `.npz` of this program, and where it is from.
+    """Read the header and the run in a `.npz` of this program.
 
-    Raises InputError, with all faults, when the file is none, is not whole, lacks an array, or
-    holds numbers that are not finite (but for `error_by_frame`) or poses that are not rigid.
+    Raises InputError, with all errors, if the file is invalid or truncated, lacks an array, or
+    holds numbers that are not finite (except in `error_by_frame`) or poses that are not rigid.
     """
     arrays = _load_arrays(Path(path))
     about = _read_metadata(arrays, Path(path))
@@ -149,10 +148,10 @@ def read_npz(path: str | Path) -> tuple[Header, Recording]:
         times = arrays.get("times", np.zeros(0))
         if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
             raise _invalid_file(path, ["the array `times` is not one row that increases"])
-        faults = list(_structure_errors(arrays, chains, times.size))
-        faults = faults or list(_value_errors(arrays))
-        if faults:
-            raise _invalid_file(path, faults)
+        problems = list(_structure_errors(arrays, chains, times.size))
+        problems = problems or list(_value_errors(arrays))
+        if problems:
+            raise _invalid_file(path, problems)
         recording = _recording(arrays, about, chains)
         return _header(about, times), recording
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -162,7 +161,7 @@ def read_npz(path: str | Path) -> tuple[Header, Recording]:
 
 
 def _invalid_file(path: str | Path, messages: Iterable[str]) -> InputError:
-    return InputError([error(f"`{path}` is no run: {each}") for each in messages])
+    return InputError([error(f"`{path}` is not a run: {each}") for each in messages])
 
 
 def _load_arrays(path: Path) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
@@ -177,7 +176,7 @@ def _load_arrays(path: Path) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     except OSError as failure:
         raise InputError([_unreadable(path, failure)]) from None
     except _NUMPY_LOAD_ERRORS:
-        raise _invalid_file(path, ["it is no archive of numpy, or not whole"]) from None
+        raise _invalid_file(path, ["it is not an archive of numpy, or is truncated"]) from None
 
 
 def _unreadable(path: Path, failure: OSError) -> Diagnostic:
@@ -185,7 +184,7 @@ def _unreadable(path: Path, failure: OSError) -> Diagnostic:
 
 
 def _read_metadata(arrays: Mapping[str, np.ndarray[Any, Any]], path: Path) -> dict[str, Any]:
-    """What the file says in words."""
+    """Parse the metadata of the file."""
     if METADATA_KEY not in arrays:
         raise _invalid_file(path, [f"it has no array `{METADATA_KEY}`, which says what it is"])
     try:
@@ -224,7 +223,7 @@ def _shapes(chains: Chains, count: int) -> dict[str, tuple[int, ...]]:
 def _structure_errors(
     arrays: Mapping[str, np.ndarray[Any, Any]], chains: Chains, count: int
 ) -> Iterable[str]:
-    """What is missing, and what has another shape than it must."""
+    """Yield errors of missing arrays and wrong shapes."""
     shapes = _shapes(chains, count)
     segments = _names(arrays, POSE_FIELD)
     shapes |= {f"{POSE_FIELD}/{name}": (count, 4, 4) for name in segments}
@@ -245,18 +244,18 @@ def _structure_errors(
 
 
 def _value_errors(arrays: Mapping[str, np.ndarray[Any, Any]]) -> Iterable[str]:
-    """What has the right shape and cannot be: numbers that are none, poses that are not rigid."""
+    """Yield errors of values: numbers that are not finite, poses that are not rigid."""
     for name, array in arrays.items():
         if name in (METADATA_KEY, FRAME_ERROR_FIELD) or array.dtype != np.float64:
             continue
         if not np.all(np.isfinite(array)):
             yield f"the array `{name}` holds numbers that are not finite"
         elif name.startswith(f"{POSE_FIELD}/") and not _are_rigid(array):
-            yield f"the array `{name}` holds poses that are no rotation and shift"
+            yield f"the array `{name}` holds poses that are not rigid"
 
 
 def _are_rigid(poses: Array) -> bool:
-    """Whether poses, shape (n, 4, 4), each turn and shift alone."""
+    """Return True if all poses, shape (n, 4, 4), are rigid."""
     turns = poses[:, :3, :3]
     if np.abs(turns).max() > 1.0 + MAX_ORTHONORMALITY_ERROR:
         return False  # the products below would overflow

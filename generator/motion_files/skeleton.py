@@ -1,10 +1,8 @@
-"""A motion as animators know it: bones that hang from each other, turn, and seldom shift.
+"""A motion as a hierarchy of bones, for animation formats.
 
-A bone is a segment that moves. Its origin is at the site that its joint moves, its axes are those
-of the world when the figure stands with all displacements zero: the figure at rest needs no turns
-at all, and an offset is where one joint is seen from the joint before.
-
-Orientations as quaternions that do not jump: scalar last, as glTF has them.
+A bone is a segment that moves. Its origin is at the site that its joint moves, and its axes are
+those of the world at zero displacements: the figure at rest has no rotations, and an offset is the
+position of a joint relative to the joint before.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -60,15 +58,14 @@ class Bone:
     """A segment that moves, over n frames.
 
     Attributes:
-        joint: the joint that it hangs from.
+        joint: the joint that moves it.
         segment: its name.
-        parent: the segment it hangs from.
+        parent: the segment that carries it.
         depth: number of bones between it and the ground.
-        centre: where its origin is in the world at rest, shape (3,) [m].
-        offset: its origin seen from that of the base's bone at rest, shape (3,) [m].
+        centre: position of its origin in the world at rest, shape (3,) [m].
+        offset: its origin relative to that of the base's bone at rest, shape (3,) [m].
         rotations: its orientation in the base's bone, shape (n, 3, 3); the identity at rest.
-        translations: way of its origin from where it is at rest, in the axes of the base's bone, shape
-            (n, 3) [m].
+        translations: of its origin from rest, in the axes of the base's bone, shape (n, 3) [m].
     """
 
     joint: str
@@ -111,10 +108,10 @@ class Skeleton:
         return points @ pose[:3, :3].T + pose[:3, 3]
 
     def losses(self, min_translation: float) -> Iterator[Loss]:
-        """What bones cannot say of the motion, when shifts up to `min_translation` [m] are left out."""
+        """Yield the losses of bones if translations up to `min_translation` [m] are left out."""
         if self.closures:
-            said = "the joints that close loops; their segments move as they did"
-            yield Loss(said, self.closures)
+            message = "joints that close loops; the motion of their segments is unchanged"
+            yield Loss(message, self.closures)
         gap = max(
             (b.max_translation for b in self.bones if b.max_translation <= min_translation),
             default=0.0,

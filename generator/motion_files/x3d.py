@@ -104,8 +104,8 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         OtherMotionError: the motion is of another figure.
     """
     skeleton = build_skeleton(motion)
-    looks, unseen = segment_appearances(motion.figure)
-    scene = _SceneWriter(motion, skeleton, looks)
+    appearances, unseen = segment_appearances(motion.figure)
+    scene = _SceneWriter(motion, skeleton, appearances)
     write_atomic(path, "".join(f"{line}\n" for line in scene.lines()))
     start = float(motion.times[0])
     losses = [
@@ -289,10 +289,10 @@ class _SceneWriter:
 
 def _format_tag(kind: str, end: str = "", **fields: str) -> str:
     """The beginning of an element, or all of it with the end `/`."""
-    said = "".join(
+    attributes = "".join(
         f" {k}={quoteattr(_INVALID_XML_CHARACTER.sub('?', value))}" for k, value in fields.items()
     )
-    return f"<{kind}{said}{end}>"
+    return f"<{kind}{attributes}{end}>"
 
 
 def _format_row(values: Array) -> str:

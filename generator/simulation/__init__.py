@@ -1,1 +1,1 @@
-"""The only room that imports exudyn: a figure becomes a multibody system and runs."""
+"""Build a figure into an Exudyn system and simulate it; the only package that imports exudyn."""

@@ -1,7 +1,4 @@
-"""Segments as Exudyn rigid bodies, referred to their centres of mass.
-
-Loads at sites: Exudyn load items whose value is read from a table in time.
-"""
+"""Segments as Exudyn rigid bodies referred to their centres of mass, and loads at sites."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -33,7 +30,7 @@ def require_centre_of_mass(segment: Segment) -> Array:
     if centre is None or segment.mass is None or segment.inertia is None or not segment.mass > 0.0:
         raise ModelError(
             f"segment {segment.name} cannot be simulated: "
-            "it needs a positive mass, an inertia and a site CM"
+            "give it a positive mass, an inertia and a site CM"
         )
     return centre
 
@@ -46,38 +43,40 @@ def body_pose(placement: Placement, segment: Segment) -> Array:
 def add_bodies(
     mbs: MainSystem, placement: Placement, rates: Array, gravity: Vector
 ) -> tuple[Mapping[str, Index], Index]:
-    """One rigid body a moving segment, with Euler parameters, under gravity; and the ground.
+    """Add the ground, and a rigid body with Euler parameters for each moving segment.
 
     Args:
         mbs: the system to build into.
-        placement: where the segments start.
+        placement: initial poses of the segments.
         rates: rates of the tree's displacements [rad/s or m/s], shape (n,).
         gravity: [m/s^2].
 
     Raises:
-        ModelError: a segment lacks mass, inertia or CM, or there is none that moves.
+        ModelError: a segment lacks mass, inertia or CM, or no segment moves.
 
     Returns:
-        Object index of each segment (the ground's for those that do not move), and of the ground.
+        Object index of each segment (the ground's for fixed segments), and of the ground.
     """
     figure: Figure = placement.tree.figure
     if not figure.bodies:
         raise ModelError("the figure cannot be simulated: none of its segments moves")
     ground = mbs.AddObject(items.ObjectGround())
     bodies: dict[str, Index] = dict.fromkeys(figure.ground, ground)
-    maps = segment_jacobians(placement)
+    jacobians = segment_jacobians(placement)
     for name, segment in figure.bodies.items():
         pose = body_pose(placement, segment)
-        motion = maps[name] @ rates
+        motion = jacobians[name] @ rates
         velocity = motion[3:] + np.cross(motion[:3], pose[:3, 3])
         parameters = np.asarray(rigid.RotationMatrix2EulerParameters(pose[:3, :3]))
-        change = np.asarray(rigid.AngularVelocity2EulerParameters_t(motion[:3], parameters))
+        parameter_rates = np.asarray(
+            rigid.AngularVelocity2EulerParameters_t(motion[:3], parameters)
+        )
         item_name = unused_name(mbs, name)
         node = mbs.AddNode(
             items.NodeRigidBodyEP(
                 name=item_name,
                 referenceCoordinates=[*pose[:3, 3], *parameters],
-                initialVelocities=[*velocity, *change],
+                initialVelocities=[*velocity, *parameter_rates],
             )
         )
         assert segment.inertia is not None
@@ -89,8 +88,8 @@ def add_bodies(
                 nodeNumber=node,
             )
         )
-        centre = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=bodies[name]))
-        mbs.AddLoad(items.LoadMassProportional(markerNumber=centre, loadVector=list(gravity)))
+        marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=bodies[name]))
+        mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=list(gravity)))
     return bodies, ground
 
 
@@ -101,7 +100,7 @@ def add_marker(
     segment: str,
     pose_in_segment: Array,
 ) -> Index:
-    """A rigid marker on a segment at a pose in the segment frame, shape (4, 4)."""
+    """Add a rigid marker to a segment at a pose in the segment frame, shape (4, 4)."""
     figure = placement.tree.figure
     if segment in figure.ground:
         pose = placement.poses[segment] @ pose_in_segment
@@ -117,11 +116,11 @@ def add_marker(
 
 
 _LOAD_END_MARGIN = 1.0
-"""By how much a constant load outlasts the run [s]: no rounding of the last step ends it early."""
+"""Time by which constant loads extend beyond the run [s], against early ends by rounding."""
 
 
 def constant_site_loads(figure: Figure, start: float, stop: float) -> list[TimedLoad]:
-    """The constant loads that a figure's sites carry, from `start` to `stop` [s]."""
+    """Return the constant loads at a figure's sites, from `start` to `stop` [s]."""
     loads: list[TimedLoad] = []
     for name in figure.bodies:
         for site in figure.segments[name].sites.values():
@@ -141,7 +140,7 @@ def constant_site_loads(figure: Figure, start: float, stop: float) -> list[Timed
 
 
 def load_pose(figure: Figure, ref: SiteRef) -> Array:
-    """Pose in the segment frame of a load: at the site, along the segment's axes; shape (4, 4)."""
+    """Pose of a load in the segment frame: at the site, along the segment's axes; shape (4, 4)."""
     return pose_matrix(np.eye(3), figure.site(ref).pose_in_segment[:3, 3])
 
 
@@ -151,7 +150,7 @@ def add_loads(
     bodies: Mapping[str, Index],
     loads: Iterable[TimedLoad],
 ) -> tuple[tuple[TimedLoad, Index, Any], ...]:
-    """The load items: for each load the marker it acts on and the function to keep alive."""
+    """Add load items; return each load with its marker and the user function to keep alive."""
     figure = placement.tree.figure
     added: list[tuple[TimedLoad, Index, Any]] = []
     for load in loads:
@@ -172,7 +171,7 @@ def add_loads(
 
 
 def _load_user_function(mbs: MainSystem, load: TimedLoad, item: str) -> Any:
-    """The load's value as an expression tree in time."""
+    """Record the load's value as an expression tree in time."""
     times = np.asarray(load.times, dtype=float)
     values = np.asarray(load.values, dtype=float)
 
@@ -183,17 +182,17 @@ def _load_user_function(mbs: MainSystem, load: TimedLoad, item: str) -> Any:
 
 
 def _interpolate_or_zero(t: Any, times: Array, values: Array) -> Any:
-    """Zero before the first and after the last row, linear between them."""
+    """Interpolate linearly between the rows; return zero before the first and after the last."""
     if not np.any(values):
         return symbols.Real(0.0)
     zero = symbols.Real(0.0)
     inside = _interpolation_tree(t, times, values)
-    not_over = symbols.IfThenElse(t > float(times[-1]), zero, inside)
-    return symbols.IfThenElse(t < float(times[0]), zero, not_over)
+    after_start = symbols.IfThenElse(t > float(times[-1]), zero, inside)
+    return symbols.IfThenElse(t < float(times[0]), zero, after_start)
 
 
 def _interpolation_tree(t: Any, times: Array, values: Array) -> Any:
-    """Linear interpolation as a balanced tree of conditions: a long table costs its logarithm."""
+    """Interpolate linearly by a balanced tree of conditions, whose cost is logarithmic."""
     if times.size == 1:
         return symbols.Real(float(values[0]))
     if times.size == 2:

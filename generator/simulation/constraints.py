@@ -1,19 +1,14 @@
-"""Equations between the rates of joints, as user functions of a constraint of Exudyn.
+"""Linked and driven rotations as rate constraints with Python user functions.
 
-They are `J(q) v = 0`, where a row of J gives the rate of one displacement, or a component of the
-angular velocity, of a joint by the Euler parameters of its bodies. Exudyn's index-2 integrator asks
-for `J v` and for J, and at each start finds the slope of `J v` by q, from which it has the
-accelerations.
+The equations are `J(q) v = 0`. A row of J gives the rate of one displacement of a joint, or a
+component of its angular velocity, as a function of the Euler parameters of its bodies. Exudyn's
+index-2 integrator evaluates `J v` and J, and differentiates `J v` with respect to q at each start
+to find the initial accelerations. Exudyn's generic joint has no moving offset on velocity level,
+and its gears couple coordinates, not rotations.
 
-Linked and driven turns as constraints that stand in the system.
-
-Exudyn's generic joint has no moving offset on velocity level, and its gears join coordinates, not
-turns. So the equations are Python functions of the bodies' coordinates.
-
-Exudyn leaves out of its accelerations at a start what depends on time alone. A table of
-displacements does, so time becomes a coordinate: a clock, a mass without forces that starts with
-the velocity one, and so heavy that the constraints' forces on it do nothing. What they would do to
-it is the work of the drive.
+Exudyn omits explicit time dependence from its initial accelerations. A drive depends on time, so
+time becomes a coordinate: a clock, a mass without forces that starts with unit velocity and is so
+heavy that the constraint forces do not change it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,13 +39,13 @@ _UNIT_AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (
 
 @dataclass(frozen=True)
 class RateTerm:
-    """A rate in an equation, times a factor.
+    """A rate times a factor, as a term of an equation.
 
     Attributes:
-        joint: whose rate.
-        component: the place of a displacement in the joint's chain, or an axis of the parent's site along
-            which the relative angular velocity is taken.
-        factor: of the rate.
+        joint: name of the joint.
+        component: index of a displacement in the joint's chain, or an axis of the parent's site for
+            a component of the relative angular velocity.
+        factor: coefficient of the rate.
     """
 
     joint: str
@@ -63,7 +58,7 @@ RateEquation = tuple[RateTerm, ...]
 
 @dataclass(frozen=True)
 class JointRotation:
-    """The turn of one joint of a law; `rotation_indices` finds the turn of a place in its chain."""
+    """Rotation of a joint; `rotation_indices` maps indices in its chain to its rotations."""
 
     rotation: RelativeRotation
     rates: JointRates
@@ -72,10 +67,10 @@ class JointRotation:
 
 @dataclass(frozen=True)
 class DrivenRotation:
-    """The rates that the table of one joint asks for.
+    """Rates prescribed by the drive of one joint.
 
-    A joint all of whose turns are driven follows an angular velocity, which is defined in every
-    orientation; of single displacements the rates are not where two axes fall together.
+    A joint with all its rotations driven follows an angular velocity, which is defined in every
+    orientation; rates of single displacements are undefined where two axes coincide.
     """
 
     chain: Chain
@@ -90,29 +85,29 @@ class DrivenRotation:
         )
 
     def equations(self, name: str) -> list[RateEquation]:
-        """The equations."""
+        """Return the equations that follow the drive, for the joint of this name."""
         if self._is_fully_driven:
             return [(RateTerm(name, axis),) for axis in _UNIT_AXES]
         return [(RateTerm(name, k),) for k in self.driven_indices]
 
     def rates(self, times: float | Array) -> Array:
-        """What the rows follow [rad/s], shape (..., number of rows), at times of shape (...)."""
+        """Prescribed rates [rad/s], shape (..., number of rows), at times of shape (...)."""
         rates = self.drive.rates(times)
         if not self._is_fully_driven:
             return rates
-        order = [self.driven_indices.index(place) for place in self.chain.rotations]
+        order = [self.driven_indices.index(index) for index in self.chain.rotations]
         angles, rates = self.drive.displacements(times)[..., order], rates[..., order]
-        found = [
-            self.joint_rates.angular_velocity(one, other)
-            for one, other in zip(
+        angular_velocities = [
+            self.joint_rates.angular_velocity(angle, rate)
+            for angle, rate in zip(
                 angles.reshape(-1, 3).tolist(), rates.reshape(-1, 3).tolist(), strict=True
             )
         ]
-        return np.array(found).reshape(rates.shape)
+        return np.array(angular_velocities).reshape(rates.shape)
 
 
 class RateConstraint:
-    """The user functions of a servo; they keep what they found for the last coordinates."""
+    """User functions of a rate constraint; the Jacobian of the last coordinates is cached."""
 
     def __init__(
         self,
@@ -121,56 +116,58 @@ class RateConstraint:
         size: int,
         driven_rotation: DrivenRotation | None,
     ) -> None:
-        """Equations `equations` of joints `rotations` over `size` coordinates, the last of them the clock's.
+        """Set up the equations over `size` coordinates.
 
-        With a motion, the rows follow it; without one they are zero, and there is no clock.
+        With a driven rotation the last coordinate is the clock; without one the rows are zero.
         """
         self.driven_rotation = driven_rotation
-        self._rows, self._turns, self._size = equations, rotations, size
-        self._at: Sequence[float] = ()
-        self._found = np.zeros((0, 0))
+        self._rows, self._rotations, self._size = equations, rotations, size
+        self._coordinates: Sequence[float] = ()
+        self._jacobian = np.zeros((0, 0))
         self._time, self._rates = float("nan"), np.zeros(0)
 
     def residual(
         self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
     ) -> Any:
-        """`J v`: Exudyn's index-2 integrator asks for nothing else."""
+        """`J v`, the only residual that Exudyn's index-2 integrator evaluates."""
         return self._jacobian_matrix(q) @ np.asarray(q_t)
 
     def jacobian(
         self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
     ) -> Any:
-        """J, which is the slope of `J v` by v, and the direction of the constraints' forces."""
+        """J, the derivative of `J v` with respect to v and the direction of the forces."""
         matrix = exu.MatrixContainer()
         matrix.SetWithDenseMatrix(self._jacobian_matrix(q), useDenseMatrix=True)
         return matrix
 
     def _jacobian_matrix(self, q: Sequence[float]) -> Array:
-        if q == self._at:
-            return self._found
-        ends = {name: turn.rotation.orientations(q) for name, turn in self._turns.items()}
-        axes = {name: turn.rates.rate_axes(ends[name][2]) for name, turn in self._turns.items()}
-        found: list[list[float]] = []
+        if q == self._coordinates:
+            return self._jacobian
+        ends = {name: joint.rotation.orientations(q) for name, joint in self._rotations.items()}
+        axes = {
+            name: joint.rates.rate_axes(ends[name][2]) for name, joint in self._rotations.items()
+        }
+        jacobian: list[list[float]] = []
         for row in self._rows:
             forces = [0.0] * self._size
             for term in row:
-                turn = self._turns[term.joint]
+                joint = self._rotations[term.joint]
                 axis = (
-                    axes[term.joint][turn.rotation_indices[term.component]]
+                    axes[term.joint][joint.rotation_indices[term.component]]
                     if isinstance(term.component, int)
                     else term.component
                 )
                 gradient = _rate_gradient(ends[term.joint][2], axis, term.factor)
-                turn.rotation.add_forces(forces, ends[term.joint], gradient)
-            found.append(forces)
-        matrix = np.array(found)
+                joint.rotation.add_forces(forces, ends[term.joint], gradient)
+            jacobian.append(forces)
+        matrix = np.array(jacobian)
         if self.driven_rotation is not None:
             matrix[:, -1] = -self._driven_rates(q[-1])
-        self._at, self._found = list(q), matrix
+        self._coordinates, self._jacobian = list(q), matrix
         return matrix
 
     def _driven_rates(self, time: float) -> Array:
-        """What the rows follow at a time, which is the same for all iterations of a step."""
+        """Prescribed rates at a time, cached for the iterations of a step."""
         assert self.driven_rotation is not None
         if time != self._time:
             self._time, self._rates = time, self.driven_rotation.rates(time)
@@ -178,7 +175,7 @@ class RateConstraint:
 
 
 def _rate_gradient(rotation: Quaternion, axis: Vector, factor: float) -> Quaternion:
-    """Slope, by the turn, of a rate `factor * axis . omega`: the turn changes by omega turn / 2."""
+    """Derivative of a rate `factor * axis . omega` with respect to the rate of the quaternion."""
     w, a, b, c = rotation
     x, y, z = axis
     size = 2.0 * factor / (w * w + a * a + b * b + c * c)
@@ -191,19 +188,19 @@ def _rate_gradient(rotation: Quaternion, axis: Vector, factor: float) -> Quatern
 
 
 _COORDINATES_PER_BODY = 7
-"""Of a rigid body with Euler parameters."""
+"""Number of coordinates of a rigid body with Euler parameters."""
 
 _CLOCK_MASS = 1e15
-"""Of the clock [kg]: a drive of a kilowatt slows it by a picosecond a second."""
+"""Mass of the clock [kg]; a drive of 1 kW slows it by 1 ps per second."""
 
 
 @dataclass(frozen=True)
 class CoordinateConstraint:
-    """Equations as they stand in the system.
+    """Rate equations built into the system.
 
     Attributes:
-        item: the Exudyn constraint, which has a multiplier for each row.
-        equations: sums of terms, each of which is zero or follows the drive.
+        item: the Exudyn constraint, with a multiplier for each row.
+        equations: sums of terms, each equal to zero or to a prescribed rate.
         rate_constraint: its user functions, which must outlive the system.
     """
 
@@ -213,11 +210,11 @@ class CoordinateConstraint:
 
     @property
     def driven_joint(self) -> str | None:
-        """Name of the joint that is driven; None for links."""
+        """Name of the driven joint; None for links."""
         return None if self.rate_constraint.driven_rotation is None else self.equations[0][0].joint
 
     def rates(self, times: Array) -> Array:
-        """What the rows follow, shape (n, number of rows) [rad/s], at times (n,)."""
+        """Prescribed rates, shape (n, number of rows) [rad/s], at times (n,)."""
         if self.rate_constraint.driven_rotation is None:
             return np.zeros((len(times), len(self.equations)))
         return self.rate_constraint.driven_rotation.rates(times)
@@ -226,31 +223,31 @@ class CoordinateConstraint:
 def add_coordinate_constraints(
     builder: SpringBuilder, prescribed: PrescribedMotion, start: float
 ) -> tuple[CoordinateConstraint, ...]:
-    """The constraints of all links and drives.
+    """Add the constraints of all links and drives.
 
     Args:
-        builder: where they are hung.
-        prescribed: what is linked and driven.
-        start: time at which the run begins [s].
+        builder: the system to build into.
+        prescribed: links and drives.
+        start: initial time [s].
     """
     joints = builder.placement.tree.figure.joints
-    servos = [
+    constraints = [
         _add_constraint(builder, rows, None, None)
         for rows in _link_equations(prescribed.links.resolved).values()
     ]
     if not prescribed.drives:
-        return tuple(servos)
+        return tuple(constraints)
     clock = _add_clock(builder.mbs, start)
     for name, drive in prescribed.drives.items():
         chain = builder.placement.tree.chains[name]
-        turns = JointRates.from_chain(chain, builder.placement.displacements[name])
-        motion = DrivenRotation(chain, turns, drive, driven_indices(joints[name], drive))
-        servos.append(_add_constraint(builder, motion.equations(name), motion, clock))
-    return tuple(servos)
+        joint_rates = JointRates.from_chain(chain, builder.placement.displacements[name])
+        driven = DrivenRotation(chain, joint_rates, drive, driven_indices(joints[name], drive))
+        constraints.append(_add_constraint(builder, driven.equations(name), driven, clock))
+    return tuple(constraints)
 
 
 def _link_equations(links: Sequence[Link]) -> dict[tuple[str, str], list[RateEquation]]:
-    """The equations of links, by the joints that they join."""
+    """Return the equations of links by pair of joints."""
     rows: dict[tuple[str, str], list[RateEquation]] = {}
     for link in links:
         follower, control = link.follower, link.control
@@ -283,41 +280,43 @@ def _add_constraint(
     driven_rotation: DrivenRotation | None,
     clock: Index | None,
 ) -> CoordinateConstraint:
-    """The constraint of some rows."""
+    """Add one constraint with the given equations as its rows."""
     mbs, figure = builder.mbs, builder.placement.tree.figure
     joints = [
         figure.joints[name] for name in dict.fromkeys(t.joint for row in equations for t in row)
     ]
     bodies = list(dict.fromkeys(ref.segment for joint in joints for ref in joint.ends))
     bodies = [name for name in bodies if name not in figure.ground]
-    places = {name: k * _COORDINATES_PER_BODY for k, name in enumerate(bodies)}
-    turns = {joint.name: _build_joint_rotation(builder, joint, places) for joint in joints}
+    first_coordinates = {name: k * _COORDINATES_PER_BODY for k, name in enumerate(bodies)}
+    rotations = {
+        joint.name: _build_joint_rotation(builder, joint, first_coordinates) for joint in joints
+    }
     size = len(bodies) * _COORDINATES_PER_BODY + (clock is not None)
-    law = RateConstraint(tuple(equations), turns, size, driven_rotation)
+    user_functions = RateConstraint(tuple(equations), rotations, size, driven_rotation)
     nodes = [mbs.GetObject(builder.bodies[name])["nodeNumber"] for name in bodies]
-    name = " ".join([*(joint.name for joint in joints), "servo"])
-    # A constraint has two markers, but an object with no forces of its own has any number of nodes.
+    name = " ".join([*(joint.name for joint in joints), "rates"])
+    # A constraint has two markers, but an object without forces may have any number of nodes.
     carrier = mbs.AddObject(
         items.ObjectGenericODE2(
             name=unused_name(mbs, name), nodeNumbers=[*nodes, *([] if clock is None else [clock])]
         )
     )
-    nothing = mbs.AddNode(items.NodePointGround(name=unused_name(mbs, f"{name} ground")))
+    ground_node = mbs.AddNode(items.NodePointGround(name=unused_name(mbs, f"{name} ground")))
     item = mbs.AddObject(
         items.ObjectConnectorCoordinateVector(
             name=unused_name(mbs, f"{name} constraint"),
             markerNumbers=[
-                mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=nothing)),
+                mbs.AddMarker(items.MarkerNodeCoordinates(nodeNumber=ground_node)),
                 mbs.AddMarker(items.MarkerObjectODE2Coordinates(objectNumber=carrier)),
             ],
             scalingMarker0=np.zeros(
                 (len(equations), 1)
             ),  # tells Exudyn how many equations there are
-            constraintUserFunction=law.residual,
-            jacobianUserFunction=law.jacobian,
+            constraintUserFunction=user_functions.residual,
+            jacobianUserFunction=user_functions.jacobian,
         )
     )
-    return CoordinateConstraint(item, tuple(equations), law)
+    return CoordinateConstraint(item, tuple(equations), user_functions)
 
 
 def _build_joint_rotation(
@@ -326,15 +325,15 @@ def _build_joint_rotation(
     figure, poses = builder.placement.tree.figure, builder.placement.poses
 
     def end(ref: Any) -> JointEnd:
-        # The marker tells whole coordinates, so nothing is to be added to them.
+        # The marker returns total coordinates, so the reference is zero.
         return build_joint_end(
             figure, poses, ref, first_coordinates.get(ref.segment), (0.0, 0.0, 0.0, 0.0)
         )
 
     chain = builder.placement.tree.chains[joint.name]
-    turns = {place: k for k, place in enumerate(chain.rotations)}
+    rotation_indices = {place: k for k, place in enumerate(chain.rotations)}
     return JointRotation(
         RelativeRotation(end(joint.parent), end(joint.child)),
         JointRates.from_chain(chain, builder.placement.displacements[joint.name]),
-        turns,
+        rotation_indices,
     )

@@ -1,9 +1,7 @@
-"""Exudyn as this project sees it: the one file where its untyped surface is cast.
+"""Interface to Exudyn: the only module that casts its untyped objects.
 
-Importing it takes about a second. Exudyn talks to the console and knows only global switches for
-that; they are set here, once.
-
-Exudyn's symbols as a kind of number for the laws of `springs`.
+Importing it takes about a second. Exudyn's console output has global switches only; they are set
+here. `SYMBOLIC` makes Exudyn's symbols a kind of number for the laws of `springs`.
 """
 
 from collections.abc import Sequence
@@ -51,9 +49,9 @@ def symbolic_user_function(mbs: MainSystem, function: Any, field: str, item: str
 
 
 def set_times(integration: Any, start: float, stop: float) -> None:
-    """Set the times between which a system is integrated [s]; they may be negative.
+    """Set the interval of integration [s], which may be negative.
 
-    Exudyn refuses negative ones, though nothing in it depends on that: its check is held back.
+    Exudyn rejects negative times although nothing depends on it, so its check is disabled.
     """
     checks = exu.special.exceptions
     before, checks.parameterRangeChecks = checks.parameterRangeChecks, False
@@ -62,10 +60,10 @@ def set_times(integration: Any, start: float, stop: float) -> None:
 
 
 def unused_name(mbs: MainSystem, name: str) -> str:
-    """The name, numbered where the system has an object or a node of that name already.
+    """Return the name, numbered if the system has an object or a node of that name.
 
-    Exudyn refuses a second one, but a joint may be called like a segment, and a system may hold
-    one figure twice.
+    Exudyn requires unique names, but a joint may share the name of a segment, and a system may
+    contain a figure twice.
     """
     number, tried = 1, name
     while max(int(mbs.GetObjectNumber(tried)), int(mbs.GetNodeNumber(tried))) >= 0:
@@ -75,12 +73,12 @@ def unused_name(mbs: MainSystem, name: str) -> str:
 
 
 def _as_symbol(value: Real) -> Real:
-    """A constant as a symbol; symbols pass."""
+    """Convert a constant to a symbol; return symbols unchanged."""
     return symbols.Real(float(value)) if isinstance(value, float | int) else value
 
 
 class _Symbolic:
-    """Expression trees; conditions become `IfThenElse`, both branches are recorded."""
+    """Expression trees; conditions become `IfThenElse`, with both branches recorded."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         return symbols.IfThenElse(condition, _as_symbol(yes), _as_symbol(no))

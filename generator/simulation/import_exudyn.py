@@ -1,4 +1,4 @@
-"""The door to Exudyn for a command: its faster build, and a sentence when it cannot be loaded."""
+"""Import of Exudyn for a command: its faster build, and a clear error if it cannot be loaded."""
 
 import sys
 from contextlib import redirect_stdout
@@ -8,13 +8,13 @@ from generator.diagnostics import NotInstalledError
 
 
 def import_exudyn() -> None:
-    """Load Exudyn before anything else does, in its build without range checks if there is one.
+    """Import Exudyn, in its build without range checks if available.
 
-    That build is a sixth faster and gives the same numbers; a program that has loaded Exudyn keeps
-    what it has. Exudyn announces the choice on the standard output, which is kept quiet here.
+    That build is a sixth faster and gives the same numbers; if Exudyn is loaded already, nothing
+    changes. Exudyn's announcement on the standard output is suppressed.
 
     Raises:
-        NotInstalledError: it cannot be loaded; the message names what is missing.
+        NotInstalledError: Exudyn cannot be loaded; the message names the missing library.
     """
     if "exudyn" not in sys.modules:
         sys.exudynFast = True  # pyright: ignore[reportAttributeAccessIssue]
@@ -26,11 +26,11 @@ def import_exudyn() -> None:
 
 
 def _import_error_message(failure: str) -> str:
-    """What is missing, and where it comes from."""
+    """Message that names what is missing and how to install it."""
     library = failure.split(":")[0]
     if not library.startswith("lib"):
         return f"Exudyn cannot be loaded: {failure}"
     return (
         f"Exudyn cannot be loaded because this system lacks the library {library}; "
-        "on Debian and Ubuntu `apt-get install libgl1` brings it"
+        "on Debian and Ubuntu, install it with `apt-get install libgl1`"
     )

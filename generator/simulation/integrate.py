@@ -1,10 +1,10 @@
-"""One pass: the integrator goes from frame to frame with a fixed number of steps in each.
+"""One integration pass with a fixed number of steps per frame, and the trace of its states.
 
-Exudyn's trapezoidal rule with constraints on velocity level (index 2) is restarted at each frame,
-which it does without loss, and at the corners of spring laws where an earlier pass met them: a step
-across a corner would spoil the order that the extrapolation lives on. Between frames the pass can
-stop: for Ctrl-C, for the wall clock, for a joint that went through 180 deg. The step is never
-halved, so no pass can crawl.
+Exudyn's trapezoidal rule with constraints on velocity level (index 2) is restarted at frames, which
+loses no accuracy, and at the breakpoints of spring laws that an earlier pass crossed: a step across
+a breakpoint would reduce the order on which the extrapolation relies. Between frames the pass stops
+for Ctrl-C, for the wall-time limit and for a joint that passes 180 deg. Steps are never halved, so
+a pass always ends.
 """
 
 import time
@@ -33,13 +33,13 @@ from generator.simulation.step_schedule import (
 )
 
 _NEGLIGIBLE_STEP = 1e-8
-"""A step so short that nothing moves in it [s]."""
+"""Step during which the motion is negligible [s]."""
 
 FRAMES_PER_SENSOR_READ = 20
-"""Frames between two readings of the meters: reading each costs as much as many steps."""
+"""Frames between two readings of the sensors; a reading costs as much as many steps."""
 
 _MIN_SUSPECT_ANGLE = 2.8
-"""A solver that fails with a sprung joint beyond this angle [rad] failed for that joint."""
+"""Angle of a joint with springs beyond which a solver failure is attributed to it [rad]."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class Trace:
         rotations: of the segment axes, shape (n, B, 3, 3).
         velocities: of the centres of mass, shape (n, B, 3) [m/s].
         angular_velocities: angular velocities, shape (n, B, 3) [rad/s].
-        multipliers: of each constraint item of each joint, shape (n, items, 6), as Exudyn tells
-            them.
-        dissipated: energy taken by damping since the start, shape (n,) [J].
-        spring_work: work done since the start against springs that have no energy, shape (n,) [J].
+        multipliers: Exudyn's multipliers of each joint's constraint items, shape (n, items, 6).
+        dissipated: energy dissipated since the start, shape (n,) [J].
+        spring_work: work against springs without an energy since the start, shape (n,) [J].
         load_work: work done by loads and drives since the start, shape (n,) [J].
-        coordinate_multipliers: multipliers of the servos' rows, shape (n, rows) [N m]: minus the torques.
+        coordinate_multipliers: multipliers of links and drives, which are minus their torques,
+            shape (n, rows) [N m].
     """
 
     times: Array
@@ -76,13 +76,13 @@ class Trace:
         return self.times.size
 
     def first_frames(self, count: int) -> "Trace":
-        """The first `count` frames."""
+        """Return the first `count` frames."""
         return self._map_arrays(lambda values: values[:count])
 
     def with_motion(
         self, positions: Array, rotations: Array, velocities: Array, angular_velocities: Array
     ) -> "Trace":
-        """The same with the bodies elsewhere; shapes and axes as those of the attributes."""
+        """Return a copy with another motion; shapes and axes as those of the attributes."""
         return replace(
             self,
             positions=positions,
@@ -92,23 +92,23 @@ class Trace:
         )
 
     def extend_from(self, longer: "Trace") -> "Trace":
-        """These frames, and after them those that another trace has more."""
+        """Append the frames by which another trace is longer."""
         count = len(self)
 
-        def after(mine: Array, others: Array) -> Array:
-            return np.concatenate([mine, others[count:]])
+        def extend(first: Array, second: Array) -> Array:
+            return np.concatenate([first, second[count:]])
 
         return Trace(
-            after(self.times, longer.times),
-            after(self.positions, longer.positions),
-            after(self.rotations, longer.rotations),
-            after(self.velocities, longer.velocities),
-            after(self.angular_velocities, longer.angular_velocities),
-            {name: after(m, longer.multipliers[name]) for name, m in self.multipliers.items()},
-            after(self.dissipated, longer.dissipated),
-            after(self.spring_work, longer.spring_work),
-            after(self.load_work, longer.load_work),
-            after(self.coordinate_multipliers, longer.coordinate_multipliers),
+            extend(self.times, longer.times),
+            extend(self.positions, longer.positions),
+            extend(self.rotations, longer.rotations),
+            extend(self.velocities, longer.velocities),
+            extend(self.angular_velocities, longer.angular_velocities),
+            {name: extend(m, longer.multipliers[name]) for name, m in self.multipliers.items()},
+            extend(self.dissipated, longer.dissipated),
+            extend(self.spring_work, longer.spring_work),
+            extend(self.load_work, longer.load_work),
+            extend(self.coordinate_multipliers, longer.coordinate_multipliers),
         )
 
     def _map_arrays(self, change: Callable[[Array], Array]) -> "Trace":
@@ -129,15 +129,15 @@ class Trace:
 
 @dataclass(frozen=True)
 class IntegrationPass:
-    """What one pass left, and how it ended.
+    """Result of one pass.
 
     Attributes:
         trace: the frames up to the end.
-        outcome: how it ended.
-        step: the step of a frame that is not cut [s].
+        outcome: how the pass ended.
+        step: step in a frame without subintervals [s].
         steps: number of steps taken.
-        wall_time: time spent stepping [s].
-        step_hints: what it tells the next pass of corners of spring laws.
+        wall_time: wall time of the integration [s].
+        step_hints: breakpoint crossings of spring laws, for the next pass.
     """
 
     trace: Trace
@@ -159,7 +159,7 @@ def frame_times(start: float, stop: float, frame: float) -> Array:
 
 
 def integrate(
-    assembly: ExudynModel,
+    model: ExudynModel,
     times: Array,
     step: float,
     newton_tolerance: float,
@@ -168,104 +168,114 @@ def integrate(
     hints: StepHints | None = None,
     subdivision: int = 1,
 ) -> IntegrationPass:
-    """Integrate an assembly over the frames.
+    """Integrate a model over the frames.
 
     Args:
-        assembly: a fresh one; it is used up.
-        times: of the frames [s], shape (n,).
-        step: largest step [s]; each frame interval is cut into equal steps not longer than it.
+        model: a new model, which cannot be used again.
+        times: times of the frames [s], shape (n,).
+        step: largest step [s]; each frame interval is divided into equal steps not longer than it.
         newton_tolerance: relative tolerance of Newton's method.
         deadline: `time.monotonic()` after which the pass stops.
-        on_frame: told the time after each frame.
-        hints: an earlier pass over the same frames, which tells where steps shall end.
-        subdivision: into how many each step is cut again: two passes that differ in it alone have steps
-            in this ratio everywhere, also where a frame is cut at corners.
+        on_frame: called with the time after each frame.
+        hints: breakpoint crossings of an earlier pass over the same frames, where steps should end.
+        subdivision: factor by which steps are divided further; the steps of two passes that differ
+            only in it have this ratio everywhere, including subintervals.
 
     Returns:
         The pass; a failure is its outcome, never an exception.
     """
-    begun = time.monotonic()
+    wall_start = time.monotonic()
     settings = _settings(newton_tolerance)
-    first = _initial_multipliers(assembly, settings, float(times[0]))
-    meters = SensorLog(assembly)
-    log = _StateLog(assembly, float(times[0]), first)
-    steps, read, k = 0, 0, 0
-    hints, jumps = hints or StepHints(), load_discontinuities(assembly)
+    multipliers = _initial_multipliers(model, settings, float(times[0]))
+    sensors = SensorLog(model)
+    log = _StateLog(model, float(times[0]), multipliers)
+    steps, last_read, k = 0, 0, 0
+    hints, discontinuities = hints or StepHints(), load_discontinuities(model)
     outcome = Outcome(Ending.DONE, "", float(times[-1]))
-    passing = _StepCallback(log, on_frame, deadline)
-    a_frame = subdivision * count_steps(float(times[1] - times[0]), step)
+    callback = _StepCallback(log, on_frame, deadline)
+    steps_per_frame = subdivision * count_steps(float(times[1] - times[0]), step)
     try:
         while k + 1 < times.size:
-            most = min(read + FRAMES_PER_SENSOR_READ - k, MAX_STEPS_PER_CHUNK // a_frame)
-            last = last_frame_of_batch(times, k, most, jumps, hints)
-            here, there = float(times[k]), float(times[last])
+            max_frames = min(
+                last_read + FRAMES_PER_SENSOR_READ - k, MAX_STEPS_PER_CHUNK // steps_per_frame
+            )
+            last = last_frame_of_batch(times, k, max_frames, discontinuities, hints)
+            start, stop = float(times[k]), float(times[last])
             try:
                 if last > k + 1:
-                    count = (last - k) * a_frame
-                    with passing.track_frames(assembly.mbs, times[k + 1 : last], a_frame):
-                        _advance(assembly, settings, (here, there), count, read < k)
+                    count = (last - k) * steps_per_frame
+                    with callback.track_frames(model.mbs, times[k + 1 : last], steps_per_frame):
+                        _advance(model, settings, (start, stop), count, last_read < k)
                     steps += count
-                    if passing.stopped:
+                    if callback.stopped:
                         raise TimeoutError
                 else:
-                    corners = hints.crossing_times(k, here, there, meters.current_displacement)
-                    for interval in subintervals(here, there, jumps, corners, step / subdivision):
+                    crossings = hints.crossing_times(k, start, stop, sensors.current_displacement)
+                    for interval in subintervals(
+                        start, stop, discontinuities, crossings, step / subdivision
+                    ):
                         count = subdivision * count_steps(interval[1] - interval[0], step)
-                        for bite, some in step_chunks(interval, count):
-                            if time.monotonic() > deadline and bite[0] > here:
+                        for chunk, chunk_steps in step_chunks(interval, count):
+                            if time.monotonic() > deadline and chunk[0] > start:
                                 raise TimeoutError
-                            _advance(assembly, settings, bite, some, read < k or bite[0] > here)
-                            steps += some
+                            _advance(
+                                model,
+                                settings,
+                                chunk,
+                                chunk_steps,
+                                last_read < k or chunk[0] > start,
+                            )
+                            steps += chunk_steps
             except SolverError:
-                outcome = _solver_failure_outcome(assembly, log, meters)
+                outcome = _solver_failure_outcome(model, log, sensors)
                 break
             except TimeoutError:
                 outcome = _timeout_outcome(log.last_time)
                 break
-            log.record(there)
+            log.record(stop)
             k = last
-            if k - read == FRAMES_PER_SENSOR_READ or there == times[-1]:
-                flip = meters.read(times[read + 1 : k + 1])
-                read = k
-                if flip is not None:
-                    outcome = _half_turn_outcome(flip)
+            if k - last_read == FRAMES_PER_SENSOR_READ or stop == times[-1]:
+                crossing = sensors.read(times[last_read + 1 : k + 1])
+                last_read = k
+                if crossing is not None:
+                    outcome = _half_turn_outcome(crossing)
                     break
-            on_frame(there)
-            if time.monotonic() > deadline and there < times[-1]:
-                outcome = _timeout_outcome(there)
+            on_frame(stop)
+            if time.monotonic() > deadline and stop < times[-1]:
+                outcome = _timeout_outcome(stop)
                 break
     except KeyboardInterrupt:
         outcome = _interruption_outcome(log.last_time)
     reached = len(log)
-    if read + 1 < reached:
-        flip = meters.read(times[read + 1 : reached])
-        outcome = outcome if flip is None else _half_turn_outcome(flip)
-    spent = time.monotonic() - begun
-    trace = log.build_trace(meters)
+    if last_read + 1 < reached:
+        crossing = sensors.read(times[last_read + 1 : reached])
+        outcome = outcome if crossing is None else _half_turn_outcome(crossing)
+    wall_time = time.monotonic() - wall_start
+    trace = log.build_trace(sensors)
     if outcome.ending is Ending.TURNED_OVER:
         # The first frame stays, also where a fast joint turns over before the second.
         trace = trace.first_frames(max(1, int(np.searchsorted(times, outcome.last_time))))
     last = float(trace.times[-1])
     outcome = replace(outcome, last_time=last)
     frame = float(times[1] - times[0])
-    used = frame / a_frame
-    return IntegrationPass(trace, outcome, used, steps, spent, meters.step_hints)
+    used_step = frame / steps_per_frame
+    return IntegrationPass(trace, outcome, used_step, steps, wall_time, sensors.step_hints)
 
 
 class _StepCallback:
-    """Takes the frames that the integrator passes without a stop; Exudyn calls it at every step."""
+    """Records the frames within a batch; Exudyn calls it after every step."""
 
     def __init__(self, log: "_StateLog", on_frame: FrameCallback, deadline: float) -> None:
-        self._log, self._watch, self._deadline = log, on_frame, deadline
-        self._waiting: list[float] = []
+        self._log, self._on_frame, self._deadline = log, on_frame, deadline
+        self._frame_times: list[float] = []
         self.stopped = False
-        self._every, self._steps, self._taken, self._told = 1, 0, 0, 0
+        self._steps_per_frame, self._steps, self._recorded, self._reported = 1, 0, 0, 0
 
     @contextmanager
     def track_frames(self, mbs: Any, times: Array, every: int) -> Generator[None]:
-        """While a leg is integrated that passes frames [s], one after each `every` steps."""
-        self._waiting, self._every = times.tolist(), every
-        self._steps, self._taken, self._told = -1, 0, 0
+        """Record frames at times [s], one after each `every` steps, during a batch."""
+        self._frame_times, self._steps_per_frame = times.tolist(), every
+        self._steps, self._recorded, self._reported = -1, 0, 0
         mbs.SetPostStepUserFunction(self)
         try:
             yield
@@ -274,27 +284,27 @@ class _StepCallback:
             mbs.SetPostStepUserFunction(0)
 
     def __call__(self, mbs: Any, now: float) -> bool:
-        """Told of the start and after every step; whether to go on."""
+        """Handle the start or a step; return whether to continue."""
         self._steps += 1
-        if self._told < self._taken:
-            # Only now are the sensors of the frame stored.
-            self._told += 1
-            self._watch(self._waiting[self._told - 1])
-        here = self._steps > 0 and self._steps % self._every == 0
-        if here and self._taken < len(self._waiting):
-            self._log.record(self._waiting[self._taken])
-            self._taken += 1
+        if self._reported < self._recorded:
+            # Exudyn stores the sensors of a frame only after this call.
+            self._reported += 1
+            self._on_frame(self._frame_times[self._reported - 1])
+        is_frame = self._steps > 0 and self._steps % self._steps_per_frame == 0
+        if is_frame and self._recorded < len(self._frame_times):
+            self._log.record(self._frame_times[self._recorded])
+            self._recorded += 1
             self.stopped = time.monotonic() > self._deadline
         return not self.stopped
 
 
 def _settings(newton: float) -> Any:
-    """Simulation settings that do not change during a pass."""
+    """Return the simulation settings of a pass."""
     settings = exu.SimulationSettings()
     integration = settings.timeIntegration
     integration.adaptiveStep = False
     integration.newton.useModifiedNewton = True
-    # A Jacobian costs as much as a dozen iterations: renew it once they gain less than this.
+    # A Jacobian costs as much as a dozen iterations: update it when they converge more slowly.
     integration.newton.modifiedNewtonContractivity = 0.2
     integration.newton.relativeTolerance = newton
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
@@ -303,14 +313,14 @@ def _settings(newton: float) -> Any:
 
 
 def _advance(
-    assembly: ExudynModel,
+    model: ExudynModel,
     settings: Any,
     interval: tuple[float, float],
     count: int,
     is_continuation: bool,
     keep: bool = True,
 ) -> None:
-    """Take `count` steps from one frame to the next, and start from there next time if `keep`.
+    """Take `count` equal steps; with `keep` the next call starts from the final state.
 
     Raises SolverError.
     """
@@ -320,32 +330,30 @@ def _advance(
     settings.solution.sensors.writePeriod = (interval[1] - interval[0]) / count / 2.0
     settings.solution.sensors.append = is_continuation
     settings.solution.file.writeInitialValues = (
-        not is_continuation and interval[0] == assembly.plan.start
+        not is_continuation and interval[0] == model.plan.start
     )
     try:
-        assembly.mbs.SolveDynamic(
+        model.mbs.SolveDynamic(
             settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2, updateInitialValues=keep
         )
     except Exception as failure:
-        # A Ctrl-C comes back wrapped: while compiled code runs in a SystemError, within a function
-        # of ours that Exudyn calls in an error of Exudyn.
+        # Ctrl-C arrives wrapped: in a SystemError from compiled code, in an error of Exudyn from a
+        # user function.
         if isinstance(failure.__cause__, KeyboardInterrupt):
             raise failure.__cause__ from None
         raise
 
 
 class _StateLog:
-    """The states at the frames of a pass."""
+    """States at the frames of a pass."""
 
-    def __init__(self, assembly: ExudynModel, start: float, multipliers: "_Multipliers") -> None:
-        """Begin with the state at the start, and the multipliers there."""
-        self._assembly = assembly
-        # The bodies come first; a clock may stand behind them.
-        self._count = 7 * len(assembly.figure.bodies)
+    def __init__(self, model: ExudynModel, start: float, multipliers: "_Multipliers") -> None:
+        """Record the initial state with its multipliers."""
+        self._model = model
+        # The bodies' coordinates come first; that of a clock may follow.
+        self._count = 7 * len(model.figure.bodies)
         self._reference = np.asarray(
-            assembly.mbs.systemData.GetODE2Coordinates(
-                configuration=exu.ConfigurationType.Reference
-            )
+            model.mbs.systemData.GetODE2Coordinates(configuration=exu.ConfigurationType.Reference)
         )[: self._count]
         self._times: list[float] = []
         self._states: list[tuple[Array, Array]] = []
@@ -361,17 +369,17 @@ class _StateLog:
         return self._times[len(self) - 1]
 
     def record(self, now: float, multipliers: "_Multipliers | None" = None) -> None:
-        """Keep the current state, with its multipliers unless others are given."""
-        data = self._assembly.mbs.systemData
+        """Record the current state, with the current multipliers by default."""
+        data = self._model.mbs.systemData
         coordinates = np.array(data.GetODE2Coordinates())[: self._count]
         rates = np.array(data.GetODE2Coordinates_t())[: self._count]
         self._times.append(now)
         self._states.append((coordinates, rates))
-        self._multipliers.append(multipliers or _current_multipliers(self._assembly))
+        self._multipliers.append(multipliers or _current_multipliers(self._model))
 
     def fastest_joint(self) -> str:
-        """The joint whose segments turn fastest against each other at the last state."""
-        figure = self._assembly.figure
+        """Return the joint with the largest relative angular velocity at the last state."""
+        figure = self._model.figure
         coordinates, rates = (part.reshape(-1, 7) for part in self._states[len(self) - 1])
         parameters = (coordinates + self._reference.reshape(-1, 7))[:, 3:]
         spins = dict.fromkeys(figure.ground, np.zeros(3))
@@ -389,9 +397,9 @@ class _StateLog:
         return max(speeds, key=lambda name: speeds[name])
 
     def build_trace(self, sensors: SensorLog) -> Trace:
-        """All states that are complete."""
+        """Return the states whose sensors have been read."""
         count = min(len(self), len(sensors.work))
-        bodies = len(self._assembly.figure.bodies)
+        bodies = len(self._model.figure.bodies)
         q, rates = (
             np.array([state[k] for state in self._states[:count]]).reshape(count, bodies, 7)
             for k in range(2)
@@ -406,7 +414,7 @@ class _StateLog:
             angular_velocities_from_parameters(q[..., 3:], rates[..., 3:]),
             {
                 name: np.array([row.joints[name] for row in self._multipliers[:count]])
-                for name in self._assembly.joints
+                for name in self._model.joints
             },
             work[:, 0],
             work[:, 1],
@@ -436,39 +444,39 @@ def angular_velocities_from_parameters(parameters: Array, rates: Array) -> Array
 
 @dataclass(frozen=True)
 class _Multipliers:
-    """Those of the joints' constraint items, shape (items, 6), and of all servos' rows, (rows,)."""
+    """Multipliers of joints, shape (items, 6) each, and of links and drives, shape (rows,)."""
 
     joints: dict[str, Array]
     coordinates: Array
 
 
-def _initial_multipliers(assembly: ExudynModel, settings: Any, start: float) -> _Multipliers:
-    """The multipliers at the start, which Exudyn leaves zero: those after a step of no account.
+def _initial_multipliers(model: ExudynModel, settings: Any, start: float) -> _Multipliers:
+    """Multipliers at the start, which Exudyn leaves zero: those after a negligible step.
 
-    The assembly is back at its start when it is assembled anew. A solver that fails here will fail
-    in the first step of the pass as well, and be told of there.
+    Assembling again resets the model to its start. A solver failure is ignored here, because it
+    occurs again in the first step of the pass.
     """
     with suppress(SolverError):
-        _advance(assembly, settings, (start, start + _NEGLIGIBLE_STEP), 1, False, keep=False)
-    return _current_multipliers(assembly)
+        _advance(model, settings, (start, start + _NEGLIGIBLE_STEP), 1, False, keep=False)
+    return _current_multipliers(model)
 
 
-def _current_multipliers(assembly: ExudynModel) -> _Multipliers:
-    """The multipliers of all constraints now."""
+def _current_multipliers(model: ExudynModel) -> _Multipliers:
+    """Return the current multipliers of all constraints."""
     joints = {
-        name: np.array([_joint_multipliers(assembly.mbs, c) for c in constraints])
-        for name, constraints in assembly.joints.items()
+        name: np.array([_joint_multipliers(model.mbs, c) for c in constraints])
+        for name, constraints in model.joints.items()
     }
     kind = exu.OutputVariableType.Force
-    servos = [
-        np.atleast_1d(np.asarray(assembly.mbs.GetObjectOutput(servo.item, kind), dtype=float))
-        for servo in assembly.coordinate_constraints
+    coordinates = [
+        np.atleast_1d(np.asarray(model.mbs.GetObjectOutput(constraint.item, kind), dtype=float))
+        for constraint in model.coordinate_constraints
     ]
-    return _Multipliers(joints, np.concatenate([np.zeros(0), *servos]))
+    return _Multipliers(joints, np.concatenate([np.zeros(0), *coordinates]))
 
 
 def _joint_multipliers(mbs: Any, constraint: Constraint) -> Array:
-    """Force (of a ball joint in world axes) and rotation multipliers of a joint, shape (6,)."""
+    """Force (of a spherical joint in world axes) and rotation multipliers, shape (6,)."""
     kinds = exu.OutputVariableType
     if constraint.is_spherical:
         return np.append(np.asarray(mbs.GetObjectOutput(constraint.item, kinds.Force)), np.zeros(3))
@@ -477,15 +485,15 @@ def _joint_multipliers(mbs: Any, constraint: Constraint) -> Array:
     return np.concatenate([np.asarray(force), np.asarray(about)])
 
 
-def _solver_failure_outcome(assembly: ExudynModel, log: _StateLog, sensors: SensorLog) -> Outcome:
-    """The solver gave up: which joint was worst."""
+def _solver_failure_outcome(model: ExudynModel, log: _StateLog, sensors: SensorLog) -> Outcome:
+    """Return the outcome of a solver failure, with the joint that probably caused it."""
     near = sensors.nearest_half_turn()
     if near is not None and near[1] > _MIN_SUSPECT_ANGLE:
         return _half_turn_outcome(HalfTurnCrossing(near[0], log.last_time))
     joint = log.fastest_joint()
     return Outcome(
         Ending.SOLVER_FAILED,
-        f"the solver failed after {log.last_time:.4g} s, when joint {joint} moved fastest",
+        f"the solver failed after {log.last_time:.4g} s; the fastest joint was {joint}",
         log.last_time,
         joint,
     )
@@ -494,7 +502,7 @@ def _solver_failure_outcome(assembly: ExudynModel, log: _StateLog, sensors: Sens
 def _half_turn_outcome(crossing: HalfTurnCrossing) -> Outcome:
     return Outcome(
         Ending.TURNED_OVER,
-        f"joint {crossing.joint} turned through 180 deg at {crossing.time:.4g} s, where "
+        f"joint {crossing.joint} rotated through 180 deg at {crossing.time:.4g} s, where "
         "the torque of its springs is not defined",
         crossing.time,
         crossing.joint,
@@ -502,7 +510,7 @@ def _half_turn_outcome(crossing: HalfTurnCrossing) -> Outcome:
 
 
 def _timeout_outcome(now: float) -> Outcome:
-    return Outcome(Ending.TOO_LONG, f"the wall time allowed was used up at {now:.4g} s", now)
+    return Outcome(Ending.TOO_LONG, f"the wall-time limit was reached at {now:.4g} s", now)
 
 
 def _interruption_outcome(now: float) -> Outcome:

@@ -1,9 +1,4 @@
-"""From the states of the bodies to a motion in the figure's own terms.
-
-The energy book of a run, from the states of its frames.
-
-What the multipliers of servos are as torques on the joints.
-"""
+"""Motion, reactions, torques and energies of joints from the trace of a run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,12 +34,12 @@ from springs import (
 
 @dataclass(frozen=True)
 class JointMotion:
-    """How a joint moved; n frames.
+    """Motion of a joint over n frames.
 
     Attributes:
         pose_in_parent: pose of the child's site in the parent's, shape (n, 4, 4).
-        relative_velocity: (angular, linear) velocity of the child's site relative to the parent's, in the
-            parent's site axes, shape (n, 6).
+        relative_velocity: (angular, linear) velocity of the child's site relative to the parent's,
+            in the parent's site axes, shape (n, 6).
         displacements: shape (n, dof) [rad or m].
         rates: of the displacements, shape (n, dof).
     """
@@ -61,34 +56,36 @@ class JointMotion:
 
 
 def coupled_joint_rotations(
-    assembly: ExudynModel, joints: Mapping[str, JointMotion]
+    model: ExudynModel, joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
-    """The turns of the joints that coupled laws are about, as `coupled_torques` takes them."""
-    turned: dict[str, Array] = {}
-    for name in {axis.joint for one in assembly.coupled for axis in one.spring.axes}:
-        turns = assembly.placement.tree.chains[name].rotations
-        moved = joints[name]
-        turned[name] = (
-            moved.displacements[:, turns[0]] if len(turns) == 1 else moved.rotation_vectors
+    """Rotations of the joints of coupled laws, as `coupled_torques` takes them."""
+    rotations: dict[str, Array] = {}
+    for name in {axis.joint for coupled in model.coupled for axis in coupled.spring.axes}:
+        rotation_indices = model.placement.tree.chains[name].rotations
+        motion = joints[name]
+        rotations[name] = (
+            motion.displacements[:, rotation_indices[0]]
+            if len(rotation_indices) == 1
+            else motion.rotation_vectors
         )
-    return turned
+    return rotations
 
 
 class SegmentMotion:
     """Poses and velocities of segments and joints over a trace."""
 
-    def __init__(self, assembly: ExudynModel, trace: Trace) -> None:
-        """Place the segments at every frame."""
-        self._figure = assembly.figure
+    def __init__(self, model: ExudynModel, trace: Trace) -> None:
+        """Compute the poses of the segments at every frame."""
+        self._figure = model.figure
         self._trace = trace
-        self._assembly = assembly
+        self._model = model
         self._places = {name: k for k, name in enumerate(self._figure.bodies)}
         self.poses: Mapping[str, Array] = {name: self._pose(name) for name in self._figure.segments}
 
     def _pose(self, segment: str) -> Array:
         count = len(self._trace)
         if segment not in self._places:
-            fixed = self._assembly.placement.poses[segment]
+            fixed = self._model.placement.poses[segment]
             return np.broadcast_to(fixed, (count, 4, 4)).copy()
         k = self._places[segment]
         centre = self._figure.segments[segment].centre_of_mass
@@ -101,60 +98,56 @@ class SegmentMotion:
         if segment not in self._places:
             return np.zeros_like(point), np.zeros_like(point)
         k = self._places[segment]
-        spin = self._trace.angular_velocities[:, k]
+        angular_velocity = self._trace.angular_velocities[:, k]
         arm = point - self._trace.positions[:, k]
-        return spin, self._trace.velocities[:, k] + np.cross(spin, arm)
+        return angular_velocity, self._trace.velocities[:, k] + np.cross(angular_velocity, arm)
 
     def site(self, ref: SiteRef) -> Array:
         """Pose of a site in the world, shape (n, 4, 4)."""
         return self.poses[ref.segment] @ self._figure.site(ref).pose_in_segment
 
     def joint(self, joint: Joint, start: Array) -> JointMotion:
-        """The motion of a joint; `start` is the displacement it was given at the start, (dof,)."""
+        """Return the motion of a joint with the initial displacements `start`, shape (dof,)."""
         parent, child = self.site(joint.parent), self.site(joint.child)
-        between = inverse_pose(parent) @ child
+        pose_in_parent = inverse_pose(parent) @ child
         point = child[:, :3, 3]
-        spin, velocity = self._velocity(joint.child.segment, point)
-        base_spin, base_velocity = self._velocity(joint.parent.segment, point)
-        turn = np.swapaxes(parent[:, :3, :3], -1, -2)
-        angular = (turn @ (spin - base_spin)[..., None])[..., 0]
-        linear = (turn @ (velocity - base_velocity)[..., None])[..., 0]
+        angular_velocity, velocity = self._velocity(joint.child.segment, point)
+        parent_angular_velocity, parent_velocity = self._velocity(joint.parent.segment, point)
+        to_parent = np.swapaxes(parent[:, :3, :3], -1, -2)
+        angular = (to_parent @ (angular_velocity - parent_angular_velocity)[..., None])[..., 0]
+        linear = (to_parent @ (velocity - parent_velocity)[..., None])[..., 0]
         motion = np.concatenate([angular, linear], axis=1)
-        chain = self._assembly.placement.tree.chains[joint.name]
-        displacements = _continuous_displacements(chain, between, start)
+        chain = self._model.placement.tree.chains[joint.name]
+        displacements = _continuous_displacements(chain, pose_in_parent, start)
         return JointMotion(
-            between,
+            pose_in_parent,
             motion,
             displacements,
-            _displacement_rates(chain, displacements, between, motion),
+            _displacement_rates(chain, displacements, pose_in_parent, motion),
         )
 
     def passive_torques(self, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
-        """Torque of each joint's springs and damping on the child, parent's axes, (n, 3) [N m].
-
-        Args:
-            joints: the motion of every joint.
-        """
+        """Torque of each joint's springs and damping on the child, parent's axes, (n, 3) [N m]."""
         torques = {
-            name: self._uncoupled_torque(self._figure.joints[name], moved)
-            for name, moved in joints.items()
+            name: self._uncoupled_torque(self._figure.joints[name], motion)
+            for name, motion in joints.items()
         }
-        chains = self._assembly.placement.tree.chains
-        turned = coupled_joint_rotations(self._assembly, joints)
-        for one in self._assembly.coupled:
-            for name, torque in coupled_torques(one.spring, chains, turned).items():
+        chains = self._model.placement.tree.chains
+        rotations = coupled_joint_rotations(self._model, joints)
+        for coupled in self._model.coupled:
+            for name, torque in coupled_torques(coupled.spring, chains, rotations).items():
                 if torque.ndim == 1:
                     torques[name] += np.outer(torque, unit_vector(chains[name].rotation_axes[0]))
                 else:
-                    half = matrix_from_rotation_vector(0.5 * turned[name])
+                    half = matrix_from_rotation_vector(0.5 * rotations[name])
                     torques[name] += (half @ torque[..., None])[..., 0]
         return torques
 
     def _uncoupled_torque(self, joint: Joint, joint_motion: JointMotion) -> Array:
-        """Torque of the springs and damping of one joint alone, as `passive_torques`."""
-        springs = self._assembly.spring_set.joints.get(joint.name, JointSprings(joint.name))
-        chain = self._assembly.placement.tree.chains[joint.name]
-        if not springs.axes or joint.name not in self._assembly.springs:
+        """Torque of a joint's own springs and damping, in the axes of `passive_torques`."""
+        springs = self._model.spring_set.joints.get(joint.name, JointSprings(joint.name))
+        chain = self._model.placement.tree.chains[joint.name]
+        if not springs.axes or joint.name not in self._model.springs:
             return np.zeros((len(self._trace), 3))
         if len(chain.rotations) == 1:
             spring = springs.axes[0]
@@ -168,34 +161,34 @@ class SegmentMotion:
         r = joint_motion.rotation_vectors
         half = matrix_from_rotation_vector(0.5 * r)
         rate = (np.swapaxes(half, -1, -2) @ joint_motion.relative_velocity[:, :3, None])[..., 0]
-        torque = elastic_torque(self._assembly.spring_set.joining, springs.axes, r)
+        torque = elastic_torque(self._model.spring_set.joining, springs.axes, r)
         torque = torque + damping_torque(springs.axes, r, rate)
         return (half @ torque[..., None])[..., 0]
 
     def reaction(self, joint: Joint, joint_motion: JointMotion) -> Array:
         """Force and moment of the constraints on the child at its site, shape (n, 6) [N, N m]."""
         total = np.zeros((len(self._trace), 6))
-        constraints = self._assembly.joints.get(joint.name, ())
+        constraints = self._model.joints.get(joint.name, ())
         for number, constraint in enumerate(constraints):
             multipliers = self._trace.multipliers[joint.name][:, number]
-            lock = constraint.locked_axes
-            turn = joint_motion.pose_in_parent[:, :3, :3]
-            rest = inverse_pose(lock.zero_pose)
-            child = turn @ rest[:3, :3] @ lock.frame
-            parent = np.broadcast_to(lock.frame, child.shape)
-            first, second = (child, parent) if lock.from_child else (parent, child)
+            locked_axes = constraint.locked_axes
+            rotation = joint_motion.pose_in_parent[:, :3, :3]
+            zero_pose = inverse_pose(locked_axes.zero_pose)
+            child = rotation @ zero_pose[:3, :3] @ locked_axes.frame
+            parent = np.broadcast_to(locked_axes.frame, child.shape)
+            first, second = (child, parent) if locked_axes.from_child else (parent, child)
             if constraint.is_spherical:
                 first = np.swapaxes(self.site(joint.parent)[:, :3, :3], -1, -2)
             force = -(first @ multipliers[:, :3, None])[..., 0]
             moment = np.zeros_like(force)
-            for u, v, k in _rotation_equations(lock.rotations):
+            for u, v, k in _rotation_equations(locked_axes.rotations):
                 across = np.cross(second[..., v], first[..., u])
                 moment -= multipliers[:, 3 + k, None] * across
-            if lock.from_child:
-                # The second marker is the parent's: turn the pair round, and move its point.
+            if locked_axes.from_child:
+                # The second marker is the parent's: reverse the wrench and move its point.
                 force, moment = -force, -moment
                 moment += np.cross(-joint_motion.pose_in_parent[:, :3, 3], force)
-            moment += np.cross(turn @ rest[:3, 3], force)
+            moment += np.cross(rotation @ zero_pose[:3, 3], force)
             total += np.concatenate([force, moment], axis=1)
         return total
 
@@ -219,15 +212,15 @@ def _rotation_equations(locks: tuple[int, int, int]) -> list[tuple[int, int, int
 def _continuous_displacements(chain: Chain, pose_in_parent: Array, start: Array) -> Array:
     """Displacements of a chain over the frames, continuous from one to the next, (n, dof)."""
     rows: list[Array] = []
-    near: Array | None = None if _starts_at_singularity(chain, pose_in_parent[0]) else start
+    nearest: Array | None = None if _starts_at_singularity(chain, pose_in_parent[0]) else start
     for pose in pose_in_parent:
-        near = chain.displacements(pose, near)
-        rows.append(near)
+        nearest = chain.displacements(pose, nearest)
+        rows.append(nearest)
     return np.array(rows).reshape(len(pose_in_parent), len(chain.joint_axes))
 
 
 def _starts_at_singularity(chain: Chain, pose: Array) -> bool:
-    """Whether the first frame leaves the outer angles open (eq. 3.14 and 3.15 then share them)."""
+    """Return whether the outer angles are undefined in the first frame (eq. 3.14 and 3.15)."""
     return chain.sequence is not None and chain.sequence.is_singular(pose[:3, :3])
 
 
@@ -242,73 +235,68 @@ def _displacement_rates(
 
 
 def energy_by_kind(
-    assembly: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
+    model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
     """Energy by kind at every frame, shape (n,) each [J].
 
-    `spring` is the stored energy of the springs; where there is none, for spherical joints with the
-    weighted law and for coupled laws that are no gradient, the work done against their elastic
-    torques since the start. `gravity` is counted from the world's origin.
+    `spring` is the stored energy of the springs. For laws without one, which are the weighted law
+    and coupled laws that are not a gradient, it is the work against their elastic torques since the
+    start. `gravity` is zero at the world's origin.
     """
-    bodies = list(assembly.figure.bodies.values())
+    bodies = list(model.figure.bodies.values())
     masses = np.array([body.mass for body in bodies], dtype=float)
     inertias = np.array([body.inertia for body in bodies], dtype=float)
     own_spins = (np.swapaxes(trace.rotations, -1, -2) @ trace.angular_velocities[..., None])[..., 0]
     kinetic = 0.5 * np.sum(masses * np.sum(trace.velocities**2, axis=-1), axis=-1)
     kinetic += 0.5 * np.sum(inertias * own_spins**2, axis=(-1, -2))
-    gravity = -np.sum(masses * (trace.positions @ np.asarray(assembly.plan.gravity)), axis=-1)
+    gravity = -np.sum(masses * (trace.positions @ np.asarray(model.plan.gravity)), axis=-1)
     return {
         "kinetic": kinetic,
         "gravity": gravity,
-        "spring": _spring_energy(assembly, trace, joints),
+        "spring": _spring_energy(model, trace, joints),
         "dissipated": trace.dissipated,
         "work": trace.load_work,
     }
 
 
-def _spring_energy(assembly: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
-    weighted = assembly.spring_set.joining is Joining.WEIGHTED
+def _spring_energy(model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
+    weighted = model.spring_set.joining is Joining.WEIGHTED
     stored = trace.spring_work.copy()
-    for name, connectors in assembly.springs.items():
-        moved = joints[name]
+    for name, connectors in model.springs.items():
+        motion = joints[name]
         for connector in connectors:
             match connector.kind:
                 case JointKind.REVOLUTE | JointKind.PRISMATIC:
-                    along = moved.displacements[:, connector.axis_index]
+                    displacement = motion.displacements[:, connector.axis_index]
                     for spring in connector.springs:
-                        stored += total_energy(spring.elastic, along)
+                        stored += total_energy(spring.elastic, displacement)
                 case JointKind.SPHERICAL:
                     if not weighted:
-                        stored += conservative_energy(connector.springs, moved.rotation_vectors)
+                        stored += conservative_energy(connector.springs, motion.rotation_vectors)
                 case _:
                     assert_never(connector.kind)
-    chains = assembly.placement.tree.chains
-    for one in assembly.coupled:
-        if one.is_conservative:
-            stored += coupled_energy(one.spring, chains, coupled_joint_rotations(assembly, joints))
+    chains = model.placement.tree.chains
+    for coupled in model.coupled:
+        if coupled.is_conservative:
+            stored += coupled_energy(coupled.spring, chains, coupled_joint_rotations(model, joints))
     return stored
 
 
 def constraint_torques(
-    assembly: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
+    model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
-    """Torque of all links and drives on the child of each joint concerned.
-
-    Args:
-        assembly: what was simulated.
-        trace: n frames.
-        joints: the motion of every joint.
+    """Torque of all links and drives on the child of each constrained joint.
 
     Returns:
-        In the parent's site axes, shape (n, 3) [N m].
+        Torques in the parent's site axes, shape (n, 3) [N m].
     """
     torques: dict[str, Array] = {}
     column = 0
-    for servo in assembly.coordinate_constraints:
-        for row in servo.equations:
+    for constraint in model.coordinate_constraints:
+        for row in constraint.equations:
             for term in row:
                 size = -term.factor * trace.coordinate_multipliers[:, column]
-                chain = assembly.placement.tree.chains[term.joint]
+                chain = model.placement.tree.chains[term.joint]
                 torque = size[:, None] * _rate_axis(term, chain, joints[term.joint].displacements)
                 torques[term.joint] = torques.get(term.joint, 0.0) + torque
             column += 1
@@ -316,27 +304,27 @@ def constraint_torques(
 
 
 def drive_torques(
-    assembly: ExudynModel, torques: Mapping[str, Array], joints: Mapping[str, JointMotion]
+    model: ExudynModel, torques: Mapping[str, Array], joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
     """Torque of each drive about the axis of each displacement, whose power is torque times rate.
 
     Args:
-        assembly: what was simulated.
-        torques: as `servo_torques` gives them.
-        joints: the motion of every joint.
+        model: the simulated model.
+        torques: the result of `constraint_torques`.
+        joints: motion of every joint.
 
     Returns:
-        By driven joint, shape (n, degrees of freedom) [N m].
+        Torques by driven joint, shape (n, degrees of freedom) [N m].
     """
-    found: dict[str, Array] = {}
-    for name in assembly.prescribed.drives:
-        axes = assembly.placement.tree.chains[name].twists(joints[name].displacements)[..., :3]
-        found[name] = (axes @ torques[name][..., None])[..., 0]
-    return found
+    about_axes: dict[str, Array] = {}
+    for name in model.prescribed.drives:
+        axes = model.placement.tree.chains[name].twists(joints[name].displacements)[..., :3]
+        about_axes[name] = (axes @ torques[name][..., None])[..., 0]
+    return about_axes
 
 
 def _rate_axis(term: RateTerm, chain: Chain, displacements: Array) -> Array:
-    """What a term's rate is of the angular velocity in the parent's axes, shape (n, 3) or (3,)."""
+    """Vector whose product with the angular velocity is the rate, parent's axes, (n, 3) or (3,)."""
     if not isinstance(term.component, int):
         return np.asarray(term.component)
     axes = chain.twists(displacements)[:, list(chain.rotations), :3]

@@ -1,13 +1,11 @@
-"""The constraints of a joint: which relative motions Exudyn's generic joint locks.
+"""Constraints of joints: the relative motions that Exudyn's joints lock.
 
-A chain's turns and slides each leave some axes free. The axes to lock are the coordinate axes of a
-joint frame; a revolute is turned so that it is about z (the thesis's `zifyjoint`). Where turns and
-slides ask for different frames the joint becomes two items, one locking translations and one
-locking rotations.
+A chain's rotations and translations leave some axes free; the others are locked, along the axes of
+a joint frame. A revolute's frame has its axis along z (the thesis's `zifyjoint`). If rotations and
+translations need different frames, the joint becomes two items.
 
-Which locks of loop-closing joints are needed: a planar loop of revolutes locks too much.
-
-A singular Jacobian stops the solver, so rows that the rest of the system implies are left out.
+Joints that close a loop lock only the independent rows: a planar loop of revolutes would otherwise
+be overconstrained, and the solver would meet a singular Jacobian.
 """
 
 from collections.abc import Mapping
@@ -32,14 +30,14 @@ LOCKED: AxisFlags = (1, 1, 1)
 
 @dataclass(frozen=True)
 class LockedAxes:
-    """What one generic joint locks, in a frame common to both sites at zero displacement.
+    """Axes locked by one Exudyn joint, in a frame common to both sites at zero displacement.
 
     Attributes:
         frame: axes of the joint frame in the site's axes, shape (3, 3).
         translations: locked along x, y, z of the frame of the first marker.
         rotations: locked about x, y, z.
-        from_child: whether the first marker is the child's, so that slides are along its axes.
-        zero_pose: pose (4, 4) of the child's site in the parent's in which the locked ones are zero.
+        from_child: whether the first marker is the child's and translations are along its axes.
+        zero_pose: pose (4, 4) of the child's site in the parent's at which the constraint is zero.
     """
 
     frame: Array
@@ -50,23 +48,23 @@ class LockedAxes:
 
 
 def lock_all_axes(pose_in_parent: Array) -> LockedAxes:
-    """The lock of a joint that stays in the pose (4, 4) of the child's site in the parent's."""
+    """Lock a joint in a pose (4, 4) of the child's site in the parent's."""
     return LockedAxes(np.eye(3), LOCKED, LOCKED, zero_pose=pose_in_parent)
 
 
 def locked_axes_from_chain(chain: Chain) -> tuple[LockedAxes, ...]:
-    """The locks that leave just the chain's freedoms."""
-    turn_frame, rotations = _locked_rotations(chain)
-    slide_frame, translations = _locked_translations(chain)
+    """Return the locks that leave exactly the chain's degrees of freedom."""
+    rotation_frame, rotations = _locked_rotations(chain)
+    translation_frame, translations = _locked_translations(chain)
     inside = not chain.translations_are_outer
     if translations in (FREE, LOCKED):
-        lock = LockedAxes(turn_frame, translations, rotations)
+        lock = LockedAxes(rotation_frame, translations, rotations)
         return () if lock.translations == lock.rotations == FREE else (lock,)
     if rotations in (FREE, LOCKED):
-        return (LockedAxes(slide_frame, translations, rotations, inside),)
+        return (LockedAxes(translation_frame, translations, rotations, inside),)
     return (
-        LockedAxes(slide_frame, translations, FREE, inside),
-        LockedAxes(turn_frame, FREE, rotations),
+        LockedAxes(translation_frame, translations, FREE, inside),
+        LockedAxes(rotation_frame, FREE, rotations),
     )
 
 
@@ -77,7 +75,7 @@ def _locked_rotations(chain: Chain) -> tuple[Array, AxisFlags]:
     if len(axes) == 1:
         return rotation_with_z_axis(axes[0]), (1, 1, 0)
     if len(axes) == 2:
-        # Exudyn's third rotation lock alone keeps the first marker's x across the second's y.
+        # Exudyn's third rotation lock keeps the first marker's x perpendicular to the second's y.
         inner, outer = axes
         return np.stack([outer, inner, np.cross(outer, inner)], axis=1), (0, 0, 1)
     return np.eye(3), FREE
@@ -95,10 +93,10 @@ def _locked_translations(chain: Chain) -> tuple[Array, AxisFlags]:
 
 
 def constraint_jacobian(lock: LockedAxes, pose_in_parent: Array) -> Array:
-    """Rows (n, 6) that give the rates of the locked motions from (angular, linear) motion.
+    """Jacobian (n, 6) of the locked motions by the relative velocity (angular, linear).
 
-    The motion is the child's relative to the parent in the parent's site axes, linear at the
-    child's site; `pose_in_parent` is the pose of the child's site in the parent's.
+    The velocity is that of the child's site relative to the parent, in the parent's site axes;
+    `pose_in_parent` is the pose of the child's site in the parent's.
     """
     first = pose_in_parent[:3, :3] @ lock.frame if lock.from_child else lock.frame
     second = lock.frame if lock.from_child else pose_in_parent[:3, :3] @ lock.frame
@@ -107,7 +105,7 @@ def constraint_jacobian(lock: LockedAxes, pose_in_parent: Array) -> Array:
     for k in range(3):
         if lock.translations[k]:
             axis = first[:, k]
-            # Slides along the child's axes: the axis itself turns with the child.
+            # An axis of the child rotates with it.
             arm = np.cross(offset, axis) if lock.from_child else np.zeros(3)
             rows.append(np.concatenate([-arm, axis]))
     for k in range(3):
@@ -120,7 +118,7 @@ def constraint_jacobian(lock: LockedAxes, pose_in_parent: Array) -> Array:
 
 
 def without(lock: LockedAxes, keep: list[bool]) -> LockedAxes:
-    """The lock without the rows (in the order of `lock_rows`) that are not kept."""
+    """Remove rows from a lock; `keep` is in the order of `constraint_jacobian`."""
     flags = iter(keep)
     x, y, z = (int(bool(on) and next(flags)) for on in lock.translations)
     a, b, c = (int(bool(on) and next(flags)) for on in lock.rotations)
@@ -129,14 +127,14 @@ def without(lock: LockedAxes, keep: list[bool]) -> LockedAxes:
 
 @dataclass(frozen=True)
 class Constraint:
-    """A lock as it stands in the system: the Exudyn item and what it locks."""
+    """A constraint built into the system: the Exudyn item and the axes that it locks."""
 
     item: Index
     locked_axes: LockedAxes
 
     @property
     def is_spherical(self) -> bool:
-        """Whether the item is Exudyn's spherical joint, which tells its force in world axes."""
+        """True for Exudyn's spherical joint, whose force is in world axes."""
         return (self.locked_axes.translations, self.locked_axes.rotations) == (LOCKED, FREE)
 
 
@@ -147,18 +145,18 @@ def add_constraints(
     joint: Joint,
     locks: tuple[LockedAxes, ...],
 ) -> tuple[Constraint, ...]:
-    """The constraint items of one joint: Exudyn's own spherical and revolute where they fit."""
+    """Add the constraint items of one joint."""
     figure = placement.tree.figure
     added: list[Constraint] = []
     for lock in locks:
-        turn = pose_matrix(lock.frame, np.zeros(3))
+        frame = pose_matrix(lock.frame, np.zeros(3))
         poses = {
             joint.parent: figure.site(joint.parent).pose_in_segment,
             joint.child: figure.site(joint.child).pose_in_segment @ inverse_pose(lock.zero_pose),
         }
         ends = (joint.child, joint.parent) if lock.from_child else (joint.parent, joint.child)
         markers = [
-            add_marker(mbs, placement, bodies, ref.segment, poses[ref] @ turn) for ref in ends
+            add_marker(mbs, placement, bodies, ref.segment, poses[ref] @ frame) for ref in ends
         ]
         name = unused_name(mbs, joint.name)
         added.append(Constraint(mbs.AddObject(_build_exudyn_joint(name, markers, lock)), lock))
@@ -166,7 +164,7 @@ def add_constraints(
 
 
 def _build_exudyn_joint(name: str, markers: list[Index], lock: LockedAxes) -> Any:
-    """The Exudyn joint that locks just this, with as few equations as there are."""
+    """Return the Exudyn joint with these locked axes: spherical, revolute or generic."""
     if lock.translations == LOCKED and lock.rotations == FREE:
         return items.ObjectJointSpherical(name=name, markerNumbers=markers)
     if lock.translations == LOCKED and lock.rotations == (1, 1, 0):
@@ -179,15 +177,15 @@ def _build_exudyn_joint(name: str, markers: list[Index], lock: LockedAxes) -> An
 
 
 _INDEPENDENCE_TOLERANCE = 1e-7
-"""What is left of a row across the others when they imply it [m or 1]."""
+"""Norm of a row's component orthogonal to the others below which it depends on them [m or 1]."""
 
 _DISPLACEMENT_OFFSETS = (0.0, 0.13, -0.17)
-"""Turns of all displacements from which closed poses near by are looked for [rad or m]: at a dead
-point of the loop rows depend on each other only for a moment."""
+"""Offsets of all displacements that give nearby closed poses [rad or m]: at a dead point of a loop
+rows may be dependent in that pose only."""
 
 
 def independent_constraints(placement: Placement) -> dict[str, tuple[LockedAxes, ...]]:
-    """The locks of every joint; of closing joints only those that are independent."""
+    """Return the locks of every joint; of loop-closing joints only the independent ones."""
     tree = placement.tree
     locks = {name: locked_axes_from_chain(chain) for name, chain in tree.chains.items()}
     if not tree.closures:
@@ -197,13 +195,15 @@ def independent_constraints(placement: Placement) -> dict[str, tuple[LockedAxes,
         key=_count_kept_rows,
     )
     for joint in tree.closures:
-        keep = best[joint.name]
-        cut: list[LockedAxes] = []
+        kept_rows = best[joint.name]
+        remaining: list[LockedAxes] = []
         for lock in locks[joint.name]:
             width = sum(lock.translations) + sum(lock.rotations)
-            cut.append(without(lock, keep[:width]))
-            keep = keep[width:]
-        locks[joint.name] = tuple(lock for lock in cut if any(lock.translations + lock.rotations))
+            remaining.append(without(lock, kept_rows[:width]))
+            kept_rows = kept_rows[width:]
+        locks[joint.name] = tuple(
+            lock for lock in remaining if any(lock.translations + lock.rotations)
+        )
     return locks
 
 
@@ -212,41 +212,41 @@ def _count_kept_rows(keep: dict[str, list[bool]]) -> int:
 
 
 def _nearby_closed_placements(placement: Placement) -> list[Placement]:
-    """Poses in which the loops are closed, near the given one."""
+    """Return nearby placements with closed loops, and the placement itself."""
     tree = placement.tree
     poses: list[Placement] = []
-    for turn in _DISPLACEMENT_OFFSETS:
-        moved = {
-            name: values + turn * np.cos(1.0 + np.arange(values.size))
+    for offset in _DISPLACEMENT_OFFSETS:
+        displacements = {
+            name: values + offset * np.cos(1.0 + np.arange(values.size))
             for name, values in placement.displacements.items()
         }
         try:
-            poses.append(close_loops(tree, moved) if turn else placement)
+            poses.append(close_loops(tree, displacements) if offset else placement)
         except OpenLoopError:
             continue
     return poses
 
 
 def _independent_rows(placement: Placement) -> dict[str, list[bool]]:
-    """For each closing joint, which of its rows no other row implies."""
+    """Flag the independent rows of each loop-closing joint."""
     tree = placement.tree
     maps = segment_jacobians(placement)
     basis = np.zeros((0, next(iter(maps.values())).shape[1]))
     keep: dict[str, list[bool]] = {}
     for joint in tree.closures:
         motion = relative_jacobian(placement, maps, joint)
-        left = (
+        rows = (
             _chain_constraint_jacobian(tree.chains[joint.name], placement.pose_in_parent(joint))
             @ motion
         )
-        left = left - left @ basis.T @ basis
-        keep[joint.name] = [False] * len(left)
-        # The row with most to say comes first: it is the last to fall silent in other poses.
-        while left.size and np.max(sizes := np.linalg.norm(left, axis=1)) > _INDEPENDENCE_TOLERANCE:
-            most = int(np.argmax(sizes))
-            keep[joint.name][most] = True
-            basis = np.vstack([basis, left[most] / sizes[most]])
-            left = left - np.outer(left @ basis[-1], basis[-1])
+        rows = rows - rows @ basis.T @ basis
+        keep[joint.name] = [False] * len(rows)
+        # The largest row comes first: it stays independent in most other poses.
+        while rows.size and np.max(sizes := np.linalg.norm(rows, axis=1)) > _INDEPENDENCE_TOLERANCE:
+            largest = int(np.argmax(sizes))
+            keep[joint.name][largest] = True
+            basis = np.vstack([basis, rows[largest] / sizes[largest]])
+            rows = rows - np.outer(rows @ basis[-1], basis[-1])
     return keep
 
 

@@ -1,4 +1,4 @@
-"""The figure as a live Exudyn system, spoken of by the figure's own names."""
+"""A figure built into an Exudyn system, accessed by the names of the figure."""
 
 import weakref
 from collections.abc import Mapping
@@ -37,20 +37,20 @@ class ExudynModel:
 
     Attributes:
         mbs: the live Exudyn main system.
-        container: the Exudyn container that owns it; None when the caller brought the system. It is
-            emptied together with this object, so keep the model as long as its system.
-        placement: the figure's start, in the world.
-        bodies: object index of each segment; parts of the ground share the ground's.
-        sites: marker index of each site, by "segment.site"; axes are the site's.
-        joints: constraint items of each joint (none for a joint that is free, or whose locks the
-            rest of a loop implies).
-        springs: connectors of each joint that has springs, or an angle of a coupled law.
-        coupled: the objects of the laws over several joints.
-        coordinate_constraints: the constraints of links and drives.
-        prescribed: what is locked, linked and driven.
-        loads: each load with its marker.
-        spring_set: the springs that were built; its joining is the plan's, if it has one.
-        plan: the plan that it was built for.
+        container: the Exudyn container that owns the system; None if the caller provided it. It is
+            reset when this object is deleted, so keep the model as long as its system.
+        placement: initial placement of the figure.
+        bodies: object index of each segment; fixed segments share the ground's.
+        sites: marker index of each site, by "segment.site", along the site's axes.
+        joints: constraint items of each joint; none for a free joint, or for one whose locks the
+            rest of a loop implies.
+        springs: connectors of each joint with springs, or with an angle of a coupled law.
+        coupled: objects of the coupled laws.
+        coordinate_constraints: constraints of links and drives.
+        prescribed: locks, links and drives.
+        loads: each load with its marker and user function.
+        spring_set: the springs that were built, with the joining of the plan if it has one.
+        plan: the plan of the run.
     """
 
     mbs: MainSystem
@@ -71,24 +71,24 @@ class ExudynModel:
     def of(
         cls, figure: Figure, plan: Plan | None = None, mbs: MainSystem | None = None
     ) -> "ExudynModel":
-        """Build a figure with the springs that the plan chooses; see `build`."""
+        """Build a figure with the springs of the plan; see `build_model`."""
         plan = plan or Plan()
         return build_model(figure, plan, resolve_springs(figure, plan), mbs)
 
     @property
     def figure(self) -> Figure:
-        """The figure that was built; with a free root, the one that was let go."""
+        """The figure that was built; with a free root, the detached one."""
         return self.placement.tree.figure
 
 
 @dataclass(frozen=True)
 class InitialState:
-    """Where a run starts.
+    """Initial state of a run.
 
     Attributes:
-        placement: with closed loops, and all that is prescribed put in.
-        rates: of the displacements, as they were asked for or are prescribed [rad/s or m/s].
-        prescribed: what is locked, linked and driven.
+        placement: initial placement, with closed loops and imposed prescriptions.
+        rates: initial displacement rates of the plan, with imposed prescriptions [rad/s or m/s].
+        prescribed: locks, links and drives.
     """
 
     placement: Placement
@@ -97,13 +97,12 @@ class InitialState:
 
 
 def initial_state(figure: Figure, plan: Plan) -> InitialState:
-    """Where a run starts.
+    """Compute the initial state of a run.
 
     Raises:
-        ModelError: the plan names a joint that the figure lacks.
-        ModelError: joints cannot be locked, linked or driven as the plan asks.
+        ModelError: the plan names an unknown joint, joints cannot be locked, linked or driven as it
+            asks, or the chain of a joint is not supported.
         OpenLoopError: the pose opens a loop that cannot be closed.
-        ModelError: a joint's chain is none that one joint can hold.
     """
     tree = build_tree(figure)
     displacements = {
@@ -112,46 +111,37 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     }
     prescribed = _build_prescribed_motion(tree, plan, displacements)
     displacements = prescribed.impose_displacements(displacements, plan.start)
-    held = set(plan.displacements) | prescribed.held
-    placement = close_loops(tree, displacements, held=held)
+    fixed = set(plan.displacements) | prescribed.held
+    placement = close_loops(tree, displacements, held=fixed)
     if plan.free_root:
-        freed, moved = detach_root(figure, placement.displacements)
-        placement = close_loops(build_tree(freed), moved, held=set(moved))
-        _check_prescribed_joints_kept(prescribed, freed)
-        prescribed = _build_prescribed_motion(placement.tree, plan, moved)
+        freed, free_displacements = detach_root(figure, placement.displacements)
+        placement = close_loops(build_tree(freed), free_displacements, held=set(free_displacements))
+        prescribed.check_free_root(freed.joints)
+        prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
     rates = {
         name: np.zeros(j.degrees_of_freedom) for name, j in placement.tree.figure.joints.items()
     }
     rates.update(_checked_joint_values(placement.tree.figure, plan.velocities))
-    put_in = prescribed.impose_rates(rates, plan.start)
+    imposed = prescribed.impose_rates(rates, plan.start)
     for name in plan.velocities:
-        if not np.allclose(rates[name], put_in[name], rtol=1e-9, atol=1e-9):
+        if not np.allclose(rates[name], imposed[name], rtol=1e-9, atol=1e-9):
             raise ModelError(
-                f"joint {name} is locked, linked or driven, and cannot start with another velocity"
+                f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )
-    return InitialState(placement, put_in, prescribed)
-
-
-def _check_prescribed_joints_kept(prescribed: PrescribedMotion, freed: Figure) -> None:
-    """Raise ModelError for a joint that letting the root go has taken away."""
-    for name in sorted(prescribed.held - freed.joints.keys()):
-        raise ModelError(
-            f"joint {name} holds the figure to the ground, from which a free root lets it go: "
-            "it cannot be locked, linked or driven"
-        )
+    return InitialState(placement, imposed, prescribed)
 
 
 def _build_prescribed_motion(
     tree: Tree, plan: Plan, displacements: Displacements
 ) -> PrescribedMotion:
-    """What the plan prescribes; `displacements` tell where locked joints stay."""
+    """Return the prescriptions of the plan; locked joints stay at `displacements`."""
     locked = {name: displacements.get(name, np.zeros(0)) for name in plan.locked}
     return PrescribedMotion(tree, plan.links, locked, plan.drives)
 
 
 def _checked_joint_values(figure: Figure, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values as arrays, checked against the joints."""
+    """Return the values as arrays after checking them against the joints."""
     checked: dict[str, Any] = {}
     for name, numbers in values.items():
         joint = figure.joints.get(name)
@@ -163,7 +153,7 @@ def _checked_joint_values(figure: Figure, values: Mapping[str, Any]) -> dict[str
                 f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"
             )
         if not np.all(np.isfinite(array)):
-            raise ModelError(f"a value given for joint {name} is not finite")
+            raise ModelError(f"a value for joint {name} is not finite")
         checked[name] = array
     return checked
 
@@ -177,12 +167,11 @@ def build_model(
     """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads.
 
     Args:
-        figure: what to build.
-        plan: start pose, velocities, gravity, loads, kind of torques.
-        springs: the springs to hang on the joints; those of joints that are not there are left out,
-            and coupled laws over a joint that letting the root go has taken away.
-        mbs: a system to build into, which the caller then assembles himself together with what else
-            he puts there; None makes a new one and assembles it.
+        figure: the figure to build.
+        plan: initial pose, velocities, gravity, loads, kind of torques.
+        springs: the springs of the joints; springs of missing joints are ignored, as are coupled
+            laws over a joint that detaching the root has removed.
+        mbs: a system to build into, which the caller assembles; None creates one and assembles it.
 
     Raises:
         MoverError: the figure or the plan cannot be built; the message says why.
@@ -205,8 +194,7 @@ def _build_from_initial_state(
     if mbs is None:
         container = exu.SystemContainer()
         mbs = container.AddSystem()
-    held = set(plan.velocities) | prescribed.held
-    rates = consistent_rates(placement, start.rates, held=held)
+    rates = consistent_rates(placement, start.rates, held=set(plan.velocities) | prescribed.held)
     bodies, _ = add_bodies(mbs, placement, rates, plan.gravity)
     sites = {
         f"{segment.name}.{site.name}": add_marker(
@@ -231,25 +219,27 @@ def _build_from_initial_state(
         name: add_constraints(mbs, placement, bodies, joint, locks[name])
         for name, joint in moving.items()
     }
-    hanger = SpringBuilder(mbs, placement, bodies, plan.python_torques)
-    held = [spring for spring in springs.coupled if all(a.joint in moving for a in spring.axes)]
-    read = dict.fromkeys(axis.joint for spring in held for axis in spring.axes)
+    builder = SpringBuilder(mbs, placement, bodies, plan.python_torques)
+    coupled_springs = [
+        spring for spring in springs.coupled if all(a.joint in moving for a in spring.axes)
+    ]
+    coupled_joints = dict.fromkeys(axis.joint for spring in coupled_springs for axis in spring.axes)
     connectors = {
         name: add_joint_springs(
-            hanger,
+            builder,
             moving[name],
             springs.joints.get(name, JointSprings(name)),
             springs.joining,
-            read_rotation=name in read,
+            read_rotation=name in coupled_joints,
         )
-        for name in dict.fromkeys([*springs.joints, *read])
+        for name in dict.fromkeys([*springs.joints, *coupled_joints])
         if name in moving
     }
-    coupled = tuple(add_coupled_spring(hanger, spring, connectors) for spring in held)
-    servos = add_coordinate_constraints(hanger, prescribed, plan.start)
+    coupled = tuple(add_coupled_spring(builder, spring, connectors) for spring in coupled_springs)
+    constraints = add_coordinate_constraints(builder, prescribed, plan.start)
     loads = [*constant_site_loads(figure, plan.start, plan.stop), *plan.loads]
-    moved = [load for load in loads if load.site.segment not in figure.ground]
-    added = add_loads(mbs, placement, bodies, moved)
+    moving_loads = [load for load in loads if load.site.segment not in figure.ground]
+    added_loads = add_loads(mbs, placement, bodies, moving_loads)
     if container is not None:
         cast("Any", mbs).Assemble()
     model = ExudynModel(
@@ -261,13 +251,13 @@ def _build_from_initial_state(
         joints,
         connectors,
         coupled,
-        servos,
+        constraints,
         prescribed,
-        added,
+        added_loads,
         springs,
         plan,
     )
     if container is not None:
-        # Exudyn keeps the symbolic functions of a system that is dropped without a reset.
+        # Without a reset Exudyn never frees the symbolic functions of a deleted system.
         weakref.finalize(model, container.Reset)
     return model

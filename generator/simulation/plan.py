@@ -1,7 +1,4 @@
-"""What to simulate: everything about a run that the figure does not say.
-
-Which springs a plan chooses for a figure.
-"""
+"""Parameters of a run that are not part of the figure, and its choice of springs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,7 +17,7 @@ Vector = tuple[float, float, float]
 STANDARD_GRAVITY: Vector = (0.0, -9.81, 0.0)
 
 _TIME_TOLERANCE = 1e-9
-"""By so much a run may go beyond a drive [s]."""
+"""Time by which a run may extend beyond a drive [s]."""
 
 
 @dataclass(frozen=True)
@@ -28,26 +25,26 @@ class Plan:
     """A run, in SI units and radians.
 
     Attributes:
-        stop: time at which the run ends [s].
-        start: time at which it begins [s].
+        stop: final time [s].
+        start: initial time [s].
         frame: interval between recorded frames [s].
-        tolerance: largest joint-angle error asked for [rad]; ignored when `step` is given.
-        step: fixed step [s], or None to let the run choose by its own error estimate.
-        springs: the springs to use; None takes those that belong to the figure's file, and where
-            the figure has no file its own `stiff`, `rest`, `damp` and limits.
-        spring_choice: how to find them when `springs` is None: a path, "none" or "printed".
-        joining: how the axes of a spherical joint join; None takes the springs' own choice.
-        gravity: [m/s^2], world axes.
-        free_root: whether the joints to the ground are taken away.
-        displacements: by joint, replacing the figure's own [rad or m].
-        velocities: displacement rates by joint [rad/s or m/s]; zero where absent.
-        loads: forces and moments that vary in time.
-        links: turns that follow others, from the start on.
-        locked: names of joints that stay at their displacement at the start.
-        drives: by joint, the motion of its turns, which replaces what `displacements` say of them.
-            All joints without one are simulated.
-        python_torques: evaluate torques as Python functions instead of expression trees.
-        wall_limit: longest time the run may take [s].
+        tolerance: required joint-angle error [rad]; ignored with a fixed `step`.
+        step: fixed step [s]; None controls the step by the estimated error.
+        springs: the springs to use; None loads those of the figure's file, or uses the figure's own
+            `stiff`, `rest`, `damp` and limits if it has no file.
+        spring_choice: source of the springs if `springs` is None: a path, "none" or "printed".
+        joining: law that joins the axes of a spherical joint; None uses that of the springs.
+        gravity: acceleration in world axes [m/s^2].
+        free_root: whether the joints to the ground are removed.
+        displacements: initial displacements by joint, in place of the figure's own [rad or m].
+        velocities: initial displacement rates by joint [rad/s or m/s]; zero for other joints.
+        loads: time-dependent forces and moments.
+        links: rotations that follow others.
+        locked: names of joints that stay at their initial displacement.
+        drives: prescribed rotations by joint, in place of `displacements`; other joints are
+            simulated.
+        python_torques: whether torques are Python functions instead of expression trees.
+        wall_limit: wall-time limit of the run [s].
     """
 
     stop: float = 1.0
@@ -70,10 +67,10 @@ class Plan:
     wall_limit: float = 600.0
 
     def __post_init__(self) -> None:
-        """Refuse what makes no run."""
-        given = {"start": self.start, "stop": self.stop, "frame": self.frame}
-        given.update(tolerance=self.tolerance, step=1.0 if self.step is None else self.step)
-        for name, value in given.items():
+        """Check the values. Raises ValueError."""
+        values = {"start": self.start, "stop": self.stop, "frame": self.frame}
+        values.update(tolerance=self.tolerance, step=1.0 if self.step is None else self.step)
+        for name, value in values.items():
             if not isfinite(value):
                 raise ValueError(f"{name} must be finite, not {value:g}")
         if len(self.gravity) != 3 or not all(map(isfinite, self.gravity)):
@@ -84,8 +81,8 @@ class Plan:
             )
         for name in ("frame", "tolerance", "wall_limit"):
             if not getattr(self, name) > 0.0:
-                said = name.replace("_", " ")
-                raise ValueError(f"the {said} must be positive, not {getattr(self, name):g}")
+                quantity = name.replace("_", " ")
+                raise ValueError(f"the {quantity} must be positive, not {getattr(self, name):g}")
         if self.step is not None and not self.step > 0.0:
             raise ValueError(f"the step must be positive, not {self.step:g} s")
         for name, drive in self.drives.items():
@@ -100,10 +97,10 @@ class Plan:
 
 
 def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:
-    """The plan's own springs, else those that its choice finds beside the figure's file.
+    """Return the springs of the plan, or load those of its choice for the figure's file.
 
     Raises:
-        InputError: the springs' file has errors, or is not there; it holds all of them.
+        InputError: the springs' file is missing or has errors, all of which are listed.
     """
     if plan.springs is not None:
         return plan.springs

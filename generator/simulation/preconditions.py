@@ -20,9 +20,9 @@ class UnsupportedSpring:
     """Why the springs of a joint cannot be simulated.
 
     Attributes:
-        joint: whose they are.
-        reason: the reason.
-        fields: fields of the joint in the figure file that may be changed, the first first.
+        joint: the joint with the springs.
+        reason: the reason, as a sentence.
+        fields: fields of the joint in the figure file to change, the most likely first.
     """
 
     joint: Joint
@@ -33,7 +33,7 @@ class UnsupportedSpring:
 def find_unsupported_springs(
     placement: Placement, springs: SpringSet
 ) -> Iterator[UnsupportedSpring]:
-    """What a simulation from this placement would refuse, for each joint the first reason."""
+    """Find the springs that a simulation from this placement rejects: a reason for each joint."""
     coupled = {axis.joint for spring in springs.coupled for axis in spring.axes}
     for name, joint in placement.tree.figure.joints.items():
         own = springs.joints.get(name, JointSprings(name))
@@ -45,18 +45,18 @@ def find_unsupported_springs(
 def unsupported_spring(
     placement: Placement, joint: Joint, springs: JointSprings, *, is_coupled: bool
 ) -> UnsupportedSpring | None:
-    """The first reason why the springs of a joint cannot be simulated, or None.
+    """Return the first reason why the springs of a joint cannot be simulated, or None.
 
     Args:
-        placement: the figure's start.
-        joint: one of the figure's.
-        springs: of the joint.
+        placement: initial placement of the figure.
+        joint: a joint of the figure.
+        springs: springs of the joint.
         is_coupled: whether a coupled law depends on the joint's rotation.
     """
     refusal = _unsupported_translations(placement, joint, springs)
     elastic = is_coupled or any(axis.elastic for axis in springs.axes)
-    several = len(placement.tree.chains[joint.name].rotations) > 1
-    if refusal is None and elastic and several and is_at_half_turn(placement, joint):
+    has_rotation_vector = len(placement.tree.chains[joint.name].rotations) > 1
+    if refusal is None and elastic and has_rotation_vector and is_at_half_turn(placement, joint):
         reason = (
             f"joint {joint.name} starts at 180 deg, where the torque of its springs is not defined"
         )
@@ -65,7 +65,7 @@ def unsupported_spring(
 
 
 def is_at_half_turn(placement: Placement, joint: Joint) -> bool:
-    """Whether a joint is rotated by 180 deg, where the sign of its rotation vector is undefined."""
+    """Return whether a joint is rotated by 180 deg, where its rotation vector changes sign."""
     rotation = rotation_vector_from_matrix(placement.pose_in_parent(joint)[:3, :3])
     return float(np.linalg.norm(rotation)) > np.pi - _HALF_TURN_TOLERANCE
 
@@ -73,23 +73,23 @@ def is_at_half_turn(placement: Placement, joint: Joint) -> bool:
 def _unsupported_translations(
     placement: Placement, joint: Joint, springs: JointSprings
 ) -> UnsupportedSpring | None:
-    """Springs along several slides hold only where nothing turns beside them."""
+    """Check springs along several translations, which Exudyn supports without rotations only."""
     chain, ground = placement.tree.chains[joint.name], placement.tree.figure.ground
     if not springs.translations or len(chain.translations) < 2:
         return None
     fields = ("stiff", "llimit", "ulimit", "damp")
     if chain.rotations:
         sentence = (
-            f"joint {joint.name} both turns and slides along more than one axis: "
-            "springs along its slides are not supported"
+            f"joint {joint.name} has rotations and more than one translation: "
+            "springs along its translations are not supported"
         )
         return UnsupportedSpring(joint, sentence, fields)
-    moves_freely = not {ref.segment for ref in joint.ends} & ground
-    if moves_freely and any(_has_damping(slide) for slide in springs.translations):
-        # Exudyn gives the difference of two points' velocities, which holds the parent's turning.
+    is_between_bodies = not {ref.segment for ref in joint.ends} & ground
+    if is_between_bodies and any(_has_damping(spring) for spring in springs.translations):
+        # Exudyn returns the difference of two points' velocities, which includes the parent's spin.
         sentence = (
-            f"joint {joint.name} slides along more than one axis between two moving segments: "
-            "damping along its slides is not supported"
+            f"joint {joint.name} has more than one translation between two moving segments: "
+            "damping along its translations is not supported"
         )
         return UnsupportedSpring(joint, sentence, ("damp",))
     return None

@@ -1,21 +1,16 @@
-"""The turn of a joint as a function of its bodies' Euler parameters, and forces back on these.
+"""Rotation of a joint by its bodies' Euler parameters, with generalized forces and rates.
 
 An angle x of a joint depends on the Euler parameters p of the child and of the parent. A torque f
-per radian of x is the generalized force f dx/dp on them, whatever f depends on. All angles here
-are functions of the orientations alone, told by quaternions of any length: then the forces turn the
-bodies and do not stretch the parameters.
+about x is the generalized force f dx/dp on them. All angles are functions of the orientation, for
+quaternions of any length, so the forces rotate the bodies and do not stretch the parameters.
 
-Written for plain floats: a solver calls this at every evaluation of the forces.
+The angular velocity of a chain of rotations is the sum of their rates times axes w in the parent's
+site, which depend on the orientation. A rate is r . omega, where the r are dual to the w. Of two or
+three rotations, the innermost axis moves with the child, the outermost is fixed in the parent, and
+the middle one is perpendicular to both. The sign of the middle axis is that of the start; it could
+change only where the outer axes coincide and their rates are undefined.
 
-The rates of a joint's angles as components of its angular velocity, read off the orientation.
-
-The angular velocity of a chain of turns is the sum of their rates times axes w of the parent's
-site, which depend on the orientation. A rate is then r . omega, where the r are dual to the w.
-
-Of two or three turns the innermost axis turns with the child, the outermost stays with the parent,
-and the one between is perpendicular to both: no angle needs to be known. Its sense alone is not
-told by the orientation; it is that of the start, and could only change where the outer two axes
-fall together and no rate of theirs is defined.
+The code uses plain floats, because the solver calls it at every evaluation of the forces.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,13 +26,13 @@ from generator.joint_chain import Chain
 from generator.rotations import Array, unit_vector
 
 Quaternion: TypeAlias = tuple[float, float, float, float]
-"""Scalar first."""
+"""Quaternion, scalar first."""
 
 _SINE_OFFSET = 1e-60
-"""Added to the sine of half an angle, where that may be zero: nothing else changes."""
+"""Offset of the sine of half an angle, which avoids a division by zero."""
 
 _PARAMETER_OFFSET = 3
-"""Where a rigid body's Euler parameters begin among its seven coordinates."""
+"""Index of a rigid body's first Euler parameter among its seven coordinates."""
 
 
 def quaternion(matrix: Array) -> Quaternion:
@@ -47,7 +42,7 @@ def quaternion(matrix: Array) -> Quaternion:
 
 
 def product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Quaternion of the turn by q followed by p."""
+    """Quaternion of the rotation by q followed by p."""
     a, b, c, d = p
     w, x, y, z = q
     return (
@@ -59,18 +54,19 @@ def product(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 def conjugate(q: Quaternion) -> Quaternion:
-    """Quaternion of the turn back."""
+    """Quaternion of the inverse rotation."""
     w, x, y, z = q
     return w, -x, -y, -z
 
 
 @dataclass(frozen=True)
 class JointEnd:
-    """A joint's site on a body that moves, or on the ground.
+    """A joint's site on a moving body or on the ground.
 
     Attributes:
-        first_coordinate: where the body's coordinates begin among those of the object; None for the ground.
-        reference_parameters: Euler parameters to which the coordinates are added; of the ground, all there is.
+        first_coordinate: index of the body's first coordinate in the object; None for the ground.
+        reference_parameters: Euler parameters to which the coordinates are added; for the ground,
+            its Euler parameters.
         site: orientation of the site in the segment.
     """
 
@@ -88,7 +84,7 @@ class JointEnd:
         return w + a, x + b, y + c, z + d
 
     def add_forces(self, forces: list[float], gradient: Quaternion) -> None:
-        """Add the gradient by the site's orientation to the forces on the body's parameters."""
+        """Add a gradient with respect to the site's orientation to the forces on the body."""
         if self.first_coordinate is not None:
             at = self.first_coordinate + _PARAMETER_OFFSET
             w, x, y, z = product(gradient, conjugate(self.site))
@@ -105,13 +101,13 @@ def build_joint_end(
     first_coordinate: int | None,
     reference_parameters: Quaternion,
 ) -> JointEnd:
-    """The end of a joint at a site.
+    """Build the end of a joint at a site.
 
     Args:
-        figure: whose site it is.
-        poses: of the segments, of which those of the ground are looked at.
+        figure: figure with the site.
+        poses: poses of the segments, used for the ground's.
         ref: the site.
-        first_coordinate: where the coordinates of its body begin; None for the ground.
+        first_coordinate: index of its body's first coordinate; None for the ground.
         reference_parameters: Euler parameters to which the body's coordinates are added.
     """
     site = quaternion(figure.site(ref).pose_in_segment[:3, :3])
@@ -121,31 +117,31 @@ def build_joint_end(
 
 
 class JointAngles(Protocol):
-    """Angles that are read off the orientation of the child's site in the parent's."""
+    """Angles as functions of the orientation of the child's site in the parent's."""
 
     def values(self, rotation: Quaternion, near: float) -> list[float]:
-        """The angles [rad]; of those that may go round, the ones next to `near`."""
+        """Angles [rad]; an unwrapped angle is the one nearest to `near`."""
         ...
 
     def gradient(self, rotation: Quaternion, torques: Sequence[float]) -> Quaternion:
-        """Sum of the torques [N m], each times the gradient of its angle by `rotation`."""
+        """Sum of the torques [N m] times the gradients of the angles with respect to `rotation`."""
         ...
 
 
 @dataclass(frozen=True)
 class RevoluteAngles:
-    """The angle about one axis, told as often as there are signs.
+    """Unwrapped angle about one axis, once for each sign.
 
     Attributes:
         axis: unit axis in the parent's site frame.
-        signs: 1 for a coordinate that grows with turns about the axis, -1 for the opposite.
+        signs: 1 for a coordinate that grows with rotation about the axis, else -1.
     """
 
     axis: tuple[float, float, float]
     signs: tuple[float, ...]
 
     def values(self, rotation: Quaternion, near: float) -> list[float]:
-        """The angles [rad], of all that differ by whole turns the one next to `near`."""
+        """Angles [rad], unwrapped to the turn nearest to `near`."""
         sine, cosine = self._half_angle_sine_cosine(rotation)
         angle = 2.0 * atan2(sine, cosine)
         angle += 2.0 * pi * round((near - angle) / (2.0 * pi))
@@ -168,7 +164,7 @@ class RevoluteAngles:
 
 @dataclass(frozen=True)
 class SphericalAngles:
-    """Components of the rotation vector, which is the one of at most 180 deg.
+    """Components of the rotation vector, of at most 180 deg.
 
     Attributes:
         directions: unit axes in the parent's site frame.
@@ -177,15 +173,16 @@ class SphericalAngles:
     directions: tuple[tuple[float, float, float], ...]
 
     def values(self, rotation: Quaternion, near: float) -> list[float]:
-        """Components of h v/n for the quaternion (w, v), where n = |v| and h = 2 atan2(n, w)."""
+        """Components of h v/n for the quaternion (w, v), with n = |v| and h = 2 atan2(n, w)."""
         (w, a, b, c), n = _shorter_rotation(rotation)
         size = 2.0 * atan2(n, w) / n
         return [size * (a * x + b * y + c * z) for x, y, z in self.directions]
 
     def gradient(self, rotation: Quaternion, torques: Sequence[float]) -> Quaternion:
-        """Gradient of f . (h v/n), f being the sum of torques times directions.
+        """Gradient of f . (h v/n), with f the sum of torques times directions.
 
-        By w it is -2 (f.v)/(w^2 + n^2); by v it is f h/n across v and f 2w/(w^2 + n^2) along v.
+        With respect to w it is -2 (f.v)/(w^2 + n^2); with respect to v it is f h/n perpendicular to
+        v and f 2w/(w^2 + n^2) along v.
         """
         (w, a, b, c), n = _shorter_rotation(rotation)
         f = g = h = 0.0
@@ -200,7 +197,7 @@ class SphericalAngles:
 
 
 def _shorter_rotation(rotation: Quaternion) -> tuple[Quaternion, float]:
-    """The one of a quaternion and its opposite that turns by at most 180 deg; length of its v."""
+    """Return the quaternion or its negative, of at most 180 deg, and the length of its vector."""
     w, a, b, c = rotation
     if w < 0.0:
         w, a, b, c = -w, -a, -b, -c
@@ -209,11 +206,11 @@ def _shorter_rotation(rotation: Quaternion) -> tuple[Quaternion, float]:
 
 @dataclass(frozen=True)
 class RelativeRotation:
-    """The turn of one joint.
+    """Rotation of a joint.
 
     Attributes:
-        parent: the end that the turn is told from.
-        child: the end that turns.
+        parent: the parent's end.
+        child: the child's end.
     """
 
     parent: JointEnd
@@ -222,7 +219,7 @@ class RelativeRotation:
     def orientations(
         self, coordinates: Sequence[float]
     ) -> tuple[Quaternion, Quaternion, Quaternion]:
-        """Orientations of the parent's and the child's site, and of the second in the first."""
+        """Orientations of the parent's site, of the child's, and of the child's in the parent's."""
         parent = product(self.parent.parameters(coordinates), self.parent.site)
         child = product(self.child.parameters(coordinates), self.child.site)
         return parent, child, product(conjugate(parent), child)
@@ -233,9 +230,9 @@ class RelativeRotation:
         orientations: tuple[Quaternion, Quaternion, Quaternion],
         gradient: Quaternion,
     ) -> None:
-        """Add what a gradient by the turn is to the bodies' Euler parameters."""
+        """Add the generalized forces of a gradient with respect to the rotation."""
         parent, child, _ = orientations
-        # The turn is conj(parent) child, and the adjoint of a product by a factor is one by its
+        # The rotation is conj(parent) child, and the adjoint of a multiplication is that by the
         # conjugate.
         self.child.add_forces(forces, product(parent, gradient))
         self.parent.add_forces(forces, product(child, conjugate(gradient)))
@@ -244,17 +241,17 @@ class RelativeRotation:
 Vector = tuple[float, float, float]
 
 _MIN_SQUARED_SINE = 1e-12
-"""Squared sine of the angle between the outer axes below which rates are as large as this allows:
-a solver then fails instead of dividing by zero."""
+"""Lower bound of the squared sine of the angle between the outer axes, which avoids a division by
+zero; the solver fails there."""
 
 
 @dataclass(frozen=True)
 class JointRates:
-    """The turns of one chain.
+    """Rates of the rotations of a chain.
 
     Attributes:
         chain_axes: unit axes, innermost first.
-        middle_axis_sense: 1 or -1, how the middle one of three axes is directed.
+        middle_axis_sense: 1 or -1, the sign of the middle one of three axes.
     """
 
     chain_axes: tuple[Vector, ...]
@@ -262,7 +259,7 @@ class JointRates:
 
     @classmethod
     def from_chain(cls, chain: Chain, displacements: Array) -> "JointRates":
-        """Those of a chain that starts at displacements (n,) [rad or m]."""
+        """Set up a chain with initial displacements (n,) [rad or m]."""
         axes: list[Vector] = []
         for axis in chain.rotation_axes:
             x, y, z = unit_vector(axis).tolist()
@@ -274,7 +271,7 @@ class JointRates:
         return cls(tuple(axes), sense)
 
     def rate_axes(self, rotation: Quaternion) -> Sequence[Vector]:
-        """The r of each turn, innermost first, in the parent's axes, at an orientation."""
+        """Vectors r of the rotations, innermost first, in the parent's axes."""
         if len(self.chain_axes) == 1:
             return self.chain_axes
         inner, outer = _rotate(rotation, self.chain_axes[0]), self.chain_axes[-1]
@@ -290,18 +287,18 @@ class JointRates:
         )
 
     def angular_velocity(self, angles: Sequence[float], rates: Sequence[float]) -> Vector:
-        """Of the child in the parent's axes [rad/s], at angles and rates, innermost first."""
+        """Angular velocity of the child, parent's axes [rad/s], from angles and rates."""
         total: Vector = (0.0, 0.0, 0.0)
         for axis, angle, rate in zip(self.chain_axes, angles, rates, strict=True):
             x, y, z = axis
             sine = sin(0.5 * angle)
-            turned = _rotate((cos(0.5 * angle), sine * x, sine * y, sine * z), total)
-            total = _sum(turned, _scale(axis, rate))
+            rotated = _rotate((cos(0.5 * angle), sine * x, sine * y, sine * z), total)
+            total = _sum(rotated, _scale(axis, rate))
         return total
 
 
 def _rotate(rotation: Quaternion, vector: Vector) -> Vector:
-    """The vector turned by a quaternion of any length."""
+    """Rotate a vector by a quaternion of any length."""
     w, a, b, c = rotation
     axis = (a, b, c)
     t = _scale(_cross(axis, vector), 2.0 / (w * w + a * a + b * b + c * c))
@@ -310,9 +307,9 @@ def _rotate(rotation: Quaternion, vector: Vector) -> Vector:
     return x + w * t[0] + u[0], y + w * t[1] + u[1], z + w * t[2] + u[2]
 
 
-def _cross(one: Vector, other: Vector) -> Vector:
-    a, b, c = one
-    x, y, z = other
+def _cross(first: Vector, second: Vector) -> Vector:
+    a, b, c = first
+    x, y, z = second
     return b * z - c * y, c * x - a * z, a * y - b * x
 
 
@@ -321,13 +318,13 @@ def _scale(vector: Vector, factor: float) -> Vector:
     return factor * x, factor * y, factor * z
 
 
-def _sum(one: Vector, other: Vector) -> Vector:
-    a, b, c = one
-    x, y, z = other
+def _sum(first: Vector, second: Vector) -> Vector:
+    a, b, c = first
+    x, y, z = second
     return a + x, b + y, c + z
 
 
-def _difference(one: Vector, other: Vector) -> Vector:
-    a, b, c = one
-    x, y, z = other
+def _difference(first: Vector, second: Vector) -> Vector:
+    a, b, c = first
+    x, y, z = second
     return a - x, b - y, c - z

@@ -1,4 +1,4 @@
-"""A figure and a plan become a recording."""
+"""Simulation of a figure under a plan, and the recording of its motion."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -35,21 +35,21 @@ from generator.simulation.step_schedule import StepHints
 from springs import SpringSet
 
 MAX_JOINT_GAP = 0.01
-"""A run in which a joint's sites part by more than this has blown up [m]."""
+"""Largest gap between a joint's sites; a larger one is a failure of the run [m]."""
 
 MAX_CONSTRAINT_DRIFT = 0.01
-"""So has one in which a locked, linked or driven joint is off by more than this [rad or m]; it may
-have come to where the rates of its displacements are not defined."""
+"""Largest drift of a locked, linked or driven joint [rad or m]; a larger one is a failure of the
+run, for example at a pose where the rates of its displacements are undefined."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is.
+    """Progress of a run.
 
     Attributes:
-        pass_number: from 1; later passes have smaller steps.
-        step: of the pass [s].
-        time: simulated time that the pass has reached [s].
+        pass_number: number of the pass, from 1; later passes have smaller steps.
+        step: step of the pass [s].
+        time: simulated time reached by the pass [s].
     """
 
     pass_number: int
@@ -60,18 +60,18 @@ class Progress:
 def simulate(
     figure: Figure, plan: Plan | None = None, watch: Callable[[Progress], None] | None = None
 ) -> Recording:
-    """Let a figure move under gravity, loads and its passive joints.
+    """Simulate a figure under gravity, loads and the springs of its joints.
 
     Args:
-        figure: what moves; its springs are those of the plan, else those of its file.
-        plan: everything else; None for one second at the default tolerance.
-        watch: told the progress after every frame.
+        figure: the figure, with the springs of the plan or of its file.
+        plan: parameters of the run; None for one second at the default tolerance.
+        watch: called with the progress after every frame.
 
     Returns:
-        The motion. A run that fails is an outcome in it, with the frames up to the last good time.
+        The motion. A failed run is an outcome of it, with the frames up to the last valid time.
 
     Raises:
-        MoverError: the figure or the plan cannot be built: the message says why.
+        MoverError: the figure or the plan cannot be built; the message states the reason.
     """
     plan = plan or Plan()
     springs = resolve_springs(figure, plan)
@@ -92,7 +92,7 @@ def simulate(
 
 
 class _PassRunner:
-    """Makes passes of one run, each on an assembly of its own."""
+    """Runs the passes of a simulation, each on a new model."""
 
     def __init__(
         self,
@@ -106,16 +106,16 @@ class _PassRunner:
         self._figure, self._plan, self._springs = figure, plan, springs
         self._times, self._deadline, self._watch = times, deadline, watch
         self._passes = 0
-        begun = time.monotonic()
+        start = time.monotonic()
         self.first_model: ExudynModel = build_model(figure, plan, springs)
-        self.build_time = time.monotonic() - begun
+        self.build_time = time.monotonic() - start
 
     @property
     def _newton_tolerance(self) -> float:
         """Relative tolerance of Newton's method in the next pass.
 
-        Well below what the extrapolation must see, and smaller with each pass: what Newton's method
-        leaves undone then shows in the difference of passes like any other error.
+        It decreases with each pass, so that the residual of Newton's method contributes to the
+        difference of passes like any other error.
         """
         if self._plan.step is not None:
             return 1e-9
@@ -124,64 +124,73 @@ class _PassRunner:
 
     @property
     def longest_step(self) -> float:
-        """The step that the plan gives, else that of the first pass [s]."""
+        """Fixed step of the plan, or the step of the first pass [s]."""
         frame = float(self._times[1] - self._times[0])
         return self._plan.step or first_step(frame, self._plan.tolerance)
 
     def run_pass(self, subdivision: int = 1, hints: StepHints | None = None) -> IntegrationPass:
-        """One pass with the longest step cut into parts, guided by an earlier one."""
-        assembly, newton = self.first_model, self._newton_tolerance
+        """Run a pass with the longest step subdivided, using the hints of an earlier one."""
+        model, newton = self.first_model, self._newton_tolerance
         if self._passes:
-            begun = time.monotonic()
-            assembly = build_model(self._figure, self._plan, self._springs)
-            self.build_time += time.monotonic() - begun
+            start = time.monotonic()
+            model = build_model(self._figure, self._plan, self._springs)
+            self.build_time += time.monotonic() - start
         self._passes += 1
         number, watch = self._passes, self._watch
 
-        def told(now: float) -> None:
+        def on_frame(now: float) -> None:
             if watch is not None:
                 watch(Progress(number, self.longest_step / subdivision, now))
 
         return integrate(
-            assembly,
+            model,
             self._times,
             self.longest_step,
             newton,
             self._deadline,
-            told,
+            on_frame,
             hints,
             subdivision,
         )
 
 
-def _fixed_step_run(one: IntegrationPass) -> RefinedRun:
-    """The result of a run whose step was given."""
-    last = float(one.trace.times[-1])
-    message = one.outcome.message or f"done at {last:.4g} s with a fixed step of {one.step:.3g} s"
-    accuracy = Accuracy(None, None, last, one.step, one.steps, np.full(len(one.trace), np.nan))
-    return RefinedRun(one.trace, replace(one.outcome, message=message), accuracy, one.wall_time)
+def _fixed_step_run(only_pass: IntegrationPass) -> RefinedRun:
+    """Return the result of a run with a fixed step."""
+    last = float(only_pass.trace.times[-1])
+    message = (
+        only_pass.outcome.message
+        or f"Finished {last:.4g} s with a fixed step of {only_pass.step:.3g} s."
+    )
+    accuracy = Accuracy(
+        None, None, last, only_pass.step, only_pass.steps, np.full(len(only_pass.trace), np.nan)
+    )
+    return RefinedRun(
+        only_pass.trace, replace(only_pass.outcome, message=message), accuracy, only_pass.wall_time
+    )
 
 
 def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
-    """The motion in the figure's terms."""
-    assembly, trace = runner.first_model, refined.trace
-    figure = assembly.figure
-    motion = SegmentMotion(assembly, trace)
-    starts = assembly.placement.displacements
+    """Convert a run to the figure's joints and segments."""
+    model, trace = runner.first_model, refined.trace
+    figure = model.figure
+    motion = SegmentMotion(model, trace)
+    starts = model.placement.displacements
     joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
-    drifts, strayed = _joint_gaps(assembly, joints), {}
-    if assembly.prescribed:
-        strayed = constraint_drift(assembly, trace, joints)
-    torn = _truncate_at_separation(refined, drifts, strayed) if len(trace) > 1 else None
-    if torn is not None:
-        return _build_recording(runner, torn)
-    if assembly.prescribed:
-        trace = project_to_constraints(assembly, trace, joints)
-        motion = SegmentMotion(assembly, trace)
+    gaps, constraint_drifts = _joint_gaps(model, joints), {}
+    if model.prescribed:
+        constraint_drifts = constraint_drift(model, trace, joints)
+    truncated = (
+        _truncate_at_separation(refined, gaps, constraint_drifts) if len(trace) > 1 else None
+    )
+    if truncated is not None:
+        return _build_recording(runner, truncated)
+    if model.prescribed:
+        trace = project_to_constraints(model, trace, joints)
+        motion = SegmentMotion(model, trace)
         joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
-    pulled = constraint_torques(assembly, trace, joints)
+    constraint_moments = constraint_torques(model, trace, joints)
     reactions = {name: motion.reaction(one, joints[name]) for name, one in figure.joints.items()}
-    for name, torque in pulled.items():
+    for name, torque in constraint_moments.items():
         reactions[name][:, 3:] += torque
     return Recording(
         times=trace.times,
@@ -193,38 +202,40 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         reactions=reactions,
         passive_torques=motion.passive_torques(joints),
         centre_of_mass=_centre_of_mass_path(figure, trace),
-        energy=energy_by_kind(assembly, trace, joints),
+        energy=energy_by_kind(model, trace, joints),
         outcome=explain_singularity(
-            assembly, explain_dead_point(assembly, refined.outcome, joints), joints
+            model, explain_dead_point(model, refined.outcome, joints), joints
         ),
         accuracy=refined.accuracy,
-        constraint_drift=_max_over_joints(drifts),
-        strayed=_max_over_joints(strayed),
-        drive_torques=drive_torques(assembly, pulled, joints),
+        constraint_drift=_max_over_joints(gaps),
+        strayed=_max_over_joints(constraint_drifts),
+        drive_torques=drive_torques(model, constraint_moments, joints),
         wall_time=refined.wall_time,
         build_time=runner.build_time,
-        springs=assembly.spring_set.origin,
-        law=assembly.spring_set.joining.value,
+        springs=model.spring_set.origin,
+        law=model.spring_set.joining.value,
     )
 
 
 def _centre_of_mass_path(figure: Figure, trace: Trace) -> Array:
-    """Of all that moves (eq. 5.1), shape (n, 3) [m]."""
+    """Centre of mass of all moving segments (eq. 5.1), shape (n, 3) [m]."""
     masses = np.array([body.mass for body in figure.bodies.values()], dtype=float)
     return np.asarray(np.einsum("b,nbk->nk", masses, trace.positions) / np.sum(masses))
 
 
-def _joint_gaps(assembly: ExudynModel, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
-    """Distance by which each joint's sites have parted that it should hold, shape (n,) [m]."""
-    drifts: dict[str, Array] = {}
-    for name, moved in joints.items():
-        chain = assembly.placement.tree.chains[name]
+def _joint_gaps(model: ExudynModel, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+    """Gap of each joint along its locked translations, shape (n,) [m]."""
+    gaps: dict[str, Array] = {}
+    for name, motion in joints.items():
+        chain = model.placement.tree.chains[name]
         if not chain.translations:
-            drifts[name] = np.linalg.norm(moved.pose_in_parent[:, :3, 3], axis=1)
+            gaps[name] = np.linalg.norm(motion.pose_in_parent[:, :3, 3], axis=1)
         elif len(chain.translations) < 3:
-            gaps = [np.linalg.norm(chain.pose_residual(pose)[3:]) for pose in moved.pose_in_parent]
-            drifts[name] = np.array(gaps, dtype=float)
-    return drifts
+            distances = [
+                np.linalg.norm(chain.pose_residual(pose)[3:]) for pose in motion.pose_in_parent
+            ]
+            gaps[name] = np.array(distances, dtype=float)
+    return gaps
 
 
 def _max_over_joints(by_joint: Mapping[str, Array]) -> float:
@@ -234,26 +245,28 @@ def _max_over_joints(by_joint: Mapping[str, Array]) -> float:
 def _truncate_at_separation(
     refined: RefinedRun, gaps: Mapping[str, Array], constraint_drifts: Mapping[str, Array]
 ) -> RefinedRun | None:
-    """The run up to where a joint came apart or strayed, as a failure; None where all held."""
+    """Truncate a run before a joint exceeds its gap or drift, as a failure; None if none does."""
     first = {
-        (joint, what): int(np.argmax(~(drift <= bound)))
-        for what, bound, by_joint in (
+        (joint, event): int(np.argmax(~(drift <= bound)))
+        for event, bound, by_joint in (
             ("came apart", MAX_JOINT_GAP, gaps),
-            ("left where it is held", MAX_CONSTRAINT_DRIFT, constraint_drifts),
+            ("drifted from its constraint", MAX_CONSTRAINT_DRIFT, constraint_drifts),
         )
         for joint, drift in by_joint.items()
         if not np.all(drift <= bound)
     }
     if not first:
         return None
-    joint, what = min(first, key=lambda one: first[one])
-    count = max(1, first[joint, what])
+    joint, event = min(first, key=lambda key: first[key])
+    count = max(1, first[joint, event])
     last = float(refined.trace.times[count - 1])
-    message = f"joint {joint} {what} after {last:.4g} s: the step is too long for what acts there"
+    message = (
+        f"joint {joint} {event} after {last:.4g} s: the step is too long, choose a smaller one"
+    )
     outcome = Outcome(Ending.SOLVER_FAILED, message, last, joint)
     by_frame, estimate = refined.accuracy.by_frame[:count], refined.accuracy.estimate
     if refined.outcome.ending in EARLY_STOP_ENDINGS and estimate == np.inf:
-        # The passes that there was time for were coarse: finer ones would have held.
+        # The passes before the early stop were coarse, and finer ones may succeed.
         outcome = replace(refined.outcome, last_time=last)
     accuracy = replace(
         refined.accuracy,

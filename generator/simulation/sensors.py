@@ -1,7 +1,7 @@
-"""What is read at every step: rates of springs and loads, pulls of drives, for the work they do.
+"""Sensors of springs, loads and drives at every step, and the integrals of their power.
 
-Sensors are C++ and cost next to nothing; they are emptied now and then, so that a long run does not
-keep every step in memory.
+Exudyn's sensors are C++ and cost almost nothing; they are read at intervals, so that a long run
+does not keep every step in memory.
 """
 
 from dataclasses import dataclass
@@ -20,52 +20,52 @@ from generator.simulation.step_schedule import BreakpointCrossing, StepHints
 from springs import AxisSpring, Joining, damping_torque, elastic_torque
 
 _MIN_HALF_TURN_ANGLE = 2.0
-"""Angle above which a rotation vector that changes sides has been through 180 deg [rad]."""
+"""Angle above which a reversal of the rotation vector is a passage through 180 deg [rad]."""
 
 
 @dataclass(frozen=True)
 class HalfTurnCrossing:
-    """A joint of several turns with springs went through 180 deg."""
+    """Crossing of 180 deg by a joint whose springs depend on its rotation vector."""
 
     joint: str
     time: float
 
 
 class SensorLog:
-    """Sensors on the springs and loads of an assembly, and the integrals of their powers.
+    """Sensors on the springs and loads of a model, and the integrals of their power.
 
-    `work` holds the integrals since the start [J] at the frames that were read, each of shape (3,):
-    dissipated by damping, put into springs that have no energy (the weighted law's and coupled laws
-    that are no gradient), done by loads and drives; by the trapezoidal rule over the steps.
-    `crossings` holds when springs passed corners of their laws, `tracked_displacements` where the springs that have
-    corners were at the frames [rad or m].
+    `work` contains the integrals since the start [J] at each frame that was read, shape (3,):
+    dissipation by damping, work against springs without an energy (the weighted law and coupled
+    laws that are not a gradient), and work of loads and drives; by the trapezoidal rule over the
+    steps. `crossings` contains the breakpoint crossings of springs, `tracked_displacements` the
+    displacements at the frames of springs with breakpoints [rad or m].
     """
 
-    def __init__(self, assembly: ExudynModel) -> None:
-        """Hang the sensors on the system and assemble it anew."""
-        self._assembly = assembly
-        self._last: tuple[float, Array] | None = None
+    def __init__(self, model: ExudynModel) -> None:
+        """Add the sensors to the system and assemble it again."""
+        self._model = model
+        self._last_powers: tuple[float, Array] | None = None
         self._last_rotations: dict[str, Array] = {}
         self.work: list[Array] = [np.zeros(3)]
         self.crossings: list[BreakpointCrossing] = []
         self._springs = [
             (joint, connector, *self._add_connector_sensors(connector))
-            for joint, connectors in assembly.springs.items()
+            for joint, connectors in model.springs.items()
             for connector in connectors
         ]
-        self._working = [one.spring for one in assembly.coupled if not one.is_conservative]
-        coupled = {axis.joint for one in assembly.coupled for axis in one.spring.axes}
-        self._flipping = {
+        self._nonconservative = [one.spring for one in model.coupled if not one.is_conservative]
+        coupled = {axis.joint for one in model.coupled for axis in one.spring.axes}
+        self._half_turn_joints = {
             joint
             for joint, connector, *_ in self._springs
             if connector.kind is JointKind.SPHERICAL
             and (joint in coupled or any(axis.elastic for axis in connector.springs))
         }
-        self._loads = [(load, self._add_load_sensor(load)) for load, *_ in assembly.loads]
-        self._servos = [
-            (servo, self._add_constraint_sensor(servo))
-            for servo in assembly.coordinate_constraints
-            if servo.driven_joint
+        self._loads = [(load, self._add_load_sensor(load)) for load, *_ in model.loads]
+        self._constraints = [
+            (constraint, self._add_constraint_sensor(constraint))
+            for constraint in model.coordinate_constraints
+            if constraint.driven_joint
         ]
         self._tracked = {
             f"{joint} {connector.kind.value} {number}": (connector, spring, position_sensor)
@@ -73,22 +73,22 @@ class SensorLog:
             for number, spring in enumerate(connector.springs)
             if any(law.breakpoints for law in spring.elastic)
         }
-        assembly.mbs.Assemble()
+        model.mbs.Assemble()
         self.tracked_displacements = {
             name: [self.current_displacement(name)] for name in self._tracked
         }
 
     @property
     def step_hints(self) -> StepHints:
-        """What the pass tells the next one."""
+        """Hints for the next pass."""
         return StepHints(
-            sorted(self.crossings, key=lambda passage: passage.time), self.tracked_displacements
+            sorted(self.crossings, key=lambda crossing: crossing.time), self.tracked_displacements
         )
 
     def current_displacement(self, label: str) -> float:
-        """The present displacement of a spring [rad or m]."""
+        """Current displacement of a spring [rad or m]."""
         connector, spring, sensor = self._tracked[label]
-        value = np.atleast_1d(np.asarray(self._assembly.mbs.GetSensorValues(sensor)))
+        value = np.atleast_1d(np.asarray(self._model.mbs.GetSensorValues(sensor)))
         return float(value @ _sensor_axis(connector, spring))
 
     def _add_connector_sensors(self, connector: Connector) -> tuple[Index, Index]:
@@ -99,7 +99,7 @@ class SensorLog:
             else (kinds.Rotation, kinds.AngularVelocityLocal)
         )
         first, second = (
-            self._assembly.mbs.AddSensor(
+            self._model.mbs.AddSensor(
                 items.SensorObject(
                     objectNumber=connector.item, storeInternal=True, outputVariableType=kind
                 )
@@ -109,7 +109,7 @@ class SensorLog:
         return first, second
 
     def _add_load_sensor(self, load: TimedLoad) -> Index:
-        figure = self._assembly.figure
+        figure = self._model.figure
         kinds = exu.OutputVariableType
         segment = figure.segments[load.site.segment]
         centre = segment.centre_of_mass
@@ -121,58 +121,58 @@ class SensorLog:
             LoadKind.GLOBAL_MOMENT: kinds.AngularVelocity,
             LoadKind.LOCAL_MOMENT: kinds.AngularVelocityLocal,
         }[load.kind]
-        return self._assembly.mbs.AddSensor(
+        return self._model.mbs.AddSensor(
             items.SensorBody(
-                bodyNumber=self._assembly.bodies[load.site.segment],
+                bodyNumber=self._model.bodies[load.site.segment],
                 localPosition=list(point),
                 storeInternal=True,
                 outputVariableType=kind,
             )
         )
 
-    def _add_constraint_sensor(self, servo: CoordinateConstraint) -> Index:
-        return self._assembly.mbs.AddSensor(
+    def _add_constraint_sensor(self, constraint: CoordinateConstraint) -> Index:
+        return self._model.mbs.AddSensor(
             items.SensorObject(
-                objectNumber=servo.item,
+                objectNumber=constraint.item,
                 storeInternal=True,
                 outputVariableType=exu.OutputVariableType.Force,
             )
         )
 
     def read(self, frames: Array) -> HalfTurnCrossing | None:
-        """Take in the steps since the last reading.
+        """Read the steps since the last reading.
 
         Args:
             frames: times of the frames since the last reading [s], shape (n,).
 
         Returns:
-            The first joint that went through 180 deg in that time, if one did.
+            The first crossing of 180 deg in that time, if any.
         """
         times: Array | None = None
         powers: list[list[Array]] = [[], [], []]
-        flips: list[HalfTurnCrossing] = []
-        turns: dict[str, Array] = {}
+        half_turns: list[HalfTurnCrossing] = []
+        rotations: dict[str, Array] = {}
         rates: dict[str, Array] = {}
         for joint, connector, position_sensor, rate_sensor in self._springs:
             position, rate = self._stored_rows(position_sensor), self._stored_rows(rate_sensor)
             times, position, rate = rate[:, 0], position[:, 1:], rate[:, 1:]
             if connector.springs:
-                damped, sprung = _spring_powers(self._assembly, connector, position, rate)
+                damped, sprung = _spring_powers(self._model, connector, position, rate)
                 powers[0].append(damped)
                 powers[1].append(sprung)
             match connector.kind:
                 case JointKind.REVOLUTE:
-                    turns[joint], rates[joint] = position[:, 0], rate[:, 0]
+                    rotations[joint], rates[joint] = position[:, 0], rate[:, 0]
                 case JointKind.SPHERICAL:
-                    turns[joint], rates[joint] = position, rate
-                    if joint in self._flipping:
-                        flips.extend(self._half_turn_crossings(joint, times, position))
+                    rotations[joint], rates[joint] = position, rate
+                    if joint in self._half_turn_joints:
+                        half_turns.extend(self._half_turn_crossings(joint, times, position))
                 case JointKind.PRISMATIC:
                     pass
                 case _:
                     assert_never(connector.kind)
-        for spring in self._working:
-            torques = coupled_torques(spring, self._assembly.placement.tree.chains, turns)
+        for spring in self._nonconservative:
+            torques = coupled_torques(spring, self._model.placement.tree.chains, rotations)
             powers[1].extend(-_power(torque, rates[joint]) for joint, torque in torques.items())
         for track, (connector, spring, sensor) in self._tracked.items():
             rows = self._stored_rows(sensor)
@@ -183,43 +183,43 @@ class SensorLog:
             rate = self._stored_rows(sensor)
             times = rate[:, 0]
             powers[2].append(np.sum(load.components(times) * rate[:, 1:], axis=1))
-        for servo, sensor in self._servos:
+        for constraint, sensor in self._constraints:
             pulls = self._stored_rows(sensor)
             times = pulls[:, 0]
-            powers[2].append(-_power(pulls[:, 1:], servo.rates(times)))
+            powers[2].append(-_power(pulls[:, 1:], constraint.rates(times)))
         if times is None:
             self.work.extend(np.zeros(3) for _ in frames)
         else:
             summed = np.array([_sum_powers(power, times.size) for power in powers])
             self._integrate_power(times, summed, frames)
-        return min(flips, key=lambda flip: flip.time, default=None)
+        return min(half_turns, key=lambda crossing: crossing.time, default=None)
 
     def _stored_rows(self, sensor: Index) -> Array:
-        """Rows (time, values) since the last reading."""
-        return np.atleast_2d(np.asarray(self._assembly.mbs.GetSensorStoredData(sensor)))
+        """Rows of (time, values) since the last reading."""
+        return np.atleast_2d(np.asarray(self._model.mbs.GetSensorStoredData(sensor)))
 
     def _integrate_power(self, times: Array, powers: Array, frames: Array) -> None:
-        if self._last is not None:
-            times = np.concatenate([[self._last[0]], times])
-            powers = np.column_stack([self._last[1], powers])
+        if self._last_powers is not None:
+            times = np.concatenate([[self._last_powers[0]], times])
+            powers = np.column_stack([self._last_powers[1], powers])
         strips = 0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times)
         sums = np.column_stack([np.zeros(3), np.cumsum(strips, axis=1)])
         slack = 1e-3 * (float(times[-1]) - float(times[0])) / times.size
-        places: list[int] = np.searchsorted(times, frames - slack).tolist()
+        indices: list[int] = np.searchsorted(times, frames - slack).tolist()
         start = self.work[-1]
-        self.work.extend(start + sums[:, place] for place in places)
-        self._last = (float(times[-1]), powers[:, -1])
+        self.work.extend(start + sums[:, index] for index in indices)
+        self._last_powers = (float(times[-1]), powers[:, -1])
 
     def _half_turn_crossings(
         self, joint: str, times: Array, rotations: Array
     ) -> list[HalfTurnCrossing]:
-        """Where a rotation vector jumps to the other side."""
+        """Find the first reversal of a rotation vector."""
         last = self._last_rotations.get(joint)
         track = rotations if last is None else np.vstack([last, rotations])
         self._last_rotations[joint] = rotations[-1]
-        turned = np.sum(track[1:] * track[:-1], axis=1) < 0.0
-        far = np.linalg.norm(track[1:], axis=1) > _MIN_HALF_TURN_ANGLE
-        hits = np.nonzero(turned & far)[0]
+        is_reversed = np.sum(track[1:] * track[:-1], axis=1) < 0.0
+        is_large = np.linalg.norm(track[1:], axis=1) > _MIN_HALF_TURN_ANGLE
+        hits = np.nonzero(is_reversed & is_large)[0]
         return (
             [HalfTurnCrossing(joint, float(times[hits[0] + times.size - len(track)]))]
             if hits.size
@@ -227,7 +227,7 @@ class SensorLog:
         )
 
     def nearest_half_turn(self) -> tuple[str, float] | None:
-        """The sprung spherical joint that was last nearest to 180 deg, and its angle [rad]."""
+        """Return the spherical joint with springs nearest to 180 deg, and its angle [rad]."""
         angles = {name: float(np.linalg.norm(r)) for name, r in self._last_rotations.items()}
         return max(angles.items(), key=lambda item: item[1]) if angles else None
 
@@ -235,18 +235,18 @@ class SensorLog:
 def _breakpoint_crossings(
     label: str, spring: AxisSpring, times: Array, values: Array
 ) -> list[BreakpointCrossing]:
-    """When a spring passed corners of its laws, linear between steps."""
-    found: list[BreakpointCrossing] = []
-    for corner in {corner for law in spring.elastic for corner in law.breakpoints}:
-        off = values - corner
-        for k in np.nonzero(off[1:] * off[:-1] < 0.0)[0]:
-            speed = float((off[k + 1] - off[k]) / (times[k + 1] - times[k]))
-            found.append(BreakpointCrossing(label, float(times[k] - off[k] / speed), speed))
-    return found
+    """Find breakpoint crossings of a spring by linear interpolation between steps."""
+    crossings: list[BreakpointCrossing] = []
+    for breakpoint in {breakpoint for law in spring.elastic for breakpoint in law.breakpoints}:
+        offset = values - breakpoint
+        for k in np.nonzero(offset[1:] * offset[:-1] < 0.0)[0]:
+            speed = float((offset[k + 1] - offset[k]) / (times[k + 1] - times[k]))
+            crossings.append(BreakpointCrossing(label, float(times[k] - offset[k] / speed), speed))
+    return crossings
 
 
 def _sensor_axis(connector: Connector, spring: AxisSpring) -> Array:
-    """What turns a sensor's reading into the displacement along a spring."""
+    """Weights of a sensor's output in the displacement along a spring."""
     return np.asarray(
         spring.direction if connector.kind is JointKind.SPHERICAL else connector.output_weights
     )
@@ -257,26 +257,26 @@ def _sum_powers(powers: list[Array], count: int) -> Array:
 
 
 def _spring_powers(
-    assembly: ExudynModel, connector: Connector, position: Array, rate: Array
+    model: ExudynModel, connector: Connector, position: Array, rate: Array
 ) -> tuple[Array, Array]:
-    """Power taken by damping and power put into a spherical joint's weighted law, (n,) each [W].
+    """Power dissipated by damping and power into a weighted law, shape (n,) each [W].
 
     The energy of other springs is a function of their displacement and needs no integral.
     """
-    still = np.zeros(len(rate))
+    none = np.zeros(len(rate))
     if connector.kind is JointKind.SPHERICAL:
-        joining = assembly.spring_set.joining
+        joining = model.spring_set.joining
         damping = damping_torque(connector.springs, position, rate)
         if joining is Joining.CONSERVATIVE:
-            return -_power(damping, rate), still
+            return -_power(damping, rate), none
         elastic = elastic_torque(joining, connector.springs, position)
         return -_power(damping, rate), -_power(elastic, rate)
     spring = connector.springs[0]
     axis = _sensor_axis(connector, spring)
     speed = rate @ axis
-    return -_power(np.asarray(spring.resistance(position @ axis, speed)), speed), still
+    return -_power(np.asarray(spring.resistance(position @ axis, speed)), speed), none
 
 
 def _power(torque: Array, rate: Array) -> Array:
-    """Power of torques at rates, of one axis (n,) or of three (n, 3); shape (n,) [W]."""
+    """Power of torques at rates, about one axis (n,) or three (n, 3); shape (n,) [W]."""
     return torque * rate if torque.ndim == 1 else np.sum(torque * rate, axis=1)

@@ -1,16 +1,9 @@
-"""Springs along the translations of a joint.
+"""Springs and damping of joints as Exudyn connectors.
 
-What the connectors of springs have in common: how they are kept, and where they are hung.
-
-One law of `springs` becomes an expression tree that Exudyn evaluates in C++, or on request a Python
-function that it calls back. Exudyn counts connector torques on the left-hand side: the functions
-return minus the torque on the child.
-
-Springs of a joint of several rotations: a torque of the rotation vector, half-way.
-
-Springs about the only rotation of a joint: a torque of its unwrapped angle.
-
-The connectors of a joint's springs and damping: of its hinge or ball, and of its slides.
+A law of `springs` becomes an expression tree that Exudyn evaluates in C++, or on request a Python
+function. Exudyn has connector torques on the left-hand side, so the functions return minus the
+torque on the child. The springs of a revolute are a torque of its unwrapped angle, those of a joint
+of several rotations a torque of its rotation vector in the half-way frame.
 """
 
 from collections.abc import Callable, Mapping
@@ -68,16 +61,16 @@ class JointKind(Enum):
 
 @dataclass(frozen=True)
 class Connector:
-    """A spring as it stands in the system, or what only reads a joint's angle.
+    """A connector with springs, or one that only measures a rotation.
 
     Attributes:
         item: the Exudyn connector.
-        springs: the axes it holds; none where it only reads.
-        kind: the displacement that it acts on.
-        function: its user function, which must outlive the system; None where it only reads.
-        axis_index: of a hinge or a slide, the factor of the joint's chain whose displacement it takes.
-        output_weights: of a hinge or a slide, what turns the item's output into that displacement.
-        angle_node: of a hinge, the node that keeps its angle at the last step.
+        springs: its springs; empty if it only measures.
+        kind: kind of the displacement that it acts on.
+        function: its user function, which must outlive the system; None if it only measures.
+        axis_index: of a revolute or prismatic, the index of its axis in the joint's chain.
+        output_weights: of a revolute or prismatic, weights of the output in the displacement.
+        angle_node: of a revolute, the node that stores its angle at the last step.
     """
 
     item: Index
@@ -91,13 +84,13 @@ class Connector:
 
 @dataclass(frozen=True)
 class SpringBuilder:
-    """Where connectors are hung: the system, the figure's start in it, and the kind of functions.
+    """A system to which connectors are added.
 
     Attributes:
         mbs: the Exudyn system.
-        placement: the figure's start.
+        placement: initial placement of the figure.
         bodies: Exudyn object of each segment.
-        python_torques: whether laws become Python functions instead of expression trees.
+        python_torques: whether laws are Python functions instead of expression trees.
     """
 
     mbs: MainSystem
@@ -106,8 +99,8 @@ class SpringBuilder:
     python_torques: bool = False
 
     def add_markers(self, joint: Joint, frame: Array) -> list[Index]:
-        """Markers at the parent's and the child's site, their axes turned by `frame`."""
-        turn = pose_matrix(frame, np.zeros(3))
+        """Add markers at the parent's and the child's site, with axes rotated by `frame`."""
+        rotation = pose_matrix(frame, np.zeros(3))
         figure = self.placement.tree.figure
         return [
             add_marker(
@@ -115,30 +108,30 @@ class SpringBuilder:
                 self.placement,
                 self.bodies,
                 ref.segment,
-                figure.site(ref).pose_in_segment @ turn,
+                figure.site(ref).pose_in_segment @ rotation,
             )
             for ref in (joint.parent, joint.child)
         ]
 
     def function(self, function: Any, field: str, item: str) -> Any:
-        """The function itself, or its expression tree."""
+        """Return the function, or its expression tree unless torques are Python functions."""
         if self.python_torques:
             return function
         return symbolic_user_function(self.mbs, function, field, item)
 
 
 def orient_spring(spring: AxisSpring, axis: tuple[float, float, float]) -> AxisSpring:
-    """The spring told about `axis`, which is its direction or the opposite of it."""
+    """Express a spring about `axis`, which is its direction or the opposite."""
     return spring if float(np.dot(spring.direction, axis)) > 0.0 else spring.with_opposite_axis()
 
 
 def generalized_force(spring: AxisSpring, value: Real, rate: Real, ops: Operations) -> Real:
-    """Torque or force on the child of a spring of one displacement."""
+    """Torque or force of a spring of one displacement on the child."""
     return total_torque(spring.elastic, value, ops) + spring.resistance(value, rate, ops)
 
 
 _TORQUE_ROWS = np.vstack([np.zeros((3, 3)), -np.eye(3)])
-"""Puts a torque on the child into Exudyn's left-hand six-vector of force and torque."""
+"""Matrix from a torque on the child to Exudyn's left-hand six-vector of force and torque."""
 
 WrenchFunction = Callable[[Any, Any, Any, Any], Any]
 """Left-hand six-vector of force and torque, of a connector's displacement [m], rotation vector
@@ -148,7 +141,7 @@ WrenchFunction = Callable[[Any, Any, Any, Any], Any]
 def _add_wrench_connector(
     builder: SpringBuilder, joint: Joint, wrench: WrenchFunction | None
 ) -> tuple[Index, Any]:
-    """A connector between the sites of a joint, and its user function; without one, a sensor."""
+    """Add a connector between the sites of a joint; without a wrench it only measures."""
 
     def user_function(
         mbs: Any,
@@ -184,7 +177,7 @@ def _add_wrench_connector(
 
 
 def _scalar_user_function(builder: SpringBuilder, spring: AxisSpring, field: str, item: str) -> Any:
-    """The user function of a torsional or linear connector: minus the force of a spring."""
+    """Return the user function of a torsional or linear connector: minus the force of a spring."""
     ops = FLOATS if builder.python_torques else SYMBOLIC
 
     def user_function(
@@ -205,7 +198,7 @@ def _scalar_user_function(builder: SpringBuilder, spring: AxisSpring, field: str
 def add_spherical_spring(
     builder: SpringBuilder, joint: Joint, axes: tuple[AxisSpring, ...], joining: Joining
 ) -> Connector:
-    """A torque of the rotation vector, in the half-way frame; without axes, a reader of it."""
+    """Add a torque of the rotation vector in the half-way frame; without axes, only measure it."""
 
     def torque(rotation: Any, rate: Any, ops: Operations) -> Any:
         elastic = elastic_torque(joining, axes, rotation, ops)
@@ -223,7 +216,7 @@ def add_spherical_spring(
 def add_revolute_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring | None
 ) -> Connector:
-    """A torque about one axis; without a spring, a reader of the angle."""
+    """Add a torque about one axis; without a spring, only measure the angle."""
     if spring is None:
         return _add_torsional_connector(builder, joint, chain, (), None)
     spring = orient_spring(spring, chain.rotation_axes[0])
@@ -242,26 +235,26 @@ def _add_torsional_connector(
 ) -> Connector:
     mbs = builder.mbs
     start = float(builder.placement.displacements[joint.name][chain.rotations[0]])
-    counter = mbs.AddNode(
+    angle_node = mbs.AddNode(
         items.NodeGenericData(numberOfDataCoordinates=1, initialCoordinates=[start])
     )
     item = mbs.AddObject(
         items.ObjectConnectorTorsionalSpringDamper(
             name=unused_name(mbs, f"{joint.name} spring"),
             markerNumbers=builder.add_markers(joint, rotation_with_z_axis(chain.rotation_axes[0])),
-            nodeNumber=counter,
+            nodeNumber=angle_node,
             springTorqueUserFunction=0 if function is None else function,
         )
     )
     return Connector(
-        item, springs, JointKind.REVOLUTE, function, chain.rotations[0], angle_node=counter
+        item, springs, JointKind.REVOLUTE, function, chain.rotations[0], angle_node=angle_node
     )
 
 
 def add_prismatic_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
 ) -> Connector:
-    """A force along one translation of a joint. Raises ModelError without one along the spring."""
+    """Add a force along a translation. Raises ModelError without one along the spring."""
     if len(chain.translations) == 1:
         return _add_single_translation_spring(builder, joint, chain, spring)
     return _add_multi_translation_spring(builder, joint, chain, spring)
@@ -270,15 +263,15 @@ def add_prismatic_spring(
 def _add_single_translation_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
 ) -> Connector:
-    """A force along the only translation of a joint."""
-    place = _translation_index(joint, chain, spring)
-    spring = orient_spring(spring, chain.joint_axes[place].axis)
+    """Add a force along the only translation of a joint."""
+    index = _translation_index(joint, chain, spring)
+    spring = orient_spring(spring, chain.joint_axes[index].axis)
     function = _scalar_user_function(
         builder, spring, "springForceUserFunction", "ObjectConnectorLinearSpringDamper"
     )
     markers, axis = builder.add_markers(joint, np.eye(3)), spring.direction
     if not chain.translations_are_outer:
-        # The axis is the child's, and seen from there the parent slides the other way.
+        # The axis is the child's, in whose frame the parent moves the opposite way.
         markers, axis = markers[::-1], tuple(-c for c in axis)
     item = builder.mbs.AddObject(
         items.ObjectConnectorLinearSpringDamper(
@@ -288,44 +281,49 @@ def _add_single_translation_spring(
             springForceUserFunction=function,
         )
     )
-    return Connector(item, (spring,), JointKind.PRISMATIC, function, place)
+    return Connector(item, (spring,), JointKind.PRISMATIC, function, index)
 
 
 def _add_multi_translation_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
 ) -> Connector:
-    """A force along one of several translations of a joint that does not turn.
+    """Add a force along one of several translations of a joint without rotations.
 
-    The force acts on both bodies at the child's site, which the other slides carry away from the
-    parent's. Exudyn's intrinsic connector applies what it is given half-way between the two, so the
+    The force acts on both bodies at the child's site, which the other translations displace from
+    the parent's. Exudyn's intrinsic connector applies a wrench half-way between the sites, so the
     force has a moment about that point.
     """
-    place = _translation_index(joint, chain, spring)
-    spring = orient_spring(spring, chain.joint_axes[place].axis)
+    index = _translation_index(joint, chain, spring)
+    spring = orient_spring(spring, chain.joint_axes[index].axis)
     ops = FLOATS if builder.python_torques else SYMBOLIC
     axes = np.array([chain.joint_axes[k].axis for k in chain.translations]).T
-    # What reads one displacement where the slides are oblique to each other.
-    x, y, z = np.linalg.pinv(axes)[chain.translations.index(place)].tolist()
+    # Row of the pseudo-inverse, because the axes may be oblique.
+    x, y, z = np.linalg.pinv(axes)[chain.translations.index(index)].tolist()
 
     def wrench(displacement: Any, rotation: Any, velocity: Any, angular_velocity: Any) -> Any:
         p, q, r = (displacement[k] for k in range(3))
         speed = x * velocity[0] + y * velocity[1] + z * velocity[2]
         force = -generalized_force(spring, x * p + y * q + z * r, speed, ops)
-        arms = (q * z - r * y, r * x - p * z, p * y - q * x)
-        parts = [force * x, force * y, force * z, *(0.5 * arm * force for arm in arms)]
-        return np.array(parts) if builder.python_torques else symbols.Vector(parts)
+        lever_arms = (q * z - r * y, r * x - p * z, p * y - q * x)
+        components = [
+            force * x,
+            force * y,
+            force * z,
+            *(0.5 * lever_arm * force for lever_arm in lever_arms),
+        ]
+        return np.array(components) if builder.python_torques else symbols.Vector(components)
 
     item, function = _add_wrench_connector(builder, joint, wrench)
-    return Connector(item, (spring,), JointKind.PRISMATIC, function, place, (x, y, z))
+    return Connector(item, (spring,), JointKind.PRISMATIC, function, index, (x, y, z))
 
 
 def _translation_index(joint: Joint, chain: Chain, spring: AxisSpring) -> int:
-    """The factor of a chain along which a spring is. Raises ModelError when there is none."""
+    """Index in the chain of the translation along a spring. Raises ModelError without one."""
     for k in chain.translations:
-        across = np.cross(unit_vector(chain.joint_axes[k].axis), spring.direction)
-        if float(np.linalg.norm(across)) < PERPENDICULAR_TOLERANCE:
+        deviation = np.cross(unit_vector(chain.joint_axes[k].axis), spring.direction)
+        if float(np.linalg.norm(deviation)) < PERPENDICULAR_TOLERANCE:
             return k
-    raise ModelError(f"joint {joint.name} does not slide along {spring.direction}")
+    raise ModelError(f"joint {joint.name} has no translation along {spring.direction}")
 
 
 def add_joint_springs(
@@ -336,35 +334,34 @@ def add_joint_springs(
     *,
     read_rotation: bool = False,
 ) -> tuple[Connector, ...]:
-    """The connectors of one joint's springs.
+    """Add the connectors of one joint's springs.
 
     Args:
-        builder: where they are hung.
-        joint: of the figure.
-        springs: about its axes and along its slides.
-        joining: how the axes of a ball join.
-        read_rotation: whether the joint's turn is read in any case, also without springs about its axes.
+        builder: the system to build into.
+        joint: joint of the figure.
+        springs: springs about its axes and along its translations.
+        joining: law that joins the axes of a spherical joint.
+        read_rotation: whether to measure the rotation also without springs, for coupled laws.
 
     Raises:
-        ModelError: springs about axes or along slides that the joint's chain does not have, or that
-            no simulation supports.
+        ModelError: springs along axes that the joint does not have, or that are not supported.
     """
     chain = builder.placement.tree.chains[joint.name]
     if springs.axes and not chain.rotations:
         raise ModelError(f"joint {joint.name} has springs about axes but no rotation")
     if springs.translations and not chain.translations:
-        raise ModelError(f"joint {joint.name} has springs along slides but no translation")
+        raise ModelError(f"joint {joint.name} has springs along axes but no translation")
     refusal = unsupported_spring(builder.placement, joint, springs, is_coupled=read_rotation)
     if refusal is not None:
         raise ModelError(refusal.reason)
-    made: list[Connector] = []
+    connectors: list[Connector] = []
     if springs.axes or read_rotation:
         if len(chain.rotations) == 1:
             axis = springs.axes[0] if springs.axes else None
-            made.append(add_revolute_spring(builder, joint, chain, axis))
+            connectors.append(add_revolute_spring(builder, joint, chain, axis))
         else:
-            made.append(add_spherical_spring(builder, joint, springs.axes, joining))
-    made.extend(
-        add_prismatic_spring(builder, joint, chain, slide) for slide in springs.translations
+            connectors.append(add_spherical_spring(builder, joint, springs.axes, joining))
+    connectors.extend(
+        add_prismatic_spring(builder, joint, chain, spring) for spring in springs.translations
     )
-    return tuple(made)
+    return tuple(connectors)

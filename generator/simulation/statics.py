@@ -1,13 +1,9 @@
-"""Torques of passive joints read out of the Exudyn model while nothing moves.
+"""Static forces of a figure: on its displacements, and as joint torques of the Exudyn model.
 
-No law is evaluated here. The bodies are put where a pose has them, Exudyn evaluates the right-hand
-side of the equations of motion, and what it gives the bodies is summed beyond each joint. Whatever
-the model holds is in the sum, laws over several joints too.
-
-Forces on the displacements of a figure that does not move: gravity, loads and springs.
-
-The laws are those of the connectors that a simulation has; damping and friction, which act on what
-moves, are left out. A force on a displacement is the work a unit of it takes: N m or N.
+`StaticState` computes the generalized forces of gravity, loads and springs without damping and
+friction, by the laws of the model's connectors. `static_torques` evaluates no law: Exudyn computes
+the right-hand side of the equations of motion in a pose, and the forces on the bodies are summed
+beyond each joint, so that everything in the model contributes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,85 +44,92 @@ from springs import elastic_torque, total_torque
 
 @dataclass(frozen=True)
 class StaticState:
-    """Poses of an assembly at rest; n of them.
+    """n poses of a model at rest.
 
     Attributes:
-        assembly: whose.
+        model: the model.
         values: displacements of its tree, shape (n, m) [rad or m].
-        poses: of each segment in the world, shape (n, 4, 4).
-        joints: as motions without any.
-        trace: the same as states of the bodies.
+        poses: poses of each segment in the world, shape (n, 4, 4).
+        joints: joint motions with zero velocities.
+        trace: states of the bodies with zero velocities.
     """
 
-    assembly: ExudynModel
+    model: ExudynModel
     values: Array
     poses: Mapping[str, Array]
     joints: Mapping[str, JointMotion]
     trace: Trace
 
     @classmethod
-    def from_displacements(cls, assembly: ExudynModel, values: Array) -> "StaticState":
-        """Place a figure at displacements of its tree, shape (n, m), in which its loops close."""
-        tree, bodies = assembly.placement.tree, assembly.figure.bodies
+    def from_displacements(cls, model: ExudynModel, values: Array) -> "StaticState":
+        """Place a figure at displacements of its tree with closed loops, shape (n, m)."""
+        tree, bodies = model.placement.tree, model.figure.bodies
         poses, count = tree.kinematics.poses(values), len(values)
-        turns = np.stack([poses[name][:, :3, :3] for name in bodies], axis=1)
+        rotations = np.stack([poses[name][:, :3, :3] for name in bodies], axis=1)
         centres = [
             poses[name] @ _homogeneous_point(body.centre_of_mass) for name, body in bodies.items()
         ]
-        places = np.stack([centre[:, :3] for centre in centres], axis=1)
-        still, none = np.zeros_like(places), np.zeros(count)
-        trace = Trace(np.arange(float(count)), places, turns, still, still, {}, none, none, none)
-        motion = SegmentMotion(assembly, trace)
+        positions = np.stack([centre[:, :3] for centre in centres], axis=1)
+        at_rest, zeros = np.zeros_like(positions), np.zeros(count)
+        trace = Trace(
+            np.arange(float(count)), positions, rotations, at_rest, at_rest, {}, zeros, zeros, zeros
+        )
+        motion = SegmentMotion(model, trace)
         joints: dict[str, JointMotion] = {}
-        for name, joint in assembly.figure.joints.items():
+        for name, joint in model.figure.joints.items():
             if name not in tree.kinematics.columns:
-                joints[name] = motion.joint(joint, assembly.placement.displacements[name])
+                joints[name] = motion.joint(joint, model.placement.displacements[name])
                 continue
-            own = values[:, tree.kinematics.columns[name]]
-            between = tree.chains[name].pose(own)
-            joints[name] = JointMotion(between, np.zeros((count, 6)), own, np.zeros_like(own))
-        return cls(assembly, values, poses, joints, trace)
+            joint_values = values[:, tree.kinematics.columns[name]]
+            pose_in_parent = tree.chains[name].pose(joint_values)
+            joints[name] = JointMotion(
+                pose_in_parent, np.zeros((count, 6)), joint_values, np.zeros_like(joint_values)
+            )
+        return cls(model, values, poses, joints, trace)
 
     def energy(self) -> Array:
-        """Gravity's and the springs', without what the weighted law would need, shape (n,) [J]."""
-        book = energy_by_kind(self.assembly, self.trace, self.joints)
-        return book["gravity"] + book["spring"]
+        """Energy of gravity and of conservative springs, shape (n,) [J]."""
+        energies = energy_by_kind(self.model, self.trace, self.joints)
+        return energies["gravity"] + energies["spring"]
 
     def forces(self) -> Array:
-        """Forces of all kinds on the tree's displacements, shape (n, m) [N m or N]."""
-        kinematics = self.assembly.placement.tree.kinematics
+        """Generalized forces on the tree's displacements, shape (n, m) [N m or N]."""
+        kinematics = self.model.placement.tree.kinematics
         forces = self._external_forces()
-        for name, pushed in self._elastic_forces().items():
+        for name, joint_forces in self._elastic_forces().items():
             if name in kinematics.columns:
-                forces[:, kinematics.columns[name]] += pushed
+                forces[:, kinematics.columns[name]] += joint_forces
             else:
-                forces += self._closure_forces(name, pushed)
+                forces += self._closure_forces(name, joint_forces)
         return forces
 
     def inertia(self) -> Array:
         """Generalized inertia of the first pose, shape (m, m) [kg m2, kg m or kg]."""
-        kinematics = self.assembly.placement.tree.kinematics
+        kinematics = self.model.placement.tree.kinematics
         twists = kinematics.twists(self.values[0])
         total = np.zeros((kinematics.size, kinematics.size))
-        for k, (name, body) in enumerate(self.assembly.figure.bodies.items()):
-            moved = twists * kinematics.motion_masks[name][:, None]
-            speeds = moved[:, 3:] + np.cross(moved[:, :3], self.trace.positions[0, k])
-            turned = moved[:, :3] @ self.trace.rotations[0, k]
+        for k, (name, body) in enumerate(self.model.figure.bodies.items()):
+            motion = twists * kinematics.motion_masks[name][:, None]
+            speeds = motion[:, 3:] + np.cross(motion[:, :3], self.trace.positions[0, k])
+            body_rates = motion[:, :3] @ self.trace.rotations[0, k]
             assert body.mass is not None
             assert body.inertia is not None
-            total += body.mass * speeds @ speeds.T + (turned * np.asarray(body.inertia)) @ turned.T
+            total += (
+                body.mass * speeds @ speeds.T
+                + (body_rates * np.asarray(body.inertia)) @ body_rates.T
+            )
         return total
 
     def _external_forces(self) -> Array:
         """Gravity and loads on the tree's displacements, shape (n, m)."""
-        kinematics = self.assembly.placement.tree.kinematics
+        kinematics = self.model.placement.tree.kinematics
         twists = kinematics.twists(self.values)
-        wrenches = {name: np.zeros((len(self.values), 6)) for name in self.assembly.figure.bodies}
-        gravity = np.asarray(self.assembly.plan.gravity)
-        for k, (name, body) in enumerate(self.assembly.figure.bodies.items()):
+        wrenches = {name: np.zeros((len(self.values), 6)) for name in self.model.figure.bodies}
+        gravity = np.asarray(self.model.plan.gravity)
+        for k, (name, body) in enumerate(self.model.figure.bodies.items()):
             assert body.mass is not None
             _add_force(wrenches[name], body.mass * gravity, self.trace.positions[:, k])
-        for load, *_ in self.assembly.loads:
+        for load, *_ in self.model.loads:
             self._add_load(load, wrenches[load.site.segment])
         forces = np.zeros_like(self.values)
         for name, wrench in wrenches.items():
@@ -134,36 +137,38 @@ class StaticState:
         return forces
 
     def _add_load(self, load: TimedLoad, wrench: Array) -> None:
-        """Add a load as it is at the start of the plan."""
-        value = load.components(self.assembly.plan.start)
+        """Add a load with its value at the start of the plan."""
+        value = load.components(self.model.plan.start)
         pose = self.poses[load.site.segment]
         if load.kind.is_local:
             value = pose[:, :3, :3] @ value
         if load.kind in (LoadKind.GLOBAL_FORCE, LoadKind.LOCAL_FORCE):
-            site = self.assembly.figure.site(load.site).pose_in_segment
+            site = self.model.figure.site(load.site).pose_in_segment
             _add_force(wrench, value, (pose @ site)[:, :3, 3])
         else:
             wrench[:, :3] += value
 
     def _elastic_forces(self) -> dict[str, Array]:
-        """Elastic forces on the displacements of each joint that has any, shape (n, dof)."""
-        chains = self.assembly.placement.tree.chains
-        joining = self.assembly.spring_set.joining
+        """Elastic forces on the displacements of each joint with springs, shape (n, dof)."""
+        chains = self.model.placement.tree.chains
+        joining = self.model.spring_set.joining
         forces: dict[str, Array] = {}
-        for name, connectors in self.assembly.springs.items():
-            moved = self.joints[name]
-            forces[name] = np.zeros_like(moved.displacements)
-            for one in connectors:
-                if one.kind is JointKind.SPHERICAL:
-                    torque = elastic_torque(joining, one.springs, moved.rotation_vectors)
+        for name, connectors in self.model.springs.items():
+            motion = self.joints[name]
+            forces[name] = np.zeros_like(motion.displacements)
+            for connector in connectors:
+                if connector.kind is JointKind.SPHERICAL:
+                    torque = elastic_torque(joining, connector.springs, motion.rotation_vectors)
                     forces[name] += self._project_onto_axes(name, torque)
                     continue
-                along = moved.displacements[:, one.axis_index]
-                for spring in one.springs:
-                    forces[name][:, one.axis_index] += total_torque(spring.elastic, along)
-        turned = coupled_joint_rotations(self.assembly, self.joints)
-        for one in self.assembly.coupled:
-            for name, torque in coupled_torques(one.spring, chains, turned).items():
+                displacement = motion.displacements[:, connector.axis_index]
+                for spring in connector.springs:
+                    forces[name][:, connector.axis_index] += total_torque(
+                        spring.elastic, displacement
+                    )
+        rotations = coupled_joint_rotations(self.model, self.joints)
+        for coupled in self.model.coupled:
+            for name, torque in coupled_torques(coupled.spring, chains, rotations).items():
                 if torque.ndim == 1:
                     forces[name][:, chains[name].rotations[0]] += torque
                 else:
@@ -171,15 +176,15 @@ class StaticState:
         return forces
 
     def _project_onto_axes(self, name: str, torque: Array) -> Array:
-        """A torque (n, 3) in the half-way frame as forces on the displacements, shape (n, dof)."""
-        moved = self.joints[name]
-        half = matrix_from_rotation_vector(0.5 * moved.rotation_vectors)
-        axes = self.assembly.placement.tree.chains[name].twists(moved.displacements)[..., :3]
+        """Project a torque (n, 3) in the half-way frame onto the displacements, shape (n, dof)."""
+        motion = self.joints[name]
+        half = matrix_from_rotation_vector(0.5 * motion.rotation_vectors)
+        axes = self.model.placement.tree.chains[name].twists(motion.displacements)[..., :3]
         return np.asarray((axes @ (half @ torque[..., None]))[..., 0])
 
     def _closure_forces(self, name: str, closure_forces: Array) -> Array:
-        """Forces on the displacements of a closing joint as forces on the tree's, shape (n, m)."""
-        tree, joint = self.assembly.placement.tree, self.assembly.figure.joints[name]
+        """Convert forces on a closing joint to forces on the tree's displacements, shape (n, m)."""
+        tree, joint = self.model.placement.tree, self.model.figure.joints[name]
         forces = np.zeros_like(self.values)
         for k, placement in enumerate(self.placements()):
             motion = relative_jacobian(placement, segment_jacobians(placement), joint)
@@ -189,11 +194,11 @@ class StaticState:
         return forces
 
     def placements(self) -> list[Placement]:
-        """Each pose by itself."""
-        tree = self.assembly.placement.tree
+        """Return the placement of each pose."""
+        tree = self.model.placement.tree
         return [
             forward_kinematics(
-                tree, {name: moved.displacements[k] for name, moved in self.joints.items()}
+                tree, {name: motion.displacements[k] for name, motion in self.joints.items()}
             )
             for k in range(len(self.values))
         ]
@@ -215,22 +220,22 @@ def static_torques(
 ) -> Mapping[str, Array]:
     """Torque of every joint's passive springs on its child, in n poses at rest.
 
-    Gravity, loads, velocities, links, locks and drives of the figure and the plan are left out.
+    Gravity, loads, velocities, links, locks and drives of the figure and the plan are ignored.
 
     Args:
-        figure: whose joints are read; it has no closed loops.
-        poses: n of them; each gives displacements by joint [rad or m], and where it does not name
-            a joint the plan's count, else the figure's own. A hinge may be turned more than once.
-        plan: chooses the springs, how they join, and the kind of torques; None as in `Plan()`.
+        figure: a figure without closed loops.
+        poses: n poses, as displacements by joint [rad or m]; other joints have the displacements of
+            the plan, or of the figure. A revolute may be rotated more than once.
+        plan: choice of springs, joining and kind of torques; None for `Plan()`.
 
     Returns:
-        By joint, about the child's site in the parent's site axes, shape (n, 3) [N m].
+        Torque by joint about the child's site, parent's site axes, shape (n, 3) [N m].
 
     Raises:
-        ModelError: the figure has loops, or a joint with springs is turned by 180 deg.
+        ModelError: the figure has loops, or a joint with springs is at 180 deg.
         MoverError: the figure cannot be built, or a pose does not fit it.
     """
-    still = replace(
+    static_plan = replace(
         plan or Plan(),
         gravity=(0.0, 0.0, 0.0),
         velocities={},
@@ -240,35 +245,37 @@ def static_torques(
         drives={},
     )
     unloaded = _remove_loads(figure)
-    model = _StaticModel.from_assembly(build_model(unloaded, still, resolve_springs(figure, still)))
+    static_model = _StaticModel.from_model(
+        build_model(unloaded, static_plan, resolve_springs(figure, static_plan))
+    )
     placements = [
         initial_state(
-            unloaded, replace(still, displacements={**still.displacements, **pose})
+            unloaded, replace(static_plan, displacements={**static_plan.displacements, **pose})
         ).placement
         for pose in poses
     ]
-    torques = {name: np.zeros((len(placements), 3)) for name in model.assembly.figure.joints}
+    torques = {name: np.zeros((len(placements), 3)) for name in static_model.model.figure.joints}
     for row, placement in enumerate(placements):
-        for name, torque in model.torques(placement).items():
+        for name, torque in static_model.torques(placement).items():
             torques[name][row] = torque
     return torques
 
 
 @dataclass(frozen=True)
 class _StaticModel:
-    """An assembly whose equations of motion are evaluated at poses.
+    """A model whose equations of motion are evaluated in poses.
 
     Attributes:
-        assembly: built without gravity and loads.
-        solver: evaluates the right-hand side; it never takes a step.
-        coordinates: places of each body's position and Euler parameters among all coordinates.
-        revolute_springs: for each hinge with a spring its joint, the factor of the joint's chain, and the
-            place where Exudyn keeps the last angle, from which it counts whole turns.
-        spherical_joints: names of the joints whose springs see a rotation vector.
-        reference: what Exudyn adds to its coordinates.
+        model: the model, without gravity and loads.
+        solver: solver that evaluates the right-hand side and never takes a step.
+        coordinates: indices of each body's position and Euler parameters among all coordinates.
+        revolute_springs: for each revolute with a spring its joint, the index of its axis in the
+            chain, and the index of its last angle in Exudyn's data, by which turns are counted.
+        spherical_joints: names of the joints whose springs depend on a rotation vector.
+        reference: reference values that Exudyn adds to its coordinates.
     """
 
-    assembly: ExudynModel
+    model: ExudynModel
     solver: Any
     coordinates: Mapping[str, Sequence[int]]
     revolute_springs: tuple[tuple[str, int, Sequence[int]], ...]
@@ -276,87 +283,92 @@ class _StaticModel:
     reference: Array
 
     @classmethod
-    def from_assembly(cls, assembly: ExudynModel) -> "_StaticModel":
-        """Prepare an assembly. Raises ModelError for loops."""
-        closures = assembly.placement.tree.closures
+    def from_model(cls, model: ExudynModel) -> "_StaticModel":
+        """Prepare a model. Raises ModelError for loops."""
+        closures = model.placement.tree.closures
         if closures:
             names = ", ".join(joint.name for joint in closures)
             raise ModelError(
-                f"the loop that {names} closes hides which joint a torque comes from: "
-                "only figures without loops can be read at rest"
+                f"the loop closed by {names} makes joint torques ambiguous: "
+                "static torques need a figure without loops"
             )
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
         solver = exu.MainSolverImplicitSecondOrder()
-        solver.InitializeSolver(assembly.mbs, settings)
-        data = assembly.mbs.systemData
-        connectors = [(name, one) for name, all_of in assembly.springs.items() for one in all_of]
+        solver.InitializeSolver(model.mbs, settings)
+        data = model.mbs.systemData
+        connectors = [
+            (name, connector)
+            for name, joint_connectors in model.springs.items()
+            for connector in joint_connectors
+        ]
         return cls(
-            assembly,
+            model,
             solver,
-            {name: data.GetObjectLTGODE2(assembly.bodies[name]) for name in assembly.figure.bodies},
+            {name: data.GetObjectLTGODE2(model.bodies[name]) for name in model.figure.bodies},
             tuple(
-                (name, one.axis_index, data.GetObjectLTGData(one.item))
-                for name, one in connectors
-                if one.kind is JointKind.REVOLUTE
+                (name, connector.axis_index, data.GetObjectLTGData(connector.item))
+                for name, connector in connectors
+                if connector.kind is JointKind.REVOLUTE
             ),
-            tuple(name for name, one in connectors if one.kind is JointKind.SPHERICAL),
+            tuple(name for name, connector in connectors if connector.kind is JointKind.SPHERICAL),
             np.array(data.GetODE2Coordinates(configuration=exu.ConfigurationType.Reference)),
         )
 
     def torques(self, placement: Placement) -> dict[str, Array]:
         """Torque of each joint on its child about the child's site, parent's axes, (3,) [N m]."""
         self._check_half_turn(placement)
-        pushes = self._body_wrenches(placement)
+        wrenches = self._body_wrenches(placement)
         torques: dict[str, Array] = {}
-        for branch in reversed(placement.tree.joints):
-            push, joint = pushes[branch.outboard], branch.joint
-            if branch.inboard in pushes:
-                pushes[branch.inboard] = pushes[branch.inboard] + push
+        for tree_joint in reversed(placement.tree.joints):
+            wrench, joint = wrenches[tree_joint.outboard], tree_joint.joint
+            if tree_joint.inboard in wrenches:
+                wrenches[tree_joint.inboard] = wrenches[tree_joint.inboard] + wrench
             child = site_pose(placement, joint, "child")
-            about_child = push[3:] - np.cross(child[:3, 3], push[:3])
-            turned = site_pose(placement, joint, "parent")[:3, :3].T @ about_child
-            torques[joint.name] = turned if branch.parent_is_inboard else -turned
+            moment = wrench[3:] - np.cross(child[:3, 3], wrench[:3])
+            torque = site_pose(placement, joint, "parent")[:3, :3].T @ moment
+            torques[joint.name] = torque if tree_joint.parent_is_inboard else -torque
         return torques
 
     def _check_half_turn(self, placement: Placement) -> None:
-        """Raise ModelError where springs see a rotation vector that may point either way."""
+        """Raise ModelError for a spring whose rotation vector has an undefined sign."""
         for name in self.spherical_joints:
             if is_at_half_turn(placement, placement.tree.figure.joints[name]):
                 raise ModelError(
-                    f"joint {name} is turned by 180 deg, where the torque of its springs is not "
-                    "defined"
+                    f"joint {name} is at 180 deg, where the torque of its springs is not defined"
                 )
 
     def _body_wrenches(self, placement: Placement) -> dict[str, Array]:
         """Force on each body, and moment about the world's origin, world axes, (6,) [N, N m]."""
-        data = self.assembly.mbs.systemData
+        data = self.model.mbs.systemData
         coordinates = np.zeros_like(self.reference)
         figure = placement.tree.figure
-        for name, places in self.coordinates.items():
+        for name, indices in self.coordinates.items():
             pose = body_pose(placement, figure.segments[name])
             parameters = rigid.RotationMatrix2EulerParameters(pose[:3, :3])
-            coordinates[places] = [*pose[:3, 3], *parameters]
+            coordinates[indices] = [*pose[:3, 3], *parameters]
         data.SetODE2Coordinates(coordinates - self.reference)
-        counted = np.array(data.GetDataCoordinates())
-        for name, factor, places in self.revolute_springs:
-            counted[places] = placement.displacements[name][factor]
-        data.SetDataCoordinates(counted)
-        self.solver.ComputeODE2RHS(self.assembly.mbs)
+        angles = np.array(data.GetDataCoordinates())
+        for name, factor, indices in self.revolute_springs:
+            angles[indices] = placement.displacements[name][factor]
+        data.SetDataCoordinates(angles)
+        self.solver.ComputeODE2RHS(self.model.mbs)
         right_hand_side = self.solver.GetSystemResidual()
-        pushes: dict[str, Array] = {}
-        for name, places in self.coordinates.items():
-            here = coordinates[places]
-            given = right_hand_side[places]
-            # The angular velocity is G times the rates of the parameters, so they get G^T times the
-            # torque; and G G^T is four times the identity.
-            torque = 0.25 * np.asarray(rigid.EulerParameters2G(here[3:])) @ given[3:]
-            pushes[name] = np.concatenate([given[:3], torque + np.cross(here[:3], given[:3])])
-        return pushes
+        wrenches: dict[str, Array] = {}
+        for name, indices in self.coordinates.items():
+            pose_coordinates = coordinates[indices]
+            force = right_hand_side[indices]
+            # The angular velocity is G times the parameter rates, so their force is G^T times the
+            # torque, and G G^T is four times the identity.
+            torque = 0.25 * np.asarray(rigid.EulerParameters2G(pose_coordinates[3:])) @ force[3:]
+            wrenches[name] = np.concatenate(
+                [force[:3], torque + np.cross(pose_coordinates[:3], force[:3])]
+            )
+        return wrenches
 
 
 def _remove_loads(figure: Figure) -> Figure:
-    """The figure without the forces and moments written at its sites."""
+    """Return the figure without the forces and moments at its sites."""
 
     def bare(site: Site) -> Site:
         return replace(
@@ -364,7 +376,9 @@ def _remove_loads(figure: Figure) -> Figure:
         )
 
     segments = {
-        name: replace(segment, sites={key: bare(site) for key, site in segment.sites.items()})
+        name: replace(
+            segment, sites={site_name: bare(site) for site_name, site in segment.sites.items()}
+        )
         for name, segment in figure.segments.items()
     }
     return replace(figure, segments=segments)

@@ -1,14 +1,12 @@
-"""How the time of a pass is cut: into legs over frames, stretches, and bites of equal steps.
+"""Division of a pass into batches of frames, subintervals and chunks of equal steps.
 
-Each start of Exudyn's integrator costs as much as several steps, so a leg goes over as many frames
-as it can in steps of one length. Where something happens between two frames, these are a leg of
-their own, cut there into stretches.
+Each start of Exudyn's integrator costs as much as several steps, so a batch extends over as many
+frames as possible with steps of one length. A frame interval with a load discontinuity or a
+breakpoint crossing is a batch of its own, divided there into subintervals.
 
-When springs pass corners of their laws, and how one pass guides the next there.
-
-A step across the edge of a dead zone would spoil the order that the extrapolation of passes lives
-on. So a pass ends steps where the pass before it met corners, moved by how far the two have drifted
-apart at the frame before.
+A step across a breakpoint of a spring law, such as the edge of a dead zone, would reduce the order
+on which the extrapolation of passes relies. So a pass ends steps at the crossings of the previous
+pass, shifted by the difference of the two passes at the frame before.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -25,12 +23,12 @@ from generator.simulation.model import ExudynModel
 
 @dataclass(frozen=True)
 class BreakpointCrossing:
-    """A spring's displacement passes a corner of its law.
+    """Crossing of a breakpoint of its law by a spring.
 
     Attributes:
-        spring_label: which spring, as `Guide.tracks` names it.
-        time: when [s].
-        speed: rate of the displacement there [rad/s or m/s].
+        spring_label: label of the spring in `StepHints.tracked_displacements`.
+        time: time of the crossing [s].
+        speed: rate of the displacement [rad/s or m/s].
     """
 
     spring_label: str
@@ -40,10 +38,10 @@ class BreakpointCrossing:
 
 @dataclass(frozen=True)
 class StepHints:
-    """What a pass tells the next one.
+    """Breakpoint crossings of a pass, as hints for the next one.
 
     Attributes:
-        crossings: in the order of time.
+        crossings: crossings sorted by time.
         tracked_displacements: displacement of each spring at the frames [rad or m], shape (n,).
     """
 
@@ -54,10 +52,10 @@ class StepHints:
 
     @cached_property
     def _times(self) -> Array:
-        return np.array([passage.time for passage in self.crossings])
+        return np.array([crossing.time for crossing in self.crossings])
 
     def has_crossing(self, start: float, stop: float) -> bool:
-        """Whether a corner is passed between two times [s]."""
+        """Return whether a breakpoint is crossed between two times [s]."""
         first, last = np.searchsorted(self._times, [start, stop])
         return bool(first < last)
 
@@ -67,43 +65,43 @@ class StepHints:
         """Times between two frames at which steps should end [s], sorted.
 
         Args:
-            frame: number of the frame at `start`.
-            start: its time [s].
+            frame: index of the frame at `start`.
+            start: time of the frame [s].
             stop: time of the next frame [s].
-            current_displacement: the displacement of a spring at `start` in the pass that is guided.
+            current_displacement: displacement of a spring at `start` in the current pass.
         """
         times: list[float] = []
         first, last = np.searchsorted(self._times, [start, stop])
-        for passage in self.crossings[int(first) : int(last)]:
+        for crossing in self.crossings[int(first) : int(last)]:
             drift = (
-                current_displacement(passage.spring_label)
-                - self.tracked_displacements[passage.spring_label][frame]
+                current_displacement(crossing.spring_label)
+                - self.tracked_displacements[crossing.spring_label][frame]
             )
-            times.append(passage.time - drift / passage.speed)
+            times.append(crossing.time - drift / crossing.speed)
         return np.array(sorted(time for time in times if start < time < stop))
 
 
 _MIN_STEP_FRACTION = 0.05
-"""Cuts nearer to each other than this part of a step are not worth a step of their own."""
+"""Smallest subinterval, as a fraction of the step."""
 
 _DISCONTINUITY_HALF_WIDTH = 1e-9
-"""Half the length of the step that takes in the jump of a load [s]."""
+"""Half the length of the step across a load discontinuity [s]."""
 
 MAX_STEPS_PER_CHUNK = 500
-"""Largest number of steps that Exudyn takes before it is asked again."""
+"""Largest number of steps between checks of the clock and of Ctrl-C."""
 
 
 def count_steps(length: float, step: float) -> int:
-    """Number of equal steps, none longer than `step`, in a stretch of time [s]."""
+    """Number of equal steps, not longer than `step`, in an interval [s]."""
     return max(1, ceil(length / step - 1e-9))
 
 
-def load_discontinuities(assembly: ExudynModel) -> Array:
-    """Times just before and just after the jumps of loads [s].
+def load_discontinuities(model: ExudynModel) -> Array:
+    """Times just before and just after load discontinuities [s].
 
-    A load that jumps within a step, or at its very end, would make the step one of first order.
+    A step with a discontinuity inside it or at its end would be of first order.
     """
-    times = {time for load, *_ in assembly.loads for time in load.discontinuities}
+    times = {time for load, *_ in model.loads for time in load.discontinuities}
     return np.array(
         sorted(
             time + side
@@ -116,14 +114,14 @@ def load_discontinuities(assembly: ExudynModel) -> Array:
 def last_frame_of_batch(
     times: Array, first: int, max_frames: int, discontinuities: Array, hints: StepHints
 ) -> int:
-    """The frame at which the leg from a frame ends.
+    """Index of the frame at which a batch ends.
 
     Args:
-        times: of the frames [s].
-        first: number of the frame at its start.
-        max_frames: largest number of frames that it goes over.
-        discontinuities: of loads [s], sorted.
-        hints: an earlier pass, which met corners of spring laws.
+        times: times of the frames [s].
+        first: index of the frame at the start of the batch.
+        max_frames: largest number of frame intervals in the batch.
+        discontinuities: times of load discontinuities [s], sorted.
+        hints: breakpoint crossings of an earlier pass.
     """
     last = first + 1
     if _is_regular_interval(times, first, discontinuities, hints):
@@ -139,26 +137,26 @@ def last_frame_of_batch(
 def _is_regular_interval(
     times: Array, frame: int, discontinuities: Array, hints: StepHints
 ) -> bool:
-    """Whether nothing cuts the interval after a frame, and it is as long as the first one."""
-    here, there = float(times[frame]), float(times[frame + 1])
-    if abs((there - here) - float(times[1] - times[0])) > 1e-9 * (there - here):
+    """Return whether the interval after a frame is undivided and as long as the first one."""
+    start, stop = float(times[frame]), float(times[frame + 1])
+    if abs((stop - start) - float(times[1] - times[0])) > 1e-9 * (stop - start):
         return False
-    return not _times_between(discontinuities, here, there) and not hints.has_crossing(here, there)
+    return not _times_between(discontinuities, start, stop) and not hints.has_crossing(start, stop)
 
 
 def subintervals(
     start: float, stop: float, discontinuities: Array, crossings: Array, step: float
 ) -> list[tuple[float, float]]:
-    """A frame interval cut at jumps, and at the corners that are not too near to another cut."""
+    """Divide a frame interval at discontinuities, and at crossings not too close to another."""
     ends = [start, *_times_between(discontinuities, start, stop), stop]
     cuts = [start]
     for end in ends[1:]:
-        for corner in _times_between(crossings, cuts[-1], end):
+        for crossing in _times_between(crossings, cuts[-1], end):
             if (
-                corner - cuts[-1] > _MIN_STEP_FRACTION * step
-                and end - corner > _MIN_STEP_FRACTION * step
+                crossing - cuts[-1] > _MIN_STEP_FRACTION * step
+                and end - crossing > _MIN_STEP_FRACTION * step
             ):
-                cuts.append(corner)
+                cuts.append(crossing)
         cuts.append(end)
     return list(pairwise(cuts))
 
@@ -166,16 +164,18 @@ def subintervals(
 def step_chunks(
     interval: tuple[float, float], count: int
 ) -> Iterator[tuple[tuple[float, float], int]]:
-    """An interval of equal steps in parts of so few that the clock and Ctrl-C are heard."""
+    """Divide an interval of equal steps into chunks of at most `MAX_STEPS_PER_CHUNK`."""
     start, stop = interval
-    here = start
-    for place in range(0, count, MAX_STEPS_PER_CHUNK):
-        some = min(MAX_STEPS_PER_CHUNK, count - place)
-        there = stop if place + some == count else start + (stop - start) * (place + some) / count
-        yield (here, there), some
-        here = there
+    chunk_start = start
+    for first in range(0, count, MAX_STEPS_PER_CHUNK):
+        size = min(MAX_STEPS_PER_CHUNK, count - first)
+        chunk_stop = (
+            stop if first + size == count else start + (stop - start) * (first + size) / count
+        )
+        yield (chunk_start, chunk_stop), size
+        chunk_start = chunk_stop
 
 
 def _times_between(times: Array, start: float, stop: float) -> list[float]:
-    """The sorted times that are between two others."""
+    """Return the sorted times within an interval."""
     return [float(t) for t in times[np.searchsorted(times, start) : np.searchsorted(times, stop)]]

@@ -65,10 +65,9 @@ def apart(one: Fall, other: Fall) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize("name", ["MuJoCo", "OpenSim", "Pinocchio", "Drake"])
-@pytest.mark.parametrize("pose", ["standing", "reaching"])
-def test_the_first_moments_agree_to_a_millionth(pose: str, name: str) -> None:
+def test_the_first_moments_agree_to_a_millionth(name: str) -> None:
     joints, centre, energy = apart(
-        ours(pose, SHORT, 1e-7), moved(name, cases.prototype(pose), SHORT)
+        ours("standing", SHORT, 1e-7), moved(name, cases.prototype("standing"), SHORT)
     )
     assert joints < 1e-6
     assert centre < 1e-6
@@ -87,12 +86,12 @@ def test_a_second_agrees_to_a_millionth(name: str) -> None:
 
 def test_the_comparison_sees_a_gram() -> None:
     """A heavier hand of 1 g breaks the agreement."""
-    case = cases.prototype("reaching")
+    case = cases.prototype("standing")
     links = list(case.tree.links)
     place = next(k for k, link in enumerate(links) if link.name == "left_lower_arm")
     links[place] = replace(links[place], mass=links[place].mass + 1e-3)
     heavier = replace(case, tree=replace(case.tree, links=tuple(links)))
-    assert apart(ours("reaching", SHORT, 1e-6), moved("Pinocchio", heavier, SHORT))[0] > 1e-5
+    assert apart(ours("standing", SHORT, 1e-7), moved("Pinocchio", heavier, SHORT))[0] > 1e-5
 
 
 @pytest.mark.parametrize("name", ["OpenSim", "Drake"])

@@ -59,7 +59,7 @@ def test_the_centre_of_mass_of_a_figure_let_go(make) -> None:
     figure = make()
     first = "lower_torso" if "lower_torso" in figure.segments else "bar0"
     plan = Plan(
-        stop=0.5,
+        stop=0.3,
         tolerance=1e-4,
         free_root=True,
         velocities={first: (0.5, -0.3, 0.2, 0.3, 1.0, -0.2)},

@@ -300,7 +300,7 @@ def test_no_poses_read_nothing() -> None:
         ({"left_elbw": (0.1,)}, ModelError, "no joint left_elbw"),
         ({"left_elbow": (0.1, 0.2)}, ModelError, "1 displacements, not 2"),
         ({"left_elbow": (float("nan"),)}, ModelError, "not finite"),
-        ({"waist": (np.pi, 0.0, 0.0)}, ModelError, "waist is turned by 180 deg"),
+        ({"waist": (np.pi, 0.0, 0.0)}, ModelError, "waist is at 180 deg"),
     ],
 )
 def test_poses_that_cannot_be_read(pose, failure, said) -> None:
@@ -316,7 +316,7 @@ def test_loops_hide_which_joint_a_torque_comes_from() -> None:
         joint("third", "one.near", "two.near", chain("Rz")),
     ]
     made = figure([ground(), *links], pins)
-    with pytest.raises(ModelError, match="the loop that third closes"):
+    with pytest.raises(ModelError, match="the loop closed by third"):
         static_torques(made, [{}])
 
 

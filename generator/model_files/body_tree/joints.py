@@ -1,6 +1,7 @@
-"""Which freedoms of a body make one joint: rotations about one point, each axis across the next.
+"""Joints from degrees of freedom, and their passive laws.
 
-The passive laws of a joint: as fields of a figure, else as tables of a springs file.
+Degrees of freedom form one joint if their axes meet in one point, each perpendicular to the next.
+Its laws become fields of the figure, or else tables of a springs file.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,7 +27,7 @@ MAX_AXIS_GAP = 1e-9
 
 @dataclass(frozen=True)
 class JointGroup:
-    """Freedoms that make one joint.
+    """Degrees of freedom that form one joint.
 
     Attributes:
         dofs: from the parent outwards to the child.
@@ -41,24 +42,24 @@ class JointGroup:
 
     @property
     def rotations(self) -> tuple[DegreeOfFreedom, ...]:
-        """Those that turn."""
+        """The rotations among them."""
         return tuple(freedom for freedom in self.dofs if freedom.kind is AxisKind.ROTATION)
 
     @property
     def chain(self) -> tuple[JointAxis, ...]:
-        """The factors of the joint in its frame, innermost first."""
+        """The chain of the joint in its frame, innermost axis first."""
         return _joint_chain(self.dofs, self.frame)
 
 
 def group_dofs(
     dofs: Sequence[DegreeOfFreedom], *, separate: bool = False
 ) -> tuple[JointGroup, ...]:
-    """The joints that a body's freedoms make, the fewest that do, from the parent outwards.
+    """Group degrees of freedom of a body into as few joints as possible, from the parent outwards.
 
     Args:
         dofs: in that order.
-        separate: whether passive turns each get a joint of their own, so that their laws stay laws of
-            their angles; in one joint with others they become laws of the rotation vector.
+        separate: give each passive rotation its own joint, so that its law is a law of its angle;
+            in a joint with others it becomes a law of the rotation vector.
     """
     units: list[tuple[DegreeOfFreedom, ...]] = []
     for freedom in dofs:
@@ -67,22 +68,22 @@ def group_dofs(
         else:
             units.append((freedom,))
     groups: list[JointGroup] = []
-    held: tuple[DegreeOfFreedom, ...] = ()
+    current: tuple[DegreeOfFreedom, ...] = ()
     for unit in units:
-        joined = _joint_group((*held, *unit), separate=separate) if held else None
+        joined = _joint_group((*current, *unit), separate=separate) if current else None
         if joined is not None:
             groups[-1] = joined
-            held = joined.dofs
+            current = joined.dofs
             continue
         alone = _joint_group(unit, separate=False)
         assert alone is not None, "a freedom, or those of a ball, make one joint"
         groups.append(alone)
-        held = alone.dofs
+        current = alone.dofs
     return tuple(groups)
 
 
 def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointGroup | None:
-    """The joint of these freedoms; None where one joint cannot hold them."""
+    """Return the joint of these degrees of freedom; None if they do not form one."""
     turns = [freedom for freedom in dofs if freedom.kind is AxisKind.ROTATION]
     slides = [freedom for freedom in dofs if freedom.kind is AxisKind.TRANSLATION]
     try:
@@ -109,7 +110,7 @@ def _joint_chain(dofs: Sequence[DegreeOfFreedom], frame: Array) -> tuple[JointAx
 
 
 def _snap_axis(axis: Array) -> Vector:
-    """The axis with rounding errors taken off a coordinate axis."""
+    """Return the axis; a coordinate axis without its rounding errors."""
     x, y, z = (float(round(part)) if abs(part - round(part)) < 1e-15 else part for part in axis)
     return float(x) + 0.0, float(y) + 0.0, float(z) + 0.0
 
@@ -120,7 +121,7 @@ def _are_orthogonal(rotations: Sequence[DegreeOfFreedom]) -> bool:
 
 
 def _axes_intersection(rotations: Sequence[DegreeOfFreedom]) -> Vector | None:
-    """The point where the axes meet, nearest to the point of the first; None where they do not."""
+    """Return the common point of the axes, nearest to the first point; None if there is none."""
     if not rotations:
         return 0.0, 0.0, 0.0
     start = np.asarray(rotations[0].point)
@@ -137,7 +138,7 @@ def _axes_intersection(rotations: Sequence[DegreeOfFreedom]) -> Vector | None:
 
 
 def _joint_frame(rotations: Sequence[DegreeOfFreedom]) -> Array:
-    """The body's axes where the turns are about some of them; else axes along the turns."""
+    """Return the body's axes if the rotations are about these; otherwise the rotation axes."""
     axes = [np.asarray(turn.axis) for turn in rotations]
     if len(axes) < 2 or all(np.abs(axis).max() > 1.0 - 1e-12 for axis in axes):
         return np.eye(3)
@@ -147,17 +148,17 @@ def _joint_frame(rotations: Sequence[DegreeOfFreedom]) -> Array:
 
 
 UNLIMITED_ANGLE = 200.0 * pi
-"""Limit of a turn that has none, in a joint in which another has one [rad]: a hundred turns."""
+"""Limit of an unlimited rotation in a joint where another axis is limited [rad]: 100 turns."""
 
 UNLIMITED_LENGTH = 1000.0
-"""Likewise of a slide [m]."""
+"""The same for a translation [m]."""
 
 FieldValues = tuple[float, ...] | None
 
 
 @dataclass(frozen=True)
 class JointFields:
-    """The rows of a joint in a figure file, each in the order of its chain or None."""
+    """The fields of a joint in a figure file, each in the order of its chain, or None."""
 
     stiff: FieldValues
     rest: FieldValues
@@ -167,7 +168,7 @@ class JointFields:
 
 
 def joint_fields(group: JointGroup, joint: str, losses: Losses) -> JointFields:
-    """What the figure's own fields say of a joint; what they cannot say of slides is reported."""
+    """Return the fields of a joint; report the laws of translations that fields cannot hold."""
     freedoms = [_field_part(freedom, joint, losses) for freedom in reversed(group.dofs)]
     stiff = tuple(freedom.stiffness for freedom in freedoms)
     rest = tuple(freedom.rest if freedom.stiffness else 0.0 for freedom in freedoms)
@@ -195,7 +196,7 @@ def _limit_or_unlimited(dof: DegreeOfFreedom, bound: float | None, sign: float) 
 
 
 def _field_part(dof: DegreeOfFreedom, joint: str, losses: Losses) -> DegreeOfFreedom:
-    """The part of a freedom's law that stands in the fields."""
+    """Return the part of the law that the fields hold."""
     if not needs_table(dof):
         return dof
     match dof.kind:
@@ -209,19 +210,19 @@ def _field_part(dof: DegreeOfFreedom, joint: str, losses: Losses) -> DegreeOfFre
 
 
 def needs_table(dof: DegreeOfFreedom) -> bool:
-    """Whether a freedom has a law that the fields cannot hold."""
+    """Return True if a degree of freedom has a law that the fields cannot hold."""
     return bool(dof.friction or any(dof.cubic) or dof.smooth_limit is not None)
 
 
 def spring_entries(group: JointGroup, joint: str, losses: Losses) -> Iterator[SpringEntry]:
-    """The tables of a springs file for a joint, one for each axis that needs it."""
+    """Yield the tables of a springs file for a joint, one for each axis that needs it."""
     for freedom in group.rotations:
         if needs_table(freedom):
             yield _entry(freedom, _axis_name(freedom, group), joint, losses)
 
 
 def _axis_name(dof: DegreeOfFreedom, group: JointGroup) -> str | None:
-    """The axis of the joint about which the freedom turns; None for the only one."""
+    """Return the name of the joint axis of this rotation; None for a single one."""
     if len(group.rotations) == 1:
         return None
     return "xyz"[int(np.argmax(np.abs(group.frame.T @ dof.axis)))]

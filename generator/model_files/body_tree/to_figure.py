@@ -1,9 +1,8 @@
-"""From a tree of bodies to a figure: segments along principal axes, joints, carriers between them.
+"""Conversion of a body tree into a figure.
 
-Freedoms of one body that no single joint can hold, since their axes miss each other or are oblique,
-become several joints with carriers between them: segments with a tiny share of the body's mass.
-
-The axes of a segment: those of its principal inertia, as near as can be to a body's own.
+Segments have principal axes of inertia, as close as possible to the axes of the body. Degrees of
+freedom of one body whose axes do not meet or are oblique become several joints with carriers
+between them: segments with a tiny share of the body's mass.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -57,7 +56,7 @@ class Names:
     """Names of one kind.
 
     Attributes:
-        renamed: by the name that was asked for, the one that was given instead.
+        renamed: by requested name, the name used instead.
     """
 
     renamed: dict[str, str] = field(default_factory=dict[str, str])
@@ -65,11 +64,11 @@ class Names:
     _protected: set[str] = field(default_factory=set[str])
 
     def protect(self, names: Iterable[str]) -> None:
-        """Put names of the model that need no change aside: none is made of another one."""
+        """Reserve the names of the model that need no change."""
         self._protected |= {name for name in names if _sanitise(name) == name}
 
     def assign(self, name: str) -> str:
-        """The name that is given for one that is asked for: itself where it can be."""
+        """Return the name for a requested one: the same if possible."""
         word = _sanitise(name)
         if word in self._assigned or (word in self._protected and word != name):
             word = free_name(word, self._assigned | self._protected)
@@ -79,20 +78,20 @@ class Names:
         return word
 
     def assign_new(self, stem: str) -> str:
-        """The name that is given for one that the model does not have."""
+        """Return a name for a part that the model does not have."""
         return self.assign(free_name(stem, self._protected))
 
 
 def _sanitise(name: str) -> str:
-    """The name, or what the figure language has nearest to it."""
+    """Return the name, or the closest one that the figure language allows."""
     word = plain_name(name[: MAX_WORD_LENGTH - _SUFFIX_LENGTH])
     return f"{word}_" if word in KEYWORDS else word
 
 
 def common_stem(names: tuple[str, ...]) -> str:
-    """What several names share at their beginning and their end: `hip_right` of `hip_x_right` ...
+    """Return the common beginning and end of names: `hip_right` of `hip_x_right`, `hip_y_right`.
 
-    Empty where they share nothing.
+    Empty if they have nothing in common.
     """
     front = _common_prefix(names)
     back = _common_prefix([name[len(front) :][::-1] for name in names])[::-1]
@@ -110,10 +109,10 @@ MAX_OFF_DIAGONAL = 1e-12
 
 
 def principal_frame(mass: MassProperties) -> Array:
-    """Rotation of the principal axes in the body's frame, shape (3, 3).
+    """Return the rotation of the principal axes in the body's frame, shape (3, 3).
 
-    The body's own axes where they are principal. Else each of them has the principal axis that is
-    nearest to it, so that a tensor that is nearly diagonal turns the axes by little.
+    The identity if the body's axes are principal. Otherwise each axis is matched with the nearest
+    principal axis, so that a nearly diagonal tensor rotates the axes by little.
     """
     tensor = mass.inertia
     if np.abs(tensor - np.diag(np.diag(tensor))).max() <= MAX_OFF_DIAGONAL * np.abs(tensor).max():
@@ -132,7 +131,7 @@ def _axis_alignment(axes: Array, order: tuple[int, ...]) -> Array:
 
 
 CARRIER_MASS_SHARE = 1e-10
-"""Part of a body's mass and inertia that each carrier gets."""
+"""Share of a body's mass and inertia in each carrier."""
 
 WORLD = "world"
 ORIGIN = "origin"
@@ -140,20 +139,20 @@ FRAME = "frame"
 """Site of a segment that has the axes of the model's body."""
 
 NOISE = 1e-15
-"""Angles [rad] and lengths [m] below this are rounding errors and are written as zero."""
+"""Rounding errors [rad or m]: smaller values are written as zero."""
 
 _FREE = JointFields(None, None, None, None, None)
 
 
 @dataclass
 class _FigureDraft:
-    """The figure as it grows.
+    """The figure under construction.
 
     Attributes:
-        losses: for what the figure does not hold.
-        separate: see `figure_of`.
-        segment_frames: by the model's body (None is the world), the name of its segment and the rotation of
-            the segment's axes in the body's frame.
+        losses: collects what the figure does not hold.
+        separate: see `figure_from_tree`.
+        segment_frames: by body of the model (None is the world), the name of its segment and the
+            rotation of the segment's axes in the body's frame.
         sites: of each segment, poses in the segment.
     """
 
@@ -179,36 +178,36 @@ class _FigureDraft:
         *,
         is_carrier: bool = False,
     ) -> tuple[str, Array]:
-        """A segment for a body; its name, and the rotation of its axes in the body's frame."""
+        """Add the segment of a body; return its name and its axes in the body's frame, (3, 3)."""
         names = self.segment_names
-        given = names.assign_new(name) if is_carrier else names.assign(name)
+        label = names.assign_new(name) if is_carrier else names.assign(name)
         turn = np.eye(3) if mass is None else principal_frame(mass)
-        names = self.site_names[given] = Names()
+        names = self.site_names[label] = Names()
         names.protect(sites)
-        self.sites[given] = {}
+        self.sites[label] = {}
         moments = None
         if mass is not None:
             names.assign(CENTRE_OF_MASS_SITE)
-            self.sites[given][CENTRE_OF_MASS_SITE] = pose_matrix(np.eye(3), turn.T @ mass.centre)
+            self.sites[label][CENTRE_OF_MASS_SITE] = pose_matrix(np.eye(3), turn.T @ mass.centre)
             moments = _vector(np.diag(turn.T @ mass.inertia @ turn))
-        self.segments[given] = Segment(given, None if mass is None else mass.mass, moments)
+        self.segments[label] = Segment(label, None if mass is None else mass.mass, moments)
         for site, pose in ((FRAME, np.eye(4)), *sites.items()):
-            self.add_site(given, turn, site, pose)
-        return given, turn
+            self.add_site(label, turn, site, pose)
+        return label, turn
 
     def add_site(self, segment: str, turn: Array, name: str, pose_in_body: Array) -> str:
-        """A site of a segment; its name."""
-        given = self.site_names[segment].assign(name)
-        self.sites[segment][given] = pose_matrix(turn.T, np.zeros(3)) @ pose_in_body
-        return given
+        """Add a site to a segment; return its name."""
+        label = self.site_names[segment].assign(name)
+        self.sites[segment][label] = pose_matrix(turn.T, np.zeros(3)) @ pose_in_body
+        return label
 
     def add_joint_site(self, body: str | None, name: str, pose_in_body: Array) -> SiteRef:
-        """A site on the segment of one of the model's bodies (None is the world)."""
+        """Add a site to the segment of a body (None is the world)."""
         segment, turn = self.segment_frames[body]
         return SiteRef(segment, self.add_site(segment, turn, name, pose_in_body))
 
     def build_figure(self, root_site: SiteRef, name: str | None) -> Figure:
-        """The whole."""
+        """Return the figure."""
         segments = {
             key: Segment(
                 key,
@@ -231,28 +230,30 @@ def figure_from_tree(
     separate: bool = False,
     fixed_bodies: frozenset[str] = frozenset(),
 ) -> Imported | None:
-    """The figure of a tree; None, with the faults noted, when the tree makes none.
+    """Convert a tree into a figure; None, with diagnostics, if that is impossible.
 
     Args:
         tree: as the model has it.
-        diagnostics: for faults.
-        losses: for what the figure does not hold.
-        separate: whether hinges with springs, damping or limits each become a joint of their own, with
-            carriers between them; else hinges through one point become one joint, whose laws act on
-            its rotation vector.
-        fixed_bodies: bodies without freedoms that stay bodies, held rigidly.
+        diagnostics: collects errors.
+        losses: collects what the figure does not hold.
+        separate: make each revolute with springs, damping or limits a joint of its own, with
+            carriers between them; otherwise revolutes through one point become one joint, whose
+            laws act on its rotation vector.
+        fixed_bodies: bodies without degrees of freedom that stay separate segments on rigid joints.
     """
     if diagnostics.has_errors:
-        # What seems to be missing may stand where the model could not be read.
+        # What seems to be missing may be in a part that could not be read.
         return None
     whole = merge_rigid_bodies(swap_massless_parents(tree), fixed_bodies)
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
-        losses.add("bodies without a joint are parts of what they are fixed to", *merged)
+        losses.add(
+            "bodies without a joint, which become parts of the body they are fixed to", *merged
+        )
     whole, gone = merge_massless_bodies(whole)
     if gone:
-        losses.add("bodies without mass are parts of the next one's joint", *gone)
+        losses.add("bodies without mass, which become parts of the next body's joint", *gone)
     _check_masses(whole, diagnostics)
     if diagnostics.has_errors:
         return None
@@ -275,13 +276,13 @@ def figure_from_tree(
 
 
 def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
-    """Bodies that move have a mass and an inertia, and there are some."""
+    """Check that the moving bodies have mass and inertia, and that there are some."""
     for body in tree.bodies:
         try:
             mass = body.total_mass_properties
         except ValueError as failure:
             diagnostics.error(
-                f"the inertia of `{shorten(body.name)}` is none: {failure}",
+                f"the inertia of `{shorten(body.name)}` is impossible: {failure}",
                 body.span,
                 "the principal moments of a body are positive, none above the sum of the others",
             )
@@ -305,7 +306,7 @@ def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
 
 
 def _add_body(draft: _FigureDraft, body: Body) -> None:
-    """The segment of a body, its joints, and the carriers between them."""
+    """Add the segment of a body, its joints, and the carriers between them."""
     whole = body.total_mass_properties
     assert whole is not None, "checked before"
     groups = group_dofs(body.dofs, separate=draft.separate)
@@ -314,14 +315,17 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
     asked = [_group_joint_name(body, group, len(groups)) for group in groups] or [
         body.joint or body.name
     ]
-    own, given = _model_joint_names(body), draft.joint_names
-    names = [given.assign(name) if name in own else given.assign_new(name) for name in asked]
+    own, joint_names = _model_joint_names(body), draft.joint_names
+    names = [
+        joint_names.assign(name) if name in own else joint_names.assign_new(name) for name in asked
+    ]
     parent, pose = body.parent, body.pose
     for k, group in enumerate(groups[:-1], start=1):
         name = f"{body.name}/{k}"
         draft.losses.add(
-            "joints of one body that stay apart, since their axes miss each other, are oblique or "
-            f"have springs of their own: a segment of {CARRIER_MASS_SHARE:g} of its mass stands between them",
+            "joints of one body that stay separate, since their axes do not meet, are oblique or "
+            f"have springs of their own, with a segment of {CARRIER_MASS_SHARE:g} of its mass "
+            "between them",
             f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
         )
         draft.segment_frames[name] = draft.add_segment(
@@ -334,7 +338,7 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
 
 
 def _carrier_mass(mass: MassProperties, group: JointGroup) -> MassProperties:
-    """The tiny body between two joints, round about the first one's centre."""
+    """Return the mass of the carrier between two joints, centred at the first one."""
     mean = float(np.trace(mass.inertia)) / 3.0
     return MassProperties(
         CARRIER_MASS_SHARE * mass.mass,
@@ -350,7 +354,7 @@ def _add_joint(
     pose_in_parent: Array,
     group: JointGroup | None,
 ) -> None:
-    """A joint between the segments of two of the model's bodies; rigid without a group."""
+    """Add a joint between the segments of two bodies; rigid without a group."""
     frame = np.eye(4) if group is None else pose_matrix(group.frame, np.asarray(group.centre))
     parent = draft.add_joint_site(ends[0], name, pose_in_parent @ frame)
     child = draft.add_joint_site(ends[1], f"to_{name}", frame)
@@ -386,13 +390,13 @@ def _add_joint(
 
 
 def _model_joint_names(body: Body) -> set[str]:
-    """What the model calls joints of a body."""
+    """Return the names that the model uses for the joints of a body."""
     words = {word for freedom in body.dofs for word in (freedom.name, freedom.joint)}
     return {*words, body.joint} - {""}
 
 
 def _group_joint_name(body: Body, group: JointGroup, count: int) -> str:
-    """The model's name of the joint, or what its freedoms are called together."""
+    """Return the model's name of the joint, or the common part of its coordinate names."""
     if count == 1 and body.joint:
         return body.joint
     if len(group.dofs) == 1:
@@ -404,14 +408,14 @@ def _group_joint_name(body: Body, group: JointGroup, count: int) -> str:
 
 
 def _add_name_losses(draft: _FigureDraft) -> None:
-    """Tell names that changed, and which displacement of a joint each coordinate is."""
+    """Report changed names, and the displacement that each coordinate became."""
     sites = [names.renamed for names in draft.site_names.values()]
     renamed = {**draft.segment_names.renamed, **draft.joint_names.renamed}
     for changed in sites:
         renamed |= changed
     if renamed:
         draft.losses.add(
-            "names that the figure language does not have or has given already",
+            "names that the figure language does not allow or that are already used",
             *(f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()),
         )
     for name, joint in draft.joints.items():
@@ -428,7 +432,7 @@ def _chain_index(draft: _FigureDraft, key: str) -> int:
 
 
 def location_from_pose(pose: Array) -> Location:
-    """`xyz(...) * trans(...)` of a pose (4, 4), without what is the identity."""
+    """Return `xyz(...) * trans(...)` of a pose (4, 4), without identities."""
     angles, offset = _vector(body_fixed_angles(pose[:3, :3])), _vector(pose[:3, 3])
     factors: list[Rotation | Translation] = [Rotation(angles)] if any(angles) else []
     return Location((*factors, Translation(offset)))

@@ -1,7 +1,7 @@
-"""A tree of bodies as models of other programs describe it, before it becomes a figure.
+"""A tree of bodies as other programs describe it, before it becomes a figure.
 
-A body hangs on its parent by a row of freedoms. With values q its pose in the parent is
-`X * exp(q1 s1) * exp(q2 s2) ...`, where the screws s turn about or slide along axes told in the
+A row of degrees of freedom connects a body with its parent. At values q its pose in the parent is
+`X * exp(q1 s1) * exp(q2 s2) ...`, where the screws s rotate about or translate along axes in the
 body's own frame: the first is outermost, next to the parent.
 """
 
@@ -28,18 +28,18 @@ class DegreeOfFreedom:
         kind: of its motion, about the axis or along it.
         axis: unit vector in the body's frame.
         point: a point of the axis of a turn in the body's frame [m].
-        value: at the start [rad or m], counted from the pose that the body is drawn in.
-        offset: of the model's own coordinate, which is `scale` times the displacement plus it.
-        scale: see there; above zero.
-        stiffness: [N m/rad or N/m], at `rest` slack [rad or m], counted as `value` is.
-        rest: see there.
-        cubic: stiffness that grows: b, c of the force b x^2 + c x^3.
+        value: at the start [rad or m], from the pose `Body.pose`.
+        offset: the model's coordinate is `scale` times the displacement plus this [rad or m].
+        scale: positive.
+        stiffness: [N m/rad or N/m].
+        rest: value without spring force [rad or m], from the same zero as `value`.
+        cubic: coefficients b, c of the force b x^2 + c x^3.
         damping: [N m s/rad or N s/m].
         friction: dry friction [N m or N].
         lower: where a stop begins [rad or m], or None.
         upper: likewise.
         smooth_limit: a smooth limit, or None.
-        joint: freedoms with the same word stay in one joint and turn about a ball's centre.
+        joint: degrees of freedom with the same name form one joint.
     """
 
     name: str
@@ -61,14 +61,14 @@ class DegreeOfFreedom:
 
     @property
     def is_passive(self) -> bool:
-        """Whether anything resists it."""
+        """True if anything resists it."""
         numbers = (self.stiffness, *self.cubic, self.damping, self.friction)
         bounds = (self.lower, self.upper, self.smooth_limit)
         return any(numbers) or any(bound is not None for bound in bounds)
 
     @property
     def pose(self) -> Array:
-        """Pose matrix of the freedom at `value`, shape (4, 4)."""
+        """Pose at `value`, shape (4, 4)."""
         match self.kind:
             case AxisKind.ROTATION:
                 turn = matrix_from_axis_angle(self.axis, self.value)
@@ -81,12 +81,12 @@ class DegreeOfFreedom:
 
     @property
     def flipped(self) -> "DegreeOfFreedom":
-        """The freedom with which the parent moves as seen from the child."""
+        """The degree of freedom of the parent as seen from the child."""
         x, y, z = (-part for part in self.axis)
         return replace(self, axis=(x, y, z))
 
     def in_frame(self, pose: Array) -> "DegreeOfFreedom":
-        """The freedom of the same body told in another frame, in which this one has `pose`."""
+        """Return the same degree of freedom in another frame, in which this one has `pose`."""
         x, y, z = (pose[:3, :3] @ self.axis).tolist()
         p, q, r = (pose[:3, :3] @ self.point + pose[:3, 3]).tolist()
         return replace(self, axis=(x, y, z), point=(p, q, r))
@@ -98,15 +98,15 @@ class Body:
 
     Attributes:
         name: unique in its tree.
-        parent: name of the body that it hangs on, None for the world.
-        pose: of its frame in the parent's, with all freedoms at zero, shape (4, 4).
+        parent: name of the parent body, None for the world.
+        pose: of its frame in the parent's at zero displacements, shape (4, 4).
         dofs: from the parent outwards to the body.
-        mass: told in the body's frame, or None for none.
+        mass: in the body's frame, or None.
         sites: frames fixed to it, by name, in the body's frame, shape (4, 4) each.
         span: where the model says it.
-        joint: name of its joint where the model has one for the whole row.
-        extra_inertia: inertia [kg m2] about its centre of mass that belongs to `mass` and that no body has
-            by itself: a model may print such numbers for a part that is fixed to a larger one.
+        joint: name of its joint if the model has one for the whole row.
+        extra_inertia: part of the inertia about the centre of mass [kg m2] that is impossible by
+            itself: a model may have such numbers for a part that is fixed to a larger one.
     """
 
     name: str
@@ -121,7 +121,7 @@ class Body:
 
     @property
     def total_mass_properties(self) -> MassProperties | None:
-        """The mass with the loose inertia. Raises ValueError where no body has it."""
+        """Mass properties with the extra inertia. Raises ValueError if they are impossible."""
         if self.mass is None:
             return None
         return MassProperties(
@@ -132,7 +132,7 @@ class Body:
 def split_extra_inertia(
     mass: float, centre: Array, inertia: Array, pose: Array
 ) -> tuple[MassProperties, Array]:
-    """`Body.mass` and `Body.loose` of a part, from numbers told in a frame with `pose` (4, 4).
+    """Return `Body.mass` and `Body.extra_inertia` from values in a frame with `pose` (4, 4).
 
     Raises ValueError for a mass that is not positive.
     """
@@ -150,7 +150,7 @@ class BodyTree:
     Attributes:
         bodies: in that order.
         sites: frames fixed to the world.
-        up_rotation: rotation that brings the model's world to a figure's (y up, z ahead), shape (3, 3).
+        up_rotation: from the model's world to a figure's (y up, z ahead), shape (3, 3).
         name: of the model, or None.
         span: where the model begins.
     """
@@ -167,7 +167,7 @@ Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 
 
 def rotation_from_z_to(axis: tuple[float, float, float]) -> Array:
-    """The shortest turn that brings z onto a unit axis; half a turn about x onto -z."""
+    """Return the shortest rotation of z onto a unit axis; half a turn about x for -z."""
     target = np.asarray(axis)
     across = np.cross([0.0, 0.0, 1.0], target)
     sine = float(np.linalg.norm(across))
@@ -177,10 +177,10 @@ def rotation_from_z_to(axis: tuple[float, float, float]) -> Array:
 
 
 def swap_massless_parents(tree: BodyTree) -> BodyTree:
-    """The tree in which a joint carries the body that has the mass.
+    """Return the tree in which joints carry the bodies that have mass.
 
-    Some models hang a body by a massless one at the joint, to which it is fixed. The two change
-    places, so that the name of the body stays.
+    Some models fix a body to a massless one at the joint. The two change places, so that the
+    segment has the name of the body.
     """
     fixed: dict[str | None, Body] = {}
     for body in tree.bodies:
@@ -207,11 +207,11 @@ def swap_massless_parents(tree: BodyTree) -> BodyTree:
 
 
 def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()) -> BodyTree:
-    """The tree in which a body without freedoms is a part of its parent; its frame stays as a site.
+    """Merge bodies without degrees of freedom into their parents; their frames become sites.
 
     Args:
         tree: the tree.
-        kept_bodies: names of bodies that stay bodies.
+        kept_bodies: names of bodies that are not merged.
     """
     homes: dict[str, tuple[str | None, Array]] = {}
     kept: dict[str, Body] = {}
@@ -237,7 +237,7 @@ def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()
 
 
 def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, Array]:
-    """Both, with new names for those of `second` that are taken."""
+    """Return both, with new names for sites of `second` whose names are taken."""
     joined = dict(first)
     for name, pose in second.items():
         joined[free_name(name, joined)] = pose
@@ -245,10 +245,9 @@ def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dic
 
 
 def merge_massless_bodies(tree: BodyTree) -> tuple[BodyTree, tuple[str, ...]]:
-    """The tree in which a massless body that carries one other is a part of that one's joint.
+    """Merge each massless body with a single child into the child's joint; return the names too.
 
-    The freedoms of the two make one row, so nothing about the motion changes. The names of the
-    bodies that went are told too.
+    The degrees of freedom of the two form one row: the motion does not change.
     """
     bodies = {body.name: body for body in tree.bodies}
     carried: dict[str | None, list[str]] = {}
@@ -277,10 +276,10 @@ _ALIGNMENT_TOLERANCE = 1e-9
 
 
 def rotation_to_y_up(gravity: Array) -> Array:
-    """The rotation from the model's world to a figure's, shape (3, 3), by its gravity [m/s^2].
+    """Return the rotation from the model's world to a figure's, (3, 3), for a gravity [m/s^2].
 
-    Where y is up nothing turns. Without gravity z counts as up. A direction between the axes is
-    brought up by the shortest turn from z.
+    The identity if y is up. Without gravity z counts as up. From a direction between the axes it is
+    the shortest rotation from z.
     """
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
@@ -295,7 +294,7 @@ def rotation_to_y_up(gravity: Array) -> Array:
 
 
 def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
-    """What to say of the turn, and of a gravity that is not the standard one."""
+    """Yield the losses of the rotation, and of a gravity that is not the standard one."""
     columns = [_axis_name(axis) for axis in up.T]
     if columns == ["x", "y", "z"]:
         pass
@@ -309,7 +308,7 @@ def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
 
 
 def _axis_name(axis: Array) -> str:
-    """`x`, `-z` ... of a unit vector along a coordinate axis; empty for another."""
+    """Return `x`, `-z` ... for a unit vector along a coordinate axis; empty for another."""
     place = int(np.argmax(np.abs(axis)))
     if abs(axis[place]) < 1.0 - _ALIGNMENT_TOLERANCE:
         return ""

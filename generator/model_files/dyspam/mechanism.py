@@ -44,7 +44,7 @@ ANGLE_AXES = (3, 2, 1)
 
 
 class JointType(IntEnum):
-    """The joint types that can be held, by their numbers.
+    """The supported joint types, by number.
 
     Figure 3.2 gives the number of spherical joints. No printed page gives that of revolutes: 1 is
     this program's choice.
@@ -146,7 +146,7 @@ class PointLoad:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """What `ndyspamfile` says, table by table."""
+    """Contents of `ndyspamfile`, table by table."""
 
     connections: tuple[Connection, ...]
     bodies: tuple[MechanismBody, ...]
@@ -159,7 +159,7 @@ _SUPPORTED_JOINTS_HINT = "DYSPAM's files hold one rotation or three: revolutes a
 
 @dataclass(frozen=True, eq=False)
 class JointTriad:
-    """What becomes of a joint.
+    """The triad of a figure's joint.
 
     Attributes:
         type: of the joint.
@@ -179,13 +179,13 @@ class JointTriad:
         if self.type is JointType.REVOLUTE:
             return (float(np.asarray(displacement)[0]),)
         axes = tuple(factor.axis for factor in self.type.chain)
-        found = RotationSequence(axes).angles(self.rotation.T @ np.asarray(matrix) @ self.rotation)
-        x, y, z = (float(angle) for angle in found)
+        angles = RotationSequence(axes).angles(self.rotation.T @ np.asarray(matrix) @ self.rotation)
+        x, y, z = (float(angle) for angle in angles)
         return z, y, x
 
 
 def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
-    """The triad of a joint, or the fault that DYSPAM has no such joint."""
+    """Return the triad of a joint, or the diagnostic that DYSPAM has no such joint."""
     place = origin_span(joint.origins, "type", "connect")
     who = f"joint `{joint.name}`"
     try:
@@ -200,7 +200,7 @@ def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
         )
     if chain.translations:
         return error(
-            f"{who} cannot be written for DYSPAM: it slides", place, _SUPPORTED_JOINTS_HINT
+            f"{who} cannot be written for DYSPAM: it is prismatic", place, _SUPPORTED_JOINTS_HINT
         )
     if len(chain.rotations) == 2:
         return error(
@@ -214,9 +214,9 @@ def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
 
 
 def _axis_signs(joint: Joint) -> Array:
-    """A half turn, or none, that brings the axes of sites to the declared ones; shape (3,).
+    """Return the signs of a half turn, or none, from site axes to declared ones; shape (3,).
 
-    Where an odd number of axes is negative no turn makes all positive, and the sites stay.
+    If an odd number of axes is negative no rotation makes all positive, and the sites stay.
     """
     declared = [
         next(

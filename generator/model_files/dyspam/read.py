@@ -1,8 +1,6 @@
-"""The figure that a mechanism of DYSPAM is, in names made of its numbers.
+"""Reader of DYSPAM's input files: a folder as a figure and its springs.
 
-Reading DYSPAM's input files: a folder in, a figure and its springs out.
-
-What was read of DYSPAM's files as a figure file and a springs file hold it.
+Names are made of the numbers of bodies, joints and points.
 """
 
 import os
@@ -80,7 +78,7 @@ _LOAD_FIELDS: Mapping[LoadKind, str] = {
 def figure_from_mechanism(
     mechanism: Mechanism, loads: Iterable[PointLoad], span: Span, diagnostics: Diagnostics
 ) -> Figure | None:
-    """The figure of a mechanism; None, with the faults noted, where it is none.
+    """Convert a mechanism into a figure; None, with diagnostics, if it is invalid.
 
     Bodies are `body1`, `body2` ..., joints `joint1` ..., points of interest `point1` ...; a site
     `joint1` is that joint's triad. Joint axes are those of the triads.
@@ -88,8 +86,8 @@ def figure_from_mechanism(
     Args:
         mechanism: as read.
         loads: at its points; the loads of one kind at a point add up.
-        span: of the whole, for faults that have no other place.
-        diagnostics: for faults.
+        span: for errors without a place of their own.
+        diagnostics: collects errors.
     """
     sites: dict[int, dict[str, Site]] = {k: {} for k in range(len(mechanism.bodies) + 1)}
     sites[0][ORIGIN] = Site(ORIGIN)
@@ -121,7 +119,7 @@ def figure_from_mechanism(
 
 
 def initial_rates(mechanism: Mechanism) -> dict[str, tuple[float, ...]]:
-    """By joint: rates of the figure's displacements [rad/s], of those joints that start moving."""
+    """Return the initial rates of displacements [rad/s] of the joints that start moving."""
     return {
         _joint_name(k): connection.rates[::-1]
         for k, connection in enumerate(mechanism.connections, start=1)
@@ -202,25 +200,25 @@ class DyspamModel:
 
 
 def parse_dyspam(path: Path) -> Parsed[DyspamModel]:
-    """The figure and the springs in a folder, with all faults; bad input raises nothing."""
+    """Parse the folder of a figure and its springs."""
     if not path.is_dir():
         missing = error(f"there is no folder `{path}`", hint=f"it holds {', '.join(FILES)}")
         return Parsed(None, (missing,))
-    faults: list[Diagnostic] = []
-    sources = {name: _read_source(path, name, faults) for name in (STRUCTURE, TABLES, LOADS)}
+    diagnostics: list[Diagnostic] = []
+    sources = {name: _read_source(path, name, diagnostics) for name in (STRUCTURE, TABLES, LOADS)}
     structure, figure, springs = None, None, None
     rates: dict[str, tuple[float, ...]] = {}
-    if not faults:
-        structure = _structure(sources[STRUCTURE], faults)
-    if structure is not None and not select_errors(faults):
-        figure, rates = _build_figure(sources, structure, faults)
+    if not diagnostics:
+        structure = _structure(sources[STRUCTURE], diagnostics)
+    if structure is not None and not select_errors(diagnostics):
+        figure, rates = _build_figure(sources, structure, diagnostics)
     if figure is not None:
-        springs = _load_springs(figure, path / OPTIONAL, faults)
-    if structure is None or figure is None or springs is None or select_errors(faults):
-        return Parsed(None, tuple(faults))
+        springs = _load_springs(figure, path / OPTIONAL, diagnostics)
+    if structure is None or figure is None or springs is None or select_errors(diagnostics):
+        return Parsed(None, tuple(diagnostics))
     figure = replace(figure, path=path / TABLES)
     losses = Losses.collect(FORMAT, _reading_losses(structure, rates))
-    return Parsed(DyspamModel(figure, springs, losses, structure.times, rates), tuple(faults))
+    return Parsed(DyspamModel(figure, springs, losses, structure.times, rates), tuple(diagnostics))
 
 
 def _read_source(folder: Path, name: str, diagnostics: list[Diagnostic]) -> Source:
@@ -231,17 +229,17 @@ def _read_source(folder: Path, name: str, diagnostics: list[Diagnostic]) -> Sour
 
 
 def _structure(source: Source, diagnostics: list[Diagnostic]) -> Structure | None:
-    findings, structure = Diagnostics(), None
+    collector, structure = Diagnostics(), None
     with suppress(TooManyErrors):
-        structure = parse_structure(source, findings)
-    diagnostics += findings.sorted_by_position()
+        structure = parse_structure(source, collector)
+    diagnostics += collector.sorted_by_position()
     return structure
 
 
 def _build_figure(
     sources: Mapping[str, Source], structure: Structure, diagnostics: list[Diagnostic]
 ) -> tuple[Figure | None, dict[str, tuple[float, ...]]]:
-    """The figure, and the rates with which it starts; faults are added."""
+    """Return the figure and its initial rates; append diagnostics."""
     in_tables, in_loads, mechanism, loads = Diagnostics(), Diagnostics(), None, ()
     with suppress(TooManyErrors):
         mechanism = parse_tables(sources[TABLES], structure, in_tables)
@@ -269,7 +267,7 @@ def _build_figure(
 
 
 def _load_springs(figure: Figure, path: Path, diagnostics: list[Diagnostic]) -> SpringSet | None:
-    """The springs of `ndyspamfile`, and those of `optional` where there is one with a record."""
+    """Load the springs of `ndyspamfile`, and those of `optional` if it has a record."""
     choice = None
     if path.exists():
         source, fault = load_text(path, os.fspath(path))

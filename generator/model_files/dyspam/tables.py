@@ -41,7 +41,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]{1,6}
 
 
 class BrokenTableError(Exception):
-    """A row does not have its form: what follows cannot be told apart. The fault is noted."""
+    """A row is malformed, so that the rows after it have no meaning. Its error is reported."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,10 @@ class Row:
 
 
 class RowReader:
-    """The rows of a file, taken one after the other; faults go to `diagnostics`."""
+    """The rows of a file, one after the other; errors go to `diagnostics`."""
 
     def __init__(self, source: Source, diagnostics: Diagnostics) -> None:
-        """Find the rows of a text."""
+        """Split a text into rows."""
         self.source = source
         self.diagnostics = diagnostics
         self._rows = _split_rows(source)
@@ -69,21 +69,21 @@ class RowReader:
 
     @property
     def next_row(self) -> Row | None:
-        """The row that comes next."""
+        """The next row."""
         return self._rows[self._next] if self._next < len(self._rows) else None
 
     @property
     def remaining(self) -> int:
-        """How many rows there still are."""
+        """Number of rows left."""
         return len(self._rows) - self._next
 
     @property
     def diagnostic_count(self) -> int:
-        """How many faults there are so far."""
+        """Number of diagnostics so far."""
         return len(self.diagnostics.entries)
 
     def take_row(self, what: str, form: str) -> Row:
-        """The next row.
+        """Return the next row.
 
         Args:
             what: what it is, for sentences.
@@ -100,19 +100,19 @@ class RowReader:
             raise BrokenTableError
         if len(row.words) != count:
             number = len(row.words)
-            said = f"{number} value{'s' if number > 1 else ''} instead of {count}"
-            self.diagnostics.error(said, row.span, f"here stands {what}, `{form}`")
+            message = f"{number} value{'s' if number > 1 else ''} instead of {count}"
+            self.diagnostics.error(message, row.span, f"here stands {what}, `{form}`")
             raise BrokenTableError
         self._next += 1
         return row
 
     def expect_end(self, last: str) -> None:
-        """Note a fault when a row is left after what should be the `last`."""
+        """Report a row after the `last` one."""
         if self.next_row is not None:
             self.diagnostics.error(f"a line is left over after {last}", self.next_row.span)
 
     def parse_number(self, word: Span, dimension: Dimension = Dimension.NUMBER) -> float:
-        """The number of a word [SI]; zero, with a fault noted, where it is none."""
+        """Return the number of a word [SI]; zero, with an error, for another word."""
         if word.end - word.start > MAX_WORD_LENGTH or not _NUMBER.fullmatch(word.text):
             hint = "a number looks like `12`, `-0.5` or `2.41e+09`, without a unit"
             self.diagnostics.error(f"`{shorten(word.text)}` is not a number", word, hint)
@@ -122,20 +122,20 @@ class RowReader:
                 word.text.lower().replace("d", "e"), default_unit_factor(dimension)
             )
         except OverflowError:
-            said = f"`{shorten(word.text)}` is too large"
-            self.diagnostics.error(said, word, "a number must be finite")
+            message = f"`{shorten(word.text)}` is too large"
+            self.diagnostics.error(message, word, "a number must be finite")
             return 0.0
 
     def parse_numbers(
         self, words: tuple[Span, ...], dimension: Dimension = Dimension.NUMBER
     ) -> tuple[float, ...]:
-        """The numbers of words of one dimension [SI]."""
+        """Return the numbers of words of one dimension [SI]."""
         return tuple(self.parse_number(word, dimension) for word in words)
 
     def parse_integer(
         self, word: Span, what: str, minimum: int = 0, maximum: int = MAX_COUNT
     ) -> int:
-        """The whole number of a word; `minimum`, with a fault noted, where it is none of the range."""
+        """Return the integer of a word; `minimum`, with an error, outside the range."""
         before, value = self.diagnostic_count, self.parse_number(word)
         if self.diagnostic_count > before:
             return minimum
@@ -150,7 +150,7 @@ class RowReader:
 
 
 def format_number(value: float, dimension: Dimension = Dimension.NUMBER, decimals: int = 2) -> str:
-    """The shortest cgs number that is read as `value` [SI], with at least `decimals` decimals."""
+    """Return the shortest cgs number that is read as `value` [SI], with at least `decimals`."""
     text = shortest_decimal(value, default_unit_factor(dimension))
     if "e" in text:
         return text
@@ -177,13 +177,13 @@ _LOAD_FORM = "load point x y z"
 
 
 def count_loads(loads: Iterable[PointLoad]) -> tuple[int, ...]:
-    """How many loads there are of each of `LOAD_KINDS`."""
+    """Return the number of loads of each of `LOAD_KINDS`."""
     kinds = [load.kind for load in loads]
     return tuple(kinds.count(kind) for kind in LOAD_KINDS)
 
 
 def format_jackforce(loads: Iterable[PointLoad]) -> str:
-    """The text of the file; empty without loads."""
+    """Format the file `jackforce`; empty without loads."""
     lines: list[str] = []
     for load in sorted(loads, key=lambda load: LOAD_KINDS.index(load.kind)):
         parts = [format_number(part, _dimension(load.kind)) for part in load.components]
@@ -194,13 +194,13 @@ def format_jackforce(loads: Iterable[PointLoad]) -> str:
 def parse_jackforce(
     source: Source, counts: Sequence[int], points: int, diagnostics: Diagnostics
 ) -> tuple[PointLoad, ...]:
-    """The loads of a text, as far as they can be told; faults go to `diagnostics`.
+    """Parse the loads of a text, up to a malformed row. Errors go to `diagnostics`.
 
     Args:
         source: the text.
         counts: how many loads there are of each of `LOAD_KINDS`.
         points: how many points of interest there are.
-        diagnostics: for faults.
+        diagnostics: collects errors.
     """
     rows, loads = RowReader(source, diagnostics), list[PointLoad]()
     with suppress(BrokenTableError):
@@ -236,7 +236,7 @@ class Times:
 
 @dataclass(frozen=True)
 class Structure:
-    """What the file says.
+    """Contents of the file `structure`.
 
     Attributes:
         bodies: how many move.
@@ -260,22 +260,22 @@ class Structure:
 
 
 def format_structure(structure: Structure) -> str:
-    """The text of the file, with all flags zero."""
+    """Format the file `structure`, with all flags zero."""
     times = structure.times
-    said = (times.start, times.step, times.stop, times.frame)
+    instants = (times.start, times.step, times.stop, times.frame)
     return (
         f"{structure.bodies}, {structure.joints}, {structure.degrees_of_freedom}\n"
         f"{' '.join(map(str, structure.loads))}\n"
         f"0, 0, {structure.springs}\n"
         "0, 0\n"
         "0\n"
-        f"{', '.join(format_number(time, decimals=6) for time in said)}\n"
+        f"{', '.join(format_number(time, decimals=6) for time in instants)}\n"
         f"{_NUMERICS}"
     )
 
 
 def parse_structure(source: Source, diagnostics: Diagnostics) -> Structure | None:
-    """What a text says, as far as it can be told; faults go to `diagnostics`."""
+    """Parse a text; None if a row is malformed. Errors go to `diagnostics`."""
     with suppress(BrokenTableError):
         return _structure(RowReader(source, diagnostics))
     return None
@@ -320,11 +320,11 @@ def _times(line: Row, rows: RowReader) -> Times:
 
 
 MAX_TRIAD_ERROR = 0.02
-"""A triad printed with two decimals, as figure 3.2's, has dot products as far from those of unit
-axes at right angles; reading takes the nearest turn."""
+"""Largest error of the dot products of triad axes: that of figure 3.2, printed with two decimals.
+Reading takes the nearest rotation."""
 
 _TRIAD_WARNING_ERROR = 1e-6
-"""A triad that is nearer to a turn than this is taken for one without a word."""
+"""Larger errors of a triad give a warning."""
 
 _SPRING_FORM = "joint stiffness damping rest axis"
 
@@ -332,19 +332,19 @@ _KNOWN_JOINT_TYPES = " or ".join(f"{each.value} ({each.name.lower()})" for each 
 
 
 def format_tables(mechanism: Mechanism) -> str:
-    """The text of the file."""
+    """Format the file `ndyspamfile`."""
     return "".join(f"{line}\n" for line in _lines(mechanism))
 
 
 def parse_tables(
     source: Source, structure: Structure, diagnostics: Diagnostics
 ) -> Mechanism | None:
-    """The mechanism of a text, as far as it can be told; faults go to `diagnostics`.
+    """Parse a text; None if a row is malformed. Errors go to `diagnostics`.
 
     Args:
         source: the text.
         structure: how many rows the tables have.
-        diagnostics: for faults.
+        diagnostics: collects errors.
     """
     with suppress(BrokenTableError):
         return _mechanism(RowReader(source, diagnostics), structure)
@@ -399,8 +399,8 @@ def _mechanism(rows: RowReader, structure: Structure) -> Mechanism:
         Connection(*head[:3], triad, *start, span=head[3])
         for head, triad, start in zip(heads, triads, starts, strict=True)
     ]
-    found = [body for body, _ in bodies]
-    return Mechanism(tuple(connections), tuple(found), tuple(points), springs)
+    moving = [body for body, _ in bodies]
+    return Mechanism(tuple(connections), tuple(moving), tuple(points), springs)
 
 
 def _head(rows: RowReader, number: int, bodies: int) -> tuple[int, int, JointType, Span]:
@@ -433,17 +433,17 @@ def _triad(rows: RowReader, body: int, joint: int) -> Triad:
         turns = np.eye(3)
     elif off > MAX_TRIAD_ERROR or np.linalg.det(turns) < 0.0:
         hint = "its columns are unit axes at right angles, and right-handed"
-        rows.diagnostics.error(f"{what} is no turn", span, hint)
+        rows.diagnostics.error(f"{what} is not a rotation", span, hint)
         turns = np.eye(3)
     elif off > _TRIAD_WARNING_ERROR:
         rows.diagnostics.warning(f"{what} is not exactly a turn", span, "the nearest one is taken")
         left, _, right = np.linalg.svd(turns)
         turns = left @ right
-    made: list[Row4] = []
+    rows_of_triad: list[Row4] = []
     for row, offset in zip(turns.tolist(), position, strict=True):
         x, y, z = row
-        made.append((x, y, z, offset))
-    return made[0], made[1], made[2]
+        rows_of_triad.append((x, y, z, offset))
+    return rows_of_triad[0], rows_of_triad[1], rows_of_triad[2]
 
 
 def _body(rows: RowReader, number: int) -> tuple[MechanismBody, Row]:
@@ -460,8 +460,8 @@ def _body(rows: RowReader, number: int) -> tuple[MechanismBody, Row]:
 def _points(rows: RowReader, structure: Structure) -> list[Point]:
     """The points, of which nothing says how many there are.
 
-    As printed they are told from springs by their commas. In a table without commas they are what
-    the tables below leave.
+    As printed, commas distinguish them from springs. In a table without commas they are the rows
+    that the tables below leave.
     """
     points: list[Point] = []
     with_commas = rows.next_row is not None and rows.next_row.has_commas
@@ -525,5 +525,5 @@ def _check_centres(
             rows.diagnostics.error(f"there is no point {body.centre}", word, hint)
         elif points[body.centre - 1].body != k:
             other = points[body.centre - 1].body
-            said = f"point {body.centre}, the centre of mass of body {k}, is on body {other}"
-            rows.diagnostics.error(said, word)
+            message = f"point {body.centre}, the centre of mass of body {k}, is on body {other}"
+            rows.diagnostics.error(message, word)

@@ -1,9 +1,10 @@
-"""A figure as a mechanism of DYSPAM (section 3.2).
+"""Writer of DYSPAM's input files, a folder of four (sections 3.1.1 and 4.1.5; `docs/dyspam.md`).
 
-DYSPAM's input files, a folder of four (sections 3.1.1 and 4.1.5; `docs/dyspam.md`).
+This is what the thesis's Ernest did (section 3.2). All numbers in the files are cgs and radians.
 
-Writing is what the thesis's Ernest did; `dyspam_reader` is its inverse. All numbers in the files
-are cgs and radians.
+A spring is written only if reading it returns the same law. `optional` gives neither the sense of a
+curve nor, for a spherical joint, its dead zone: reading infers both from the coefficients
+(`springs.cubic`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -65,8 +66,8 @@ from springs import (
 from springs.damping import DEFAULT_SLIP_RATE
 
 ANGLE_DECIMALS = 7
-"""Edges of dead zones are rounded to so many decimals of a radian: springs files give them in
-degrees, in which 1.7 rad has no end."""
+"""Decimals of the edges of dead zones [rad]: springs files give them in degrees, in which 1.7 rad
+has no finite decimal."""
 
 _MAX_EDGE_DIFFERENCE = 1e-6
 """Edges of dead zones that are nearer are the same [rad]."""
@@ -83,10 +84,10 @@ _SLIP = f"the slip rate of friction, which is then {DEFAULT_SLIP_RATE:g} rad/s"
 
 @dataclass
 class DyspamSprings:
-    """What could be written; what could not is in the report.
+    """The springs in DYSPAM's form.
 
     Attributes:
-        losses: of the losses.
+        losses: the springs that could not be written.
         rows: of `ndyspamfile`, linear springs.
         records: of `optional`, cubics.
     """
@@ -99,25 +100,25 @@ class DyspamSprings:
 def convert_springs(
     springs: SpringSet, triads: Mapping[str, JointTriad], losses: Losses
 ) -> DyspamSprings:
-    """The springs of a figure's joints, and what is lost of them.
+    """Convert the springs of a figure's joints.
 
     Args:
         springs: of the figure.
         triads: of its joints, by name in the order of their numbers.
-        losses: for the losses.
+        losses: collects the losses.
     """
     written = DyspamSprings(losses)
     for number, (name, triad) in enumerate(triads.items(), start=1):
-        given = springs.joints.get(name)
+        joint_springs = springs.joints.get(name)
         by_axis: dict[int, list[AxisSpring]] = {}
-        for spring in () if given is None else given.axes:
+        for spring in () if joint_springs is None else joint_springs.axes:
             if any(isinstance(law, Stop) for law in spring.elastic):
                 losses.add(LIMITS_LOSS, name)
-            axis, told = _in_triad_axes(spring, triad)
+            axis, own_spring = _in_triad_axes(spring, triad)
             if axis is None:
                 written.losses.add(_OTHER_AXIS, name)
             else:
-                by_axis.setdefault(axis, []).append(told)
+                by_axis.setdefault(axis, []).append(own_spring)
         for axis, several in sorted(by_axis.items()):
             where = name if triad.type is JointType.REVOLUTE else f"{name} {AXIS_NAMES[axis - 1]}"
             if len(several) > 1:
@@ -129,7 +130,7 @@ def convert_springs(
 
 
 def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
-    """Note what no row and no record says."""
+    """Report the properties of springs that the files do not have."""
     for spring in springs.coupled:
         joints = (axis.joint for axis in spring.axes)
         losses.add("springs over several joints, left out", *dict.fromkeys(joints))
@@ -142,7 +143,7 @@ def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
 
 
 def _in_triad_axes(spring: AxisSpring, triad: JointTriad) -> tuple[int | None, AxisSpring]:
-    """The axis of the triad about which a spring is, and the spring told about it."""
+    """Return the triad axis of a spring, and the spring in the sense of that axis."""
     x, y, z = (float(part) for part in triad.rotation.T @ np.asarray(spring.direction))
     for number in triad.type.axes:
         a, b, c = (float(number == k) for k in (1, 2, 3))
@@ -159,7 +160,7 @@ def _convert_axis_spring(
     where: str,
     converted: DyspamSprings,
 ) -> None:
-    """Write the spring of one axis, without its stops."""
+    """Convert the spring of one axis, without its stops."""
     laws = [law for law in spring.elastic if not isinstance(law, Stop)]
     joint, axis = number_and_axis
     if len(laws) > 1:
@@ -192,14 +193,14 @@ def _convert_axis_spring(
 
 
 def _as_cubic(law: Elastic) -> Cubic | None:
-    """A law as a cubic, where it is one."""
+    """Return a law as a cubic; None for another law."""
     if isinstance(law, Linear):
         return Cubic((0.0, law.stiffness, 0.0, 0.0), rest=law.rest)
     return law if isinstance(law, Cubic) else None
 
 
 def _cubic_record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> OptionalRecord | None:
-    """The record of a cubic; None where it would be read as another law."""
+    """Return the record of a cubic; None if it would be read as another law."""
     zone = law.dead_zone or (0.0, 0.0)
     if spherical:
         law = _with_zero_rest(law)
@@ -207,16 +208,16 @@ def _cubic_record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> Opti
     else:
         low, high = (round(edge, ANGLE_DECIMALS) for edge in zone)
         record = OptionalRecord(joint, axis, law.coefficients, rest=law.rest, dead_zone=(low, high))
-    given = None if record.dead_zone == (0.0, 0.0) else record.dead_zone
+    dead_zone = None if record.dead_zone == (0.0, 0.0) else record.dead_zone
     try:
-        read = passive_cubic(record.coefficients, given, record.rest)
+        read = passive_cubic(record.coefficients, dead_zone, record.rest)
     except NotRestoringError:
         return None
     return record if read.sense == law.sense and _equal_dead_zones(read, law) else None
 
 
 def _with_zero_rest(law: Cubic) -> Cubic:
-    """The same law with the rest at zero, which is all that a spherical axis can have."""
+    """Return the same law with the rest at zero, as a spherical axis needs it."""
     r, (c0, c1, c2, c3) = law.rest, law.coefficients
     moved: Coefficients = (
         c0 - r * (c1 - r * (c2 - r * c3)),
@@ -239,7 +240,7 @@ _NAMES = "names, in place of which are numbers"
 _CHAINS = "axes, signs and order of rotations: revolutes turn about z, sphericals by z-y-x angles"
 
 _DECIMALS = 15
-"""Decimals of an SI value that are more than the rounding of a few products."""
+"""Decimals of an SI value that are beyond rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -262,24 +263,26 @@ class NumberedFigure:
 
 
 def number_figure(figure: Figure) -> NumberedFigure:
-    """The figure in DYSPAM's numbers. Raises InputError for one that its files cannot hold."""
+    """Number the parts of a figure. Raises InputError for one that the files cannot hold."""
     moving = [
         joint
         for joint in figure.joints.values()
         if not {joint.parent.segment, joint.child.segment} <= figure.ground
     ]
     triads: dict[str, JointTriad] = {}
-    faults: list[Diagnostic] = list(simulation_diagnostics(figure))
+    diagnostics: list[Diagnostic] = list(simulation_diagnostics(figure))
     if not moving:
-        faults.append(error("the figure cannot be written for DYSPAM: none of its segments moves"))
+        diagnostics.append(
+            error("the figure cannot be written for DYSPAM: none of its segments moves")
+        )
     for joint in moving:
-        found = joint_triad(joint)
-        if isinstance(found, Diagnostic):
-            faults.append(found)
+        triad = joint_triad(joint)
+        if isinstance(triad, Diagnostic):
+            diagnostics.append(triad)
         else:
-            triads[joint.name] = found
-    if faults:
-        raise InputError(faults)
+            triads[joint.name] = triad
+    if diagnostics:
+        raise InputError(diagnostics)
     tree = build_tree(figure)
     try:
         placement = close_loops(tree, initial_displacements(tree))
@@ -292,7 +295,7 @@ def number_figure(figure: Figure) -> NumberedFigure:
 
 
 def mechanism_from_figure(numbered: NumberedFigure, springs: tuple[LinearSpring, ...]) -> Mechanism:
-    """The mechanism of a figure, its linear springs among it."""
+    """Convert a figure and its linear springs into a mechanism."""
     figure = numbered.figure
     numbers = {ref: k for k, ref in enumerate(numbered.points, start=1)}
     bodies = [
@@ -312,7 +315,7 @@ def mechanism_from_figure(numbered: NumberedFigure, springs: tuple[LinearSpring,
 
 
 def point_loads(numbered: NumberedFigure) -> tuple[PointLoad, ...]:
-    """The constant loads at points of interest."""
+    """Return the constant loads at points of interest."""
     return tuple(
         PointLoad(kind, number, load)
         for number, ref in enumerate(numbered.points, start=1)
@@ -321,7 +324,7 @@ def point_loads(numbered: NumberedFigure) -> tuple[PointLoad, ...]:
 
 
 def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
-    """Note what the files do not hold of a figure that they can hold."""
+    """Report the parts of a figure that the files do not hold."""
     figure = numbered.figure
     for name, k in numbered.bodies.items():
         if k:
@@ -362,15 +365,15 @@ def _mechanism_joint(numbered: NumberedFigure, joint: Joint, triad: JointTriad) 
 
 
 def _site_triad(numbered: NumberedFigure, ref: SiteRef, triad: JointTriad) -> Triad:
-    """The triad at a site: in the segment's frame, on the ground in the world's."""
+    """Return the triad at a site in the segment's frame; on the ground in the world's."""
     pose = numbered.figure.site(ref).pose_in_segment @ pose_matrix(triad.rotation, np.zeros(3))
     if ref.segment in numbered.figure.ground:
         pose = numbered.placement.poses[ref.segment] @ pose
-    made: list[Row4] = []
+    triad_rows: list[Row4] = []
     for row in pose[:3].tolist():
         x, y, z, offset = map(_rounded, row)
-        made.append((x, y, z, offset))
-    return made[0], made[1], made[2]
+        triad_rows.append((x, y, z, offset))
+    return triad_rows[0], triad_rows[1], triad_rows[2]
 
 
 def _site_loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:
@@ -403,11 +406,11 @@ TABLES = "ndyspamfile"
 LOADS = "jackforce"
 OPTIONAL = "optional"
 FILES = (STRUCTURE, TABLES, LOADS, OPTIONAL)
-"""Names of the files. `optional` is empty where no spring is a cubic."""
+"""Names of the files. `optional` is empty if no spring is a cubic."""
 
 
 def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = None) -> Losses:
-    """Write the four files, each whole, into the folder `path`, which is made if it is not there.
+    """Write the four files into the folder `path`, which is created if necessary.
 
     Args:
         figure: with joints of one or of three rotations.
@@ -415,22 +418,19 @@ def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = 
         path: the folder.
         times: of the simulation; None for 0 to 1 s.
 
-    Returns:
-        What the files do not hold.
-
     Raises:
-        InputError: a figure that the files cannot hold; it has all faults.
+        InputError: the files cannot hold the figure; with all reasons.
         OSError: a file cannot be written.
     """
-    given = number_figure(figure)
+    numbered = number_figure(figure)
     losses = Losses(FORMAT)
-    add_figure_losses(given, losses)
-    written = convert_springs(springs, given.triads, losses)
-    mechanism, loads = mechanism_from_figure(given, tuple(written.rows)), point_loads(given)
+    add_figure_losses(numbered, losses)
+    written = convert_springs(springs, numbered.triads, losses)
+    mechanism, loads = mechanism_from_figure(numbered, tuple(written.rows)), point_loads(numbered)
     structure = Structure(
         bodies=len(mechanism.bodies),
         joints=len(mechanism.connections),
-        degrees_of_freedom=_degrees_of_freedom(given),
+        degrees_of_freedom=_degrees_of_freedom(numbered),
         loads=count_loads(loads),
         springs=len(mechanism.springs),
         times=times or Times(),
@@ -448,9 +448,9 @@ def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = 
 
 
 def _degrees_of_freedom(numbered_figure: NumberedFigure) -> int:
-    """Degrees of freedom of the whole: those of the tree less what its loops take at the start.
+    """Return the degrees of freedom: those of the tree less the constraints of its loops.
 
-    The sites of a joint that only turns coincide, so that both motions are told at one point.
+    The sites of a joint that only turns coincide, so that both motions refer to one point.
     """
     placement = numbered_figure.placement
     free = sum(branch.joint.degrees_of_freedom for branch in placement.tree.joints)

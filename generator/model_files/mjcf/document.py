@@ -32,7 +32,7 @@ class Document:
 
     @property
     def angle_convention(self) -> AngleConvention:
-        """How angles are told."""
+        """The convention of its angles."""
         degrees = self.setting("angle", "degree") != "radian"
         return AngleConvention(degrees, self.setting("eulerseq", "xyz"))
 
@@ -44,7 +44,7 @@ class Document:
     def with_defaults(
         self, element: XmlElement, childclass: str, diagnostics: Diagnostics
     ) -> XmlElement:
-        """The element with what its default class says and it does not say itself."""
+        """Return the element with the attributes of its default class."""
         name = element.get("class") or childclass
         if name not in self.classes:
             diagnostics.error(
@@ -53,10 +53,12 @@ class Document:
                 spelling_hint(name, self.classes),
             )
             return element
-        said = dict(self.classes[name].get(element.tag, {}))
+        defaults = dict(self.classes[name].get(element.tag, {}))
         if any(way in element.attributes for way in ORIENTATION_ATTRIBUTES):
-            said = {key: value for key, value in said.items() if key not in ORIENTATION_ATTRIBUTES}
-        return replace(element, attributes={**said, **element.attributes})
+            defaults = {
+                key: value for key, value in defaults.items() if key not in ORIENTATION_ATTRIBUTES
+            }
+        return replace(element, attributes={**defaults, **element.attributes})
 
 
 def parse_document(root: XmlElement, directory: Path | None, diagnostics: Diagnostics) -> Document:
@@ -65,7 +67,7 @@ def parse_document(root: XmlElement, directory: Path | None, diagnostics: Diagno
     Args:
         root: the element `mujoco`.
         directory: in which included files are looked for; None when there is none.
-        diagnostics: for faults.
+        diagnostics: collects errors.
     """
     whole = _Includer(directory, diagnostics).expand(root)
     compiler: dict[str, SourceText] = {}
@@ -90,7 +92,7 @@ def _check_compiler(compiler: Mapping[str, SourceText], diagnostics: Diagnostics
         written = compiler.get(name)
         if written is not None and written.text not in known:
             diagnostics.error(
-                f"`{shorten(written.text)}` is no value of `{name}`",
+                f"`{shorten(written.text)}` is not a value of `{name}`",
                 written.span,
                 f"known here: {', '.join(known)}",
             )
@@ -111,7 +113,9 @@ def _collect_defaults(
     diagnostics: Diagnostics,
 ) -> None:
     """The class of a `default` element and those in it."""
-    here = {tag: dict(said) for tag, said in {**inherited, **classes.get(name, {})}.items()}
+    here = {
+        tag: dict(attributes) for tag, attributes in {**inherited, **classes.get(name, {})}.items()
+    }
     for child in element.children:
         if child.tag != "default":
             here[child.tag] = {**here.get(child.tag, {}), **child.attributes}
@@ -128,14 +132,14 @@ def _collect_defaults(
 
 @dataclass
 class _Includer:
-    """Puts the content of included files in the place of `include` elements."""
+    """Replaces `include` elements by the contents of their files."""
 
     directory: Path | None
     diagnostics: Diagnostics
     included: dict[str, Span] = field(default_factory=dict[str, Span])
 
     def expand(self, element: XmlElement) -> XmlElement:
-        """The element with everything that is included below it."""
+        """Return the element with all included files below it."""
         if not any(below.tag == "include" for below in element.walk()):
             return element
         children: list[XmlElement] = []

@@ -1,7 +1,4 @@
-"""The joints of an MJCF body as freedoms, from the parent outwards to the body.
-
-The five ways in which MJCF tells an orientation.
-"""
+"""Joints and orientations of MJCF: degrees of freedom from the parent outwards to the body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,23 +26,23 @@ ORIENTATION_ATTRIBUTES = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 
 @dataclass(frozen=True)
 class AngleConvention:
-    """How a model tells angles.
+    """The convention of a model's angles.
 
     Attributes:
-        in_degrees: whether in degrees instead of radians.
-        euler_sequence: axes of `euler` in the order of the turns; small letters turn with the frame.
+        in_degrees: degrees instead of radians.
+        euler_sequence: axes of `euler` in order; lower-case letters rotate with the frame.
     """
 
     in_degrees: bool = True
     euler_sequence: str = "xyz"
 
     def radians(self, value: float) -> float:
-        """An angle of the model [rad]."""
+        """Return an angle of the model [rad]."""
         return radians(value) if self.in_degrees else value
 
 
 def parse_pose(element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics) -> Array:
-    """The pose that `pos` and an orientation give, shape (4, 4)."""
+    """Parse `pos` and an orientation as a pose, shape (4, 4)."""
     place = element.attributes.get("pos")
     offset = None if place is None else parse_numbers(place, diagnostics, 3)
     return pose_matrix(parse_orientation(element, angles, diagnostics), offset or np.zeros(3))
@@ -54,18 +51,18 @@ def parse_pose(element: XmlElement, angles: AngleConvention, diagnostics: Diagno
 def parse_orientation(
     element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
 ) -> Array:
-    """The orientation of an element in its parent, shape (3, 3)."""
-    said = [name for name in ORIENTATION_ATTRIBUTES if name in element.attributes]
-    if len(said) > 1:
+    """Parse the orientation of an element in its parent, shape (3, 3)."""
+    present = [name for name in ORIENTATION_ATTRIBUTES if name in element.attributes]
+    if len(present) > 1:
         diagnostics.error(
-            f"`{said[0]}` and `{said[1]}` both tell one orientation",
-            element.span_of(said[1]),
+            f"`{present[0]}` and `{present[1]}` both give the orientation",
+            element.span_of(present[1]),
             "an element has one of them at most",
         )
-    if not said:
+    if not present:
         return np.eye(3)
-    written = element.attributes[said[0]]
-    match said[0]:
+    written = element.attributes[present[0]]
+    match present[0]:
         case "quat":
             return _from_quaternion(written, diagnostics)
         case "axisangle":
@@ -103,7 +100,9 @@ def _from_quaternion(written: SourceText, diagnostics: Diagnostics) -> Array:
         return np.eye(3)
     quaternion = np.array(read)
     if not np.linalg.norm(quaternion) > 1e-10:
-        diagnostics.error("the zero quaternion is no orientation", written.span, "write `1 0 0 0`")
+        diagnostics.error(
+            "the zero quaternion is not an orientation", written.span, "write `1 0 0 0`"
+        )
         return np.eye(3)
     return matrix_from_quaternion(quaternion)
 
@@ -171,8 +170,8 @@ class JointReader:
     Attributes:
         angle_convention: how the model tells angles.
         autolimits: whether a range alone makes a limit.
-        diagnostics: for faults.
-        losses: for what a figure does not hold.
+        diagnostics: collects errors.
+        losses: collects what a figure does not hold.
     """
 
     angle_convention: AngleConvention
@@ -256,12 +255,12 @@ class JointReader:
         shift = self._in_radians(parse_number(element, "ref", self.diagnostics), turns)
         rest = self._in_radians(parse_number(element, "springref", self.diagnostics), turns) - shift
         kind = AxisKind.ROTATION if turns else AxisKind.TRANSLATION
-        made = DegreeOfFreedom(name, kind, axis, point, offset=shift, rest=rest)
-        made = self._with_passive_law(made, element)
-        if not made.stiffness and not any(made.cubic):
-            made = replace(made, rest=0.0)
+        dof = DegreeOfFreedom(name, kind, axis, point, offset=shift, rest=rest)
+        dof = self._with_passive_law(dof, element)
+        if not dof.stiffness and not any(dof.cubic):
+            dof = replace(dof, rest=0.0)
         if not self._is_limited(element):
-            return made
+            return dof
         written = element.attributes.get("range")
         bounds = None if written is None else parse_numbers(written, self.diagnostics, 2)
         if bounds is None or not bounds[0] < bounds[1]:
@@ -270,18 +269,18 @@ class JointReader:
                 element.span_of("range"),
                 "the lower one stands first",
             )
-            return made
+            return dof
         self.losses.add(LIMITS, name)
         lower, upper = (self._in_radians(bound, turns) - shift for bound in bounds)
-        return replace(made, lower=lower, upper=upper)
+        return replace(dof, lower=lower, upper=upper)
 
     def _in_radians(self, value: float, is_rotation: bool) -> float:
         return self.angle_convention.radians(value) if is_rotation else value
 
     def _is_limited(self, element: XmlElement) -> bool:
-        said = element.get("limited") or "auto"
-        return said == "true" or (
-            said == "auto" and self.autolimits and "range" in element.attributes
+        limited = element.get("limited") or "auto"
+        return limited == "true" or (
+            limited == "auto" and self.autolimits and "range" in element.attributes
         )
 
     def _with_passive_law(self, dof: DegreeOfFreedom, element: XmlElement) -> DegreeOfFreedom:

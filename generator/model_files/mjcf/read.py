@@ -40,27 +40,27 @@ from generator.model_files.xml import (
 from generator.rotations import Array, pose_matrix
 
 DENSITY = 1000.0
-"""Of a geom that tells neither mass nor density [kg/m3]."""
+"""Default density of a geom [kg/m3]."""
 
 SIZES: Final = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
-"""How many sizes each solid shape has."""
+"""Number of sizes of each solid shape."""
 
 FROMTO_SHAPES: Final = ("capsule", "cylinder", "ellipsoid", "box")
-"""Shapes that `fromto` may tell."""
+"""Shapes that `fromto` can define."""
 
 WEIGHTLESS: Final = ("plane", "hfield")
-"""Shapes that stand in the world only and have no mass."""
+"""Shapes without mass, in the world only."""
 
 UNREAD: Final = ("mesh", "sdf")
-"""Shapes whose mass is that of a file, or of a plugin."""
+"""Shapes whose mass comes from a file or a plugin."""
 
 
 def geom_mass(
     element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
 ) -> MassProperties | None:
-    """The mass properties of a geom in its body's frame; None for a weightless one.
+    """Return the mass properties of a geom in its body's frame; None for a weightless one.
 
-    `element` has the values of its default class. What cannot be read is a fault.
+    `element` has the values of its default class.
     """
     shape = element.get("type") or "sphere"
     if shape in WEIGHTLESS or _is_massless(element, diagnostics):
@@ -95,7 +95,7 @@ def geom_mass(
     if "mass" in element.attributes:
         mass = parse_number(element, "mass", diagnostics)
     if not mass > 0.0:
-        diagnostics.error("a mass is not negative", element.span_of("mass"))
+        diagnostics.error("a mass must not be negative", element.span_of("mass"))
         return None
     return MassProperties(mass, np.zeros(3), np.diag(unit) * mass).transform(pose)
 
@@ -109,16 +109,16 @@ def _is_massless(element: XmlElement, diagnostics: Diagnostics) -> bool:
 def _placed(
     element: XmlElement, shape: str, angles: AngleConvention, diagnostics: Diagnostics
 ) -> tuple[Array, tuple[float, ...]] | None:
-    """The pose of a shape in its body, shape (4, 4), and its sizes [m]."""
+    """Return the pose of a shape in its body, shape (4, 4), and its sizes [m]."""
     count, ends = SIZES[shape], element.attributes.get("fromto")
     size = element.attributes.get("size", SourceText("", element.span))
-    told = parse_numbers(size, diagnostics, 0, 3)
-    if told is None:
+    sizes_read = parse_numbers(size, diagnostics, 0, 3)
+    if sizes_read is None:
         return None
     needed = count
     if ends is not None and shape in FROMTO_SHAPES:
         needed = 1
-    if len(told) < needed or not all(part > 0.0 for part in told[:needed]):
+    if len(sizes_read) < needed or not all(part > 0.0 for part in sizes_read[:needed]):
         plural = "s" if needed > 1 else ""
         diagnostics.error(
             f"a {shape} needs {needed} positive size{plural}",
@@ -128,21 +128,21 @@ def _placed(
         return None
     if ends is None or shape not in FROMTO_SHAPES:
         at = parse_vector(element, "pos", diagnostics)
-        return pose_matrix(parse_orientation(element, angles, diagnostics), at), told[:count]
+        return pose_matrix(parse_orientation(element, angles, diagnostics), at), sizes_read[:count]
     read = parse_numbers(ends, diagnostics, 6)
     if read is None:
         return None
     start, end = np.array(read[:3]), np.array(read[3:])
     along = unit_direction((start - end).tolist(), ends.span, diagnostics)
     half = float(np.linalg.norm(end - start)) / 2.0
-    sizes = (told[0], half) if count == 2 else (told[0], told[0], half)
+    sizes = (sizes_read[0], half) if count == 2 else (sizes_read[0], sizes_read[0], half)
     return pose_matrix(rotation_from_z_to(along), (start + end) / 2.0), sizes
 
 
 def _volume_and_moments(
     shape: str, size: Sequence[float]
 ) -> tuple[float, tuple[float, float, float]]:
-    """Volume [m3] of a shape, and principal moments for the mass one [m2]."""
+    """Return the volume [m3] and the principal moments for unit mass [m2] of a shape."""
     match shape:
         case "sphere":
             r = size[0]
@@ -208,7 +208,7 @@ _BODY_ELEMENTS: Final = (
 
 @dataclass
 class _BodyContents:
-    """What stands in a body, also within its frames."""
+    """Contents of a body and its frames."""
 
     joints: list[XmlElement] = field(default_factory=list[XmlElement])
     inertial: XmlElement | None = None
@@ -225,8 +225,8 @@ class BodyReader:
 
     Attributes:
         document: the model.
-        diagnostics: for faults.
-        losses: for what a figure does not hold.
+        diagnostics: collects errors.
+        losses: collects what a figure does not hold.
         bodies: what was read, each parent before its children.
         sites: frames fixed to the world.
     """
@@ -240,14 +240,14 @@ class BodyReader:
     _fixed: set[str | None] = field(default_factory=lambda: {None})
 
     def read_world(self, world: XmlElement) -> None:
-        """All that hangs on a `worldbody`."""
-        held = self._collect_contents(world, world.get("childclass") or MAIN)
-        for element in held.joints:
+        """Read the bodies of a `worldbody`."""
+        contents = self._collect_contents(world, world.get("childclass") or MAIN)
+        for element in contents.joints:
             self.diagnostics.error(
                 "the world has no joints", element.span, "joints stand in a body"
             )
-        self.sites |= held.sites
-        for element, before, childclass in held.bodies:
+        self.sites |= contents.sites
+        for element, before, childclass in contents.bodies:
             self._read_body(element, None, before, childclass)
 
     def _read_body(
@@ -263,20 +263,20 @@ class BodyReader:
             )
             return
         if element.get("mocap") == "true":
-            self.losses.add("bodies that are moved from outside, which are held here", name)
+            self.losses.add("mocap bodies, which are fixed here", name)
         self._add_unread_losses(element)
         childclass = element.get("childclass") or childclass
-        held = self._collect_contents(element, childclass)
+        contents = self._collect_contents(element, childclass)
         joints = JointReader(
             self.document.angle_convention, self._autolimits, self.diagnostics, self.losses
         )
-        freedoms = joints.read(name, held.joints, is_outermost=parent is None)
-        # A body that nothing can move needs no mass, but has its share in a total that is told.
+        freedoms = joints.read(name, contents.joints, is_outermost=parent is None)
+        # A body that cannot move needs no mass, but has its share in a prescribed total mass.
         fixed = not freedoms and parent in self._fixed
         if fixed:
             self._fixed.add(name)
         needless = fixed and not self._number_setting("settotalmass") > 0.0
-        mass = None if needless else self._body_mass(held)
+        mass = None if needless else self._body_mass(contents)
         self.bodies.append(
             Body(
                 name,
@@ -284,11 +284,11 @@ class BodyReader:
                 parent_pose @ parse_pose(element, self.document.angle_convention, self.diagnostics),
                 freedoms,
                 mass,
-                held.sites,
+                contents.sites,
                 element.span_of("name"),
             )
         )
-        for child, pose, inner in held.bodies:
+        for child, pose, inner in contents.bodies:
             self._read_body(child, name, pose, inner)
 
     @property
@@ -296,15 +296,15 @@ class BodyReader:
         return self.document.setting("autolimits", "true") == "true"
 
     def _collect_contents(self, element: XmlElement, childclass: str) -> _BodyContents:
-        held = _BodyContents()
-        self._collect_children(element, np.eye(4), childclass, held)
-        return held
+        contents = _BodyContents()
+        self._collect_children(element, np.eye(4), childclass, contents)
+        return contents
 
     def _collect_children(
         self, element: XmlElement, pose_in_body: Array, childclass: str, contents: _BodyContents
     ) -> None:
-        """What stands in a body or a frame whose pose in its body is `pose_in_body`."""
-        angles, findings = self.document.angle_convention, self.diagnostics
+        """Collect the contents of a body, or of a frame with the pose `pose_in_body` in it."""
+        angles, diagnostics = self.document.angle_convention, self.diagnostics
         for child in element.children:
             match child.tag:
                 case "body":
@@ -313,7 +313,10 @@ class BodyReader:
                     self._add_unread_losses(child)
                     inner = child.get("childclass") or childclass
                     self._collect_children(
-                        child, pose_in_body @ parse_pose(child, angles, findings), inner, contents
+                        child,
+                        pose_in_body @ parse_pose(child, angles, diagnostics),
+                        inner,
+                        contents,
                     )
                 case "joint" | "freejoint":
                     self._collect_joint(child, element, childclass, contents)
@@ -321,26 +324,26 @@ class BodyReader:
                     self._add_unread_losses(child)
                     contents.inertial = child
                 case "geom":
-                    whole = self.document.with_defaults(child, childclass, findings)
+                    whole = self.document.with_defaults(child, childclass, diagnostics)
                     contents.geoms.append((whole, pose_in_body))
                     self.losses.add(
-                        "shapes of geoms: segments have no shape and touch nothing",
+                        "shapes of geoms: segments have no shape and no contact",
                         child.get("name") or whole.get("type") or "sphere",
                     )
                 case "site":
-                    whole = self.document.with_defaults(child, childclass, findings)
-                    pose = pose_in_body @ parse_pose(whole, angles, findings)
+                    whole = self.document.with_defaults(child, childclass, diagnostics)
+                    pose = pose_in_body @ parse_pose(whole, angles, diagnostics)
                     contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
                 case "camera" | "light" | "plugin":
                     self.losses.add(f"{child.tag}s", child.get("name") or f"a {child.tag}")
                 case tag if tag in _UNSUPPORTED_ELEMENTS:
-                    findings.error(
+                    diagnostics.error(
                         f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
                         child.span,
                         "save the model as MuJoCo compiles it, in which it is written out",
                     )
                 case tag:
-                    findings.error(
+                    diagnostics.error(
                         f"unknown element `{shorten(tag)}` in `{element.tag}`",
                         child.span,
                         spelling_hint(tag, _BODY_ELEMENTS),
@@ -386,22 +389,22 @@ class BodyReader:
         )
 
     def _parse_inertial(self, element: XmlElement) -> MassProperties | None:
-        findings = self.diagnostics
+        diagnostics = self.diagnostics
         if "mass" not in element.attributes:
-            findings.error("`inertial` tells no mass", element.span, "add `mass`")
+            diagnostics.error("`inertial` has no mass", element.span, "add `mass`")
             return None
-        mass = parse_number(element, "mass", findings)
+        mass = parse_number(element, "mass", diagnostics)
         if mass == 0.0:
             return None
-        turn = parse_orientation(element, self.document.angle_convention, findings)
-        tensor = np.diag(parse_vector(element, "diaginertia", findings))
+        turn = parse_orientation(element, self.document.angle_convention, diagnostics)
+        tensor = np.diag(parse_vector(element, "diaginertia", diagnostics))
         full = element.attributes.get("fullinertia")
         if full is not None:
-            xx, yy, zz, xy, xz, yz = parse_numbers(full, findings, 6) or (1.0,) * 3 + (0.0,) * 3
+            xx, yy, zz, xy, xz, yz = parse_numbers(full, diagnostics, 6) or (1.0,) * 3 + (0.0,) * 3
             tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         elif "diaginertia" not in element.attributes:
-            findings.error(
-                "`inertial` tells no inertia", element.span, "add `diaginertia` or `fullinertia`"
+            diagnostics.error(
+                "`inertial` has no inertia", element.span, "add `diaginertia` or `fullinertia`"
             )
             return None
         moments, axes = np.linalg.eigh(tensor)
@@ -410,13 +413,13 @@ class BodyReader:
             moments = np.full(3, moments.mean())
         tensor = turn @ axes @ np.diag(moments) @ axes.T @ turn.T
         try:
-            return MassProperties(mass, np.array(parse_vector(element, "pos", findings)), tensor)
+            return MassProperties(mass, np.array(parse_vector(element, "pos", diagnostics)), tensor)
         except ValueError as failure:
-            findings.error(str(failure), element.span, "MuJoCo refuses it as well")
+            diagnostics.error(str(failure), element.span, "MuJoCo refuses it as well")
             return None
 
     def _with_mass_bounds(self, mass: MassProperties | None) -> MassProperties | None:
-        """The mass properties with the least values that the compiler is told."""
+        """Return the mass properties with the lower bounds of the compiler settings."""
         least = self._number_setting("boundmass")
         least_inertia = self._number_setting("boundinertia")
         if mass is None:
@@ -438,7 +441,7 @@ class BodyReader:
             self.losses.add("attributes without a meaning here", f"{element.tag} {name}")
 
     def scaled_bodies(self) -> list[Body]:
-        """The bodies, with the total mass that the compiler is told."""
+        """Return the bodies, scaled to the total mass of the compiler settings."""
         total = self._number_setting("settotalmass")
         if not total > 0.0:
             return self.bodies
@@ -488,13 +491,13 @@ _COMPILER: Final = {
 def figure_from_mjcf(
     root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
 ) -> Imported | None:
-    """The figure of an MJCF document; None, with the faults noted, when it makes none.
+    """Convert an MJCF document into a figure; None, with diagnostics, if that is impossible.
 
     Args:
         root: the element `mujoco`.
-        directory: in which included files are looked for.
-        diagnostics: for faults.
-        separate: see `figure_of`.
+        directory: of included files.
+        diagnostics: collects errors.
+        separate: see `figure_from_tree`.
     """
     losses = Losses("MJCF")
     document = parse_document(root, directory, diagnostics)
@@ -513,7 +516,7 @@ def figure_from_mjcf(
 
 
 def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -> Array:
-    """The rotation that makes y up, from the direction of gravity; what it is is told."""
+    """Return the rotation that makes y up, from the direction of gravity; report it."""
     gravity = np.array(STANDARD_GRAVITY)
     for option in document.root.find_all("option"):
         written = option.attributes.get("gravity")
@@ -534,7 +537,7 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -
 
 
 def _add_section_losses(document: Document, losses: Losses) -> None:
-    """Sections and settings that a figure does not have."""
+    """Report sections and settings that a figure does not have."""
     for section in document.root.children:
         if section.tag in _READ_SECTIONS:
             continue

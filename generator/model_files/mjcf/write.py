@@ -1,13 +1,13 @@
 """MuJoCo's own format (`.xml`, `.mjcf`): bodies, joints, springs, loops, surfaces.
 
-A body hangs on its base at the pose of zero displacements, and its joints move it in the order in
-which they are listed, the outermost first: a figure's chain from its last factor to its first, or,
-where the body is the joint's parent, from the first to the last and against the axes. Three turns
-are one ball, whose quaternion turns the body's own frame.
+A body has its pose of zero displacements in its base, and its joints move it in the order in which
+they are listed, the outermost first: a figure's chain from its last axis to its first, or, if the
+body is the joint's parent, from the first to the last and against the axes. Three rotations are one
+ball joint, whose quaternion rotates the body's own frame.
 
-A hinge or a slide has the spring force -(a x + b x^2 + c x^3), x being counted from `springref`. A
-fixed tendon has the same with x counted from the ends of its `springlength`, zero between them; so
-what a curve does beyond a corner is a tendon of one joint, slack on one side.
+A hinge or a slide joint has the spring force -(a x + b x^2 + c x^3), where x is measured from
+`springref`. A fixed tendon has the same force with x measured from the ends of its `springlength`,
+zero between them; so a curve beyond a breakpoint is a tendon of one joint, slack on one side.
 """
 
 from collections.abc import Iterator, Mapping
@@ -46,7 +46,7 @@ WORLD = "world"
 """Name of the site whose axes are those of the world; the others have a dot in theirs."""
 
 _SOLVER = {"solref": "0.002 1", "solimp": "0.999 0.9999 0.001 0.5 2"}
-"""How hard loops are held: as hard as the file's time step allows."""
+"""Stiffness of loop constraints: the largest that the file's time step allows."""
 
 _MIN_VERTICES = 4
 
@@ -75,16 +75,16 @@ def _add_site(body: Element, name: str, pose: Array) -> None:
 def add_surfaces(
     model: ExportModel, assets: Element, bodies: Mapping[str, Element], losses: Losses
 ) -> None:
-    """The segments' psurfs, to be looked at: they neither touch nor weigh anything."""
+    """Add the segments' psurfs as visual geoms, without contact and mass."""
     figure = model.figure
     files = [segment.psurf for segment in figure.segments.values() if segment.psurf is not None]
     names = plain_names(files)
-    made: set[str] = set()
+    written: set[str] = set()
     for name, segment in figure.segments.items():
         if segment.psurf is None:
             continue
         mesh = names[segment.psurf]
-        if mesh not in made:
+        if mesh not in written:
             try:
                 surface = read_segment_surface(figure, segment)
             except InputError as failure:
@@ -93,7 +93,7 @@ def add_surfaces(
             if not _add_mesh(assets, mesh, surface):
                 losses.add("psurfs without four corners or without any face", name)
                 continue
-            made.add(mesh)
+            written.add(mesh)
         pose = model.placement.poses[name] if name in figure.ground else np.eye(4)
         geom = add_element(bodies[name], "geom", type="mesh", mesh=mesh)
         geom.set("pos", format_numbers(pose[:3, 3]))
@@ -110,19 +110,19 @@ def _add_mesh(assets: Element, name: str, surface: Surface) -> bool:
     fans, _ = surface.fan_triangles
     points = surface.vertices[fans]
     areas = np.linalg.norm(np.cross(points[1] - points[0], points[2] - points[0]), axis=1)
-    kept = fans[:, areas > 0.0]
-    if len(surface.vertices) < _MIN_VERTICES or not kept.size:
+    triangles = fans[:, areas > 0.0]
+    if len(surface.vertices) < _MIN_VERTICES or not triangles.size:
         return False
     mesh = add_element(assets, "mesh", name=name, inertia="shell")
     mesh.set("vertex", format_numbers(surface.vertices))
-    mesh.set("face", " ".join(map(str, kept.T.ravel().tolist())))
+    mesh.set("face", " ".join(map(str, triangles.T.ravel().tolist())))
     return True
 
 
 def add_loops(
     model: ExportModel, equality: Element, bodies: Mapping[str, Element], losses: Losses
 ) -> None:
-    """What the joints that close loops hold: their sites, and a second point on a hinge's axis."""
+    """Add the constraints of loops: their sites, and a second point on a revolute's axis."""
     for loop in loop_closures(model, losses):
         name = model.joints[loop.joint.name]
         ends = [site_name(model, ref) for ref in loop.joint.ends]
@@ -135,8 +135,8 @@ def add_loops(
                 if ref.segment in model.figure.ground:
                     pose = model.placement.poses[ref.segment] @ pose
                 _add_site(bodies[ref.segment], own, pose)
-            given = {"site1": names[0], "site2": names[1], **_SOLVER}
-            add_element(equality, "connect", name=f"{name}.axis", **given)
+            attributes = {"site1": names[0], "site2": names[1], **_SOLVER}
+            add_element(equality, "connect", name=f"{name}.axis", **attributes)
 
 
 def add_loads(model: ExportModel, actuators: Element) -> None:
@@ -159,8 +159,13 @@ def add_loads(model: ExportModel, actuators: Element) -> None:
 
 def _add_load(actuators: Element, site: str, kind: str, load: list[float]) -> None:
     frame = {"refsite": WORLD} if kind == "global" else {}
-    given = {"gear": format_numbers(load), "gainprm": "0", "biastype": "affine", "biasprm": "1 0 0"}
-    add_element(actuators, "general", name=f"{site} {kind} load", site=site, **frame, **given)
+    attributes = {
+        "gear": format_numbers(load),
+        "gainprm": "0",
+        "biastype": "affine",
+        "biasprm": "1 0 0",
+    }
+    add_element(actuators, "general", name=f"{site} {kind} load", site=site, **frame, **attributes)
 
 
 GRAVITY = (0.0, -9.81, 0.0)
@@ -169,12 +174,12 @@ STEP = 0.001
 """Time step of the file [s]."""
 
 _UNREACHABLE_LENGTH = 1e6
-"""An end of a tendon's slack range that is never reached [rad or m]."""
+"""Unreachable end of a tendon's slack range [rad or m]."""
 
-_SPRINGS = "springs of several turns at once, unless they resist turns about all axes alike"
-_DAMPING = "damping of several turns at once, unless it is that of turns about all axes alike"
-_CURVES = "springs whose curve is no cubic, as a whole or piece by piece, or is nowhere zero"
-_COULOMB = "Coulomb friction as it is: MuJoCo's own holds a joint at rest, where ours lets it creep"
+_SPRINGS = "springs of several rotations, unless equal about all axes"
+_DAMPING = "damping of several rotations, unless equal about all axes"
+_CURVES = "springs whose curve is not a piecewise cubic or has no zero"
+_COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
 def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
@@ -386,13 +391,13 @@ class _BodyWriter:
 
     def _add_axis_spring(self, element: Element, joint: Joint, spring: AxisSpring) -> None:
         """A spring of a hinge or a slide."""
-        held = piecewise_cubic(spring.elastic) if spring.elastic else None
-        if held is not None:
-            if any(held.coefficients):
-                element.set("springref", format_numbers(held.root))
-                element.set("stiffness", _format_stiffness(held.coefficients))
+        curve = piecewise_cubic(spring.elastic) if spring.elastic else None
+        if curve is not None:
+            if any(curve.coefficients):
+                element.set("springref", format_numbers(curve.root))
+                element.set("stiffness", _format_stiffness(curve.coefficients))
             name = element.attrib["name"]
-            for number, step in enumerate(held.breakpoint_terms, 1):
+            for number, step in enumerate(curve.breakpoint_terms, 1):
                 ends = (
                     (-_UNREACHABLE_LENGTH, step.start)
                     if step.above
@@ -421,7 +426,7 @@ class _BodyWriter:
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
             self._losses.add(_COULOMB, joint.name)
         if any(spring.damping.coulomb for spring in laws.combined):
-            self._losses.add("Coulomb friction of several turns at once", joint.name)
+            self._losses.add("Coulomb friction of several rotations", joint.name)
 
 
 def chain_indices(branch: TreeJoint, translations_are_outermost: bool) -> Iterator[int | None]:

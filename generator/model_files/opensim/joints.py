@@ -1,4 +1,4 @@
-"""The joints of an OpenSim model as freedoms, told in the joint's child frame."""
+"""The joints of an OpenSim model as degrees of freedom in the joint's child frame."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -18,27 +18,27 @@ from generator.rotations import Array, inverse_pose
 def child_numbers(
     element: XmlElement, name: str, default: tuple[float, ...], diagnostics: Diagnostics
 ) -> tuple[float, ...]:
-    """As many numbers as `default` has; `default` where there are none, or wrong ones."""
-    held = element.find(name)
+    """Parse as many numbers as `default` has; `default` if they are missing or wrong."""
+    child = element.find(name)
     read = None
-    if held is not None and held.text.text:
-        read = parse_numbers(held.text, diagnostics, len(default))
+    if child is not None and child.text.text:
+        read = parse_numbers(child.text, diagnostics, len(default))
     return default if read is None else read
 
 
 def child_number(element: XmlElement, name: str, diagnostics: Diagnostics) -> float:
-    """One number; zero where there is none, or a wrong one."""
+    """Parse one number; zero if it is missing or wrong."""
     return child_numbers(element, name, (0.0,), diagnostics)[0]
 
 
 def child_text(element: XmlElement, name: str) -> str:
-    """The text, empty where there is none."""
-    held = element.find(name)
-    return "" if held is None else held.text.text
+    """Return the text of a child; empty without one."""
+    child = element.find(name)
+    return "" if child is None else child.text.text
 
 
 def is_child_true(element: XmlElement, name: str) -> bool:
-    """Whether it says `true`."""
+    """Return True if the text of a child is `true`."""
     return child_text(element, name).lower() == "true"
 
 
@@ -55,7 +55,7 @@ FUNCTION_TAGS = (
 
 @dataclass(frozen=True)
 class AxisMotion:
-    """How far an axis moves with its coordinate.
+    """The displacement along an axis as a function of its coordinate.
 
     Attributes:
         slope: of a straight line through the coordinate, None where the function is curved.
@@ -69,7 +69,7 @@ class AxisMotion:
 def evaluate_function(
     function: XmlElement, coordinate: float, diagnostics: Diagnostics
 ) -> AxisMotion | None:
-    """What a function does at a coordinate's value `coordinate`; None, with the fault noted, if unknown."""
+    """Evaluate a function at `coordinate`; None, with an error, for an unknown one."""
     match function.tag:
         case "Constant":
             value = _list(function, "value", diagnostics)
@@ -103,10 +103,13 @@ def _evaluate_multiplier(
     if inner is None:
         diagnostics.error("this function multiplies nothing", function.span)
         return None
-    held = evaluate_function(inner, coordinate, diagnostics)
-    if held is None:
+    inner_motion = evaluate_function(inner, coordinate, diagnostics)
+    if inner_motion is None:
         return None
-    return AxisMotion(None if held.slope is None else scale * held.slope, scale * held.value)
+    return AxisMotion(
+        None if inner_motion.slope is None else scale * inner_motion.slope,
+        scale * inner_motion.value,
+    )
 
 
 def _evaluate_points(
@@ -226,11 +229,11 @@ class OsimCoordinate:
 
 @dataclass
 class DofChain:
-    """Freedoms and fixed displacements put together, from the parent outwards.
+    """Degrees of freedom and fixed displacements, from the parent outwards.
 
     Attributes:
         pose: of the child frame in the parent frame with all freedoms at zero, shape (4, 4).
-        dofs: told in the child frame.
+        dofs: in the child frame.
     """
 
     pose: Array = field(default_factory=lambda: np.eye(4))
@@ -244,7 +247,7 @@ class DofChain:
 
 
 def parse_joint(joint: XmlElement, diagnostics: Diagnostics, losses: Losses) -> DofChain:
-    """The freedoms of a joint."""
+    """Parse the degrees of freedom of a joint."""
     name, row = joint.get("name") or joint.tag, DofChain()
     coordinates = _coordinates(joint, diagnostics, losses)
     if joint.tag == CUSTOM:
@@ -273,9 +276,9 @@ def _coordinates(
     joint: XmlElement, diagnostics: Diagnostics, losses: Losses
 ) -> list[OsimCoordinate]:
     """The coordinates of a joint; what a figure does not have of them is reported."""
-    held = joint.find("coordinates")
-    found: list[OsimCoordinate] = []
-    for k, element in enumerate(() if held is None else held.find_all("Coordinate")):
+    listed = joint.find("coordinates")
+    parsed: list[OsimCoordinate] = []
+    for k, element in enumerate(() if listed is None else listed.find_all("Coordinate")):
         name = element.get("name") or f"{joint.get('name')}_coord_{k}"
         default = child_number(element, "default_value", diagnostics)
         locked = is_child_true(element, "locked")
@@ -284,21 +287,23 @@ def _coordinates(
         if is_child_true(element, "prescribed"):
             losses.add("motions that are prescribed", name)
         if child_number(element, "default_speed_value", diagnostics):
-            losses.add("default speeds, which `--velocity` can give", name)
+            losses.add("default speeds; use `--velocity`", name)
         _add_range_loss(element, name, locked, diagnostics, losses)
-        found.append(OsimCoordinate(name, default, locked))
-    return found
+        parsed.append(OsimCoordinate(name, default, locked))
+    return parsed
 
 
 def _add_range_loss(
     element: XmlElement, name: str, locked: bool, diagnostics: Diagnostics, losses: Losses
 ) -> None:
-    held = element.find("range")
-    bounds = None if held is None else parse_numbers(held.text, diagnostics, 2, allow_infinite=True)
+    child = element.find("range")
+    bounds = (
+        None if child is None else parse_numbers(child.text, diagnostics, 2, allow_infinite=True)
+    )
     if bounds is None or locked:
         return
     losses.add(
-        "ranges of coordinates, which OpenSim's forward runs do not hold either",
+        "ranges of coordinates, which OpenSim's forward runs ignore too",
         f"{name} {bounds[0]:.4g} .. {bounds[1]:.4g}",
     )
 
@@ -362,7 +367,7 @@ def _add_coordinate_dof(
 
 @dataclass(frozen=True)
 class _TransformAxis:
-    """How the child moves along or about an axis."""
+    """The motion of the child along or about an axis."""
 
     axis: Vector
     coordinate: OsimCoordinate | None
@@ -395,33 +400,35 @@ def _moves(
 def _move(
     axis: XmlElement, known: Mapping[str, OsimCoordinate], diagnostics: Diagnostics
 ) -> _TransformAxis | None:
-    held = axis.find("coordinates")
-    names = [] if held is None else held.text.text.split()
+    listed = axis.find("coordinates")
+    names = [] if listed is None else listed.text.text.split()
     function = next((e for e in axis.walk() if e.tag in FUNCTION_TAGS or _is_function(e)), None)
     if function is None:
         return None
     if len(names) > 1:
         diagnostics.error(
             "an axis that several coordinates move is not read",
-            axis.span if held is None else held.text.span,
+            axis.span if listed is None else listed.text.span,
         )
         return None
     one = None
     if names:
         one = known.get(names[0])
-        if one is None and held is not None:
+        if one is None and listed is not None:
             diagnostics.error(
                 f"this joint has no coordinate `{shorten(names[0])}`",
-                held.text.span,
+                listed.text.span,
                 spelling_hint(names[0], known),
             )
             return None
     motion = evaluate_function(function, 0.0 if one is None else one.default, diagnostics)
     if motion is None:
         return None
-    told = axis.find("axis")
-    read = None if told is None else parse_numbers(told.text, diagnostics, 3)
-    along = unit_direction(read or X, axis.span if told is None else told.text.span, diagnostics)
+    axis_element = axis.find("axis")
+    read = None if axis_element is None else parse_numbers(axis_element.text, diagnostics, 3)
+    along = unit_direction(
+        read or X, axis.span if axis_element is None else axis_element.text.span, diagnostics
+    )
     return _TransformAxis(along, one, motion)
 
 

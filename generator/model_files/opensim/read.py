@@ -1,6 +1,4 @@
-"""OpenSim's models (`.osim`, since OpenSim 4): the passive tree of one as a figure.
-
-Frames of an OpenSim model: which body each stands on, and where.
+"""Reader of OpenSim's models (`.osim`, since OpenSim 4): their passive tree as a figure.
 
 A socket names a frame by its path among the components of the model, either from the model
 (`/bodyset/femur_r`) or from the component that has the socket (`..`, `hip_offset`).
@@ -123,7 +121,7 @@ def _apply_coordinate_force(
 
 
 def _limit(force: XmlElement, offset: float, diagnostics: Diagnostics) -> SmoothLimit | None:
-    """The law of a limit force, whose numbers are told in degrees."""
+    """The law of a limit force, whose parameters are in degrees."""
     words = ("lower_limit", "upper_limit", "lower_stiffness", "upper_stiffness", "transition")
     lower, upper, below, above, width = (child_number(force, word, diagnostics) for word in words)
     try:
@@ -168,7 +166,7 @@ class FrameIndex:
     """The frames of a model by their paths.
 
     Attributes:
-        diagnostics: for faults.
+        diagnostics: collects errors.
         paths: of every component with a name, by its place in memory.
         by_path: frames and bodies by path.
         by_name: likewise by name, the first of each.
@@ -203,27 +201,27 @@ class FrameIndex:
         """
         pose = np.eye(4)
         for _ in range(len(self.by_path) + 1):
-            held = owner.find(socket)
-            if held is None or not held.text.text:
+            reference = owner.find(socket)
+            if reference is None or not reference.text.text:
                 self.diagnostics.error(
                     f"`{owner.tag}` has no `{socket}`", owner.span, "it names a frame"
                 )
                 return None
-            frame = self._find_frame(owner, held.text.text)
-            if frame is None and held.text.text.rsplit("/", 1)[-1] == GROUND:
+            frame = self._find_frame(owner, reference.text.text)
+            if frame is None and reference.text.text.rsplit("/", 1)[-1] == GROUND:
                 return GROUND, pose
             if frame is None:
                 self.diagnostics.error(
-                    f"there is no frame `{shorten(held.text.text)}`",
-                    held.text.span,
-                    spelling_hint(held.text.text.rsplit("/", 1)[-1], self.by_name),
+                    f"there is no frame `{shorten(reference.text.text)}`",
+                    reference.text.span,
+                    spelling_hint(reference.text.text.rsplit("/", 1)[-1], self.by_name),
                 )
                 return None
             if frame.tag in _BODY_TAGS:
                 return GROUND if frame.tag == "Ground" else frame.get("name") or "", pose
             pose = self._offset_pose(frame) @ pose
             owner, socket = frame, "socket_parent"
-        self.diagnostics.error("these frames stand on each other in a ring", owner.span)
+        self.diagnostics.error("these frames refer to each other in a circle", owner.span)
         return None
 
     def _find_frame(self, owner: XmlElement, path: str) -> XmlElement | None:
@@ -252,19 +250,19 @@ _LOST: Final = {
     "ComponentSet": "other components",
     "components": "other components",
 }
-_SHAPES = "shapes: segments have no shape and touch nothing"
+_SHAPES = "shapes: segments have no shape and no contact"
 
 
 def figure_from_osim(
     root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
 ) -> Imported | None:
-    """The figure of an OpenSim model; None, with the faults noted, when it makes none.
+    """Convert an OpenSim model into a figure; None, with diagnostics, if that is impossible.
 
     Args:
         root: the element `OpenSimDocument`.
         directory: not needed; nothing is included.
-        diagnostics: for faults.
-        separate: see `figure_of`.
+        diagnostics: collects errors.
+        separate: see `figure_from_tree`.
     """
     losses = Losses("OpenSim model")
     element = root.find("Model")
@@ -291,7 +289,7 @@ def figure_from_osim(
 
 
 def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:
-    """Whether the file is older than OpenSim 4, in which joints stood in their bodies."""
+    """Report a file of OpenSim 3 or older, in which bodies contained joints."""
     written = root.attributes.get("Version")
     read = None if written is None else parse_numbers(written, diagnostics, 1)
     if model.find("JointSet") is not None and (read is None or read[0] >= OLDEST):
@@ -309,15 +307,16 @@ def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Di
 def _set_objects(model: XmlElement, name: str) -> Iterator[XmlElement]:
     """The elements of a set of the model."""
     for each in model.find_all(name):
-        held = each.find("objects")
-        yield from () if held is None else held.children
+        objects = each.find("objects")
+        yield from () if objects is None else objects.children
 
 
 @dataclass(frozen=True)
 class _BodyJoint:
     """A joint between two bodies, from `inboard` to `outboard`.
 
-    `pose` is of the tip in the base with all freedoms at zero, and these are told in the tip.
+    `pose` is that of the outboard body in the inboard one at zero displacements; `dofs` are in the
+    outboard body.
     """
 
     joint: XmlElement
@@ -366,7 +365,7 @@ def _build_bodies(
     for link in body_joints:
         from_base.setdefault(link.inboard, []).append(link)
         from_base.setdefault(link.outboard, []).append(link.flipped)
-    found: dict[str, Body] = {}
+    bodies: dict[str, Body] = {}
     used, waiting = set[int](), deque([GROUND])
     while waiting:
         base = waiting.popleft()
@@ -375,7 +374,7 @@ def _build_bodies(
                 continue
             used.add(id(link.joint))
             name = link.joint.get("name") or link.joint.tag
-            if link.outboard in found or link.outboard == GROUND:
+            if link.outboard in bodies or link.outboard == GROUND:
                 diagnostics.error(
                     f"the joint `{shorten(name)}` closes a loop, and only trees are read",
                     link.joint.span,
@@ -383,7 +382,7 @@ def _build_bodies(
                 )
                 continue
             mass, loose = _mass(known[link.outboard], diagnostics) or (None, np.zeros((3, 3)))
-            found[link.outboard] = Body(
+            bodies[link.outboard] = Body(
                 link.outboard,
                 None if base == GROUND else base,
                 link.pose,
@@ -395,13 +394,13 @@ def _build_bodies(
             )
             waiting.append(link.outboard)
     for name, body in known.items():
-        if name not in found and not diagnostics.has_errors:
+        if name not in bodies and not diagnostics.has_errors:
             diagnostics.error(
                 f"no joints lead from the ground to the body `{shorten(name)}`",
                 body.span_of("name"),
                 "bodies that fly have a `FreeJoint`",
             )
-    return list(found.values())
+    return list(bodies.values())
 
 
 def _mass(body: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, Array] | None:
@@ -420,14 +419,14 @@ def _mass(body: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, A
 
 
 def _add_markers(frames: FrameIndex, element: XmlElement, bodies: list[Body]) -> dict[str, Array]:
-    """Give markers to their bodies as sites, and tell those of the ground."""
+    """Add markers to their bodies as sites; return those of the ground."""
     grounded: dict[str, Array] = {}
     places = {body.name: k for k, body in enumerate(bodies)}
     for marker in _set_objects(element, "MarkerSet"):
-        held = frames.resolve(marker, "socket_parent_frame")
-        if held is None:
+        frame = frames.resolve(marker, "socket_parent_frame")
+        if frame is None:
             continue
-        name, pose = held
+        name, pose = frame
         at = np.array(child_numbers(marker, "location", (0.0, 0.0, 0.0), frames.diagnostics))
         site = {marker.get("name") or "marker": pose @ pose_matrix(np.eye(3), at)}
         if name == GROUND:
@@ -439,11 +438,11 @@ def _add_markers(frames: FrameIndex, element: XmlElement, bodies: list[Body]) ->
 
 
 def _add_part_losses(model: XmlElement, losses: Losses) -> None:
-    """What a figure does not have."""
+    """Report the parts that a figure does not have."""
     for section in model.children:
         if section.tag in _LOST:
-            held = section.find("objects") or section
-            for part in held.children:
+            objects = section.find("objects") or section
+            for part in objects.children:
                 if part.tag not in ("objects", "groups"):
                     losses.add(_LOST[section.tag], part.get("name") or part.tag)
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):

@@ -78,17 +78,17 @@ class Expression:
         return _combine(-1.0, "*", self)
 
     def __lt__(self, other: "Expression | float") -> "Condition":
-        """Whether it is below `other`."""
+        """Return the condition that it is below `other`."""
         return Condition(self - other)
 
     def __gt__(self, other: "Expression | float") -> "Condition":
-        """Whether it is above `other`."""
+        """Return the condition that it is above `other`."""
         return Condition(other - self)
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Whether a number is below zero."""
+    """The condition that a number is below zero."""
 
     value: Expression
 
@@ -222,13 +222,13 @@ def _add_bodies(
     """Bodies with their sites as frames; returns the path of each site."""
     figure = model.figure
     refs = [SiteRef(name, site) for name, one in figure.segments.items() for site in one.sites]
-    held = plain_names(str(ref) for ref in refs if ref.segment in figure.ground)
+    ground_names = plain_names(str(ref) for ref in refs if ref.segment in figure.ground)
     paths: dict[SiteRef, str] = {}
     for name, segment in figure.segments.items():
         body = model.segments[name]
         if name in figure.ground:
             place, path, pose = ground, "/ground", model.placement.poses[name]
-            names = {site: held[str(SiteRef(name, site))] for site in segment.sites}
+            names = {site: ground_names[str(SiteRef(name, site))] for site in segment.sites}
         else:
             place = add_element(_add_body(bodies, body, segment), "components")
             path, pose = f"/bodyset/{body}", np.eye(4)
@@ -353,8 +353,8 @@ _MAX_COLLINEAR_SINE = 1e-6
 """OpenSim takes no three axes of which two are along one line: sine of the angle between them."""
 
 _FRAME_COLUMNS = {"PinJoint": [0, 1, 2], "SliderJoint": [2, 0, 1]}
-"""Which column of a frame with the axis as its z stands for x, y, z of the joint's frames: a
-PinJoint turns about z, a SliderJoint slides along x."""
+"""Columns of a frame with the axis as its z that are x, y, z of the joint's frames: a PinJoint
+rotates about z, a SliderJoint translates along x."""
 
 
 def _add_coordinates(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
@@ -402,9 +402,9 @@ def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
 def _add_loops(
     model: ExportModel, frames: Mapping[SiteRef, str], constraints: Element, losses: Losses
 ) -> None:
-    """What the joints that close loops hold.
+    """Add the joints that close loops as constraints.
 
-    As joints, OpenSim would cut one of their bodies into halves, and the motion comes out wrong.
+    OpenSim would split a body of such a joint in halves, and the motion would be wrong.
     """
     figure = model.figure
     for loop in loop_closures(model, losses):
@@ -414,17 +414,17 @@ def _add_loops(
             for number, ref in enumerate(loop.joint.ends, 1):
                 add_element(weld, f"socket_frame{number}", frames[ref])
         for count, point in enumerate(loop.points, 1):
-            held = add_element(constraints, "PointConstraint", name=f"{name}_{count}")
+            constraint = add_element(constraints, "PointConstraint", name=f"{name}_{count}")
             for number, ref in enumerate(loop.joint.ends, 1):
                 pose, body = model.site(ref), f"/bodyset/{model.segments[ref.segment]}"
                 if ref.segment in figure.ground:
                     pose, body = model.placement.poses[ref.segment] @ pose, "/ground"
-                add_element(held, f"socket_body_{number}", body)
+                add_element(constraint, f"socket_body_{number}", body)
                 place = pose @ [*point, 1.0]
-                add_element(held, f"location_body_{number}", format_numbers(place[:3]))
+                add_element(constraint, f"location_body_{number}", format_numbers(place[:3]))
         if loop.joint.chain:
             losses.add(
-                "displacements of joints that close loops, which are no coordinates",
+                "displacements of joints that close loops, which do not become coordinates",
                 loop.joint.name,
             )
 
@@ -445,7 +445,7 @@ def _add_springs(model: ExportModel, springs: SpringSet, forces: Element, losses
             add_element(force, "coordinate", coordinate)
             add_element(force, "expression", torque.text)
         if laws.combined:
-            losses.add("springs, damping and friction of several turns at once", name)
+            losses.add("springs, damping and friction of several rotations", name)
 
 
 def _add_loads(model: ExportModel, forces: Element) -> None:

@@ -1,7 +1,4 @@
-"""URDF, the robot descriptions of ROS: the tree of links of one as a figure.
-
-The joints of a URDF document as freedoms.
-"""
+"""Reader of URDF, the robot descriptions of ROS: their tree of links as a figure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -35,7 +32,7 @@ _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
-    """The pose that the `origin` of an element tells, shape (4, 4); turns are about fixed axes."""
+    """Parse the `origin` of an element as a pose, shape (4, 4); rotations are about fixed axes."""
     origin = element.find("origin")
     if origin is None:
         return np.eye(4)
@@ -48,7 +45,7 @@ def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
 def parse_joint_dofs(
     joint: XmlElement, diagnostics: Diagnostics, losses: Losses
 ) -> tuple[DegreeOfFreedom, ...]:
-    """The freedoms of a joint, from the parent outwards, told in the child's frame."""
+    """Parse the degrees of freedom of a joint, from the parent outwards, in the child's frame."""
     kind, name = joint.get("type"), joint.get("name") or ""
     if kind is None or kind not in KINDS:
         diagnostics.error(
@@ -136,7 +133,7 @@ def _not_negative(element: XmlElement, name: str, diagnostics: Diagnostics) -> f
 
 
 def _add_extra_losses(joint: XmlElement, name: str, losses: Losses) -> None:
-    """What a figure's joint does not have."""
+    """Report the properties that a figure's joint does not have."""
     limit = joint.find("limit")
     if limit is not None and (limit.get("effort") or limit.get("velocity")):
         losses.add("limits of effort and speed", name)
@@ -178,15 +175,15 @@ class _Robot:
 def figure_from_urdf(
     root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
 ) -> Imported | None:
-    """The figure of a URDF document; None, with the faults noted, when it makes none.
+    """Convert a URDF document into a figure; None, with diagnostics, if that is impossible.
 
-    The root link is held: where it has a mass, as a segment on a rigid joint to the world.
+    The root link is fixed: if it has a mass, as a segment on a rigid joint to the world.
 
     Args:
         root: the element `robot`.
         directory: not needed; URDF includes nothing.
-        diagnostics: for faults.
-        separate: see `figure_of`.
+        diagnostics: collects errors.
+        separate: see `figure_from_tree`.
     """
     losses = Losses("URDF")
     robot = _robot(root, diagnostics, losses)
@@ -194,15 +191,16 @@ def figure_from_urdf(
     if order is None:
         return None
     bodies = [_body(robot, name, diagnostics, losses) for name in order]
-    held = frozenset({order[0]} if bodies[0].mass is not None else ())
-    if held:
+    fixed = frozenset({order[0]} if bodies[0].mass is not None else ())
+    if fixed:
         losses.add(
-            "the root link is held to the world; `mover simulate --free-root` lets it go", order[0]
+            "the root link is fixed to the world; `mover simulate --free-root` releases it",
+            order[0],
         )
     for sentence in gravity_losses(GRAVITY, Y_UP_FROM_Z_UP):
         losses.add(sentence)
     tree = BodyTree(tuple(bodies), {}, Y_UP_FROM_Z_UP, root.get("name"), root.span)
-    return figure_from_tree(tree, diagnostics, losses, separate=separate, fixed_bodies=held)
+    return figure_from_tree(tree, diagnostics, losses, separate=separate, fixed_bodies=fixed)
 
 
 def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot:
@@ -226,7 +224,7 @@ def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot
         first = robot.parent_joint.setdefault(child, joint)
         if first is not joint:
             diagnostics.error(
-                f"a second joint carries the link `{shorten(child)}`: this loop is no tree",
+                f"a second joint carries the link `{shorten(child)}`: loops cannot be read",
                 joint.span,
                 f"the first is `{shorten(first.get('name') or '')}` in line {first.span.line}",
             )
@@ -296,9 +294,9 @@ def _depth_first_links(
     lost = [name for name in robot.links if name not in set(order)]
     if lost:
         diagnostics.error(
-            f"the joints from `{shorten(lost[0])}` lead back to it: this loop is no tree",
+            f"the joints from `{shorten(lost[0])}` lead back to it: loops cannot be read",
             robot.links[lost[0]].span_of("name"),
-            "a robot's links hang on one root",
+            "the links of a robot form a tree with one root",
         )
         return None
     return order
@@ -308,7 +306,7 @@ def _body(robot: _Robot, name: str, diagnostics: Diagnostics, losses: Losses) ->
     link, joint = robot.links[name], robot.parent_joint.get(name)
     for shape in link.find_all("visual", "collision"):
         del shape
-        losses.add("shapes of links: segments have no shape and touch nothing", name)
+        losses.add("shapes of links: segments have no shape and no contact", name)
     freedoms: tuple[DegreeOfFreedom, ...] = ()
     pose, title = np.eye(4), ROOT_JOINT
     if joint is not None:

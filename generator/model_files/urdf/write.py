@@ -40,7 +40,7 @@ from generator.text_io import write_atomic
 from springs import AxisSpring, JointSprings, SpringSet, Stop
 
 NO_LIMIT = 1e9
-"""What stands where the format wants a limit that the figure has not [N m, N, rad/s, m/s, m]."""
+"""Limit that the format requires and the figure does not have [N m, N, rad/s, m/s, m]."""
 
 
 def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
@@ -100,7 +100,7 @@ class _LinkWriter:
             self._add_tree_joint(branch)
 
     def _add_tree_joint(self, branch: TreeJoint) -> None:
-        """The row of joints that hangs a segment on its base."""
+        """Add the row of joints between a segment and its base."""
         model, joint = self._model, branch.joint
         ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
         pose, tip = (model.site(ref) for ref in ends)
@@ -141,8 +141,8 @@ class _LinkWriter:
         self._add_inertia(branch.outboard)
         if count > 1:
             self._losses.add(
-                "joints of several freedoms as such: they are rows of joints of one, with links "
-                "without mass between them",
+                "joints of several degrees of freedom: each is a row of single ones, with massless "
+                "links between them",
                 joint.name,
             )
 
@@ -213,16 +213,18 @@ def _add_limits(element: Element, joint: Joint, index: int) -> None:
 def _add_friction(element: Element, spring: AxisSpring | None) -> None:
     damping = None if spring is None else spring.damping
     if damping is not None and (damping.viscous or damping.coulomb):
-        given = {"damping": damping.viscous, "friction": damping.coulomb}
+        coefficients = {"damping": damping.viscous, "friction": damping.coulomb}
         add_element(
-            element, "dynamics", **{key: format_numbers(value) for key, value in given.items()}
+            element,
+            "dynamics",
+            **{key: format_numbers(value) for key, value in coefficients.items()},
         )
 
 
 def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
-    """What no URDF holds."""
+    """Report the parts that URDF cannot hold."""
     figure = model.figure
-    losses.add("gravity: the program that reads the file has to be told")
+    losses.add("gravity: set it in the program that reads the file")
     for joint in model.tree.closures:
         losses.add("joints that close loops: the loops are open", joint.name)
     for name, own in tree_joint_springs(model, springs):
@@ -234,12 +236,12 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
             losses.add("the rate at which Coulomb friction sets in", name)
         if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
-            losses.add("damping and friction of several turns at once", name)
+            losses.add("damping and friction of several rotations", name)
     for name, joint in figure.joints.items():
         if joint.lower_limit is None and joint.upper_limit is None:
             continue
         if model.tree.chains[name].rotations[1:]:
-            losses.add("limits of several turns at once", name)
+            losses.add("limits of several rotations", name)
         else:
             losses.add("how stops grow beyond limits: those of the file are hard", name)
     moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
@@ -257,7 +259,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:
-    """Whether there are springs beside the stops at the joint's limits."""
+    """Return True if there are springs other than the stops at the joint's limits."""
     limited = joint.lower_limit is not None or joint.upper_limit is not None
     several = any(
         not (limited and isinstance(law, Stop)) for axis in laws.combined for law in axis.elastic

@@ -255,7 +255,7 @@ def test_there_may_be_no_error_stream():
     line = f"{sys.executable} -m generator.cli.app simulate pendulum --stop 0.1 2>&-"
     done = subprocess.run(line, shell=True, stdout=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 0
-    assert "done at 0.1 s" in done.stdout
+    assert "Finished 0.1 s" in done.stdout
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
@@ -293,7 +293,7 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-o", "fall.gif"), "`.gif` is no known suffix; known are .action, .csv"),
+        (("-o", "fall.gif"), "`.gif` is not a known suffix; known are .action, .csv"),
         (("-o", "fall"), "the suffix is missing"),
         (("--stop", "0"), "the stop time 0 s is not after the start 0 s"),
         (("--stop", "1e9"), "use a longer --frame or an earlier --stop"),

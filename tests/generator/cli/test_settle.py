@@ -24,7 +24,7 @@ def test_a_rest_pose_is_told_and_written(tmp_path) -> None:
     pose = tmp_path / "rest.pose"
     done = mover("settle", "fourbar", "-o", pose)
     assert done.exit_code == 0
-    assert "fourbar is at rest, in a pose to which it comes back" in done.stdout
+    assert "fourbar is at rest in a stable pose" in done.stdout
     assert f"wrote {pose}" in done.stdout
     again = mover("settle", "fourbar", "--pose", pose, "--json")
     first = json.loads(mover("settle", "fourbar", "--json").stdout)
@@ -88,5 +88,5 @@ def test_no_rest_is_a_failed_run(tmp_path) -> None:
     made.write_text(FALLING % "", encoding="utf-8")
     done = mover("settle", made, "-o", pose)
     assert done.exit_code == 3
-    assert "slide 1 has gone 200 m: what falls freely needs a spring or a lock" in done.stderr
+    assert "slide 1 has moved 200 m: add a spring or a lock" in done.stderr
     assert not pose.exists()

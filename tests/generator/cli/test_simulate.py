@@ -92,7 +92,7 @@ REFUSED = [
     ),
     (("--drive", "none.csv"), 1, "none.csv"),
     (("--drive", "none.action"), 1, "none.action"),
-    (("--free-root", "--lock", "root_torso"), 2, "to which joint root_torso holds it"),
+    (("--free-root", "--lock", "root_torso"), 2, "root_torso connects the figure to the ground"),
     (
         ("--drive", "knee.csv", "-o", "knee.csv"),
         1,

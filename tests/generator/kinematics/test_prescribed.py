@@ -134,7 +134,7 @@ def test_a_loop_takes_one_prescription_and_not_two() -> None:
 
 def test_a_free_root_takes_joints_to_the_ground_away() -> None:
     made = read_figure(FIGURES / "prototype.fig")
-    with pytest.raises(ModelError, match="root_torso holds the figure to the ground"):
+    with pytest.raises(ModelError, match="root_torso connects the figure to the ground"):
         initial_state(made, Plan(free_root=True, locked=("root_torso",)))
     assert initial_state(
         made, Plan(free_root=True, locked=("waist",))

@@ -21,7 +21,7 @@ def test_the_suffix_chooses_and_a_name_wins_over_it():
 
 
 def test_what_is_not_known_is_told_with_what_is():
-    with pytest.raises(UsageError, match=r"`\.fog` is no known suffix.*\.fig"):
+    with pytest.raises(UsageError, match=r"`\.fog` is not a known suffix.*\.fig"):
         model_format(Path("a.fog"))
     with pytest.raises(UsageError, match="the suffix is missing"):
         model_format(Path("a"))

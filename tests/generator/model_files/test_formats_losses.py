@@ -52,18 +52,18 @@ Text = Callable[[Figure, SpringSet], tuple[str, Losses]]
 
 BALLS = ["waist", "right_hip_joint", "left_hip_joint", "left_shoulder", "right_shoulder"]
 HINGES = ["right_elbow", "left_elbow", "right_knee", "left_knee"]
-SEVERAL = "springs of several turns at once, unless they resist turns about all axes alike"
-DAMPING = "damping of several turns at once, unless it is that of turns about all axes alike"
-CURVED = "springs whose curve is no cubic, as a whole or piece by piece, or is nowhere zero"
-COULOMB = "Coulomb friction as it is: MuJoCo's own holds a joint at rest, where ours lets it creep"
+SEVERAL = "springs of several rotations, unless equal about all axes"
+DAMPING = "damping of several rotations, unless equal about all axes"
+CURVED = "springs whose curve is not a piecewise cubic or has no zero"
+COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 ROWS = (
-    "joints of several freedoms as such: they are rows of joints of one, with links without mass "
-    "between them"
+    "joints of several degrees of freedom: each is a row of single ones, with massless "
+    "links between them"
 )
-GRAVITY = "gravity: the program that reads the file has to be told"
+GRAVITY = "gravity: set it in the program that reads the file"
 SITES = "sites, but for those of joints"
 DRAWN = "the pose in which the figure is drawn: all displacements are 0"
-OPENSIM = "springs, damping and friction of several turns at once"
+OPENSIM = "springs, damping and friction of several rotations"
 
 
 def lost(write: Text, of: Figure, springs: SpringSet) -> dict[str, set[str]]:
@@ -92,7 +92,7 @@ def test_of_the_prototype_urdf_loses_all_springs_and_much_else() -> None:
         ROWS: {*BALLS, "root_torso"},
         GRAVITY: set(),
         "springs": {*BALLS, *HINGES},
-        "damping and friction of several turns at once": set(BALLS),
+        "damping and friction of several rotations": set(BALLS),
         DRAWN: set(BENT),
         "the references of the springs": set(),
         "psurfs": {name for name, one in PROTOTYPE.segments.items() if one.psurf},
@@ -106,7 +106,9 @@ def test_of_a_loop_urdf_loses_the_closing_joint_and_opensim_its_displacement() -
     closing = {"rocker_pin"}
     closed = {"springs of joints that close loops": closing}
     assert lost(format_mjcf, FOURBAR, springs) == closed
-    coordinates = {"displacements of joints that close loops, which are no coordinates": closing}
+    coordinates = {
+        "displacements of joints that close loops, which do not become coordinates": closing
+    }
     assert lost(format_osim, FOURBAR, springs) == {**coordinates, **closed}
     losses = lost(format_urdf, FOURBAR, springs)
     assert losses["joints that close loops: the loops are open"] == closing
@@ -117,9 +119,9 @@ def test_of_a_loop_urdf_loses_the_closing_joint_and_opensim_its_displacement() -
 @pytest.mark.parametrize("write", [format_mjcf, format_osim])
 def test_loops_that_points_cannot_close_are_named(write: Text) -> None:
     sliding = lost(write, linked(chain("Rz Tz")), SpringSet())
-    assert sliding["joints that slide and close a loop: the loop is open"] == {"closing"}
+    assert sliding["joints with translations that close a loop: the loop is open"] == {"closing"}
     turning = lost(write, linked(chain("Rx Ry")), SpringSet())
-    assert turning["joints of two turns that close a loop: they turn freely"] == {"closing"}
+    assert turning["joints of two rotations that close a loop: they rotate freely"] == {"closing"}
     assert not lost(format_mjcf, linked(chain("Rx Ry Rz Tx Ty Tz")), SpringSet())
 
 
@@ -155,7 +157,7 @@ def test_springs_of_several_turns_are_lost_unless_they_are_equal_about_all_axes(
         (stiffer, SEVERAL),
         (bent, SEVERAL),
         (damped, DAMPING),
-        (rubbing, "Coulomb friction of several turns at once"),
+        (rubbing, "Coulomb friction of several rotations"),
     ):
         springs = spring_set(JointSprings("tested", (axis, *alike.axes[1:])))
         assert lost(format_mjcf, of, springs) == {expected: {"tested"}}
@@ -181,7 +183,7 @@ def test_limits_and_stops_in_urdf() -> None:
     assert limit is not None
     assert (limit.get("lower"), limit.get("upper")) == ("-0.3", "0.4")
     several = one_body(chain("Rx Ry"), lower_limit=(-0.3, -0.2))
-    assert lost(format_urdf, several, SpringSet())["limits of several turns at once"] == {"pin"}
+    assert lost(format_urdf, several, SpringSet())["limits of several rotations"] == {"pin"}
 
 
 def test_stops_that_are_no_limits_are_lost_in_urdf() -> None:
@@ -266,7 +268,9 @@ def test_other_figures_that_are_refused(module: object, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="none of the figure's segments moves"):
         module.write(bare, SpringSet(), path)
     along = slide("rail", (0.0, 1.0, 0.0), Linear(1.0))
-    with pytest.raises(InputError, match="`rail` has a spring along which it cannot slide"):
+    with pytest.raises(
+        InputError, match="`rail` has a spring along an axis on which it does not translate"
+    ):
         module.write(on_a_rail(), spring_set(along), path)
     open_loop = LOOPS["closed by a ball"]
     far = replace(open_loop.segments["ground"].sites["right"], location=at(shift=(9.0, 0.0, 0.0)))

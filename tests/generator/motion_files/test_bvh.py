@@ -205,6 +205,6 @@ def test_a_joint_may_have_the_name_of_the_ground(tmp_path: Path):
 def test_loops_and_what_else_is_lost_are_told(tmp_path: Path):
     losses = write(clip("fourbar"), tmp_path / "out.bvh")
     said = {loss.what: loss.where for loss in losses.entries}
-    (loop,) = [where for what, where in said.items() if what.startswith("the joints that close")]
+    (loop,) = [where for what, where in said.items() if what.startswith("joints that close")]
     assert loop == tuple(joint.name for joint in clip("fourbar").tree.closures)
-    assert said["what the run says beside the motion"][0] == "velocities"
+    assert said["results of the run other than the motion"][0] == "velocities"

@@ -129,7 +129,7 @@ def spoilt(name: str, at: tuple[int, ...], value: float, path: Path) -> list[str
 )
 def test_numbers_that_are_not_finite_are_refused(name, at, value, tmp_path: Path):
     path = tmp_path / "run.npz"
-    said = [f"`{path}` is no run: the array `{name}` holds numbers that are not finite"]
+    said = [f"`{path}` is not a run: the array `{name}` holds numbers that are not finite"]
     assert spoilt(name, at, value, path) == said
 
 
@@ -142,9 +142,7 @@ def test_a_last_time_without_bound_is_refused(tmp_path: Path):
 )
 def test_poses_that_are_not_rigid_are_refused(at, value, tmp_path: Path):
     path = tmp_path / "run.npz"
-    said = [
-        f"`{path}` is no run: the array `poses/crank` holds poses that are no rotation and shift"
-    ]
+    said = [f"`{path}` is not a run: the array `poses/crank` holds poses that are not rigid"]
     assert spoilt("poses/crank", at, value, path) == said
 
 
@@ -153,7 +151,7 @@ def test_a_mirrored_pose_is_refused(tmp_path: Path):
     arrays = arrays_of(path)
     arrays["poses/crank"][2, :3, :3] *= -1.0
     np.savez(path, allow_pickle=False, **arrays)
-    assert "`poses/crank` holds poses that are no rotation" in refused(path)[0]
+    assert "`poses/crank` holds poses that are not rigid" in refused(path)[0]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.7, 0.999])
@@ -163,7 +161,7 @@ def test_a_file_that_was_cut_is_refused(share: float, tmp_path: Path):
     data = path.read_bytes()
     path.write_bytes(data[: int(share * len(data))])
     (said,) = refused(path)
-    assert "not whole" in said
+    assert "truncated" in said
 
 
 def test_bytes_that_flip_are_noticed(tmp_path: Path):
@@ -208,9 +206,9 @@ def test_other_files_are_refused(tmp_path: Path):
     np.save(tmp_path / "one.npy", np.zeros(3))
     (tmp_path / "one.npy").rename(tmp_path / "one.npz")
     assert refused(tmp_path / "one.npz") == [
-        f"`{tmp_path / 'one.npz'}` is no run: it is one array, not an archive of them"
+        f"`{tmp_path / 'one.npz'}` is not a run: it is one array, not an archive of them"
     ]
     np.savez(tmp_path / "two.npz", thing=np.array([{}], dtype=object))
-    assert "not whole" in refused(tmp_path / "two.npz")[0]
+    assert "truncated" in refused(tmp_path / "two.npz")[0]
     assert "no such file" in refused(tmp_path / "none.npz")[0]
     assert "directory" in refused(tmp_path)[0]

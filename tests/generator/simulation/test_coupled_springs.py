@@ -1,6 +1,7 @@
 """Laws over several joints as Exudyn applies them, against the laws themselves."""
 
 import signal
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -204,12 +205,12 @@ def test_python_torques_give_the_same_run() -> None:
     ("axis", "reason"),
     [
         (CoupledAxis("too", Y), "no joint too, .* `?one.*did you mean `two`"),
-        (CoupledAxis("two", X), "joint two does not turn about .*axis of the one"),
+        (CoupledAxis("two", X), "joint two does not rotate about .*axis of the one"),
         (
             CoupledAxis("three", tuple(unit_vector(np.cross(SKEW, ACROSS)).tolist())),
             "joint three does not",
         ),
-        (CoupledAxis("rail", X), "joint rail has the one of a coupled law but no turn"),
+        (CoupledAxis("rail", X), "joint rail has the one of a coupled law but no rotation"),
     ],
 )
 def test_what_cannot_be_hung(axis, reason) -> None:
@@ -245,6 +246,15 @@ class Interrupted(CoupledExponential):
         return super().torques(angles, ops)
 
 
+@pytest.fixture
+def interrupt_handler() -> Iterator[None]:
+    """Python's own handler of Ctrl-C, which a shell may have switched off for its background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interrupt_handler")
 def test_ctrl_c_while_a_law_is_evaluated_ends_the_run() -> None:
     law = Interrupted(NAMES, LAW.terms, LAW.constants, LAW.valid_ranges)
     plan = Plan(stop=5.0, step=1e-3, springs=coupled(law), velocities={"one": (0.0, 3.0, 0.0)})

@@ -44,7 +44,7 @@ def test_a_pendulum_with_a_spring_rests_where_the_closed_equation_does() -> None
     assert rest.slowest_rate_squared == pytest.approx(rest.stiffness / about, rel=1e-6)
     assert rest.energy == pytest.approx(2.0 * (angle - 1.2) ** 2 - weight * np.cos(angle), rel=1e-9)
     assert rest.start_energy == pytest.approx(2.0 * 0.81 - weight * np.cos(0.3), rel=1e-9)
-    assert rest.state.endswith("to which it comes back")
+    assert rest.state.endswith("in a stable pose")
 
 
 def test_the_settled_prototype_stays_put() -> None:
@@ -130,7 +130,7 @@ def test_an_equilibrium_that_the_figure_leaves_is_told() -> None:
     assert rest.displacements["pin"][0] == pytest.approx(np.pi, abs=1e-9)
     assert rest.steps == 0
     assert rest.stiffness == pytest.approx(-2.0 * 9.81 * 0.3, rel=1e-6)
-    assert rest.state.endswith("that it leaves when it is touched")
+    assert rest.state.endswith("which it leaves if disturbed")
 
 
 def test_of_two_rest_poses_the_one_downhill_is_found() -> None:
@@ -156,7 +156,7 @@ def test_corners_of_laws_are_come_over() -> None:
 def test_what_falls_freely_comes_to_no_rest() -> None:
     made = one_body(chain("Ty"), (0.0,))
     with pytest.raises(
-        NoEquilibriumError, match=r"after .* 19.6 N still move pin 1; pin 1 has gone 200 m"
+        NoEquilibriumError, match=r"after .* 19.6 N still act on pin 1; pin 1 has moved 200 m"
     ):
         find_equilibrium(made, Plan(springs=NONE))
 
@@ -206,8 +206,8 @@ def test_a_column_with_a_follower_force_flutters(push, inertia, flutters) -> Non
     assert rest.growth == pytest.approx(np.abs(np.sqrt(squares).imag).max(), rel=1e-6)
     assert rest.stiffness == pytest.approx(1.0 - 0.25 * push, rel=1e-6)
     assert rest.stiffness_unit == "N m/rad"
-    said = "that it leaves in growing swings when it is touched" if flutters else "it comes back"
-    assert rest.state.endswith(said)
+    state = "it leaves in growing swings if disturbed" if flutters else "in a stable pose"
+    assert rest.state.endswith(state)
 
 
 @pytest.mark.parametrize(("push", "flutters"), [(3.33, True), (2.5, False)])
@@ -228,9 +228,7 @@ def test_what_flutters_leaves_its_rest_in_a_simulation(push, flutters) -> None:
 
 def test_what_goes_round_without_end_is_not_said_to_fall() -> None:
     """Pushed harder, the column creeps round a circle of poses."""
-    with pytest.raises(
-        NoEquilibriumError, match="still move low 1; it does not go away, so another"
-    ):
+    with pytest.raises(NoEquilibriumError, match="still act on low 1; it stays nearby, so another"):
         find_equilibrium(column(10.0, HEAVY, 0.1, 0.1), WEIGHTLESS)
 
 

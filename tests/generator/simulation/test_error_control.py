@@ -112,7 +112,7 @@ def test_a_tolerance_out_of_reach_says_until_when_it_held() -> None:
     assert run.outcome.succeeded
     assert run.accuracy.estimate > 1e-3
     assert 0.0 < run.accuracy.held_until < 2.5
-    assert f"held only until {run.accuracy.held_until:.4g} s" in run.outcome.message
+    assert f"met only until {run.accuracy.held_until:.4g} s" in run.outcome.message
     held = run.times <= run.accuracy.held_until
     assert np.all(run.accuracy.by_frame[held] <= 1e-3)
     assert np.all(run.accuracy.by_frame[~held] > 1e-3)

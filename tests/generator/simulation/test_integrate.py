@@ -140,7 +140,7 @@ def test_the_wall_limit_ends_a_run(given) -> None:
     run = simulate(row(5), Plan(stop=1000.0, wall_limit=0.3, **given))
     assert time.monotonic() - begun < 10.0
     assert run.outcome.ending is Ending.TOO_LONG
-    assert "wall time" in run.outcome.message
+    assert "wall-time limit" in run.outcome.message
     assert run.times.size > 1
     assert run.outcome.last_time == run.times[-1] < 1000.0
 

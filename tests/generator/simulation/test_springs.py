@@ -5,10 +5,12 @@ import pytest
 
 from generator.diagnostics import ModelError
 from generator.simulation.exudyn_api import exu
-from generator.simulation.model import build_model
+from generator.simulation.model import build_model, initial_state
 from generator.simulation.plan import Plan
+from generator.simulation.preconditions import find_unsupported_springs
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
+from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Y, Z, body, chain, one_body, two_bodies
 
 SPRING = (Linear(10.0),)
@@ -48,7 +50,7 @@ def test_connectors_by_chain(text, axes, slides, kinds) -> None:
         ("Tx", (X,), (), "no rotation"),
         ("Rz", (Z,), (X,), "no translation"),
         ("Rz Tx Ty", (Z,), (X,), "not supported"),
-        ("Tx", (), (Y,), "does not slide along"),
+        ("Tx", (), (Y,), "has no translation along"),
     ],
 )
 def test_springs_that_cannot_be_hung(text, axes, slides, reason) -> None:
@@ -61,11 +63,21 @@ def test_springs_that_cannot_be_hung(text, axes, slides, reason) -> None:
     assert "pin" in str(caught.value)
 
 
-def test_damping_among_slides_of_two_moving_bodies_is_refused() -> None:
-    slides = (AxisSpring(X, (), Damping(1.0)),)
-    springs = SpringSet({"tested": JointSprings("tested", (), slides)})
-    with pytest.raises(ModelError, match="damping along its slides"):
-        build_model(two_bodies(chain("Tx Ty"), (0.1, 0.2)), Plan(), springs)
+@pytest.mark.parametrize(
+    "spring",
+    [
+        AxisSpring(X, (), Damping(1.0)),
+        AxisSpring(X, (Hysteresis.from_mean_and_width(Linear(40.0), 2.0, slip=0.05),)),
+    ],
+)
+def test_damping_among_slides_of_two_moving_bodies_is_refused(spring) -> None:
+    """Friction of a law is damping, too; `mover check` refuses the same."""
+    figure = two_bodies(chain("Tx Ty"), (0.1, 0.2))
+    springs = SpringSet({"tested": JointSprings("tested", (), (spring,))})
+    with pytest.raises(ModelError, match="damping along its translations") as caught:
+        build_model(figure, Plan(), springs)
+    (found,) = find_unsupported_springs(initial_state(figure, Plan()).placement, springs)
+    assert found.reason == str(caught.value)
 
 
 def test_springs_of_a_joint_that_is_not_there_are_left_out() -> None:

@@ -39,7 +39,7 @@ def test_a_name_that_is_made_gives_way_to_the_models():
 
 
 def test_links_and_joints_keep_valid_names_behind_invalid_ones():
-    figure = parse_model(Source("r.urdf", MODEL)).figure
+    figure = parse_model(Source("r.urdf", MODEL)).require_value().figure
     assert set(figure.bodies) == {"a_b", "a_b_2"}
     assert figure.joints["j_1"].child.segment == "a_b"
     assert figure.joints["j_1_2"].child.segment == "a_b_2"

@@ -28,7 +28,7 @@ def text_of(body: str, before: str = "") -> str:
 
 
 def parsed(text: str, **choices: bool) -> Imported:
-    return parse_model(Source("m.xml", text), None, **choices)
+    return parse_model(Source("m.xml", text), None, **choices).require_value()
 
 
 def lost(imported: Imported, word: str) -> tuple[str, ...]:

@@ -165,7 +165,7 @@ KNEE = """<OpenSimDocument Version="40500"><Model name="m"><BodySet><objects><Bo
 
 
 def test_a_motion_that_follows_a_coordinate_is_fixed_where_its_default_has_it():
-    imported = parse_model(Source("knee.osim", KNEE.format("")))
+    imported = parse_model(Source("knee.osim", KNEE.format(""))).require_value()
     assert lost(imported, "follow a coordinate") == ("knee translation1 (bend)",)
     assert lost(imported, "ranges of coordinates") == ("bend -2 .. 0.1",)
     knee = imported.figure.joints["knee"]
@@ -181,7 +181,7 @@ def test_forces_that_a_figure_does_not_have_are_told_by_name_and_kind():
     <CoordinateActuator name="motor"/><SpringGeneralizedForce name="gone">
     <coordinate>elbow</coordinate></SpringGeneralizedForce></objects></ForceSet>
     <ConstraintSet><objects><WeldConstraint name="weld"/></objects></ConstraintSet>"""
-    imported = parse_model(Source("knee.osim", KNEE.format(forces)))
+    imported = parse_model(Source("knee.osim", KNEE.format(forces))).require_value()
     assert lost(imported, "other forces") == (
         "wind (ExpressionBasedCoordinateForce)",
         "bush (BushingForce)",

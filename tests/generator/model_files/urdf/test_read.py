@@ -73,7 +73,7 @@ def test_a_link_with_mass_at_the_root_is_held_and_can_be_let_go():
         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
       <joint name="hip" type="continuous"><parent link="pelvis"/><child link="leg"/></joint>
     </robot>"""
-    figure = parse_model(Source("r.urdf", text)).figure
+    figure = parse_model(Source("r.urdf", text)).require_value().figure
     held = figure.joints["base"]
     assert (held.chain, held.parent.segment, held.child.segment) == ((), "world", "pelvis")
     assert figure.total_mass == 7.0
@@ -96,6 +96,6 @@ def test_dry_friction_stands_in_a_springs_file(tmp_path):
         <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
       <joint name="hip" type="continuous"><parent link="base"/><child link="leg"/>
         <dynamics damping="0.2" friction="0.6"/></joint></robot>"""
-    _, springs = written_and_read(parse_model(Source("r.urdf", text)), tmp_path)
+    _, springs = written_and_read(parse_model(Source("r.urdf", text)).require_value(), tmp_path)
     (axis,) = springs.joints["hip"].axes
     assert (axis.damping.viscous, axis.damping.coulomb) == (0.2, 0.6)
