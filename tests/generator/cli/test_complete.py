@@ -233,8 +233,8 @@ def test_what_the_command_reads_is_not_written_over(folder, output):
 @pytest.mark.parametrize(
     ("output", "said"),
     [
-        ("brick.pss", "`.pss` is no known suffix; a figure file ends in .fig"),
-        ("out.txt", "`.txt` is no known suffix"),
+        ("brick.pss", "`.pss` is not a known suffix; a figure file ends in .fig"),
+        ("out.txt", "`.txt` is not a known suffix"),
         ("out", "the suffix is missing"),
     ],
 )

@@ -115,7 +115,7 @@ def test_a_figure_without_clavicles_is_posed_from_the_torso():
         (("nan", 0), "--latitude nan: the number must be finite"),
         ((90, "inf"), "--longitude inf: the number must be finite"),
         ((90, "1e300"), "--longitude 1e+300: an angle is at most 1e6 deg"),
-        ((90, 0, "-o", "arm.fig"), "`.fig` is no known suffix; a pose file ends in .pose"),
+        ((90, 0, "-o", "arm.fig"), "`.fig` is not a known suffix; a pose file ends in .pose"),
         ((90, 0, "-o", "arm"), "the suffix is missing"),
         ((90, 0, "--rhythm", "waltz"), "waltz"),
     ],
