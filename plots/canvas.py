@@ -1,8 +1,7 @@
-"""The sheet that a plate is drawn on: its panels, its lines, and what stands below them.
+"""Drawing of plates: style, panels, curves, title and footer.
 
-How every picture looks: readable in grey, by the colour-blind, and in a column of print.
-
-Colours are those of Okabe & Ito; no two lines differ by colour alone.
+Pictures are readable in grey, by the colour-blind, and in a column of print. Colours are those of
+Okabe & Ito; no two lines differ by colour alone.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -57,7 +56,7 @@ _RESOLUTION = 200
 
 @contextmanager
 def plot_style() -> Generator[None]:
-    """Within it, figures are drawn in this style, whatever the user's own settings are."""
+    """Draw figures in the style of the plates, independent of the user's own settings."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(cast("Any", _RC))
@@ -65,7 +64,7 @@ def plot_style() -> Generator[None]:
 
 
 def render_figure(figure: Figure, kind: str) -> bytes:
-    """The figure as a file of a kind in `PICTURE_FORMATS`; the same figure gives the same bytes."""
+    """Render a figure in one of `PICTURE_FORMATS`; the same figure gives the same bytes."""
     FigureCanvasAgg(figure)
     stream = BytesIO()
     metadata = {"Date": None} if kind == "svg" else {"Software": None}
@@ -76,14 +75,14 @@ def render_figure(figure: Figure, kind: str) -> bytes:
 
 
 def _fix_layout(figure: Figure) -> None:
-    """Place the axes for good.
+    """Fix the positions of the axes, rounded.
 
-    The solver behind a layout leaves the last digits of its answers to the addresses of its
-    variables, and the names within an SVG are made of all digits.
+    The last digits of matplotlib's layout solver depend on the addresses of its variables, and the
+    ids in an SVG contain all digits.
     """
     if figure.get_layout_engine() is None:
         return
-    # Letters are not equally wide at all resolutions.
+    # The width of text depends on the resolution.
     figure.set_dpi(_RESOLUTION)
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
@@ -93,12 +92,12 @@ def _fix_layout(figure: Figure) -> None:
 
 
 CANVAS_WIDTH = 7.2
-"""Of every sheet [inch]."""
+"""Width of every plate [inch]."""
 
 _TITLE_SIZE = 10.0
 _FOOTER_FONT_SIZE = 6.5
 _FOOTER_LINE_LENGTH = 142
-"""Letters of the foot's size that stand on a line of the sheet."""
+"""Characters on a line of the footer."""
 
 _EXTRAPOLATED_LINE_WIDTH = 0.8
 """Line width where a curve is extrapolated [points]."""
@@ -106,12 +105,12 @@ _EXTRAPOLATED_LINE_WIDTH = 0.8
 
 @dataclass(frozen=True)
 class LineStyle:
-    """How a line looks; no two pens differ by colour alone.
+    """Colour, dash and marker of a line; no two styles differ by colour alone.
 
     Attributes:
-        colour: of line and mark.
+        colour: of line and marker.
         dash: matplotlib's name of a line style.
-        marker: matplotlib's name of a mark, or "".
+        marker: matplotlib's name of a marker, or "".
     """
 
     colour: str
@@ -120,7 +119,7 @@ class LineStyle:
 
 
 THESIS_STYLE = LineStyle(BLACK)
-"""The thesis's own curve, on every sheet."""
+"""Style of the thesis's own curve on every plate."""
 
 LINE_STYLES = (
     LineStyle(BLUE, "-", "o"),
@@ -130,24 +129,24 @@ LINE_STYLES = (
     LineStyle("#CC79A7", "--", "v"),
     LineStyle("#56B4E9", "-.", "P"),
 )
-"""For several curves of one kind."""
+"""Styles of several curves of one kind."""
 
 
 def create_canvas(height: float) -> Figure:
-    """An empty sheet of a height [inch]; to be drawn on within `style.styled`."""
+    """Create an empty figure of a height [inch]; call it within `plot_style`."""
     return Figure(figsize=(CANVAS_WIDTH, height), layout="constrained")
 
 
 def create_panels(
     height: float, rows: int, columns: int = 1, heights: Sequence[float] = ()
 ) -> tuple[Figure, list[list[Axes]]]:
-    """A blank sheet and its panels, row by row.
+    """Create a figure and its panels, row by row.
 
     Args:
         height: [inch].
-        rows: of panels; those above each other share the axis along.
-        columns: of panels; those of a row share the axis upwards.
-        heights: of the rows among each other; equal when left out.
+        rows: of panels; the panels of a column share the x axis.
+        columns: of panels; the panels of a row share the y axis.
+        heights: relative heights of the rows [default: equal].
     """
     figure = create_canvas(height)
     panels = figure.subplots(
@@ -170,17 +169,16 @@ def draw_curve(
     label: str,
     width: float = 1.6,
 ) -> None:
-    """A curve, solid or dashed where it is known and thin and dotted beyond.
+    """Draw a curve in its style where it is known, thin and dotted beyond.
 
     Args:
         axes: to draw on.
         x: angles [deg].
         y: values, shape of `x`.
-        valid_range: the range in which the curve holds [rad]; None where none is known, so that
-            all of it is dotted.
-        style: its look.
+        valid_range: range in which the curve is known [rad]; None if unknown: all is dotted.
+        style: of the known part.
         label: in the legend.
-        width: of the line where it is known [points].
+        width: of the known part [points].
     """
     low, high = (inf, -inf) if valid_range is None else np.degrees(valid_range)
     slack = 1e-9 * (1.0 + np.abs(x).max())
@@ -190,7 +188,7 @@ def draw_curve(
             x, np.where(inside, y, np.nan), style.dash, color=style.colour, lw=width, label=label
         )
         label = "_"
-    # The dotted part begins at the last known point, so that the curve has no gap.
+    # The dotted part begins at the last known point, so that no gap is left.
     edge = np.convolve(~inside, [True, True, True], mode="same")
     if not inside.all():
         beyond = np.where(edge, y, np.nan)
@@ -200,7 +198,7 @@ def draw_curve(
 def draw_points(
     axes: Axes, x: Array, y: Array, style: LineStyle, label: str, line: bool = True
 ) -> None:
-    """Points that somebody measured, joined by a thin line."""
+    """Draw measured points, by default joined by a thin line."""
     axes.plot(
         x,
         y,
@@ -215,14 +213,14 @@ def draw_points(
 
 
 def draw_zero_line(axes: Axes) -> None:
-    """The line on which there is nothing."""
+    """Draw the line y = 0."""
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
 
 
 def add_title(figure: Figure, title: str) -> None:
-    """The title, above the panels, and above a legend of the whole figure where there is one.
+    """Write the title above the panels.
 
-    Title and legend of a figure would get the same room, so the legend takes the title in.
+    A legend of the whole figure would get the same place: it takes the title as its own.
     """
     for legend in figure.legends[:1]:
         legend.set_title(title)
@@ -234,14 +232,14 @@ def add_title(figure: Figure, title: str) -> None:
 
 
 def add_footer(figure: Figure, sign: str, references: Sequence[str]) -> None:
-    """The sign convention and the references in full, below the panels."""
+    """Write the sign convention and the references in full below the panels."""
     parts = [sign, *(f"[{number}] {text}" for number, text in enumerate(references, start=1))]
     lines = [fill(part, _FOOTER_LINE_LENGTH, subsequent_indent="     ") for part in parts]
     figure.supxlabel("\n".join(lines), fontsize=_FOOTER_FONT_SIZE, x=0.01, ha="left")
 
 
 def draw_plate(plate: Plate) -> DrawnPlate:
-    """Draw a plate with its title above it; the same plate gives the same bytes."""
+    """Draw a plate with its title; the same plate gives the same bytes."""
     with plot_style():
         add_title(plate.figure, plate.title)
     return DrawnPlate(
@@ -249,7 +247,7 @@ def draw_plate(plate: Plate) -> DrawnPlate:
         title=plate.title,
         caption=plate.caption,
         sign=plate.sign,
-        # A number of numpy's would take numpy along wherever the claim is sent.
+        # A numpy scalar would pull numpy into every process that the claim is sent to.
         claims=tuple(replace(claim, measured=float(claim.measured)) for claim in plate.claims),
         references=plate.references,
         svg=render_figure(plate.figure, "svg"),

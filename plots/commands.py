@@ -1,6 +1,6 @@
 """The commands `mover fit` and `mover plots`.
 
-What a command needs is imported when it runs: matplotlib takes its time.
+The rest is imported when a command runs: numpy and matplotlib are slow to import.
 """
 
 from enum import StrEnum
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Axis(StrEnum):
-    """Which axis of its joint a spring is about."""
+    """Axis of a spring in its joint."""
 
     X = "x"
     Y = "y"
@@ -32,7 +32,7 @@ def fit(
     ],
     passive: Annotated[
         bool,
-        typer.Option("--passive", help="Bind the cubic to restore at both ends of the data."),
+        typer.Option("--passive", help="Constrain the cubic to restore at both ends."),
     ] = False,
     output: Annotated[
         Path | None,
@@ -40,20 +40,18 @@ def fit(
     ] = None,
     joints: Annotated[
         list[str] | None,
-        typer.Option("--joint", metavar="NAME", help="A joint that gets the spring; for -o."),
+        typer.Option("--joint", metavar="NAME", help="Joint that gets the spring, with -o."),
     ] = None,
-    axis: Annotated[
-        Axis, typer.Option(help="The axis of the joint, where it has several.")
-    ] = Axis.JOINT,
+    axis: Annotated[Axis, typer.Option(help="Axis of the joint, if it has several.")] = Axis.JOINT,
     motion: Annotated[
-        str, typer.Option(metavar="TEXT", help="What a positive angle is, such as `flexion`.")
+        str, typer.Option(metavar="TEXT", help="Name of the positive sense, such as `flexion`.")
     ] = "",
-    reference: Annotated[str, typer.Option(metavar="TEXT", help="Where the data are from.")] = "",
+    reference: Annotated[str, typer.Option(metavar="TEXT", help="Source of the data.")] = "",
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the fit: .svg or .png.")
+        Path | None, typer.Option(metavar="FILE", help="Draw the fit as .svg or .png.")
     ] = None,
 ) -> "CommandResult":
-    """Fit a cubic to measured moments and make it a spring.
+    """Fit a cubic to measured moments and write it as a spring.
 
     The option --joint may be repeated.
     """
@@ -74,30 +72,32 @@ def fit(
 def plots(
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[NAME]...", help="The plates to make; all of them unless told."),
+        typer.Argument(metavar="[NAME]...", help="Plates to draw [default: all]."),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="DIR", help="Where the files go."),
+        typer.Option("--output", "-o", metavar="DIR", help="Folder of the files."),
     ] = None,
     gallery: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.md", help="Write a page of Markdown, its pictures in the folder FILE."
+            metavar="FILE.md", help="Write a Markdown page, with pictures in the folder FILE."
         ),
     ] = None,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Fail when a claim does not hold.")
+        bool, typer.Option("--strict", help="Fail if a claim does not hold.")
     ] = False,
     jobs: Annotated[
-        int | None, typer.Option(min=1, help="Processes at a time; as many as cores unless told.")
+        int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")
     ] = None,
-    listed: Annotated[bool, typer.Option("--list", help="Name the plates and make none.")] = False,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List the names of the plates and draw none.")
+    ] = False,
     *,
     as_json: bool = False,
     show_progress: bool = False,
 ) -> "CommandResult":
-    """Draw curves and motion, and measure what is claimed of them.
+    """Draw curves and motions, and check the claims about them.
 
     Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all.
     """

@@ -1,4 +1,4 @@
-"""`mover fit`: a cubic through measured moments, as numbers, as a spring and as a picture."""
+"""`mover fit`: fit a cubic to measured moments, and write it as a spring and a picture."""
 
 from collections.abc import Iterator, Sequence
 from math import degrees
@@ -37,19 +37,19 @@ def fit(
     """Fit a cubic to the data and write the files.
 
     Args:
-        data: the measured moments.
-        passive: bind the cubic to restore at both ends of the data.
+        data: file of measured moments.
+        passive: constrain the cubic to restore at both ends of the data.
         output: springs file to write.
         joints: that get the spring.
-        axis: of the joints, where they have several.
-        motion: what a positive angle is, or "".
-        reference: where the data are from, or "".
+        axis: of the joints, if they have several.
+        motion: name of the positive sense, or "".
+        reference: source of the data, or "".
         plot: picture to write.
 
     Raises:
-        UsageError: options that do not go together.
+        UsageError: incompatible options.
         InputError: the data are wrong, or a file cannot be written.
-        MoverError: the cubic is no law, but a springs file is asked for.
+        MoverError: a springs file is requested of a cubic that restores nowhere.
     """
     _check_options(output, joints, plot)
     moments = read_moments(data)
@@ -59,11 +59,11 @@ def fit(
     check_writable(files, (data,))
     if output is not None:
         if law is None:
-            raise MoverError(f"there is no spring to write: {fitted.doubts[0]}; try --passive")
+            raise MoverError(f"no spring to write: {fitted.doubts[0]}; try --passive")
         entry = SpringEntry(
             joints=tuple(joints),
             axis=axis,
-            # Sense and dead zone are stated, so that the reader needs no rule to find them.
+            # The file states sense and dead zone, so that no rule has to derive them.
             law=CubicEntry(law.coefficients, law.sense, law.dead_zone, True),
             motion=motion,
             reference=reference or f"the moments in {moments.name}, of unknown origin",
@@ -71,7 +71,7 @@ def fit(
         )
         write_file(output, _format_springs_file(entry, moments))
     if plot is not None:
-        # Matplotlib takes its time.
+        # Matplotlib is slow to import.
         from plots.canvas import render_figure
         from plots.fit_drawing import draw_fit
 
@@ -88,13 +88,13 @@ def fit(
 def _check_options(output: Path | None, joints: Sequence[str], plot: Path | None) -> None:
     if output is not None:
         if not joints:
-            raise UsageError("-o writes a spring of a joint: name it with --joint")
+            raise UsageError("-o writes the spring of a joint: name the joint with --joint")
         if output.suffix != ".toml":
-            raise UsageError(f"-o {output}: springs files end in .springs.toml")
+            raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
     elif joints:
-        raise UsageError("--joint names the joints of a springs file: give one with -o")
+        raise UsageError("--joint applies to a springs file: add -o FILE.springs.toml")
     if plot is not None and _picture_format(plot) not in PICTURE_FORMATS:
-        raise UsageError(f"--plot {plot}: pictures end in .svg or .png")
+        raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
 
 
 def _picture_format(path: Path) -> str:
@@ -119,7 +119,7 @@ def _describe_fit(fitted: CubicFit, law: Cubic) -> str:
     explained = f", R^2 {fitted.r_squared:.4f}" if fitted.r_squared is not None else ""
     ruled = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
     return (
-        f"Least squares{' bound to restore' if fitted.bounds_active else ''} over "
+        f"Least squares{' constrained to restore' if fitted.bounds_active else ''} over "
         f"{_format_range(fitted)}, rms {fitted.rms:.3g} N m{explained}. {ruled}"
     )
 
@@ -139,14 +139,16 @@ def _format_paragraphs(
         rows.append([f"c{k}", f"{value:.6g}", f"{errors[k]:.2g}" if errors else "-", unit])
     yield format_table(rows)
     explained = (
-        "none, all moments are equal" if fitted.r_squared is None else f"{fitted.r_squared:.6f}"
+        "undefined, all moments are equal"
+        if fitted.r_squared is None
+        else f"{fitted.r_squared:.6f}"
     )
     lines = [f"R^2 {explained}; rms residual {fitted.rms:.4g} N m"]
     if law is not None:
         lines[0] += f", of the law with its dead zone {_rms(fitted.law_residuals):.4g} N m"
         rule = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
         lines.append(f"sense {law.sense:+d}: {rule}")
-    lines += [f"doubt: {one}" for one in fitted.doubts]
+    lines += [f"doubt: {doubt}" for doubt in fitted.doubts]
     yield "\n".join(lines)
     table = [["angle [deg]", "moment", "cubic", "residual", *(["law"] if law else []), "[N m]"]]
     for row in _table_rows(fitted, law):
@@ -157,7 +159,7 @@ def _format_paragraphs(
 
 
 def _table_rows(fitted: CubicFit, law: Cubic | None) -> Iterator[dict[str, float]]:
-    """One row for each point: angle in deg, moments in N m."""
+    """One row per point: angle in deg, moments in N m."""
     columns = [np.degrees(fitted.angles), fitted.moments, fitted.fitted_moments, fitted.residuals]
     names = ["angle_deg", "moment", "cubic", "residual"]
     if law is not None:

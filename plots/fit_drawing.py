@@ -1,4 +1,4 @@
-"""The picture of a fit: data, cubic, law and dead zone, and below them the residuals."""
+"""Picture of a fit: data, cubic, law and dead zone; below, the residuals."""
 
 from math import degrees
 
@@ -24,11 +24,11 @@ def draw_fit(
     """Draw a fit over the range of its data.
 
     Args:
-        fit: of the data.
-        law: of the fit, or None where its cubic is none.
-        title: what the data are.
-        motion: what a positive angle is ("flexion"), or "".
-        reference: where the data are from, or "".
+        fit: cubic and data.
+        law: of the fit, or None if its cubic restores nowhere.
+        title: of the picture.
+        motion: name of the positive sense ("flexion"), or "".
+        reference: source of the data, or "".
     """
     with plot_style():
         figure = Figure(figsize=(6.4, 5.4), layout="constrained")
@@ -37,15 +37,15 @@ def draw_fit(
         upper.set_title(title, loc="left")
         _draw_residuals(lower, fit)
         lower.set_xlabel(f"angle [deg]{f', positive in {motion}' if motion else ''}")
-        said = [_moment_convention(law), *([f"Data: {reference}"] if reference else [])]
-        figure.supxlabel("\n".join(said), fontsize=8.0, x=0.01, ha="left", wrap=True)
+        footer = [_moment_convention(law), *([f"Data: {reference}"] if reference else [])]
+        figure.supxlabel("\n".join(footer), fontsize=8.0, x=0.01, ha="left", wrap=True)
     return figure
 
 
 def _moment_convention(law: Cubic | None) -> str:
     """The sign convention in words."""
     if law is None:
-        return "M as measured. No sense makes this cubic restoring, so it is no law."
+        return "M as measured. The cubic restores in neither sense, so it is not a law."
     if law.sense < 0:
         return "M is the resisting moment: the torque on the child is -M."
     return "M acts on the child: the torque on the child is +M."

@@ -1,9 +1,7 @@
-"""The passive torque about one axis of the prototype, read out of Exudyn as the joint is moved.
+"""Passive torque about one axis of the prototype, read out of Exudyn, and the claims about it.
 
-What is claimed of every joint's curve, and of the curves that are compared with it.
-
-Claims that compare fail of a joint without springs. Those that a joint is free somewhere do not;
-they are made only where it has some torque, or where what is published has.
+Claims of resistance fail for a joint without springs. Claims that a joint is free somewhere cannot:
+they are made only where it, or the published curve, has some torque.
 """
 
 from collections.abc import Mapping
@@ -26,23 +24,22 @@ from springs.published.range_of_motion import RangeEnd, normal_range
 Mask = NDArray[np.bool_]
 
 SWEEP = np.arange(-150.0, 175.5, 1.0)
-"""Angles at which a joint is read [deg]; a spherical joint cannot be turned by 180."""
+"""Angles at which a joint is read [deg]; a spherical joint cannot be rotated by 180."""
 
 
 @dataclass(frozen=True)
 class JointCurve:
-    """A joint moved about one axis, at rest in every pose; torques act on the child.
+    """Static torques of a joint rotated about one axis; torques act on the child.
 
     Attributes:
         joint: its name, the left one of a pair.
-        spring: what the figure has about the axis.
+        spring: the figure's spring about the axis.
         angles: in the sense of the motion, increasing, shape (n,) [rad].
         simulated: read out of Exudyn, shape (n,) [N m].
-        other_side_torques: the same of the right joint about its own axis, or None where
-            there is none.
-        low: lower end of the normal range of motion, where one is known.
+        other_side_torques: the same of the right joint about its own axis, or None without one.
+        low: lower end of the normal range of motion, or None if unknown.
         high: upper end likewise.
-        held_text: how the other joints stood, in words.
+        held_text: angles of the other joints in words, or "" if all are zero.
     """
 
     joint: str
@@ -55,15 +52,15 @@ class JointCurve:
     held_text: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse readings that do not belong together."""
+        """Raise ValueError for readings that do not match."""
         if self.simulated.shape != self.angles.shape or self.angles.ndim != 1:
-            raise ValueError("there is one torque for each angle")
+            raise ValueError("there must be one torque per angle")
         if not np.all(np.diff(self.angles) > 0.0):
-            raise ValueError("the angles of a curve increase")
+            raise ValueError("the angles of a curve must increase")
 
     @property
     def motion(self) -> str:
-        """What a positive angle is."""
+        """Name of the positive sense."""
         return self.spring.motion
 
     @property
@@ -82,37 +79,34 @@ class JointCurve:
 
     @property
     def law_torques(self) -> Array:
-        """The torque that the law has at the angles, shape (n,) [N m]."""
+        """Torque of the law at the angles, shape (n,) [N m]."""
         return np.asarray(total_torque(self.spring.elastic, self.angles))
 
     def printed_torques(self, angles: Array) -> Array:
-        """The cubic without dead zone, in the sense of the torque on the child [N m]."""
+        """The cubic without its dead zone, as torque on the child [N m]."""
         return self.cubic.sense * np.asarray(polynomial(self.cubic.coefficients, angles))
 
     @property
     def normal_range(self) -> tuple[float, float]:
-        """The normal range [rad]; where one end is not known, zero."""
+        """The normal range [rad]; zero for an unknown end."""
         low = 0.0 if self.low is None else self.low.angle
         return low, 0.0 if self.high is None else self.high.angle
 
     @property
     def range_ends(self) -> list[RangeEnd]:
-        """The ends of the normal range that are known, the lower one first."""
+        """The known ends of the normal range, the lower one first."""
         return [end for end in (self.low, self.high) if end is not None]
 
     def range_mask(self, low: float, high: float) -> Mask:
-        """Which readings are from `low` to `high` [rad], shape (n,) of bool."""
+        """True for readings from `low` to `high` [rad], shape (n,)."""
         return (self.angles >= low - 1e-12) & (self.angles <= high + 1e-12)
 
     def torque_at(self, angle: float) -> float:
-        """The torque read at an angle [rad] or interpolated between its neighbours [N m]."""
+        """Torque at an angle [rad], interpolated between readings [N m]."""
         return float(np.interp(angle, self.angles, self.simulated))
 
     def firm_resistance_angle(self, side: int) -> float:
-        """The first angle from zero towards a side (+1 or -1) of firm resistance [rad].
-
-        nan where there is none among the readings.
-        """
+        """First angle of firm resistance from zero towards a side (+1 or -1) [rad], or nan."""
         outward = np.argsort(side * self.angles)
         angles, resisting = side * self.angles[outward], -side * self.simulated[outward]
         firm = np.flatnonzero((angles >= 0.0) & (resisting >= FIRM_TORQUE))
@@ -125,15 +119,15 @@ class JointCurve:
         return side * float(np.interp(FIRM_TORQUE, resisting[pair], angles[pair]))
 
     def zero_crossing(self, low: float, high: float) -> float:
-        """Where the torque changes its sign within a range, by interpolation [rad]."""
+        """Angle at which the torque changes its sign within a range, interpolated [rad]."""
         inside = self.range_mask(low, high)
         return first_zero_crossing(self.angles[inside], self.simulated[inside])
 
     def compare_with(self, literature: Literature, low: float, high: float) -> tuple[Array, Array]:
-        """Published torque, and simulated less published, within a range.
+        """Published torque, and simulated minus published, within a range [rad].
 
-        They are at the readings, or at the points of a digitised curve; readings at which the
-        literature has no curve are left out.
+        Both are taken at the points of a digitised curve, otherwise at those readings for which the
+        curve is published.
 
         Returns:
             Both in N m, shape (m,) each.
@@ -146,14 +140,14 @@ class JointCurve:
             published = published[chosen]
             return published, np.interp(at[chosen], self.angles, self.simulated) - published
         published = literature.torque(angles)
-        given = np.isfinite(published)
-        return published[given], (simulated - published)[given]
+        known = np.isfinite(published)
+        return published[known], (simulated - published)[known]
 
 
 def first_zero_crossing(angles: Array, torques: Array) -> float:
-    """The first angle at which torques change their sign, by interpolation [rad], or nan.
+    """First angle at which torques change their sign, interpolated [rad], or nan.
 
-    A stretch of zeros counts from its start.
+    A run of zeros counts from its start.
     """
     changes = np.flatnonzero(torques[:-1] * torques[1:] <= 0.0)
     if not changes.size:
@@ -165,35 +159,35 @@ def first_zero_crossing(angles: Array, torques: Array) -> float:
 
 
 def read_curve(joint: str, motion: str, held_deg: Mapping[str, float] | None = None) -> JointCurve:
-    """Move a joint of the prototype about one axis, its counterpart with it, and read both.
+    """Rotate a joint of the prototype and its counterpart about one axis, and read both torques.
 
     Args:
         joint: its name.
-        motion: what a positive angle about the axis is.
-        held_deg: hinges that stand at an angle [deg]; every other joint is straight.
+        motion: name of the positive sense about the axis.
+        held_deg: angles of revolute joints other than zero [deg].
     """
     figure = read_figure("prototype")
     plan = Plan()
     springs = resolve_springs(figure, plan)
     pair = [name for name in (joint, joint.replace("left", "right")) if name in figure.joints]
     pair = list(dict.fromkeys(pair))
-    found = {name: _spring_about(springs.joints[name].axes, motion) for name in pair}
+    springs_of_pair = {name: _spring_about(springs.joints[name].axes, motion) for name in pair}
     low, high = normal_range(joint, motion)
-    marks = [end.angle for end in (low, high) if end is not None and abs(end.angle) < np.pi]
-    corners = [corner for law in found[joint].elastic for corner in law.breakpoints]
-    angles = np.unique([*np.radians(SWEEP), *marks, *corners])
+    range_ends = [end.angle for end in (low, high) if end is not None and abs(end.angle) < np.pi]
+    breakpoints = [angle for law in springs_of_pair[joint].elastic for angle in law.breakpoints]
+    angles = np.unique([*np.radians(SWEEP), *range_ends, *breakpoints])
     poses: list[dict[str, Array]] = []
     for angle in angles:
         pose = {name: np.array([radians(at)]) for name, at in (held_deg or {}).items()}
-        for name, spring in found.items():
+        for name, spring in springs_of_pair.items():
             chain = figure.joints[name].chain
             pose[name] = np.array([angle * np.dot(f.axis, spring.direction) for f in chain])
         poses.append(pose)
     read = static_torques(figure, poses, plan)
-    sides = [read[name] @ spring.direction for name, spring in found.items()]
+    sides = [read[name] @ spring.direction for name, spring in springs_of_pair.items()]
     return JointCurve(
         joint,
-        found[joint],
+        springs_of_pair[joint],
         angles,
         sides[0],
         sides[1] if len(sides) > 1 else None,
@@ -208,32 +202,32 @@ def _spring_about(axes: tuple[AxisSpring, ...], motion: str) -> AxisSpring:
 
 
 def format_range(low: float, high: float) -> str:
-    """A range [rad] as `-0.8 to 144.6 deg`."""
+    """Format a range [rad] as `-0.8 to 144.6 deg`."""
     return f"{round(degrees(low), 1):g} to {round(degrees(high), 1):g} deg"
 
 
 TORQUE_TOLERANCE = 1e-6
-"""Torques that differ by less are the same [N m]."""
+"""Difference below which torques are equal [N m]."""
 
 RANGE_END_MOMENT = 5.0
-"""The moment to which cadaver joints are turned to find the ends of their range [N m]."""
+"""Moment that defines the ends of the range of a cadaver joint [N m]."""
 
 MAX_SIZE_RATIO = 2.0
-"""Torques of one size differ by less than this factor, either way."""
+"""Largest ratio of torques of the same magnitude, either way."""
 
 MIN_DRIVING_TORQUE = 1.0
-"""A torque that sets a limb moving [N m]."""
+"""Smallest torque that sets a limb moving [N m]."""
 
 MAX_RELATIVE_RMS = 0.5
-"""A joint is near a published one within this share of its torque; a limp joint is off by all."""
+"""Largest rms difference from a published curve relative to its rms; 1 without springs."""
 
 
 def law_claims(curve: JointCurve) -> list[Claim]:
-    """That the model has the law, on both sides of the body."""
+    """Claim that the model has the torque of the law, on both sides of the body."""
     swept = format_range(float(curve.angles[0]), float(curve.angles[-1]))
     claims = [
         Claim(
-            f"The torque read out of Exudyn is that of the law, from {swept}",
+            f"The torque read out of Exudyn is that of the law from {swept}",
             float(np.abs(curve.simulated - curve.law_torques).max()),
             "N m",
             at_most=TORQUE_TOLERANCE,
@@ -242,7 +236,7 @@ def law_claims(curve: JointCurve) -> list[Claim]:
     if curve.other_side_torques is not None:
         claims.append(
             Claim(
-                "The joint of the other side reads the same about its own axis",
+                "The joint of the other side has the same torque about its own axis",
                 float(np.abs(curve.simulated - curve.other_side_torques).max()),
                 "N m",
                 at_most=TORQUE_TOLERANCE,
@@ -252,13 +246,13 @@ def law_claims(curve: JointCurve) -> list[Claim]:
 
 
 def low_resistance_claim(curve: JointCurve, remark: str = "") -> Claim:
-    """That a joint lets itself be moved through its normal range."""
+    """Claim that a joint can be moved through its normal range."""
     low, high = curve.normal_range
     high = min(high, float(curve.angles[-1]))
     inside = curve.range_mask(low, high)
     return Claim(
         f"Within the normal range, {format_range(low, high)}, the joint resists with less than "
-        f"{FIRM_TORQUE:g} N m, which is where an examiner's hand is stopped",
+        f"{FIRM_TORQUE:g} N m, the torque that stops an examiner's hand",
         float(np.abs(curve.simulated[inside]).max()),
         "N m",
         at_most=FIRM_TORQUE,
@@ -267,11 +261,11 @@ def low_resistance_claim(curve: JointCurve, remark: str = "") -> Claim:
 
 
 def stop_not_early_claim(curve: JointCurve, remark: str = "") -> Claim:
-    """That a joint's stop is not before the upper end of its normal range."""
+    """Claim that a joint's stop is not below the upper end of its normal range."""
     assert curve.high is not None
     end = degrees(curve.high.angle)
     return Claim(
-        f"The stop of {curve.motion} ({FIRM_TORQUE:g} N m) is not before the normal end, "
+        f"The stop of {curve.motion} ({FIRM_TORQUE:g} N m) is not below the normal limit, "
         f"{end:.4g} deg",
         degrees(curve.firm_resistance_angle(1)),
         "deg",
@@ -281,7 +275,7 @@ def stop_not_early_claim(curve: JointCurve, remark: str = "") -> Claim:
 
 
 def printed_cubic_claim(curve: JointCurve) -> Claim:
-    """That the cubic as printed does not push outwards between its outer roots."""
+    """Claim that the printed cubic does not push outwards between its outer roots."""
     zone = outer_roots(curve.cubic.coefficients)
     assert zone is not None
     between = np.linspace(*zone, 1001)
@@ -298,13 +292,13 @@ def printed_cubic_claim(curve: JointCurve) -> Claim:
 def same_direction_claim(
     curve: JointCurve, literature: Literature, low: float, high: float, remark: str = ""
 ) -> Claim:
-    """That simulated and published torque drive the same way wherever both drive.
+    """Claim that simulated and published torque have the same sign wherever both drive.
 
-    A joint that never drives there does not: the share is nan.
+    For a joint that drives nowhere in the range the measured share is nan.
 
     Args:
-        curve: as read.
-        literature: the published curve.
+        curve: simulated.
+        literature: published.
         low: lower end of the range compared [rad].
         high: upper end.
         remark: of the claim.
@@ -319,8 +313,7 @@ def same_direction_claim(
     opposed = float(np.sum(widths[both & (simulated * published < 0.0)]))
     return Claim(
         f"From {format_range(low, high)} simulated curve and {literature.label} push the same way "
-        f"wherever both push with more than {MIN_DRIVING_TORQUE:g} N m, which is over "
-        f"{degrees(over):.3g} deg",
+        f"wherever both exceed {MIN_DRIVING_TORQUE:g} N m, over {degrees(over):.3g} deg",
         100.0 * (1.0 - opposed / over) if over else nan,
         "%",
         at_least=100.0,
@@ -331,11 +324,11 @@ def same_direction_claim(
 def low_torque_claim(
     curve: JointCurve, literature: Literature, low: float, high: float, remark: str = ""
 ) -> Claim:
-    """That neither simulated nor published torque is firm: the joint is free where others are.
+    """Claim that neither simulated nor published torque is firm: both joints are free.
 
     Args:
-        curve: as read.
-        literature: the published curve.
+        curve: simulated.
+        literature: published.
         low: lower end of the range compared [rad].
         high: upper end.
         remark: of the claim.
@@ -343,8 +336,8 @@ def low_torque_claim(
     published, _ = curve.compare_with(literature, low, high)
     inside = curve.range_mask(low, high)
     return Claim(
-        f"From {format_range(low, high)} both are small: neither the simulated torque nor that of "
-        f"{literature.label} exceeds {FIRM_TORQUE:g} N m, which stops an examiner's hand",
+        f"From {format_range(low, high)} both torques are small: neither the simulated one nor "
+        f"that of {literature.label} exceeds {FIRM_TORQUE:g} N m, which stops an examiner's hand",
         max(float(np.abs(curve.simulated[inside]).max()), float(np.abs(published).max())),
         "N m",
         at_most=FIRM_TORQUE,
@@ -355,13 +348,11 @@ def low_torque_claim(
 def rms_difference_claim(
     curve: JointCurve, literature: Literature, low: float, high: float, remark: str = ""
 ) -> Claim:
-    """That simulated and published torque differ by little against the published one.
-
-    Without springs the share is 1.
+    """Claim that simulated and published torque differ by little, relative to the published one.
 
     Args:
-        curve: as read.
-        literature: the published curve.
+        curve: simulated.
+        literature: published.
         low: lower end of the range compared [rad].
         high: upper end.
         remark: of the claim.
@@ -369,8 +360,8 @@ def rms_difference_claim(
     published, less = curve.compare_with(literature, low, high)
     own = float(np.sqrt(np.mean(published**2)))
     return Claim(
-        f"From {format_range(low, high)} the simulated torque is that of {literature.label} within "
-        f"half of it: root mean square of {less.size} differences, as a share of its own, "
+        f"From {format_range(low, high)} the simulated torque is within half of that of "
+        f"{literature.label}: rms of {less.size} differences relative to the rms published, "
         f"{own:.3g} N m",
         float(np.sqrt(np.mean(less**2))) / own,
         at_most=MAX_RELATIVE_RMS,
@@ -381,12 +372,12 @@ def rms_difference_claim(
 def same_magnitude_claim(
     curve: JointCurve, literature: Literature, angle_deg: float, remark: str = ""
 ) -> Claim:
-    """That simulated and published torque at an angle [deg] are of one size and sign."""
+    """Claim that simulated and published torque at an angle [deg] agree in magnitude and sign."""
     angle = radians(angle_deg)
     published = literature.torque_at(angle)
     return Claim(
-        f"At {angle_deg:g} deg the simulated torque is of the size of {literature.label}, "
-        f"{published:.3g} N m, by a factor of {MAX_SIZE_RATIO:g} either way",
+        f"At {angle_deg:g} deg the simulated torque is that of {literature.label}, "
+        f"{published:.3g} N m, within a factor of {MAX_SIZE_RATIO:g}: ratio",
         curve.torque_at(angle) / published,
         at_least=1.0 / MAX_SIZE_RATIO,
         at_most=MAX_SIZE_RATIO,
@@ -395,7 +386,7 @@ def same_magnitude_claim(
 
 
 def stop_not_late_claim(curve: JointCurve, remark: str = "") -> Claim:
-    """That a joint is held not far beyond the ends of its normal range."""
+    """Claim that a joint stops not far beyond the ends of its normal range."""
     assert curve.low is not None
     assert curve.high is not None
     over = max(
@@ -403,7 +394,7 @@ def stop_not_late_claim(curve: JointCurve, remark: str = "") -> Claim:
         curve.low.angle - curve.firm_resistance_angle(-1),
     )
     return Claim(
-        f"At both ends the joint resists with {FIRM_TORQUE:g} N m at most "
+        f"At both ends the joint resists with {FIRM_TORQUE:g} N m not more than "
         f"{degrees(RANGE_MARGIN):g} deg beyond its normal range, "
         f"{format_range(*curve.normal_range)}",
         degrees(over),

@@ -1,7 +1,4 @@
-"""How a joint's curve is drawn: ranges, moments, and what is left between it and the literature.
-
-The plate of one joint's curve: picture, words, numbers and references put together.
-"""
+"""The plate of one joint's curve: ranges, torques, and differences from the literature."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -40,34 +37,34 @@ from springs.published import tables as published
 
 
 EXUDYN_STYLE = LineStyle("#E69F00", "-", "o")
-"""What was read out of Exudyn, on every joint's sheet."""
+"""Style of the torques read out of Exudyn."""
 
 EXCLUDED_DASH = (0, (4, 2))
-"""The dash of the printed cubic within a dead zone."""
+"""Dash of the printed cubic within a dead zone."""
 
 _RANGE_END_DASH = (0, (1, 3))
 
 _READING_SPACING = 5.0
-"""A reading is drawn every so many degrees."""
+"""Angle between the readings that are drawn [deg]."""
 
 _MARKER_SPACING = 15.0
-"""A mark stands on a published formula every so many degrees."""
+"""Angle between the markers on a published formula [deg]."""
 
 _HEIGHT = 6.7
-"""Of a sheet with four references [inch]."""
+"""Height of a plate with four references [inch]."""
 
 _REFERENCE_HEIGHT = 0.28
-"""What each reference more takes [inch]."""
+"""Height of each further reference [inch]."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """What a sheet shows.
+    """Limits of the axes of a plate.
 
     Attributes:
-        angles: from and to [deg].
-        torques: from and to [N m]; curves that go on beyond are cut off.
-        residuals: likewise, of the lower panel.
+        angles: [deg].
+        torques: of the upper panel [N m]; curves are cut off beyond.
+        residuals: of the lower panel, likewise.
     """
 
     angles: tuple[float, float]
@@ -75,7 +72,7 @@ class Window:
     residuals: tuple[float, float]
 
     def __post_init__(self) -> None:
-        """Refuse a window that shows nothing."""
+        """Raise ValueError for an empty window."""
         for low, high in (self.angles, self.torques, self.residuals):
             if not low < high:
                 raise ValueError(f"nothing is between {low:g} and {high:g}")
@@ -83,20 +80,20 @@ class Window:
 
 @dataclass(frozen=True)
 class JointPlate:
-    """What the plate of one joint's curve shows and claims; called, it reads the curve and draws.
+    """One joint's curve to be read out of Exudyn, drawn and compared; a call makes the plate.
 
     Attributes:
         name: of the plate.
-        title: with the thesis's figure.
+        title: with the number of the thesis's figure.
         joint: the left one of a pair.
-        motion: what a positive angle about the axis is.
-        literature: drawn beside the curve, at most as many as there are line styles.
-        window: what the picture shows.
-        claims: makes the claims, beyond those of the law, from the curve and the literature.
-        comment: what is to be said of this joint, in front of what is said of every plate.
-        held_deg: hinges that stand at an angle [deg]; every other joint is straight.
-        is_estimate: whether the thesis names no source; otherwise the literature stands in for one
-            that is not public.
+        motion: name of the positive sense about the axis.
+        literature: drawn beside the curve, at most as many as there are `LINE_STYLES`.
+        window: limits of the axes.
+        claims: of the curve and the literature, in addition to those of the law.
+        comment: beginning of the caption.
+        held_deg: angles of revolute joints other than zero [deg].
+        is_estimate: True if the thesis names no source; otherwise the literature substitutes for a
+            source that is not public.
     """
 
     name: str
@@ -115,14 +112,14 @@ class JointPlate:
         return self.draw(self.read_curve())
 
     def read_curve(self) -> JointCurve:
-        """The joint's curve, read out of Exudyn."""
+        """Read the joint's curve out of Exudyn."""
         return read_curve(self.joint, self.motion, self.held_deg)
 
     def draw(self, curve: JointCurve) -> Plate:
-        """The plate of a curve."""
+        """Draw the plate of a curve."""
         thesis = published.publication("otani_1989").reference
         own = [str(replace(thesis, place="appendix A")), curve.spring.reference]
-        others = [str(one.reference) for one in self.literature]
+        others = [str(row.reference) for row in self.literature]
         ends = [str(end.reference) for end in curve.range_ends]
         references = tuple(dict.fromkeys([*own, *others, *ends]))
         return Plate(
@@ -145,9 +142,9 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         _draw_ranges(strip, curve, window)
         angles = np.radians(np.linspace(*window.angles, 600))
         _draw_printed(upper, curve, angles)
-        for one, pen in zip(plate.literature, LINE_STYLES, strict=False):
-            _draw_literature(upper, one, angles, pen)
-            _draw_residual(lower, curve, one, window, pen)
+        for row, pen in zip(plate.literature, LINE_STYLES, strict=False):
+            _draw_literature(upper, row, angles, pen)
+            _draw_residual(lower, curve, row, window, pen)
         _draw_readings(upper, curve, window)
         for axes, limits in ((upper, window.torques), (lower, window.residuals)):
             draw_zero_line(axes)
@@ -166,12 +163,12 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
                 *_common_handles(curve, references),
                 *(
                     _literature_handle(
-                        one,
+                        row,
                         pen,
-                        f"{'' if plate.is_estimate else 'substitute: '}{one.label} "
-                        f"[{references.index(str(one.reference)) + 1}]",
+                        f"{'' if plate.is_estimate else 'substitute: '}{row.label} "
+                        f"[{references.index(str(row.reference)) + 1}]",
                     )
-                    for one, pen in zip(plate.literature, LINE_STYLES, strict=False)
+                    for row, pen in zip(plate.literature, LINE_STYLES, strict=False)
                 ),
             ],
             loc="lower left",
@@ -186,7 +183,7 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
 
 
 def _draw_ranges(axes: Axes, curve: JointCurve, window: Window) -> None:
-    """Two bars: the normal range of motion, and where the law is free of torque."""
+    """Draw the normal range of motion and the dead zone as bars."""
     ends = [None if end is None else degrees(end.angle) for end in (curve.low, curve.high)]
     _draw_bar(axes, 1.0, ends, window, {"color": PALE})
     zone = curve.cubic.dead_zone
@@ -211,15 +208,15 @@ def _draw_bar(
     window: Window,
     bar_style: Mapping[str, Any],
 ) -> None:
-    """A bar with its ends written on it; an end that is not known is that of the window."""
+    """Draw a bar labelled with its ends; an unknown end is that of the window."""
     first, last = (
         edge if end is None else float(np.clip(end, *window.angles))
         for end, edge in zip(ends, window.angles, strict=True)
     )
     axes.barh(height, last - first, left=first, height=0.7, **bar_style)
-    said = " to ".join("?" if end is None else f"{end:.1f}" for end in ends)
+    label = " to ".join("?" if end is None else f"{end:.1f}" for end in ends)
     axes.annotate(
-        f"{said} deg",
+        f"{label} deg",
         (0.5 * (first + last), height),
         ha="center",
         va="center",
@@ -229,7 +226,7 @@ def _draw_bar(
 
 
 def _draw_printed(axes: Axes, curve: JointCurve, angles: Array) -> None:
-    """The cubic as it is printed; dashed where a dead zone rules it out."""
+    """Draw the printed cubic, dashed within the dead zone."""
     printed, zone = curve.printed_torques(angles), curve.cubic.dead_zone
     out = np.zeros(angles.shape, dtype=bool)
     if zone is not None:
@@ -259,7 +256,7 @@ def _draw_literature(axes: Axes, literature: Literature, angles: Array, style: L
 
 
 def _marker_angles(angles: Array) -> Array:
-    """Round angles at which a formula gets its mark [deg]."""
+    """Round angles of the markers on a formula [deg]."""
     first, last = np.degrees(angles[[0, -1]])
     return _MARKER_SPACING * np.arange(
         np.ceil(first / _MARKER_SPACING), np.floor(last / _MARKER_SPACING) + 1.0, dtype=float
@@ -269,7 +266,7 @@ def _marker_angles(angles: Array) -> Array:
 def _draw_residual(
     axes: Axes, curve: JointCurve, literature: Literature, window: Window, style: LineStyle
 ) -> None:
-    """Simulated less published, where the published curve is given and the window shows it."""
+    """Draw simulated minus published torque within the window."""
     low, high = np.radians(window.angles)
     if literature.points is not None:
         at, torques = literature.points
@@ -287,7 +284,7 @@ def _draw_residual(
 
 
 def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
-    """A thin line through all readings, and a mark on every fifth."""
+    """Draw a thin line through all readings, and a marker on every fifth."""
     degrees_read = np.degrees(curve.angles)
     axes.plot(degrees_read, curve.simulated, color=EXUDYN_STYLE.colour, lw=1.0, zorder=2.5)
     rounded = np.round(degrees_read / _READING_SPACING) * _READING_SPACING
@@ -305,7 +302,7 @@ def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
 
 
 def _common_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D]:
-    """What the legend says of the simulated curve, of the thesis's and of the normal range."""
+    """Legend entries of the simulated curve, the thesis's cubic and the normal range."""
     read = Line2D(
         [], [], lw=1.0, marker=EXUDYN_STYLE.marker, color=EXUDYN_STYLE.colour, mec=BLACK, ms=4.5
     )
@@ -347,11 +344,10 @@ def _literature_handle(literature: Literature, style: LineStyle, label: str) -> 
 
 
 _CAPTION_TEMPLATE = (
-    "Circles: the torque that Exudyn's equations of motion hold for the prototype at rest, read "
-    "every 5 deg{held}. Black: the cubic as the thesis prints it, in the sense of the torque on "
-    "the child{dashed}. Above: the normal range of motion ({ends}) and the law's dead zone. Below: "
-    "simulated less published. Simulated and law differ by {differ:.1g} N m at most, which no "
-    "picture shows."
+    "Circles: joint torque in Exudyn's equations of motion for the prototype at rest, read every "
+    "5 deg{held}. Black: the cubic as printed in the thesis, as torque on the child{dashed}. "
+    "Above: normal range of motion ({ends}) and dead zone of the law. Below: simulated minus "
+    "published torque. Simulated torque and law differ by at most {differ:.1g} N m."
 )
 
 
@@ -359,18 +355,19 @@ def _clipping_note(window: Window) -> str:
     low, high = window.torques
     first, last = window.residuals
     return (
-        f"Torques beyond {low:g} to {high:g} N m are cut off, differences beyond {first:g} to "
-        f"{last:g}; published curves are thin and dotted where they are not known to hold."
+        f"Torques outside {low:g} to {high:g} N m are cut off, differences outside {first:g} to "
+        f"{last:g} N m; published curves are thin and dotted outside their known range."
     )
 
 
 def _sign_convention(curve: JointCurve) -> str:
     """The sign convention in words."""
-    said = f"Angles are positive in {curve.motion}, 0 with the figure standing upright, arms down. "
-    said += "Torques act on the child and are positive in the same sense: one that drives back "
-    said += "from a positive angle is negative."
-    moment = "resists" if curve.cubic.sense < 0 else "acts on the child"
-    return f"{said} The printed moment {moment}."
+    moment = "is the resisting moment" if curve.cubic.sense < 0 else "acts on the child"
+    return (
+        f"Angles are positive in {curve.motion}, 0 with the figure standing upright, arms down. "
+        "Torques act on the child and are positive in the same sense: a torque that drives back "
+        f"from a positive angle is negative. The printed moment {moment}."
+    )
 
 
 def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> str:
@@ -378,7 +375,7 @@ def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) ->
         f"{end.motion} [{references.index(str(end.reference)) + 1}]" for end in curve.range_ends
     )
     low, high = np.radians(plate.window.angles)
-    said = [
+    sentences = [
         plate.comment,
         _CAPTION_TEMPLATE.format(
             held=f", {curve.held_text}" if curve.held_text else "",
@@ -386,22 +383,24 @@ def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) ->
             ends=", ".join(ends),
             differ=float(np.abs(curve.simulated - curve.law_torques).max()),
         ),
-        "" if curve.low and curve.high else "Where a range has a ? no verified end is known.",
+        ""
+        if curve.low and curve.high
+        else "A ? marks an end of the range for which no verified value is known.",
         _clipping_note(plate.window),
     ]
-    for one in plate.literature:
+    for row in plate.literature:
         notes = [
-            one.held_text,
-            one.note,
-            "" if one.is_digitised else one.extrapolation_note(low, high),
+            row.held_text,
+            row.note,
+            "" if row.is_digitised else row.extrapolation_note(low, high),
         ]
         if any(notes):
-            said.append(f"{one.label}: {'; '.join(filter(None, notes))}.")
-    return " ".join(filter(None, said))
+            sentences.append(f"{row.label}: {'; '.join(filter(None, notes))}.")
+    return " ".join(filter(None, sentences))
 
 
 def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]:
-    """The readings with every formula beside them, and each digitised curve at its own angles."""
+    """A table of the readings with every formula, and one of each digitised curve."""
     read = {
         "angle [deg]": np.degrees(curve.angles),
         "simulated [N m]": curve.simulated,
@@ -412,15 +411,15 @@ def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]
         read["simulated, other side [N m]"] = curve.other_side_torques
     tables = {"readings": read}
     inside = curve.range_mask(*np.radians(plate.window.angles))
-    for one in plate.literature:
-        if one.points is None:
-            # Beyond the window an exponential says nothing, and may be larger than a number.
-            shown = np.where(inside, one.torque(curve.angles), np.nan)
-            read[f"{one.label} [N m]"] = shown
+    for row in plate.literature:
+        if row.points is None:
+            # Beyond the window an exponential is meaningless, and may overflow.
+            shown = np.where(inside, row.torque(curve.angles), np.nan)
+            read[f"{row.label} [N m]"] = shown
         else:
-            at, torques = one.points
+            at, torques = row.points
             simulated = np.interp(at, curve.angles, curve.simulated)
-            tables[_file_name_part(one.label)] = {
+            tables[_file_name_part(row.label)] = {
                 "angle [deg]": np.degrees(at),
                 "published [N m]": torques,
                 "simulated [N m]": simulated,
@@ -430,6 +429,6 @@ def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]
 
 
 def _file_name_part(label: str) -> str:
-    """A label as part of a file's name."""
+    """Turn a label into a part of a file name."""
     words = "".join(c if c.isalnum() else " " for c in label.lower()).split()
     return "_".join(words)

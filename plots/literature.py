@@ -1,9 +1,7 @@
-"""Published curves as they are drawn beside a simulated one.
+"""Published curves that are drawn beside a simulated one, and tables of measured benchmarks.
 
-Tables that were measured elsewhere and are drawn here: `plots/data/NAME.csv`.
-
-Plates that run nothing of their own draw these: other engines, and a machine's clock. The files
-begin with comments that tell the command, the day, the machine and the versions.
+The benchmarks (`plots/data/NAME.csv`) compare other engines and wall times. The files begin with
+comments: command, day, machine and versions.
 """
 
 import csv
@@ -30,17 +28,17 @@ _ALL_ANGLES: Range = (-inf, inf)
 
 @dataclass(frozen=True)
 class Literature:
-    """A curve of the literature, in the senses of our angle and of the torque on the child.
+    """A published curve in the sense of the joint's angle, as torque on the child.
 
     Attributes:
         label: in the legend, without its reference.
-        pieces: laws, each with the range for which it is given [rad]; of those that overlap the
-            first counts.
-        valid_range: range in which the curve may be used [rad], or None where that is not known.
-        reference: where it is from.
-        held_text: angles of other joints while it was measured, in words, or "".
-        note: what a reader of the picture should know, or "".
-        is_line: whether anything is known between its points, where it has some.
+        pieces: laws, each with the range for which it is published [rad]; where they overlap the
+            first one applies.
+        valid_range: range in which the curve may be used [rad], or None if unknown.
+        reference: of the publication.
+        held_text: angles of other joints during the measurement, in words, or "".
+        note: remark for the caption, or "".
+        is_line: True if the curve is known between its points.
     """
 
     label: str
@@ -52,7 +50,7 @@ class Literature:
     is_line: bool = True
 
     def torque(self, angles: Array) -> Array:
-        """Torque on the child [N m] at angles [rad]; nan where the curve is not given."""
+        """Torque on the child [N m] at angles [rad]; nan outside all pieces."""
         result = np.full_like(angles, np.nan)
         for law, (low, high) in reversed(self.pieces):
             inside = (angles >= low) & (angles <= high)
@@ -74,11 +72,11 @@ class Literature:
 
     @property
     def is_digitised(self) -> bool:
-        """Whether it is a line through points."""
+        """True for a line through points."""
         return isinstance(self.pieces[0][0], Interpolated)
 
     def extrapolation_note(self, low: float, high: float) -> str:
-        """What to say of the curve where it is drawn from `low` to `high` [rad], or ""."""
+        """A note on extrapolation for a curve drawn from `low` to `high` [rad], or ""."""
         first = min(piece[1][0] for piece in self.pieces)
         last = max(piece[1][1] for piece in self.pieces)
         return describe_extrapolation(self.valid_range, max(low, first), min(high, last))
@@ -87,7 +85,7 @@ class Literature:
 def literature_from_points(
     points: tuple[tuple[float, float], ...], label: str, reference: Reference, note: str = ""
 ) -> Literature:
-    """Single points (angle [rad], torque on the child [N m]), increasing, and no line."""
+    """Make unconnected points (angle [rad], torque on the child [N m]); angles increase."""
     table = Interpolated(points)
     return Literature(
         label, ((table, _ALL_ANGLES),), table.valid_range, reference, "", note, is_line=False
@@ -95,32 +93,32 @@ def literature_from_points(
 
 
 def published_curve(key: str, label: str, note: str = "") -> Literature:
-    """The curve `publication/name`; one that is given for one side of zero ends there."""
+    """The curve `publication/name`; one published for one side of zero only ends there."""
     curve = published.curve(key)
-    given = _ALL_ANGLES if curve.valid_range is None else curve.valid_range
-    half = isinf(given[0]) or isinf(given[1])
-    held = ", ".join(
+    published_range = _ALL_ANGLES if curve.valid_range is None else curve.valid_range
+    half = isinf(published_range[0]) or isinf(published_range[1])
+    held_text = ", ".join(
         f"{name} at {np.degrees(at):.4g} deg" for name, at in curve.held_angles.items()
     )
     return Literature(
         label,
-        ((curve.law, given if half else _ALL_ANGLES),),
+        ((curve.law, published_range if half else _ALL_ANGLES),),
         None if half else curve.valid_range,
         curve.reference,
-        held,
+        held_text,
         note,
     )
 
 
 def join_curves(*curves: Literature) -> Literature:
-    """Curves of one publication for different ranges of one angle, as one; the first names it."""
+    """Join curves of one publication for different ranges of an angle; the first names them."""
     first = curves[0]
     pieces = tuple(piece for part in curves for piece in part.pieces)
     return replace(first, pieces=pieces)
 
 
 def mirror_to_both_sides(half: Literature) -> Literature:
-    """A curve given for positive angles, with its mirror image for negative ones."""
+    """Extend a curve for positive angles by its mirror image for negative ones."""
     mirrored = tuple((law.mirrored(), (-high, -low)) for law, (low, high) in half.pieces)
     pieces = (*half.pieces, *mirrored)
     return replace(half, pieces=pieces)
@@ -129,7 +127,7 @@ def mirror_to_both_sides(half: Literature) -> Literature:
 def single_angle_curve(
     key: str, motion: str, held_deg: Mapping[str, float], label: str, note: str = ""
 ) -> Literature:
-    """One coordinate of the law of several joints `publication/name`, the others held.
+    """One coordinate of the coupled law `publication/name`, the others constant.
 
     Args:
         key: of the law.
@@ -142,8 +140,8 @@ def single_angle_curve(
     law = row.law.single_angle_law(
         motion, {name: radians(angle) for name, angle in held_deg.items()}
     )
-    held = ", ".join(f"{name.split()[0]} at {angle:g} deg" for name, angle in held_deg.items())
-    return Literature(label, ((law, _ALL_ANGLES),), law.valid_range, row.reference, held, note)
+    held_text = ", ".join(f"{name.split()[0]} at {angle:g} deg" for name, angle in held_deg.items())
+    return Literature(label, ((law, _ALL_ANGLES),), law.valid_range, row.reference, held_text, note)
 
 
 TableRow = Mapping[str, str]
@@ -151,36 +149,36 @@ TableRow = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Measurements:
-    """A table as it was written.
+    """A table of benchmarks.
 
     Attributes:
-        provenance: what the comments tell, by key.
-        rows: by header; all cells as text.
+        provenance: values of the comments, by key.
+        rows: cells as text, by header.
     """
 
     provenance: Mapping[str, str]
     rows: Sequence[TableRow]
 
     def select_rows(self, **cells: str) -> "Measurements":
-        """The rows with these cells."""
-        kept = [row for row in self.rows if all(row[key] == cells[key] for key in cells)]
-        return Measurements(self.provenance, kept)
+        """Select the rows with these cells."""
+        rows = [row for row in self.rows if all(row[key] == cells[key] for key in cells)]
+        return Measurements(self.provenance, rows)
 
     def column(self, header: str) -> Array:
         """The numbers of a column, shape (rows,)."""
         return np.array([float(row[header]) for row in self.rows], dtype=float)
 
     def values(self, header: str) -> list[str]:
-        """The different cells of a column, in order of appearance."""
+        """The distinct cells of a column, in order of appearance."""
         return list(dict.fromkeys(row[header] for row in self.rows))
 
     @property
     def origin(self) -> str:
-        """When, on what, and by which command, in one sentence."""
-        made = dict(self.provenance)
-        day, machine, command = (made.pop(key) for key in ("measured", "machine", "command"))
-        versions = ", ".join(f"{name} {version}" for name, version in made.items())
-        return f"Measured on {day} by `{command}` on {machine}, with {versions}."
+        """Day, command, machine and versions in one sentence."""
+        versions = dict(self.provenance)
+        day, machine, command = (versions.pop(key) for key in ("measured", "machine", "command"))
+        programs = ", ".join(f"{name} {version}" for name, version in versions.items())
+        return f"Measured on {day} by `{command}` on {machine}, with {programs}."
 
 
 def read_measurements(name: str) -> Measurements:
@@ -188,5 +186,5 @@ def read_measurements(name: str) -> Measurements:
     text = (files("plots") / "data" / f"{name}.csv").read_text(encoding="utf-8")
     lines = text.splitlines()
     comments = [line.removeprefix("# ") for line in lines if line.startswith("# ")]
-    told = dict(comment.split(": ", 1) for comment in comments)
-    return Measurements(told, list(csv.DictReader(lines[len(comments) :])))
+    provenance = dict(comment.split(": ", 1) for comment in comments)
+    return Measurements(provenance, list(csv.DictReader(lines[len(comments) :])))

@@ -1,10 +1,6 @@
 """A plate: one picture with its claims, its numbers and its references.
 
-A claim: a sentence about a curve or a motion, the value that was measured, and its bound.
-
-A plate drawn: its words and claims, and its files as bytes; light enough to be sent about.
-
-Draws a plate: its picture as SVG and PNG, its numbers as comma-separated values.
+Nothing here imports numpy or matplotlib, so that drawn plates can be passed between processes.
 """
 
 import csv
@@ -25,15 +21,15 @@ PICTURE_FORMATS = ("svg", "png")
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence that a measured value bears out or not.
+    """A sentence about a curve or a motion that a measured value confirms or refutes.
 
     Attributes:
-        sentence: what is claimed, in words a reader of the report understands by itself.
-        measured: the value found.
+        sentence: the claim, understandable by itself.
+        measured: the measured value.
         unit: of `measured` and of the bounds; "" for a plain number.
         at_least: lower bound; -inf for none.
         at_most: upper bound; inf for none.
-        remark: what a failing or a partly true claim means, or "".
+        remark: the meaning of a failing or partly true claim, or "".
     """
 
     sentence: str
@@ -44,28 +40,28 @@ class Claim:
     remark: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a claim that cannot fail, and one that cannot hold."""
+        """Raise ValueError for a claim that cannot fail, or cannot hold."""
         if not self.sentence.strip():
             raise ValueError("a claim needs a sentence")
         if isinf(self.at_least) and isinf(self.at_most):
-            raise ValueError("a claim needs a bound: without one it cannot fail")
+            raise ValueError("a claim without a bound cannot fail")
         if isnan(self.at_least) or isnan(self.at_most) or self.at_least > self.at_most:
             raise ValueError(f"no value is {self.at_least} to {self.at_most}")
 
     @property
     def holds(self) -> bool:
-        """Whether the measured value is within the bounds; nan is not."""
+        """True if the measured value is within the bounds; nan never is."""
         return self._is_within_bounds(self.measured)
 
     @property
     def measured_text(self) -> str:
-        """The measured value with its unit, in as many digits as tell on which side it is."""
-        said = ""
+        """The measured value with its unit, in enough digits to be on its side of the bounds."""
+        number = ""
         for digits in range(4, 18):
-            said = f"{self.measured:.{digits}g}"
-            if self._is_within_bounds(float(said)) == self.holds:
+            number = f"{self.measured:.{digits}g}"
+            if self._is_within_bounds(float(number)) == self.holds:
                 break
-        return f"{said} {self.unit}".rstrip()
+        return f"{number} {self.unit}".rstrip()
 
     @property
     def bound_text(self) -> str:
@@ -92,18 +88,12 @@ class Claim:
 
 @dataclass(frozen=True)
 class DrawnPlate:
-    """What is left of a plate when its picture is drawn.
+    """A plate with its picture rendered; fields as those of `Plate` unless listed.
 
     Attributes:
-        name: of the plate.
-        title: what it shows.
-        caption: what the reader sees.
-        sign: the sign convention in words.
-        claims: what the picture bears out or refutes.
-        references: in full.
-        svg: the picture as SVG.
-        png: the picture as PNG.
-        tables: the text of each table, by the name of its file.
+        svg: picture as SVG.
+        png: picture as PNG.
+        tables: text of each table, by file name.
     """
 
     name: str
@@ -118,19 +108,19 @@ class DrawnPlate:
 
     @property
     def files(self) -> dict[str, bytes | str]:
-        """What each of its files holds, by its name."""
+        """The content of each file, by name."""
         return {f"{self.name}.svg": self.svg, f"{self.name}.png": self.png, **self.tables}
 
 
 @dataclass(frozen=True)
 class FailedPlate:
-    """A plate that could not be made, and the reason as the end of a sentence."""
+    """A plate that could not be made, with the reason."""
 
     name: str
     reason: str
 
     def __str__(self) -> str:
-        """The sentence."""
+        """A sentence with the name and the reason."""
         return f"the plate `{self.name}` could not be made: {self.reason}"
 
 
@@ -139,18 +129,18 @@ _FILE_NAME = re.compile(r"[a-z0-9][a-z0-9_-]*")
 
 @dataclass(frozen=True)
 class Plate:
-    """What a module of this package makes.
+    """A picture with its claims, numbers and references.
 
     Attributes:
-        name: of its files, as `hip_flexion` in `hip_flexion.svg`.
-        title: what it shows, with the thesis's figure where it redraws one.
-        caption: what the reader sees, and what the curves ignore.
-        sign: the sign convention in words.
+        name: stem of the file names, as `hip_flexion` in `hip_flexion.svg`.
+        title: with the number of the thesis's figure if it redraws one.
+        caption: description of the picture, and what the curves neglect.
+        sign: sign convention in words.
         figure: the picture.
-        claims: what the picture bears out or refutes.
-        tables: the numbers drawn, each written as `NAME.csv` or, where there are several,
+        claims: confirmed or refuted by the picture.
+        tables: numbers drawn, each written as `NAME.csv` or, if there are several,
             `NAME.TABLE.csv`: columns by header with unit ("angle [deg]"), of equal length.
-        references: printed in full, in the order of appearance.
+        references: in full, in the order of appearance.
     """
 
     name: str
@@ -163,24 +153,24 @@ class Plate:
     references: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be written as files, and a picture without claims or numbers."""
+        """Raise ValueError for what cannot be written as files, and for missing parts."""
         for name in (self.name, *(self.tables if len(self.tables) > 1 else ())):
             if not _FILE_NAME.fullmatch(name):
                 raise ValueError(f"`{name}` names files: use a to z, 0 to 9, _ and -")
-        for what in ("title", "caption", "sign", "claims", "tables"):
-            if not getattr(self, what):
-                raise ValueError(f"the plate `{self.name}` has no {what}")
+        for part in ("title", "caption", "sign", "claims", "tables"):
+            if not getattr(self, part):
+                raise ValueError(f"the plate `{self.name}` has no {part}")
         for table, columns in self.tables.items():
             shapes = {column.shape for column in columns.values()}
             if len(shapes) != 1 or len(shapes.pop()) != 1:
-                raise ValueError(f"the columns of the table `{table}` are not of one length")
+                raise ValueError(f"the columns of the table `{table}` differ in length")
 
 
 def table_files(plate: Plate) -> dict[str, str]:
-    """The text of each table of a plate, by the name of its file.
+    """Format each table of a plate, by file name.
 
-    Three lines of comment (title, sign convention, references), then the headers, then the rows, in
-    nine digits.
+    Three comment lines (title, sign convention, references), the headers, then the rows with nine
+    digits.
     """
     single = len(plate.tables) == 1
     return {

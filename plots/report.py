@@ -1,7 +1,4 @@
-"""The report of all plates: one HTML file that needs nothing but itself to be read.
-
-The gallery: a page of Markdown that shows the plates, with their claims.
-"""
+"""The report of all plates, one self-contained HTML file, and the gallery, a Markdown page."""
 
 import re
 from base64 import b64encode
@@ -11,11 +8,11 @@ from html import escape
 from plots.plate import Claim, DrawnPlate, FailedPlate
 
 LARGEST_SVG = 1_000_000
-"""A picture of more bytes than this is shown as PNG: browsers are slow to draw it [bytes]."""
+"""A larger SVG is shown as PNG: browsers draw it slowly [bytes]."""
 
 _TITLE = "Claims about curves and motion"
 
-# Nothing may be fetched, whatever a caption says.
+# Captions cannot make the page fetch anything.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 _STYLE = """
@@ -66,9 +63,9 @@ def report(
     """The text of the report.
 
     Args:
-        plates: in the order in which they are shown. Their files are linked to as lying beside it.
-        failed: plates that are missing, and why.
-        provenance: the command, the versions and the machine, each by its name.
+        plates: in the order of the page; their files lie beside the report.
+        failed: missing plates.
+        provenance: command, versions and machine, by name.
     """
     return "".join(f"{line}\n" for line in _report_lines(plates, failed, provenance))
 
@@ -103,7 +100,7 @@ def _report_lines(
 
 
 def tally(claims: Sequence[Claim]) -> str:
-    """How many claims hold, as a sentence."""
+    """Count the claims that hold, as a sentence."""
     failing = sum(not claim.holds for claim in claims)
     if not claims:
         return "There are no claims."
@@ -119,9 +116,9 @@ def _contents(plates: Sequence[DrawnPlate]) -> Iterator[str]:
     yield '<li><a href="#claims">All claims</a></li>'
     for plate in plates:
         failing = sum(not claim.holds for claim in plate.claims)
-        said = f" ({failing} of {len(plate.claims)} claims do not hold)" if failing else ""
-        yield f'<li><a href="#{plate.name}">{escape(plate.title)}</a>{said}</li>'
-    yield '<li><a href="#made">How this was made</a></li>'
+        note = f" ({failing} of {len(plate.claims)} claims do not hold)" if failing else ""
+        yield f'<li><a href="#{plate.name}">{escape(plate.title)}</a>{note}</li>'
+    yield '<li><a href="#made">Provenance</a></li>'
     yield "</ol>"
     yield "</nav>"
 
@@ -139,7 +136,7 @@ def _all_claims(plates: Sequence[DrawnPlate]) -> Iterator[str]:
 
 
 def _claims_table_lines(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
-    """Claims, each with markup for a last cell, or none of them with any."""
+    """A table of claims; each row has markup for a last cell, or all have none."""
     linked = any(link for _, link in rows)
     yield '<div class="scroll">'
     yield "<table>"
@@ -183,7 +180,7 @@ def _plate_lines(plate: DrawnPlate) -> Iterator[str]:
 
 
 def _picture_url(plate: DrawnPlate) -> str:
-    """The picture as a data URL. As an image of its own its ids clash with nothing."""
+    """The picture as a data URL, so that its ids cannot clash with others."""
     if len(plate.svg) > LARGEST_SVG:
         return f"data:image/png;base64,{b64encode(plate.png).decode()}"
     return f"data:image/svg+xml;base64,{b64encode(plate.svg).decode()}"
@@ -191,13 +188,13 @@ def _picture_url(plate: DrawnPlate) -> str:
 
 def _provenance_lines(provenance: Mapping[str, str]) -> Iterator[str]:
     yield '<section id="made">'
-    yield "<h2>How this was made</h2>"
+    yield "<h2>Provenance</h2>"
     yield '<dl class="made">'
     for name, value in provenance.items():
         yield f"<dt>{escape(name)}</dt><dd><code>{escape(value)}</code></dd>"
     yield "</dl>"
     yield (
-        "<p>Tables begin with three lines of comment, then their headers: read them with "
+        "<p>Tables begin with three comment lines, then the headers: read them with "
         '<code>pandas.read_csv(file, comment="#")</code> or '
         '<code>numpy.loadtxt(file, delimiter=",", skiprows=4)</code>.</p>'
     )
@@ -214,31 +211,31 @@ PICTURE_FORMAT = "svg"
 
 
 def gallery_page(plates: Sequence[DrawnPlate], folder: str) -> str:
-    """The text of the page.
+    """The text of the gallery page.
 
     Args:
-        plates: in the order in which they are shown.
-        folder: where their pictures are, seen from the page; the page has the same name.
+        plates: in the order of the page.
+        folder: of the pictures, relative to the page and of the same stem.
     """
     return "\n".join(_gallery_lines(plates, folder)) + "\n"
 
 
 def _gallery_lines(plates: Sequence[DrawnPlate], folder: str) -> Iterator[str]:
-    told = tally([claim for plate in plates for claim in plate.claims])
+    summary = tally([claim for plate in plates for claim in plate.claims])
     yield from (
         "# Gallery",
         "",
-        "The curves of the joints and the motion that follows from them, each with what is claimed",
-        f"of it and what was measured. {told}",
+        "Curves of the joints and motions that follow from them, each with claims and the measured",
+        f"values that confirm or refute them. {summary}",
         "",
-        f"`mover plots --gallery {folder}.md`, given in this folder, writes the page. The numbers",
-        "drawn come from `mover plots -o DIR`, with a report of all claims.",
+        f"`mover plots --gallery {folder}.md`, run in this folder, writes this page;",
+        "`mover plots -o DIR` writes the numbers drawn and a report of all claims.",
         "",
     )
     for plate in plates:
         yield f"- [{_escape_markdown(plate.title)}](#{plate.name})"
     for plate in plates:
-        # Headings make anchors of their own, but out of the title.
+        # The anchors of headings are made from the titles, not the names.
         yield from ("", f'<a id="{plate.name}"></a>', "", f"## {_escape_markdown(plate.title)}", "")
         yield f"![{_escape_markdown(plate.title)}]({folder}/{plate.name}.{PICTURE_FORMAT})"
         yield from (
@@ -252,12 +249,12 @@ def _gallery_lines(plates: Sequence[DrawnPlate], folder: str) -> Iterator[str]:
         if plate.references:
             yield from ("", "References:", "")
             yield from (
-                f"{k}. {_escape_markdown(one)}" for k, one in enumerate(plate.references, 1)
+                f"{k}. {_escape_markdown(text)}" for k, text in enumerate(plate.references, 1)
             )
 
 
 def claims_table(claims: Sequence[Claim]) -> Iterator[str]:
-    """The lines of a table of claims."""
+    """The lines of a Markdown table of claims."""
     yield "| claim | measured | bound | verdict |"
     yield "|---|---|---|---|"
     for claim in claims:
@@ -268,5 +265,5 @@ def claims_table(claims: Sequence[Claim]) -> Iterator[str]:
 
 
 def _escape_markdown(text: str) -> str:
-    """A text on one line, in which nothing is taken for markup."""
+    """Escape markup in a text, and put it on one line."""
     return re.sub(r"([\\`*_\[\]<>|#~&$])", r"\\\1", " ".join(text.split()))

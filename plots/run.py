@@ -1,4 +1,4 @@
-"""`mover plots`: plates made in several processes and written, with a report of all claims."""
+"""`mover plots`: draw plates in several processes and write them with a report of all claims."""
 
 import multiprocessing
 import os
@@ -44,7 +44,7 @@ PLATES: Mapping[str, str] = {
     )
     for name in names
 }
-"""Where each plate of the gallery is made, `module:function`, by its name, in order."""
+"""Maker of each plate, `module:function`, by plate name, in the order of the gallery."""
 
 
 REPORT_NAME = "report.html"
@@ -60,21 +60,21 @@ def plots(
     listed: bool = False,
     progress: ItemMonitor = no_item_monitor,
 ) -> CommandResult:
-    """Make plates and write their files.
+    """Draw plates and write their files.
 
     Args:
-        names: of the plates; all when empty.
+        names: of the plates [default: all].
         output: folder of the files and the report.
-        gallery: page of Markdown; its pictures go into the folder of its name.
-        strict: whether a claim that does not hold fails the command.
+        gallery: Markdown page; its pictures go into the folder of the same stem.
+        strict: fail if a claim does not hold.
         jobs: largest number of processes [default: number of cores].
-        listed: name the plates and make none.
-        progress: shows each plate that is done.
+        listed: list the names of all plates and draw none.
+        progress: shows each finished plate.
 
     Raises:
-        UsageError: options that do not go together, or an unknown plate.
+        UsageError: incompatible options, or an unknown plate.
         InputError: a file cannot be written.
-        KeyboardInterrupt: an interrupt came before a plate was done.
+        KeyboardInterrupt: interrupted before the first plate was finished.
     """
     if listed:
         return CommandResult(text="\n".join(PLATES), data=list(PLATES))
@@ -103,14 +103,14 @@ def plots(
 def _select_targets(
     names: Sequence[str], output: Path | None, gallery: Path | None
 ) -> Mapping[str, str]:
-    """The plates asked for, in the order of the gallery. Raises UsageError."""
+    """Select the plates to draw, in the order of the gallery. Raises UsageError."""
     if output is None and gallery is None:
-        raise UsageError("say where the plates go: -o DIR")
+        raise UsageError("no output folder: add -o DIR, or --gallery FILE.md")
     if gallery is not None:
         if gallery.suffix != ".md":
-            raise UsageError(f"--gallery {gallery}: the page ends in .md")
+            raise UsageError(f"--gallery {gallery}: the name of the page must end in .md")
         if names:
-            raise UsageError("--gallery shows all plates: give no names with it")
+            raise UsageError("--gallery shows all plates: leave out the names")
     for name in names:
         if name not in PLATES:
             hint = spelling_hint(name, PLATES)
@@ -119,7 +119,7 @@ def _select_targets(
 
 
 def _prepare_output(output: Path | None, gallery: Path | None) -> None:
-    """See that all can be written, and make the folders. Raises InputError."""
+    """Check that the pages can be written, and create the folders. Raises InputError."""
     if output is not None:
         _create_folder(output)
         _check_file_writable(output / REPORT_NAME)
@@ -129,7 +129,7 @@ def _prepare_output(output: Path | None, gallery: Path | None) -> None:
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Write a file, whole or not at all. Raises InputError."""
+    """Write a file atomically. Raises InputError."""
     try:
         write_atomic(path, content)
     except OSError as failure:
@@ -137,17 +137,17 @@ def write_file(path: Path, content: str | bytes) -> None:
 
 
 def _check_file_writable(path: Path) -> None:
-    """See that a file can be written. Raises InputError."""
+    """Check that a file can be written. Raises InputError."""
     if (reason := unwritable_reason(path)) is not None:
         raise _write_error(path, reason)
 
 
 def _create_folder(folder: Path) -> None:
-    """See that a folder is there, and make it where it is not. Raises InputError."""
+    """Create a folder unless it exists. Raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise _write_error(folder, "it is there already, and no directory") from None
+        raise _write_error(folder, "it exists and is not a directory") from None
     except OSError as failure:
         raise _write_error(folder, os_error_reason(failure)) from None
 
@@ -164,13 +164,13 @@ def _write(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:
 
 @dataclass(frozen=True)
 class _PlateResults:
-    """Plates in the order of the gallery, and the files of those that were made.
+    """Plates in the order of the gallery.
 
     Attributes:
-        plates: that were made.
-        failed: that were not, and why.
-        interrupted: whether that is why.
-        files: that were written.
+        plates: finished.
+        failed: not finished, with the reasons.
+        interrupted: True if an interrupt is the reason.
+        files: written for the finished plates.
     """
 
     plates: tuple[DrawnPlate, ...]
@@ -180,14 +180,14 @@ class _PlateResults:
 
     @property
     def claims(self) -> list[Claim]:
-        """Of all plates that were made."""
+        """The claims of all finished plates."""
         return [claim for plate in self.plates for claim in plate.claims]
 
 
 def _run_plates(
     targets: Mapping[str, str], jobs: int, output: Path | None, progress: ItemMonitor
 ) -> _PlateResults:
-    """Make the plates, and write the files of each when it is done."""
+    """Draw the plates, and write the files of each when it is finished."""
     results: dict[str, DrawnPlate | FailedPlate] = {}
     files: list[Path] = []
     interrupted = False
@@ -203,19 +203,19 @@ def _run_plates(
             interrupted = True
             if not any(isinstance(result, DrawnPlate) for result in results.values()):
                 raise
-    every = [
+    ordered = [
         results.get(name, FailedPlate(name, "the command was interrupted")) for name in targets
     ]
     return _PlateResults(
-        plates=tuple(result for result in every if isinstance(result, DrawnPlate)),
-        failed=tuple(result for result in every if isinstance(result, FailedPlate)),
+        plates=tuple(result for result in ordered if isinstance(result, DrawnPlate)),
+        failed=tuple(result for result in ordered if isinstance(result, FailedPlate)),
         interrupted=interrupted,
         files=tuple(files),
     )
 
 
 _CHECK_INTERVAL = 0.1
-"""How often the caller's check is called while plates are being made [s]."""
+"""Time between calls of the caller's check [s]."""
 
 
 def cores() -> int:
@@ -228,15 +228,15 @@ def cores() -> int:
 def make_plates(
     targets: Mapping[str, str], jobs: int, check: Callable[[], None] = lambda: None
 ) -> Generator[DrawnPlate | FailedPlate]:
-    """Make plates in several processes, and yield each when it is done.
+    """Draw plates in several processes, and yield each when it is finished.
 
-    A process that dies fails its plate only: each process is a pool of its own, and a new one
-    takes its place. Closing the generator ends the processes.
+    Each process is a pool of its own, so that one that dies fails its own plate only and is
+    replaced. Closing the generator ends the processes.
 
     Args:
-        targets: where each plate is made, `module:function`, by its name.
+        targets: maker of each plate, `module:function`, by plate name.
         jobs: largest number of processes, at least 1.
-        check: called several times a second; what it raises ends all.
+        check: called several times a second; an exception that it raises ends all processes.
     """
     queue = list(targets.items())[::-1]
     workers: list[_Worker] = []
@@ -268,7 +268,7 @@ def make_plates(
 
 
 class _Worker:
-    """A process that makes one plate at a time; what it prints goes to a file."""
+    """A process that draws one plate at a time; its standard streams go to a file."""
 
     def __init__(self, printed: Path) -> None:
         """Start the process."""
@@ -285,11 +285,11 @@ class _Worker:
         (self._process,) = set[BaseProcess](multiprocessing.active_children()) - others
 
     def submit(self, name: str, target: str) -> Future[DrawnPlate | FailedPlate]:
-        """Begin to make a plate."""
+        """Start drawing a plate."""
         return self._pool.submit(make_plate, name, target)
 
     def ending(self) -> str:
-        """How the process ended, and the last line that it printed."""
+        """Exit code or signal of the dead process, and the last line that it printed."""
         self._pool.shutdown()
         code = self._process.exitcode
         ending = f"exit code {code}"
@@ -308,10 +308,10 @@ class _Worker:
 
 @contextmanager
 def _worker_environment() -> Generator[None]:
-    """Start processes in which libraries compute in one thread, and that Ctrl-C does not reach.
+    """Start processes with single-threaded libraries and without Ctrl-C.
 
-    There is a process for each core already, and one thread sums in one order. Ctrl-C is for the
-    parent alone: a process inherits the signals that are blocked when it starts.
+    There is a process for each core already, and one thread sums in a fixed order. Only the parent
+    handles Ctrl-C: a process inherits the signals that are blocked when it starts.
     """
     threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in threads}
@@ -331,7 +331,7 @@ def _worker_environment() -> Generator[None]:
 
 
 def _initialize_worker(printed: str) -> None:
-    """Keep what libraries print, some of them past Python, out of the command's streams."""
+    """Redirect output of libraries, also that of compiled code, away from the command's streams."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     stream = os.open(printed, os.O_WRONLY | os.O_CREAT)
     os.dup2(stream, 1)
@@ -347,7 +347,7 @@ def _exit_with_parent() -> None:
 
 
 def make_plate(name: str, target: str) -> DrawnPlate | FailedPlate:
-    """Make and draw the plate of a name by a function `module:function`."""
+    """Draw the plate of a name, made by `module:function`."""
     module = None
     try:
         # Matplotlib may refuse the user's settings when it is imported.
@@ -357,14 +357,14 @@ def make_plate(name: str, target: str) -> DrawnPlate | FailedPlate:
         module = import_module(path)
         plate = getattr(module, function)()
         if plate.name != name:
-            return FailedPlate(name, f"it calls itself `{plate.name}`")
+            return FailedPlate(name, f"its maker names it `{plate.name}`")
         return draw_plate(plate)
     except (Exception, SystemExit) as failure:
         return FailedPlate(name, _failure_reason(failure, module))
 
 
 def _failure_reason(failure: BaseException, module: ModuleType | None) -> str:
-    """What was raised, on one line, and the last line of the plate's module that led there."""
+    """The exception on one line, with the innermost line of the plate's module in its traceback."""
     reason = type(failure).__name__
     if message := _single_line(str(failure)):
         reason += f": {message}"
@@ -378,9 +378,9 @@ _DISTRIBUTIONS = ("exudyn-mover", "exudyn", "numpy", "scipy", "matplotlib")
 
 
 def report_provenance(names: Sequence[str]) -> dict[str, str]:
-    """What makes the plates of these names, or all of them when there are no names.
+    """The command that draws these plates (all if empty), the versions and the machine.
 
-    The folder of the report is not told: where it lies does not change it. Nor is the time.
+    The report leaves out its folder and the time, so that equal runs give equal reports.
     """
     return {
         "command": shlex.join(["mover", "plots", "-o", "DIR", *names]),
@@ -391,14 +391,14 @@ def report_provenance(names: Sequence[str]) -> dict[str, str]:
 
 
 def _failure_message(results: _PlateResults, strict: bool) -> str | None:
-    """Why the command failed, as a sentence; None when it did not."""
+    """The reason why the command failed, as a sentence, or None."""
     if results.interrupted:
         count = len(results.plates) + len(results.failed)
         return f"interrupted after {len(results.plates)} of {count} plates"
     if results.failed:
         return "; ".join(map(str, results.failed))
     if strict and not all(claim.holds for claim in results.claims):
-        return f"--strict asks for all claims to hold: {tally(results.claims)}"
+        return f"--strict requires all claims to hold: {tally(results.claims)}"
     return None
 
 
@@ -411,12 +411,12 @@ def _format_paragraphs(
     ]
     lines = iter(format_table(rows, left_columns=len(rows[0])).splitlines() if rows else [])
     for plate in results.plates:
-        said = [f"{plate.name}: {_single_line(plate.title)}"]
+        paragraph = [f"{plate.name}: {_single_line(plate.title)}"]
         for claim in plate.claims:
-            said.append(f"  {next(lines)}")
+            paragraph.append(f"  {next(lines)}")
             if claim.remark and not claim.holds:
-                said.append(f"    {_single_line(claim.remark)}")
-        yield "\n".join(said)
+                paragraph.append(f"    {_single_line(claim.remark)}")
+        yield "\n".join(paragraph)
     yield tally(results.claims)
     counts = Counter(path.parent for path in files)
     written = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in counts.items()]
@@ -449,7 +449,7 @@ def _json_data(results: _PlateResults, files: Sequence[Path]) -> dict[str, objec
 
 
 def _claim_json(claim: Claim) -> dict[str, object]:
-    """A claim for JSON, which has no nan and no infinity: those are null."""
+    """A claim as JSON data; nan and infinity become null."""
     return {
         "sentence": claim.sentence,
         "measured": finite_or_none(claim.measured),

@@ -29,20 +29,20 @@ from springs.published.rows import PublishedRhythm
 from springs.published.shoulder_rhythm import DigitisedPoints, PiecewiseLinear
 
 PLANES = {"frontal": 0.0, "sagittal": np.pi / 2.0}
-"""Angle of the plane of elevation [rad]."""
+"""Angles of the planes of elevation [rad]."""
 
 MIN_ELEVATION, MAX_ELEVATION = np.radians(30.0), np.radians(120.0)
-"""Arm elevations between which all sets were measured [rad]."""
+"""Range of arm elevations in which all sets were measured [rad]."""
 
 CHECKED_ELEVATIONS = (0.0, 90.0, 131.4, 150.0)
 HAND_CALCULATED_ELEVATIONS = {
     "frontal": (1.076, 23.702, 34.110, 33.450),
     "sagittal": (2.348, 21.307, 30.0, 30.0),
 }
-"""Eq. 5.42 and 5.44 less 90 deg, worked by hand at `CHECKED_ELEVATIONS` [deg]."""
+"""Eq. 5.42 and 5.44 minus 90 deg, calculated by hand at `CHECKED_ELEVATIONS` [deg]."""
 
 ROUNDING_BOUND = {"frontal": 0.123, "sagittal": 0.051}
-"""What half a unit in the last printed digits can move the two pieces apart [deg].
+"""Largest offset of the two pieces due to the rounding of the printed digits [deg].
 
 Frontal 131.4 (0.00005 + 0.0005) + 0.0005 + 0.05, sagittal 130 (0.000005) + 0.0005 + 0.05.
 """
@@ -55,7 +55,7 @@ _INMAN = (
 )
 _SIGN = (
     "Clavicle elevation is positive upwards, relative to the thorax; arm elevation is 0 with the "
-    "arm hanging and is measured against the thorax, not against the clavicle."
+    "arm hanging, and relative to the thorax, not the clavicle."
 )
 
 
@@ -66,7 +66,7 @@ def clavicle() -> Plate:
     regression = published.rhythm("de_groot_brand_2001/clavicle_elevation")
     thesis = published.publication("otani_1989").reference
     references = (
-        str(replace(thesis, place="eq. 5.42 and 5.44, less the 90 deg of eq. 5.45")),
+        str(replace(thesis, place="eq. 5.42 and 5.44, minus the 90 deg of eq. 5.45")),
         _INMAN,
         str(published.publication("spartacus").reference),
         str(regression.reference),
@@ -84,15 +84,14 @@ def clavicle() -> Plate:
 
 
 _CAPTION = (
-    "The thesis's straight lines (eq. 5.42 and 5.44, less the 90 deg of eq. 5.45) approximate "
-    "Inman's graph, which is not public. The other sets stand in for it: digitised measurements "
-    "[3], and a regression [4] whose range is not known, so that it is dotted throughout. Below: "
-    "the sets less the thesis's line. Between 30 and 120 deg the lines are steeper than every set. "
-    "The sets differ among each other by more than 10 deg: bone pins, cadavers and magnetic "
-    "resonance do not agree on where zero is, so slopes compare better than values; Fung's angles "
-    "could not be brought into the data base's convention, and Karduna's clavicle was derived from "
-    "other bones. Nothing here is simulated: these lines pose a figure, and no force follows from "
-    "them."
+    "The thesis's straight lines (eq. 5.42 and 5.44, minus the 90 deg of eq. 5.45) approximate "
+    "Inman's graph, which is not public. The substitutes are digitised measurements [3] and a "
+    "regression [4] of unknown range, dotted throughout. Below: the sets minus the thesis's line. "
+    "Between 30 and 120 deg the lines are steeper than every set. The sets differ from each other "
+    "by more than 10 deg: bone pins, cadavers and magnetic resonance have different zeros, so that "
+    "slopes compare better than values; Fung's angles could not be converted to the convention of "
+    "the database, and Karduna's clavicle was derived from other bones. Nothing is simulated: "
+    "the lines pose a figure and exert no force."
 )
 
 
@@ -103,7 +102,7 @@ def mean_slope(rhythm: PublishedRhythm, plane: str) -> float:
 
 
 def piece_offset(rhythm: PublishedRhythm) -> float:
-    """How far the two pieces of a line are apart where they meet [deg], upwards positive."""
+    """Jump between the two pieces of a line [deg], positive upwards."""
     assert isinstance(rhythm.law, PiecewiseLinear)
     end = rhythm.law.pieces[0][0]
     below, above = rhythm.law.angle(np.array([end, nextafter(end, np.pi)]))
@@ -129,20 +128,20 @@ def _claims(
                 mean_slope(line, plane),
                 "deg/deg",
                 at_most=slopes[steepest],
-                remark="the lines follow Inman's graph of 1944; no later measurement listed here "
-                "raises the clavicle as fast",
+                remark="the lines follow Inman's graph of 1944; in no later measurement listed "
+                "here does the clavicle rise as fast",
             )
         )
     for plane, line in lines.items():
-        found = np.degrees(line.law.angle(np.radians(CHECKED_ELEVATIONS)))
+        elevations = np.degrees(line.law.angle(np.radians(CHECKED_ELEVATIONS)))
         by_hand = HAND_CALCULATED_ELEVATIONS[plane]
         *first, last = CHECKED_ELEVATIONS
         where = ", ".join(f"{at:g}" for at in first)
         claims.append(
             Claim(
-                f"In the {plane} plane the elevation at {where} and {last:g} deg is as worked by "
-                f"hand: {', '.join(f'{value:.3f}' for value in by_hand)} deg",
-                float(np.abs(found - by_hand).max()),
+                f"In the {plane} plane the elevation at {where} and {last:g} deg is that "
+                f"calculated by hand: {', '.join(f'{value:.3f}' for value in by_hand)} deg",
+                float(np.abs(elevations - by_hand).max()),
                 "deg",
                 at_most=0.0005,
             )
@@ -155,7 +154,7 @@ def _claims(
                 abs(piece_offset(line)),
                 "deg",
                 at_most=ROUNDING_BOUND[plane],
-                remark="eq. 5.44 jumps at 130 deg as it is printed, and is kept so"
+                remark="eq. 5.44 as printed jumps at 130 deg, and is not corrected"
                 if plane == "sagittal"
                 else "",
             )
@@ -164,7 +163,7 @@ def _claims(
 
 
 def _format_name(name: str) -> str:
-    """`ludewig_2009` as `Ludewig 2009`."""
+    """Format `ludewig_2009` as `Ludewig 2009`."""
     return name.replace("_", " ").capitalize()
 
 
@@ -200,12 +199,14 @@ def _draw(
             )
             for name, row in sets[plane].items():
                 assert isinstance(row.law, DigitisedPoints)
-                at, found = np.degrees(np.array(row.law.points)).T
-                draw_points(axes, at, found, pens[name], f"substitute: {_format_name(name)} [3]")
+                at, elevations = np.degrees(np.array(row.law.points)).T
+                draw_points(
+                    axes, at, elevations, pens[name], f"substitute: {_format_name(name)} [3]"
+                )
                 draw_points(
                     rest,
                     at,
-                    found - _bone_angle_degrees(lines[plane], np.radians(at)),
+                    elevations - _bone_angle_degrees(lines[plane], np.radians(at)),
                     pens[name],
                     "_",
                 )
@@ -244,11 +245,11 @@ def _tables(
     sets: Mapping[str, Mapping[str, PublishedRhythm]],
     regression: PublishedRhythm,
 ) -> dict[str, dict[str, Array]]:
-    """The lines on a grid, and the sets at the elevations of their points, nan where none is."""
+    """Tables of the lines on a grid, and of the sets at the elevations of all points, or nan."""
     tables: dict[str, dict[str, Array]] = {"lines": {"arm elevation [deg]": np.degrees(_GRID)}}
     for plane, line in lines.items():
-        found = _bone_angle_degrees(line, _GRID)
-        tables["lines"][f"thesis, {plane} [deg]"] = found
+        thesis = _bone_angle_degrees(line, _GRID)
+        tables["lines"][f"thesis, {plane} [deg]"] = thesis
         fitted = _bone_angle_degrees(regression, _GRID, PLANES[plane])
         tables["lines"][f"de Groot & Brand 2001, {plane} [deg]"] = fitted
         at = np.unique([x for row in sets[plane].values() for x, _ in _points(row)])

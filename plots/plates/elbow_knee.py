@@ -19,16 +19,16 @@ from plots.plate import Claim
 def _elbow_claims(curve: JointCurve, saul: Literature) -> Iterator[Claim]:
     end = curve.dead_zone[1]
     edge = f"the dead zone ends at {degrees(end):.1f} deg, an estimate of the thesis's author"
-    yield stop_not_early_claim(curve, f"{edge}: this elbow cannot be bent as a man's can")
+    yield stop_not_early_claim(curve, f"{edge}: this elbow bends less than a real one")
     yield low_torque_claim(
         curve,
         saul,
         0.0,
         end,
-        f"the model holds a straight elbow with {abs(saul.torque_at(0.0)):.0f} N m, "
-        "the thesis's is free from 0 deg on",
+        f"the model resists with {abs(saul.torque_at(0.0)):.0f} N m at 0 deg, where the thesis's "
+        "dead zone begins",
     )
-    remark = f"{edge}; the model's elbow is free there"
+    remark = f"{edge}, where the model's elbow is free"
     yield rms_difference_claim(curve, saul, 0.0, radians(130.0), remark)
     yield same_direction_claim(curve, saul, 0.0, radians(130.0))
 
@@ -43,9 +43,9 @@ elbow = JointPlate(
     claims=_elbow_claims,
     comment=(
         "The thesis takes the mean cubic of ten men from Engin & Chen 1987, measured in extension "
-        "and hyperextension. Their data are not public, so the limit torque of a musculoskeletal "
-        "model stands in. The dead zone's edges are estimates of the thesis's author; at its upper "
-        "edge the cubic made for extension becomes a wall of 1870 N m/rad."
+        "and hyperextension. Their data are not public; the limit torque of a musculoskeletal "
+        "model is the substitute. The edges of the dead zone are estimates of the thesis's author; "
+        "at the upper edge the cubic fitted to extension rises with 1870 N m/rad."
     ),
 )
 
@@ -53,12 +53,12 @@ elbow = JointPlate(
 def _knee_claims(curve: JointCurve, silder: Literature, *_: Literature) -> Iterator[Claim]:
     yield stop_not_early_claim(
         curve,
-        f"the dead zone ends at {degrees(curve.dead_zone[1]):.1f} deg, as it is printed: this knee "
-        "does not bend as far as a man's",
+        f"the dead zone ends at {degrees(curve.dead_zone[1]):.1f} deg as printed: this knee bends "
+        "less than a real one",
     )
     yield low_torque_claim(curve, silder, 0.0, radians(90.0))
     yield same_magnitude_claim(curve, silder, 95.0)
-    remark = "the dummy's knee ends in a wall where a man's goes on"
+    remark = "the dummy's knee has a stiff stop where a real one bends further"
     yield same_magnitude_claim(curve, silder, 115.0, remark)
     yield same_direction_claim(curve, silder, 0.0, radians(120.0))
 
@@ -76,7 +76,7 @@ knee = JointPlate(
             "knee flexion",
             {"hip flexion": 0.0, "ankle dorsiflexion": 0.0},
             "Riener & Edrich 1999",
-            "its range is taken to be Silder's",
+            "its range is assumed to be Silder's",
         ),
         published_curve("davy_audu_1987/knee", "Davy & Audu 1987"),
         published_curve("anderson_1999/knee", "Anderson 1999, ligaments"),
@@ -87,9 +87,9 @@ knee = JointPlate(
     window=Window(angles=(-20.0, 150.0), torques=(-60.0, 40.0), residuals=(-60.0, 30.0)),
     claims=_knee_claims,
     comment=(
-        "The thesis fits a cubic to the knee of a Sierra 292-1050 crash dummy (CAL3D report), of "
-        "which it says itself that it is unclear how well a dummy resembles a man. The report's "
-        "data are not public, so measurements of living knees stand in. The thesis's knee knows "
-        "nothing of hip and ankle, which move the others' curves."
+        "The thesis fits a cubic to the knee of a Sierra 292-1050 crash dummy (CAL3D report), and "
+        "leaves open how well a dummy resembles a human. The report's data are not public; "
+        "measurements of living knees are the substitutes. The thesis's knee is independent of "
+        "hip and ankle, whose angles change the published curves."
     ),
 )

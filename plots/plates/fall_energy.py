@@ -1,4 +1,4 @@
-"""The energy of the prototype as it falls, and what of it the integrator loses."""
+"""Energy of the falling prototype, and the error of the integrator."""
 
 # Matplotlib leaves the types of its keyword arguments open.
 # pyright: reportUnknownMemberType=false
@@ -31,10 +31,10 @@ from springs.backends import Array
 from springs.published import tables as published
 
 STEP_SIZES = (2e-3, 1e-3, 5e-4)
-"""Of the runs [s]."""
+"""Step sizes of the runs [s]."""
 
 STOP_TIME, FRAME_INTERVAL = 1.5, 0.01
-"""Of every run [s]."""
+"""End and frame interval of every run [s]."""
 
 _INITIAL_ANGLES: Mapping[str, tuple[float, ...]] = {
     "shoulder": (0.0, 20.0, 20.0),
@@ -42,40 +42,40 @@ _INITIAL_ANGLES: Mapping[str, tuple[float, ...]] = {
     "elbow": (30.0,),
     "knee": (30.0,),
 }
-"""The start on both sides, in the order of each joint's factors [deg].
+"""Initial angles of both sides, in the order of each joint's axes [deg].
 
-All joints are away from the corners of their curves: the figure's own start has elbows and knees on
-the edge of their dead zones.
+No joint is at a breakpoint of its curve: the figure's own start has elbows and knees at the edge of
+their dead zones.
 """
 
 ENERGY_BOUND = 1e-4
-"""Share of the energy exchanged; the bound that docs/simulation.md and its tests hold runs to."""
+"""Largest energy error relative to the energy exchanged, as docs/simulation.md states it."""
 
 ERROR_RATIO_BOUNDS = (3.5, 4.5)
-"""Bounds of the ratio of errors at two steps, one twice the other; 4 for small steps."""
+"""Bounds of the ratio of errors of two steps, one twice the other; 4 for small steps."""
 
 _SIGN = (
-    "Energies of the whole figure, as changes since the start. Dissipated is what damping has "
-    "taken and only grows. The error is the sum of all changes: positive where energy is made."
+    "Energies of the whole figure, as changes since the start. The dissipated energy is that of "
+    "damping, and only grows. The error is the sum of all changes: positive if energy is gained."
 )
 _CAPTION = (
-    "The prototype, bent and at rest, falls round its pinned pelvis; no load acts. Above: where "
-    "its energy goes, at the finest step. Below: by how much the sum of all is off, for three "
-    "fixed steps, and the bound. Until the first joint reaches a corner of its curve, such as the "
-    "edge of a dead zone, the error falls with the square of the step. A step that crosses a "
-    "corner adds an error that depends on where in the step the corner lies, so that from there on "
-    "halving the step divides the error by four on average only. The thesis prints no energies, "
-    "and nobody has measured any: the fall is held against the conservation of energy."
+    "The prototype, bent and at rest, falls about its pinned pelvis without loads. Above: energies "
+    "at the finest step. Below: error of their sum for three fixed steps, and the bound. Until the "
+    "first joint reaches a breakpoint of its curve, such as the edge of a dead zone, the error is "
+    "proportional to the square of the step. A step across a breakpoint adds an error that depends "
+    "on the position of the breakpoint in the step, so that from there on halving the step divides "
+    "the error by four only on average. Neither the thesis nor another source has energies to "
+    "compare with: the reference is the conservation of energy."
 )
 
 
 @dataclass(frozen=True)
 class Falls:
-    """The same fall at several steps.
+    """The same fall with several steps.
 
     Attributes:
         runs: by step [s].
-        breakpoint_frame: last frame before any joint reaches a corner of its curve.
+        breakpoint_frame: last frame before a joint reaches a breakpoint of its curve.
     """
 
     runs: Mapping[float, Recording]
@@ -88,25 +88,25 @@ class Falls:
 
     @property
     def exchanged_energy(self) -> float:
-        """Range of the potential energies over the run, and what damping took [J]."""
+        """Range of the potential energy over the run plus the energy dissipated [J]."""
         energy = self.finest_run.energy
         return float(np.ptp(energy["gravity"] + energy["spring"]) + energy["dissipated"][-1])
 
     def energy_errors(self, step: float) -> Array:
-        """Energy made since the start, shape (n,) [J]."""
+        """Energy gained since the start, shape (n,) [J]."""
         balance = self.runs[step].energy_balance
         return balance - balance[0]
 
     def error_ratio(self, step: float, last: int | None = None) -> float:
-        """Greatest error with `step` over that with half of it, up to a frame."""
+        """Ratio of the largest errors with `step` and with half of it, up to a frame."""
         coarse, fine = (
-            float(np.abs(self.energy_errors(one)[:last]).max()) for one in (step, 0.5 * step)
+            float(np.abs(self.energy_errors(size)[:last]).max()) for size in (step, 0.5 * step)
         )
         return coarse / fine
 
 
 def simulate_falls() -> Falls:
-    """Let the prototype fall."""
+    """Simulate the fall of the prototype with all step sizes."""
     body = read_figure("prototype")
     start = {
         name: tuple(map(radians, angles))
@@ -128,7 +128,7 @@ def fall_energy() -> Plate:
 
 
 def build_plate(falls: Falls) -> Plate:
-    """Draw the plate of these falls."""
+    """Draw the plate of simulated falls."""
     thesis = published.publication("otani_1989").reference
     references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
     return Plate(
@@ -144,7 +144,7 @@ def build_plate(falls: Falls) -> Plate:
 
 
 def _first_breakpoint_frame(body: Body, springs: SpringSet, run: Recording) -> int:
-    """The last frame before a spring's angle passes a corner of its law."""
+    """Index of the last frame before a spring's angle crosses a breakpoint of its law."""
     first = len(run.times)
     for name, joint in springs.joints.items():
         chain = body.joints[name].chain
@@ -154,9 +154,9 @@ def _first_breakpoint_frame(body: Body, springs: SpringSet, run: Recording) -> i
                 angle = along * run.displacements[name][:, 0]
             else:
                 angle = run.rotation_vectors[name] @ np.array(spring.direction)
-            for corner in {corner for law in spring.elastic for corner in law.breakpoints}:
-                passed = np.flatnonzero((angle[1:] - corner) * (angle[:-1] - corner) <= 0.0)
-                first = min([first, *passed.tolist()])
+            for edge in {edge for law in spring.elastic for edge in law.breakpoints}:
+                crossings = np.flatnonzero((angle[1:] - edge) * (angle[:-1] - edge) <= 0.0)
+                first = min([first, *crossings.tolist()])
     return first
 
 
@@ -164,7 +164,7 @@ def _claims(falls: Falls) -> list[Claim]:
     finest, exchanged = min(STEP_SIZES), falls.exchanged_energy
     mechanical = np.sum([falls.finest_run.energy[kind] for kind in ENERGY_KINDS[:3]], axis=0)
     low, high = ERROR_RATIO_BOUNDS
-    corner = falls.finest_run.times[falls.breakpoint_frame]
+    crossing = falls.finest_run.times[falls.breakpoint_frame]
     claims = [
         Claim(
             f"With steps of {1e3 * finest:g} ms the energy error stays below 1e-4 of the energy "
@@ -174,40 +174,40 @@ def _claims(falls: Falls) -> list[Claim]:
             at_most=ENERGY_BOUND * exchanged,
         ),
         Claim(
-            "Without loads kinetic, gravity's and the springs' energy together never grow from one "
-            "frame to the next",
+            "Without loads the sum of kinetic, gravitational and spring energy never grows from "
+            "one frame to the next",
             float(np.diff(mechanical).max()),
             "J",
             at_most=0.0,
         ),
         Claim(
-            "What damping has taken never falls",
+            "The dissipated energy never decreases",
             float(np.diff(falls.finest_run.energy["dissipated"]).min()),
             "J",
             at_least=0.0,
         ),
     ]
     for step in STEP_SIZES[:-1]:
-        halved = f"Halving the step from {1e3 * step:g} ms divides the greatest energy error by 4"
+        halved = f"Halving the step from {1e3 * step:g} ms divides the largest energy error by 4"
         claims.append(
             Claim(
-                f"{halved}, up to {corner:.2f} s, where the first joint reaches a corner of its "
-                "curve",
+                f"{halved}, up to {crossing:.2f} s, when the first joint reaches a breakpoint of "
+                "its curve",
                 falls.error_ratio(step, falls.breakpoint_frame + 1),
                 at_least=low,
                 at_most=high,
             )
         )
     for step in STEP_SIZES[:-1]:
-        halved = f"Halving the step from {1e3 * step:g} ms divides the greatest energy error by 4"
+        halved = f"Halving the step from {1e3 * step:g} ms divides the largest energy error by 4"
         claims.append(
             Claim(
-                f"{halved}, over the whole fall, corners included",
+                f"{halved}, over the whole fall, breakpoints included",
                 falls.error_ratio(step),
                 at_least=low,
                 at_most=high,
-                remark="a step across a corner of a curve has an error of its own; runs with a "
-                "tolerance end their steps at the corners",
+                remark="a step across a breakpoint has an error of its own; runs with a tolerance "
+                "end their steps at the breakpoints",
             )
         )
     return claims
@@ -247,7 +247,7 @@ def _draw(falls: Falls, references: tuple[str, ...]) -> Figure:
         for axes in (upper, lower):
             _mark_breakpoint(axes, float(times[falls.breakpoint_frame]))
         lower.set_ylim(1e-7, 1.0)
-        lower.set_ylabel("size of the error [J]")
+        lower.set_ylabel("absolute error [J]")
         lower.set_xlabel("time [s]")
         lower.legend(loc="lower right", ncols=4)
         add_footer(figure, _SIGN, references)
@@ -257,7 +257,7 @@ def _draw(falls: Falls, references: tuple[str, ...]) -> Figure:
 def _mark_breakpoint(axes: Axes, time: float) -> None:
     axes.axvline(time, color=GREY, lw=0.8)
     axes.annotate(
-        " first corner of a curve",
+        " first breakpoint of a curve",
         (time, 1.0),
         xycoords=("data", "axes fraction"),
         va="top",
@@ -267,7 +267,7 @@ def _mark_breakpoint(axes: Axes, time: float) -> None:
 
 
 def _energy_change(run: Recording, kind: str) -> Array:
-    """The change of an energy since the start [J]."""
+    """Change of an energy since the start [J]."""
     return run.energy[kind] - run.energy[kind][0]
 
 

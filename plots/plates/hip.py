@@ -33,15 +33,15 @@ _OTHER_ANGLES = {"knee flexion": 15.0, "ankle dorsiflexion": 0.0}
 
 
 def _zero_crossing_claim(curve: JointCurve, literature: Literature, remark: str = "") -> Claim:
-    """That the torque vanishes where the published one does."""
+    """Claim that the torque vanishes where the published one does."""
     low, high = radians(-15.0), radians(80.0)
     own = degrees(curve.zero_crossing(low, high))
     angles, torques = literature.points or (curve.angles, literature.torque(curve.angles))
     inside = (angles > low) & (angles < high)
     published = degrees(first_zero_crossing(angles[inside], torques[inside]))
     return Claim(
-        f"The torque is zero, at {own:.1f} deg, within 1 deg of where that of {literature.label} "
-        f"is, at {published:.1f} deg",
+        f"The torque vanishes at {own:.1f} deg, within 1 deg of the angle at which that of "
+        f"{literature.label} does, {published:.1f} deg",
         abs(own - published),
         "deg",
         at_most=1.0,
@@ -66,10 +66,10 @@ def _flexion_claims(
         curve,
         silder,
         -15.0,
-        f"{curve.torque_at(extended):.1f} N m stand against {silder.torque_at(extended):.1f}: one "
-        "subject, moving towards extension",
+        f"{curve.torque_at(extended):.1f} against {silder.torque_at(extended):.1f} N m: the thesis "
+        "has one subject, moving towards extension",
     )
-    remark = "Silder's hips too take 17 N m at 70 deg, with the knee at 15 deg"
+    remark = "Silder's hips also resist with 17 N m at 70 deg, the knee at 15 deg"
     yield low_resistance_claim(curve, remark)
     yield Claim(
         "Riener & Edrich's equation gives -34 N m at 90 deg with the knee at 15 deg",
@@ -96,7 +96,7 @@ hip_flexion = JointPlate(
             "hip flexion",
             _OTHER_ANGLES,
             "Riener & Edrich 1999",
-            "its range is taken to be Silder's",
+            "its range is assumed to be Silder's",
         ),
         published_curve("davy_audu_1987/hip", "Davy & Audu 1987"),
         published_curve("anderson_1999/hip_flexion", _LIGAMENTS),
@@ -108,16 +108,16 @@ hip_flexion = JointPlate(
     claims=_flexion_claims,
     comment=(
         "The thesis fits a cubic to one subject of Yoon & Mansour 1982 with the knee at 15 deg, "
-        "moving towards extension; how hip and knee hang together, and the 5 to 10 N m between the "
-        "two directions, it leaves out. Those data are not public. Of the substitutes the "
-        "digitised curve of Silder and others was measured with the knee at the same angle. "
-        "Silder's equation has the mean parameters of the subjects, which is not the mean curve."
+        "moving towards extension; it neglects the coupling of hip and knee, and the difference of "
+        "5 to 10 N m between the two directions. Those data are not public. Of the substitutes, "
+        "the digitised curve of Silder et al. was measured at the same knee angle. Silder's "
+        "equation has the mean parameters of the subjects, which does not give the mean curve."
     ),
 )
 
 
 def _cadaver_range() -> Literature:
-    """The ends of the range that van Arkel read at a moment."""
+    """Van Arkel's ends of the range, each with its moment."""
     rows = {row.motion: row for row in published.publication("van_arkel_2015").ranges}
     adduction, abduction = rows["hip adduction"], rows["hip abduction"]
     assert adduction.moment is not None
@@ -131,8 +131,8 @@ def _abduction_claims(
 ) -> Iterator[Claim]:
     yield printed_cubic_claim(curve)
     yield low_torque_claim(curve, anderson, *curve.normal_range)
-    yield stop_not_late_claim(curve, "adduction meets its wall 16 deg late")
-    remark = "the dead zone ends at 46 deg, where a hip is long held"
+    yield stop_not_late_claim(curve, "adduction stops 16 deg beyond the normal limit")
+    remark = "the dead zone ends at 46 deg, where a real hip resists already"
     yield same_magnitude_claim(curve, cadavers, 30.0, remark)
     yield same_magnitude_claim(curve, anderson, 60.0)
     yield same_magnitude_claim(curve, anderson, -60.0)
@@ -148,16 +148,16 @@ hip_abduction = JointPlate(
     window=Window(angles=(-70.0, 70.0), torques=(-100.0, 100.0), residuals=(-40.0, 40.0)),
     claims=_abduction_claims,
     comment=(
-        "The curve is an estimate of the thesis's author, based on no study. Beside it stand the "
-        "ligament term of a gait model and the two angles at which the ligaments of cadaver hips "
-        "hold 5 N m."
+        "The curve is an estimate of the thesis's author, not based on a study. It is compared "
+        "with the ligament term of a gait model and the two angles at which the ligaments of "
+        "cadaver hips resist with 5 N m."
     ),
     is_estimate=True,
 )
 
 
 def _dead_zone_claim(curve: JointCurve, cadavers: Literature) -> Claim:
-    """That the dead zone ends where cadaver hips begin to resist."""
+    """Claim that the dead zone ends where cadaver hips begin to resist."""
     rows = published.publication("van_arkel_2015").ranges
     scatter = next(row.deviation for row in rows if row.deviation is not None)
     zone = curve.dead_zone
@@ -165,10 +165,10 @@ def _dead_zone_claim(curve: JointCurve, cadavers: Literature) -> Claim:
     loose = angles[np.abs(cadavers.torque(angles)) <= RANGE_END_MOMENT]
     ends = float(loose[0]), float(loose[-1])
     return Claim(
-        f"The dead zone ends, at {degrees(zone[0]):.1f} and {degrees(zone[1]):.1f} deg, where "
-        f"cadaver hips hold {RANGE_END_MOMENT:g} N m, at {degrees(ends[0]):.1f} and "
-        f"{degrees(ends[1]):.1f} deg, within the {degrees(scatter):g} deg by which that study's "
-        "hips scattered in extension",
+        f"The dead zone ends at {degrees(zone[0]):.1f} and {degrees(zone[1]):.1f} deg, where "
+        f"cadaver hips resist with {RANGE_END_MOMENT:g} N m: at {degrees(ends[0]):.1f} and "
+        f"{degrees(ends[1]):.1f} deg, within the standard deviation of that study in extension, "
+        f"{degrees(scatter):g} deg",
         degrees(max(abs(edge - end) for edge, end in zip(zone, ends, strict=True))),
         "deg",
         at_most=degrees(scatter),
@@ -187,8 +187,8 @@ def _rotation_claims(curve: JointCurve, cadavers: Literature, _: Literature) -> 
         cadavers,
         low,
         high,
-        f"at {degrees(low):.1f} deg cadaver hips hold {abs(cadavers.torque_at(low)):.0f} N m, "
-        f"this one {abs(curve.torque_at(low)):.0f}",
+        f"at {degrees(low):.1f} deg cadaver hips resist with {abs(cadavers.torque_at(low)):.0f} "
+        f"N m, this one with {abs(curve.torque_at(low)):.0f} N m",
     )
     yield same_direction_claim(curve, cadavers, low, high)
 
@@ -205,9 +205,9 @@ hip_rotation = JointPlate(
     window=Window(angles=(-60.0, 60.0), torques=(-60.0, 60.0), residuals=(-60.0, 60.0)),
     claims=_rotation_claims,
     comment=(
-        "The curve is an estimate of the thesis's author, based on no study. Beside it stand the "
-        "fit of a public code base to the ligaments of cadaver hips, and the ligament term of a "
-        "gait model."
+        "The curve is an estimate of the thesis's author, not based on a study. It is compared "
+        "with the fit of a public code base to the ligaments of cadaver hips, and with the "
+        "ligament term of a gait model."
     ),
     is_estimate=True,
 )

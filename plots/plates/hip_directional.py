@@ -1,7 +1,4 @@
-"""The hip resists differently towards flexion and towards extension (the thesis's figure 4.7).
-
-A slow cycle of the hip in Exudyn, and the passive torque that its motion tells.
-"""
+"""Hysteresis of the hip: a slow cycle in Exudyn (the thesis's figure 4.7)."""
 
 from dataclasses import dataclass, replace
 
@@ -38,18 +35,18 @@ _PERIOD = 8.0
 _FRAMES = 800
 _STEP = 1e-3
 _BRAKE_DAMPING = 10.0
-"""Of the drive [N m s/rad]: it holds the speed down, and is taken off what is measured."""
+"""Damping that limits the speed; subtracted from the measured torque [N m s/rad]."""
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """One cycle, from the least angle and back; n stretches between frames.
+    """One cycle from the smallest angle and back, in n intervals between frames.
 
     Attributes:
-        angle: hip flexion in the middle of each stretch, shape (n,) [rad].
-        angle_change: by how much the angle grows along it, shape (n,) [rad].
-        torque: passive torque on the thigh, without the brake's, shape (n,) [N m].
-        dissipated_energy: by the joint, the brake's share taken off, in Exudyn's energy book [J].
+        angle: hip flexion at the middle of each interval, shape (n,) [rad].
+        angle_change: over each interval, shape (n,) [rad].
+        torque: passive torque on the thigh without the brake, shape (n,) [N m].
+        dissipated_energy: of the joint in Exudyn's energy balance, without the brake [J].
     """
 
     angle: Array
@@ -59,21 +56,21 @@ class Cycle:
 
     @property
     def low(self) -> float:
-        """Least angle [rad]."""
+        """Smallest angle [rad]."""
         return float(self.angle.min())
 
     @property
     def high(self) -> float:
-        """Greatest angle [rad]."""
+        """Largest angle [rad]."""
         return float(self.angle.max())
 
     @property
     def energy_loss(self) -> float:
-        """Area within the loop of torque against angle [J]; positive where energy is lost."""
+        """Area of the loop of torque against angle [J]; positive for a loss."""
         return -float(np.sum(self.torque * self.angle_change))
 
     def torque_on_branch(self, angles: Array, sign: int) -> Array:
-        """Torque at angles [rad] while the angle grows (+1) or falls (-1) [N m]."""
+        """Torque at angles [rad] while the angle increases (+1) or decreases (-1) [N m]."""
         chosen = np.flatnonzero(np.sign(self.angle_change) == sign)
         chosen = chosen[np.argsort(self.angle[chosen])]
         return np.interp(angles, self.angle[chosen], self.torque[chosen])
@@ -82,10 +79,10 @@ class Cycle:
 def drive_hip(law: Hysteresis, low: float, high: float) -> Cycle:
     """Drive the prototype's thigh slowly from about `low` to `high` [rad] and back.
 
-    The thigh hangs alone on the fixed pelvis by its flexion axis, without gravity. A moment that
-    goes up and down as a cosine drives it, between what the law asks for at both ends. The second
-    of two cycles is taken. The passive torque is inertia times acceleration less the drive: it
-    comes from the motion, not from the law.
+    The thigh rotates on the fixed pelvis about its flexion axis, without gravity. The moment that
+    drives it is a cosine between those that balance the law at both ends. The second of two cycles
+    is returned. The passive torque is inertia times acceleration minus the drive: it comes from the
+    motion, not from the law.
     """
     figure = _build_thigh_figure()
     spring = AxisSpring((0.0, 1.0, 0.0), (law,), Damping(viscous=_BRAKE_DAMPING))
@@ -107,21 +104,21 @@ def drive_hip(law: Hysteresis, low: float, high: float) -> Cycle:
 
 
 def _build_thigh_figure() -> Figure:
-    """The prototype's left thigh on its pelvis, which is the ground, by the axis of flexion."""
+    """Build the prototype's left thigh on its pelvis, the ground, with its flexion axis."""
     body = read_figure("prototype")
     hip = body.joints[_HIP]
     (flexion,) = (factor for factor in hip.chain if factor.axis == (0.0, 1.0, 0.0))
-    hinge = replace(hip, chain=(flexion,), displacement=(0.0,), stiff=None, rest=None, damp=None)
+    revolute = replace(hip, chain=(flexion,), displacement=(0.0,), stiff=None, rest=None, damp=None)
     pelvis = replace(body.segments[_PELVIS], mass=-1.0)
     return Figure(
         {_PELVIS: pelvis, _THIGH: body.segments[_THIGH]},
-        {_HIP: hinge},
+        {_HIP: revolute},
         SiteRef(_PELVIS, "llateral"),
     )
 
 
 def _last_cycle(run: Recording, load: TimedLoad) -> Cycle:
-    """The last cycle of a run."""
+    """Evaluate the last cycle of a run."""
     times, angle = run.times, run.displacements[_HIP][:, 0]
     rate = run.velocities[_HIP][:, 0]
     fastest = int(np.argmax(np.abs(rate)))
@@ -151,21 +148,21 @@ def _midpoints(values: Array) -> Array:
 
 
 CURVE_DISTANCE_RANGE = (5.0, 10.0)
-"""Between these the thesis gives the distance of the two curves [N m]."""
+"""Distance of the two curves according to the thesis [N m]."""
 
 HYSTERESIS_WIDTH = 7.5
-"""The middle of that range [N m]."""
+"""Middle of that range [N m]."""
 
 MIN_ANGLE, MAX_ANGLE = 0.0, 80.0
-"""Hip angles between which the leg is driven, about [deg]."""
+"""Approximate hip angles between which the thigh is driven [deg]."""
 
 _COMPARED_ANGLES = np.arange(10.0, 70.1, 1.0)
 """Hip angles away from both reversals [deg]."""
 
 AREA_BOUND = 0.01
-"""Share of the energy lost by which the loop's area may be off.
+"""Tolerance of the loop's area relative to the energy lost.
 
-At a reversal the moment goes over from one curve to the other while the leg creeps, which cuts the
+At a reversal the moment changes from one curve to the other while the thigh creeps, which cuts the
 corners of the loop.
 """
 
@@ -173,30 +170,29 @@ MEDIAN_BOUND = 8.0
 """The thesis's bound of the deviation from the median, in percent of the total range."""
 
 _SIGN = (
-    "The moment acts on the thigh and is positive towards flexion: positive in extension and "
-    "negative in flexion means that it resists. Hip flexion is positive, 0 standing; the knee is "
-    "held at 15 deg where it was measured."
+    "The moment acts on the thigh and is positive towards flexion: it resists where it is positive "
+    "in extension and negative in flexion. Hip flexion is positive, 0 standing; in measurements "
+    "the knee is at 15 deg."
 )
 _CAPTION = (
     "Yoon & Mansour measured two curves of the hip, 5 to 10 N m apart; their data are not public. "
-    "The thesis's cubic is fitted to the one for increasing extension. Here the curve for "
-    "increasing flexion lies 7.5 N m below it, the middle of what the thesis says. The loop is a "
-    "slow cycle in Exudyn: a moment drives the prototype's thigh to and fro, and what the joint "
-    "answers is taken from inertia, acceleration and drive, not from the law. Silder et al.'s "
-    "points, of no told direction, stand in for a measured curve. Below: the loop less the curve "
-    "of its direction; only where the leg turns round is there a difference. Of the thesis's "
-    "curve: {known}."
+    "The thesis's cubic is fitted to the curve of increasing extension. The curve of increasing "
+    "flexion lies 7.5 N m below it here, the middle of the thesis's range. The loop is a slow "
+    "cycle in Exudyn: a moment drives the prototype's thigh to and fro, and the joint torque "
+    "follows from inertia, acceleration and drive, not from the law. The points of Silder et al., "
+    "whose direction is unknown, substitute for a measured curve. Below: the loop minus the curve "
+    "of its direction; they differ at the reversals only. Range of the thesis's curve: {known}."
 )
 
 
 def hysteresis_law() -> Hysteresis:
-    """The thesis's cubic for increasing extension, and below it one for increasing flexion."""
+    """The thesis's cubic for increasing extension, and a lower one for increasing flexion."""
     thesis = published.curve("otani_1989/hip_y").law
     return Hysteresis(Transformed(thesis, constant=-HYSTERESIS_WIDTH), thesis)
 
 
 def simulate_cycle() -> Cycle:
-    """The leg driven to and fro in Exudyn."""
+    """Simulate a cycle of the hip in Exudyn."""
     return drive_hip(hysteresis_law(), np.radians(MIN_ANGLE), np.radians(MAX_ANGLE))
 
 
@@ -206,7 +202,7 @@ def hip_directional() -> Plate:
 
 
 def build_plate(cycle: Cycle) -> Plate:
-    """Draw the plate of this cycle."""
+    """Draw the plate of a cycle."""
     thesis = published.publication("otani_1989").reference
     references = (
         str(replace(thesis, place="section 4.2.4, figure 4.7 and appendix A")),
@@ -228,45 +224,43 @@ def build_plate(cycle: Cycle) -> Plate:
 
 def _claims(cycle: Cycle) -> list[Claim]:
     at = np.radians(_COMPARED_ANGLES)
-    apart = cycle.torque_on_branch(at, -1) - cycle.torque_on_branch(at, +1)
+    difference = cycle.torque_on_branch(at, -1) - cycle.torque_on_branch(at, +1)
     loss = hysteresis_law().cycle_loss(cycle.low, cycle.high)
     low, high = CURVE_DISTANCE_RANGE
     where = f"from {_COMPARED_ANGLES[0]:g} to {_COMPARED_ANGLES[-1]:g} deg of hip flexion"
     return [
         Claim(
-            f"Least distance {where} of the moments towards extension and towards flexion",
-            float(apart.min()),
+            f"Smallest difference of the two moments {where}",
+            float(difference.min()),
             "N m",
             at_least=low,
             at_most=high,
         ),
         Claim(
-            f"Greatest distance {where} of the moments towards extension and towards flexion",
-            float(apart.max()),
+            f"Largest difference of the two moments {where}",
+            float(difference.max()),
             "N m",
             at_least=low,
             at_most=high,
         ),
+        Claim("A cycle of the hip dissipates energy", cycle.energy_loss, "J", at_least=0.0),
         Claim(
-            "A cycle of the hip takes energy and gives none", cycle.energy_loss, "J", at_least=0.0
-        ),
-        Claim(
-            f"The area of the loop is the energy that lies between the two curves, {loss:.2f} J",
+            f"The area of the loop is that between the two curves, {loss:.2f} J",
             cycle.energy_loss,
             "J",
             at_least=(1.0 - AREA_BOUND) * loss,
             at_most=(1.0 + AREA_BOUND) * loss,
         ),
         Claim(
-            "It is what Exudyn's run counts as dissipated by the joint, in percent of it",
+            "The area of the loop equals the energy dissipated by the joint in Exudyn: difference",
             100.0 * abs(cycle.dissipated_energy / cycle.energy_loss - 1.0),
             "%",
             at_most=100.0 * AREA_BOUND,
         ),
         Claim(
-            "The median of both moments is off either by less than 8 % of the total range, as the "
-            "thesis expects",
-            100.0 * 0.5 * float(apart.max()) / float(np.ptp(cycle.torque)),
+            "The median of both moments differs from either by less than 8 % of the total range, "
+            "as the thesis expects",
+            100.0 * 0.5 * float(difference.max()) / float(np.ptp(cycle.torque)),
             "%",
             at_most=MEDIAN_BOUND,
         ),
@@ -330,18 +324,18 @@ def _draw(cycle: Cycle, references: tuple[str, ...]) -> Picture:
 
 
 def _mark_directions(axes: Axes, cycle: Cycle) -> None:
-    """An arrow beside each branch of the loop."""
-    for sign, start, word, aside in ((+1, 36.0, "flexing", -6.0), (-1, 56.0, "extending", 8.0)):
+    """Draw an arrow beside each branch of the loop."""
+    for sign, start, word, offset in ((+1, 36.0, "flexing", -6.0), (-1, 56.0, "extending", 8.0)):
         ends = np.array([start, start + 16.0 * sign])
-        (x0, x1), (y0, y1) = ends, cycle.torque_on_branch(np.radians(ends), sign) + aside
-        looks = {"arrowstyle": "-|>", "color": BLUE, "mutation_scale": 14.0, "lw": 1.4}
-        axes.annotate("", (x1, y1), (x0, y0), arrowprops=looks)
-        place = (0.5 * (x0 + x1), 0.5 * (y0 + y1) + 0.2 * aside)
-        axes.annotate(word, place, ha="center", va="top" if aside < 0.0 else "bottom", color=BLUE)
+        (x0, x1), (y0, y1) = ends, cycle.torque_on_branch(np.radians(ends), sign) + offset
+        arrow = {"arrowstyle": "-|>", "color": BLUE, "mutation_scale": 14.0, "lw": 1.4}
+        axes.annotate("", (x1, y1), (x0, y0), arrowprops=arrow)
+        place = (0.5 * (x0 + x1), 0.5 * (y0 + y1) + 0.2 * offset)
+        axes.annotate(word, place, ha="center", va="top" if offset < 0.0 else "bottom", color=BLUE)
 
 
 def _curve_of_direction(cycle: Cycle) -> Array:
-    """The curve of the direction of motion at each stretch of a cycle [N m]."""
+    """Curve of the direction of motion in each interval of a cycle [N m]."""
     both = hysteresis_law()
     growing = np.asarray(both.increasing.torque(cycle.angle))
     return np.where(

@@ -1,7 +1,4 @@
-"""A spherical joint turned about axes between its own: the two readings of eq. 4.4 compared.
-
-The prototype's hip turned about axes between its own, its torques read out of Exudyn.
-"""
+"""The hip rotated about axes between its own: two readings of the thesis's eq. 4.4 compared."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -33,19 +30,19 @@ from springs.published import tables as published
 HIP_JOINT = "left_hip_joint"
 
 _GAUSS_NODES = 4
-"""Gauss-Legendre nodes of a piece of a loop: exact for cubics and beyond."""
+"""Gauss-Legendre nodes on a piece of a loop: exact up to degree 7."""
 
 _MIN_PIECES_PER_SIDE = 6
-"""Of a side of a loop, at least."""
+"""Smallest number of pieces of a side of a loop."""
 
 
 @dataclass(frozen=True)
 class ObliqueTorques:
-    """Torques on the leg for turns of one size about several axes, shape (n,) each [N m].
+    """Torques on the leg for rotations by one angle about several axes, shape (n,) each [N m].
 
     Attributes:
-        along: the axis of the turn.
-        across: it, in the half-way frame, towards flexion.
+        along: component along the axis of rotation.
+        across: component across it, in the half-way frame, towards flexion.
     """
 
     along: Array
@@ -54,11 +51,11 @@ class ObliqueTorques:
 
 @dataclass(frozen=True)
 class PathWork:
-    """Work of a joint that is carried along a way, shape (n,) each.
+    """Work of a joint along a path, shape (n,) each.
 
     Attributes:
-        path_length: length covered in the space of rotation vectors [rad].
-        work: done on the leg since the start [J].
+        path_length: in the space of rotation vectors [rad].
+        work: on the leg since the start [J].
     """
 
     path_length: Array
@@ -66,14 +63,14 @@ class PathWork:
 
 
 class ObliqueHip:
-    """The left hip. Rotation vectors are given as components of abduction and flexion."""
+    """The left hip; rotation vectors are components of abduction and flexion."""
 
     def __init__(self) -> None:
-        """Take the figure, and the springs of this joint alone."""
+        """Load the figure and the springs of the hip."""
         self._body = read_figure("prototype")
         self._springs = resolve_springs(self._body, Plan()).joints[HIP_JOINT]
         self._sequence = RotationSequence(
-            tuple(one.axis for one in self._body.joints[HIP_JOINT].chain)
+            tuple(factor.axis for factor in self._body.joints[HIP_JOINT].chain)
         )
         self._plane = np.array([self.spring_about(m).direction for m in ("abduction", "flexion")])
 
@@ -87,14 +84,14 @@ class ObliqueHip:
         return next(spring for spring in self.axes if spring.motion == motion)
 
     def torques(self, rotation_vectors: Array, joining: Joining) -> Array:
-        """Torque on the leg [N m] at rotation vectors [rad], pelvis's site axes, (n, 3) each."""
+        """Torque on the leg [N m] at rotation vectors [rad] in axes of the pelvis, (n, 3) each."""
         matrices = matrix_from_rotation_vector(rotation_vectors)
         poses = [{HIP_JOINT: self._sequence.angles(matrix)} for matrix in matrices]
         plan = Plan(springs=SpringSet({HIP_JOINT: self._springs}, joining))
         return static_torques(self._body, poses, plan)[HIP_JOINT]
 
     def oblique_torques(self, angle: float, directions: Array, joining: Joining) -> ObliqueTorques:
-        """Torques of a turn [rad] about axes at `directions` from abduction to flexion [rad]."""
+        """Torques at an angle [rad] about axes at `directions` from abduction to flexion [rad]."""
         axes = np.stack([np.cos(directions), np.sin(directions)], axis=1) @ self._plane
         across = np.stack([-np.sin(directions), np.cos(directions)], axis=1) @ self._plane
         half = matrix_from_rotation_vector(0.5 * angle * axes)
@@ -104,43 +101,43 @@ class ObliqueHip:
     def work_along_path(
         self, vertices: Sequence[tuple[float, float]], joining: Joining
     ) -> PathWork:
-        """Work on the leg carried along straight sides from corner to corner [rad].
+        """Work on the leg along straight sides between vertices [rad].
 
-        The torque is read at Gauss-Legendre nodes of pieces of the sides, which end where a law has
-        a corner, and multiplied with the turn of the leg that belongs to the step between them.
+        The torque is read at Gauss-Legendre nodes on pieces of the sides, which end at the
+        breakpoints of the laws, and multiplied by the rotation of the leg.
         """
         nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_NODES)
-        turns: list[Array] = []
+        vectors: list[Array] = []
         steps: list[Array] = []
-        way = [0.0]
+        path = [0.0]
         for start, end in pairwise(np.array(vertices)):
             for low, high in pairwise(self._piece_ends(start, end)):
                 share = low + 0.5 * (high - low) * (nodes + 1.0)
-                turns.append((start + share[:, None] * (end - start)) @ self._plane)
+                vectors.append((start + share[:, None] * (end - start)) @ self._plane)
                 lengths: Array = 0.5 * (high - low) * weights
                 steps.append(lengths[:, None] * ((end - start) @ self._plane))
-                way.append(way[-1] + (high - low) * float(np.linalg.norm(end - start)))
-        at = np.concatenate(turns)
-        turned = np.einsum("nij,nj->ni", _rotation_jacobian(at), np.concatenate(steps))
-        work = np.sum(self.torques(at, joining) * turned, axis=1)
+                path.append(path[-1] + (high - low) * float(np.linalg.norm(end - start)))
+        at = np.concatenate(vectors)
+        rotations = np.einsum("nij,nj->ni", _rotation_jacobian(at), np.concatenate(steps))
+        work = np.sum(self.torques(at, joining) * rotations, axis=1)
         pieces = np.sum(work.reshape(-1, _GAUSS_NODES), axis=1)
-        return PathWork(np.array(way), np.concatenate([[0.0], np.cumsum(pieces)]))
+        return PathWork(np.array(path), np.concatenate([[0.0], np.cumsum(pieces)]))
 
     def _piece_ends(self, start: Array, end: Array) -> list[float]:
-        """Where a side is cut into pieces, from 0 to 1."""
+        """Ends of the pieces of a side, from 0 to 1."""
         cuts = {k / _MIN_PIECES_PER_SIDE for k in range(_MIN_PIECES_PER_SIDE + 1)}
         for spring in self.axes:
             first, last = (float(p @ self._plane @ spring.direction) for p in (start, end))
-            for corner in (corner for law in spring.elastic for corner in law.breakpoints):
-                if min(first, last) < corner < max(first, last):
-                    cuts.add((corner - first) / (last - first))
+            for angle in (angle for law in spring.elastic for angle in law.breakpoints):
+                if min(first, last) < angle < max(first, last):
+                    cuts.add((angle - first) / (last - first))
         return sorted(cuts)
 
 
 def _rotation_jacobian(rotation_vectors: Array) -> Array:
-    """What makes the turn of a body out of the change of its rotation vector, (n, 3, 3).
+    """Jacobian from the rate of a rotation vector r to the angular velocity, (n, 3, 3).
 
-    1 + (1 - cos a)/a^2 [r]x + (a - sin a)/a^3 [r]x^2, in the axes of what it turns against.
+    1 + (1 - cos a)/a^2 [r]x + (a - sin a)/a^3 [r]x^2 with a = |r|, in the axes of the parent.
     """
     a = np.linalg.norm(rotation_vectors, axis=1)[:, None, None]
     k = cross_matrix(rotation_vectors)
@@ -152,7 +149,7 @@ def _rotation_jacobian(rotation_vectors: Array) -> Array:
 
 
 ROTATION_ANGLE = np.radians(60.0)
-"""By which the leg is turned about axes between abduction and flexion [rad]."""
+"""Rotation of the leg about axes between abduction and flexion [rad]."""
 
 LOOP = (
     (0.0, 0.0),
@@ -161,42 +158,42 @@ LOOP = (
     (0.0, ROTATION_ANGLE),
     (0.0, 0.0),
 )
-"""A closed loop: corners in abduction and flexion, components of the rotation vector [rad]."""
+"""Vertices of a closed loop: abduction and flexion, components of the rotation vector [rad]."""
 
 TORQUE_BOUND = 1e-6
-"""Torques that differ by less are the same [N m]."""
+"""Difference below which torques are equal [N m]."""
 
 WORK_BOUND = 1e-6
-"""Work below which nothing but rounding is left [J]."""
+"""Work below which only rounding is left [J]."""
 
 _DIRECTIONS = np.radians(np.linspace(0.0, 90.0, 37))
 _ON_AXIS_ANGLES = np.radians(np.arange(-90.0, 91.0, 15.0))
 _LINE_STYLES = {Joining.CONSERVATIVE: LINE_STYLES[0], Joining.WEIGHTED: LINE_STYLES[1]}
 _SIGN = (
-    "Torques act on the leg: along the axis of the turn positive in its sense, across it positive "
+    "Torques act on the leg: positive along the axis in the sense of the rotation, and across it "
     "from abduction towards flexion, in the frame half-way between pelvis and leg. Work is "
-    "positive where the joint drives the leg. Left hip; abduction is about x, flexion about y."
+    "positive if the joint drives the leg. Left hip; abduction is about x, flexion about y."
 )
 _CAPTION = (
-    "Left: the leg is turned by 60 deg about axes from abduction (0 deg) to flexion (90 deg). All "
+    "Left: the leg is rotated by 60 deg about axes from abduction (0 deg) to flexion (90 deg). All "
     "points were read out of Exudyn with the prototype at rest; the thin line is eq. 4.4 of the "
-    "thesis as printed. Both readings of it are the axis's own law at both ends. Between them the "
-    "conservative law pushes less, for each axis sees its own component of the turn and not the "
-    "whole of it. Right: the leg is carried round a closed loop of orientations (abducted, flexed, "
-    "brought back, lowered), and the torque read out of Exudyn times the turn is summed. The "
-    "conservative law gives back what it took; the weighted law does not. No measurement of a hip "
-    "turned about oblique axes is public, so none is drawn. The thesis's curve of abduction is an "
-    "estimate of its author; of that of flexion: {known}."
+    "thesis as printed. At both ends both readings of it are the axis's own law. Between them the "
+    "conservative law has less torque, because each axis depends on its own component of the "
+    "rotation, not on the whole angle. Right: the leg moves round a closed loop of orientations "
+    "(abducted, flexed, adducted, extended), and the torque read out of Exudyn is integrated over "
+    "the rotation. The conservative law returns all energy, the weighted law does not. No "
+    "measurement of a hip rotated about oblique axes is public. The thesis's curve of abduction is "
+    "an estimate of its author; range of that of flexion: {known}."
 )
 
 
 def off_axis() -> Plate:
     """Draw the plate."""
     hip = ObliqueHip()
-    turned = {
+    torques = {
         joining: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, joining) for joining in Joining
     }
-    carried = {joining: hip.work_along_path(LOOP, joining) for joining in Joining}
+    path_work = {joining: hip.work_along_path(LOOP, joining) for joining in Joining}
     thesis = published.publication("otani_1989").reference
     references = (
         str(replace(thesis, place="eq. 4.4, and appendix A, records of the left hip")),
@@ -207,18 +204,18 @@ def off_axis() -> Plate:
     known = published.curve("otani_1989/hip_y").valid_range
     return Plate(
         name="off_axis",
-        title="A hip turned about oblique axes (the thesis's eq. 4.4)",
+        title="A hip rotated about oblique axes (the thesis's eq. 4.4)",
         caption=_CAPTION.format(known=describe_extrapolation(known, 0.0, ROTATION_ANGLE)),
         sign=_SIGN,
-        figure=_draw(turned, as_printed, carried, references),
-        claims=tuple(_claims(hip, carried)),
-        tables=_tables(turned, as_printed, carried),
+        figure=_draw(torques, as_printed, path_work, references),
+        claims=tuple(_claims(hip, path_work)),
+        tables=_tables(torques, as_printed, path_work),
         references=references,
     )
 
 
 def printed_torques(hip: ObliqueHip) -> ObliqueTorques:
-    """Eq. 4.4 as printed, M_i = A_i M_i(a), in the sense in which each cubic restores."""
+    """Eq. 4.4 as printed, M_i = A_i M_i(a), with each cubic in its restoring sense."""
     weights = np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)
     x, y = (
         weight * _printed_cubic_torque(hip.spring_about(motion))
@@ -228,14 +225,14 @@ def printed_torques(hip: ObliqueHip) -> ObliqueTorques:
 
 
 def _printed_cubic_torque(spring: AxisSpring) -> float:
-    """A cubic at the turn, without its dead zone [N m]."""
+    """Torque of a cubic without its dead zone at `ROTATION_ANGLE` [N m]."""
     (cubic,) = spring.elastic
     assert isinstance(cubic, Cubic)
     return cubic.sense * float(polynomial(cubic.coefficients, ROTATION_ANGLE))
 
 
 def max_on_axis_difference(hip: ObliqueHip, joining: Joining) -> float:
-    """Greatest difference from an axis's own law about it, turned about each both ways [N m]."""
+    """Largest difference from the axes' own laws, for rotations about single axes [N m]."""
     differences: list[float] = []
     for spring in hip.axes:
         direction = np.array(spring.direction)
@@ -248,8 +245,8 @@ def max_on_axis_difference(hip: ObliqueHip, joining: Joining) -> float:
 def _claims(hip: ObliqueHip, path_work: Mapping[Joining, PathWork]) -> list[Claim]:
     claims = [
         Claim(
-            f"Turned by -90 to 90 deg about each of its axes, the {joining.value} law in Exudyn "
-            "has about this axis the torque of the axis's own law",
+            f"Rotated by -90 to 90 deg about each of its axes, the hip with the {joining.value} "
+            "law in Exudyn has the torque of the axis's own law",
             max_on_axis_difference(hip, joining),
             "N m",
             at_most=TORQUE_BOUND,
@@ -260,16 +257,15 @@ def _claims(hip: ObliqueHip, path_work: Mapping[Joining, PathWork]) -> list[Clai
         work = float(path_work[joining].work[-1])
         claims.append(
             Claim(
-                f"The {joining.value} law does no work on a leg that is carried round a closed "
-                "loop of orientations",
+                f"The {joining.value} law does no work round a closed loop of orientations",
                 work,
                 "J",
                 at_least=-WORK_BOUND,
                 at_most=WORK_BOUND,
                 remark=""
                 if joining is Joining.CONSERVATIVE
-                else "it is no gradient: going round one way it feeds energy, the other way it "
-                "takes it",
+                else "it is not the gradient of an energy: round the loop one way it adds "
+                "energy, the other way it removes energy",
             )
         )
     return claims
@@ -294,8 +290,8 @@ def _draw(
             panels[name].set_xticks(range(0, 91, 15))
             panels[name].tick_params(labelbottom=name == "difference")
             draw_zero_line(panels[name])
-        panels["difference"].set_xlabel("axis of the turn [deg]: 0 abduction, 90 flexion")
-        panels["along"].set_title("turned by 60 deg", loc="left")
+        panels["difference"].set_xlabel("axis of rotation [deg]: 0 abduction, 90 flexion")
+        panels["along"].set_title("rotated by 60 deg", loc="left")
         panels["along"].legend(loc="lower right")
         _draw_loop(panels["loop"])
         _draw_work(panels["work"], path_work)
@@ -342,8 +338,8 @@ def _draw_difference(axes: Axes, torques: Mapping[Joining, ObliqueTorques]) -> N
 
 
 def _draw_loop(axes: Axes) -> None:
-    corners = np.degrees(np.array(LOOP))
-    for number, (start, end) in enumerate(pairwise(corners), start=1):
+    vertices = np.degrees(np.array(LOOP))
+    for number, (start, end) in enumerate(pairwise(vertices), start=1):
         axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "lw": 1.4})
         axes.annotate(
             str(number),
@@ -360,14 +356,14 @@ def _draw_loop(axes: Axes) -> None:
     axes.set_yticks(range(0, 61, 20))
     axes.set_xlabel("abduction [deg]")
     axes.set_ylabel("flexion [deg]")
-    axes.set_title("the loop of rotation vectors", loc="left")
+    axes.set_title("loop of rotation vectors", loc="left")
 
 
 def _draw_work(axes: Axes, path_work: Mapping[Joining, PathWork]) -> None:
     for joining, pen in _LINE_STYLES.items():
-        way, work = np.degrees(path_work[joining].path_length), path_work[joining].work
+        path, work = np.degrees(path_work[joining].path_length), path_work[joining].work
         axes.plot(
-            way,
+            path,
             work,
             pen.dash,
             marker=pen.marker,
@@ -382,13 +378,13 @@ def _draw_work(axes: Axes, path_work: Mapping[Joining, PathWork]) -> None:
         axes.annotate(str(number), place, xycoords=("data", "axes fraction"), ha="center")
     draw_zero_line(axes)
     axes.set_xticks(range(0, 241, 60))
-    axes.set_xlabel("way round the loop [deg]")
+    axes.set_xlabel("path along the loop [deg]")
     axes.set_ylabel("work on the leg [J]")
     axes.legend(loc="upper left")
 
 
 def _format_total_work(work: float) -> str:
-    return f"{work:+.2f} J in all" if abs(work) > WORK_BOUND else "none in all"
+    return f"{work:+.2f} J in total" if abs(work) > WORK_BOUND else "none in total"
 
 
 def _tables(

@@ -22,15 +22,15 @@ from springs.smooth_limit import SmoothLimit
 
 _COMMENT = (
     "The thesis fits a cubic to one subject of Engin 1980: the component of the resisting moment "
-    "that opposes the motion about one axis; the smaller ones about the others are ignored. Those "
-    "data are not public. The limit torque of a musculoskeletal model stands in; its angle is one "
-    "of three of another kind (elevation, plane of elevation, axial rotation), so that the two "
-    "stand side by side and neither is a fit of the other."
+    "that opposes the motion about one axis; the smaller components are neglected. Those data are "
+    "not public. The limit torque of a musculoskeletal model is the substitute; its angles are "
+    "defined differently (elevation, plane of elevation, axial rotation), so that neither curve is "
+    "a fit of the other."
 )
 
 
 def _elevation_limit(plane: str) -> Literature:
-    note = f"elevation of the arm, in the {plane} plane here; no torque between 30 and 150 deg"
+    note = f"elevation of the arm, here in the {plane} plane; no torque between 30 and 150 deg"
     return published_curve("saul_2015/shoulder_elv", "Saul 2015, limit of elevation", note)
 
 
@@ -58,19 +58,18 @@ shoulder_abduction = JointPlate(
 def _flexion_claims(curve: JointCurve, saul: Literature) -> Iterator[Claim]:
     level = radians(90.0)
     yield Claim(
-        f"The arm lifted forward to level, 90 deg, resists with less than {FIRM_TORQUE:g} N m, "
+        f"The arm raised forward to 90 deg resists with less than {FIRM_TORQUE:g} N m, "
         f"where {saul.label} has {abs(saul.torque_at(level)):g} N m",
         abs(curve.torque_at(level)),
         "N m",
         at_most=FIRM_TORQUE,
-        remark="a relaxed arm is lifted to level with next to nothing but its weight; where Engin "
-        "counted the angle from is not told, and a zero other than the hanging arm's would explain "
-        "it",
+        remark="a relaxed arm raised to 90 deg hardly resists beyond its weight; Engin's zero "
+        "angle is unknown, and one other than that of the hanging arm would explain the torque",
     )
-    yield stop_not_early_claim(curve, "the cubic has no dead zone and 5 N m at 46 deg already")
+    yield stop_not_early_claim(curve, "the cubic has no dead zone, and reaches 5 N m at 46 deg")
     remark = "the model is free from 30 deg on"
     yield rms_difference_claim(curve, saul, 0.0, radians(150.0), remark)
-    remark = "about 8 deg the cubic draws the arm back already, the model still forward"
+    remark = "near 8 deg the cubic already drives the arm back, the model still forward"
     yield same_direction_claim(curve, saul, 0.0, radians(175.0), remark)
 
 
@@ -91,8 +90,8 @@ def _rotation_claims(curve: JointCurve, saul: Literature) -> Iterator[Claim]:
     assert isinstance(limit, SmoothLimit)
     free = curve.range_mask(limit.lower, limit.upper)
     yield Claim(
-        f"Where the model's arm turns without torque, -60 to -10 deg, this one resists with "
-        f"{RANGE_END_MOMENT:g} N m at most",
+        f"Where the model's arm rotates without torque, -60 to -10 deg, this one resists with at "
+        f"most {RANGE_END_MOMENT:g} N m",
         float(np.abs(curve.simulated[free]).max()),
         "N m",
         at_most=RANGE_END_MOMENT,
@@ -101,8 +100,8 @@ def _rotation_claims(curve: JointCurve, saul: Literature) -> Iterator[Claim]:
     yield same_direction_claim(curve, saul, radians(-90.0), radians(20.0))
     yield stop_not_early_claim(
         curve,
-        "with the zero of Engin's earlier study the stop would be at 76 deg, but that of "
-        "lateral rotation at 55 instead of 104",
+        "with the zero angle of Engin's earlier study the stop would be at 76 deg, but that of "
+        "lateral rotation at 55 instead of 104 deg",
     )
 
 
@@ -120,6 +119,6 @@ shoulder_rotation = JointPlate(
     ),
     window=Window(angles=(-120.0, 90.0), torques=(-60.0, 40.0), residuals=(-40.0, 40.0)),
     claims=_rotation_claims,
-    comment=f"{_COMMENT} A published figure of Engin's earlier study has its zero with the forearm "
-    "turned inwards by 45 deg; whether the data of 1980 have it too is not known.",
+    comment=f"{_COMMENT} In a figure of Engin's earlier study the forearm is rotated inwards by 45 "
+    "deg at zero; whether this holds for the data of 1980 is unknown.",
 )

@@ -1,7 +1,4 @@
-"""The hip's moment at several knee angles: the muscles that span both joints (thesis, 4.2.4).
-
-The prototype's leg with a law over hip and knee, its torques read out of Exudyn at rest.
-"""
+"""Hip moment at several knee angles: muscles that span both joints (the thesis's section 4.2.4)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -34,19 +31,19 @@ HIP, KNEE = "left_hip_joint", "left_knee"
 
 _FLEXION_AXES = (CoupledAxis(HIP, (0.0, 1.0, 0.0)), CoupledAxis(KNEE, (0.0, -1.0, 0.0)))
 _GAUSS_NODES = 32
-"""Gauss-Legendre nodes of a side of a loop."""
+"""Gauss-Legendre nodes on a side of a loop."""
 
 
 class TwoJointLeg:
-    """The left leg of the prototype, with a law over hip and knee flexion and no other springs."""
+    """The left leg of the prototype with a coupled law of hip and knee and no other springs."""
 
     def __init__(self, law: CoupledExponential) -> None:
-        """Hang the law on the leg."""
+        """Add the law to hip and knee."""
         self._body = read_figure("prototype")
         self._plan = Plan(springs=SpringSet(coupled=(CoupledSpring(law, _FLEXION_AXES),)))
 
     def torques(self, hip: Array, knee: Array) -> Array:
-        """Torques [N m] on thigh and shank, in the sense of flexion, shape (n, 2).
+        """Torques on thigh and shank in Exudyn, in the sense of flexion, shape (n, 2) [N m].
 
         Args:
             hip: flexion, shape (n,) [rad].
@@ -62,7 +59,7 @@ class TwoJointLeg:
         )
 
     def loop_work(self, rectangle: tuple[Range, Range]) -> float:
-        """Work of both torques once round a rectangle of hip and knee flexion [rad], in J.
+        """Work of both torques round a rectangle of hip and knee flexion [rad], in J.
 
         As `springs.spherical.loop_work`: along the hip first, then along the knee.
         """
@@ -89,35 +86,34 @@ KNEE_ANGLES = (15.0, 60.0, 90.0, 110.0)
 """Knee angles at which Silder et al. measured the hip [deg]."""
 
 EXTENDED_ANGLE, FLEXED_ANGLE = -15.0, 80.0
-"""The hip angles at both ends of all of their curves [deg]."""
+"""Hip angles at the ends of all of their curves [deg]."""
 
 USABLE_RANGES: tuple[Range, Range] = (
     (np.radians(-15.0), np.radians(100.0)),
     (0.0, np.radians(135.0)),
 )
-"""Hip and knee angles in which Riener & Edrich's equations are used [rad]."""
+"""Ranges of hip and knee in which Riener & Edrich's equations are used [rad]."""
 
 WORK_BOUND = 0.01
-"""Work round a loop that counts as none [J]."""
+"""Work round a loop below which a law is conservative [J]."""
 
 _HIP_ANGLES = np.arange(-30.0, 110.1, 1.0)
 _SAMPLE_ANGLES = np.arange(-15.0, 100.1, 5.0)
 _SIGN = (
-    "The moment acts on the thigh and is positive towards flexion: positive in extension and "
-    "negative in flexion means that it resists. Hip angle: 0 standing, flexion positive; knee "
-    "angle: 0 straight, flexion positive."
+    "The moment acts on the thigh and is positive towards flexion: it resists where it is positive "
+    "in extension and negative in flexion. Hip angle: 0 standing, flexion positive; knee angle: 0 "
+    "straight, flexion positive."
 )
 _CAPTION = (
-    "The thesis's hip knows nothing of the knee; Yoon & Mansour's measurements, from which it is, "
-    "are not public. Left, in their stead: points digitised from Silder et al. for four knee "
-    "angles, and the thesis's cubic. Right: Riener & Edrich's equations for the same knee angles "
-    "as lines, thin and dotted beyond the range in which they are used, and as marks the torques "
-    "read out of Exudyn, the equations hung on hip and knee of the prototype and the ankle held at "
-    "0 deg. The equations are {beyond}. Below: equations less points (left), and the nearest pair "
-    "of torques of the same exponentials that are a gradient less the equations (right). The "
-    "equations are none: carried round a closed loop of hip and knee angles they do work. That "
-    "pair changes the hip's moment by {hip:.2f} and the knee's by {knee:.2f} N m (root mean "
-    "square)."
+    "The thesis's hip is independent of the knee; the measurements of Yoon & Mansour, its source, "
+    "are not public. Left: points digitised from Silder et al. for four knee angles, as "
+    "substitutes, and the thesis's cubic. Right: Riener & Edrich's equations for the same knee "
+    "angles as lines, thin and dotted outside the range in which they are used, and torques read "
+    "out of Exudyn as markers, with the equations on hip and knee of the prototype and the ankle "
+    "fixed at 0 deg. The equations are {beyond}. Below: equations minus points (left), and nearest "
+    "conservative law of the same exponentials minus the equations (right). The equations are not "
+    "conservative: round a closed loop of hip and knee angles they do work. The conservative law "
+    "changes the moment of the hip by {hip:.2f} and that of the knee by {knee:.2f} N m (rms)."
 )
 
 
@@ -128,7 +124,7 @@ class HipMoments:
     Attributes:
         silder: (hip angle [deg], moment [N m]) of each point, shape (n, 2).
         riener: read out of Exudyn at the hip angles of Silder's points [N m], shape (n,).
-        at_sample_angles: read out of Exudyn at the hip angles `_READ` [N m].
+        at_sample_angles: read out of Exudyn at `_SAMPLE_ANGLES` [N m], shape (m,).
     """
 
     silder: Mapping[float, Array]
@@ -137,14 +133,14 @@ class HipMoments:
 
 
 def hip_knee_law() -> CoupledExponential:
-    """Riener & Edrich's law of hip and knee, the ankle held at 0 deg."""
+    """Riener & Edrich's law of hip and knee, with the ankle at 0 deg."""
     return published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate(
         "ankle dorsiflexion", 0.0
     )
 
 
 def collect_hip_moments(leg: TwoJointLeg) -> HipMoments:
-    """Silder's points, and the moments of a leg at the same angles."""
+    """Collect Silder's points, and the moments of a leg at the same angles."""
     silder = {
         knee: np.array(published.curve(f"silder_2007/hip_knee_{knee:.0f}").printed.points)
         for knee in KNEE_ANGLES
@@ -160,7 +156,7 @@ def two_joint_hip() -> Plate:
     """Draw the plate."""
     law = hip_knee_law()
     leg = TwoJointLeg(law)
-    found = collect_hip_moments(leg)
+    moments = collect_hip_moments(leg)
     nearest = nearest_conservative_law(law, USABLE_RANGES)
     thesis = published.publication("otani_1989").reference
     references = (
@@ -178,41 +174,41 @@ def two_joint_hip() -> Plate:
             knee=nearest.rms_difference[1],
         ),
         sign=_SIGN,
-        figure=_draw(law, found, nearest, references),
-        claims=tuple(_claims(leg, found, nearest)),
-        tables=_tables(law, found, nearest),
+        figure=_draw(law, moments, nearest, references),
+        claims=tuple(_claims(leg, moments, nearest)),
+        tables=_tables(law, moments, nearest),
         references=references,
     )
 
 
 def _simulate_hip_moments(leg: TwoJointLeg, hip: Array, knee: float) -> Array:
-    """Hip moments [N m] of a leg at angles [deg]."""
+    """Hip moments of a leg at hip angles and one knee angle [deg], in N m."""
     at = np.radians(hip)
     return leg.torques(at, np.full_like(at, np.radians(knee)))[:, 0]
 
 
-def _claims(leg: TwoJointLeg, found: HipMoments, nearest: ConservativeFit) -> list[Claim]:
+def _claims(leg: TwoJointLeg, moments: HipMoments, nearest: ConservativeFit) -> list[Claim]:
     flexed = {
         knee: float(_simulate_hip_moments(leg, np.array([90.0]), knee)[0]) for knee in (15.0, 90.0)
     }
     claims = [
         Claim(
-            "With the hip flexed by 90 deg and the knee by 15 deg Riener & Edrich's equations in "
-            "Exudyn resist with 34 N m",
+            "With the hip at 90 deg and the knee at 15 deg Riener & Edrich's equations in Exudyn "
+            "resist with 34 N m",
             flexed[15.0],
             "N m",
             at_least=-34.5,
             at_most=-33.5,
         ),
         Claim(
-            "With hip and knee flexed by 90 deg they let the hip be, to the nearest N m",
+            "With hip and knee at 90 deg their hip moment vanishes, rounded to 1 N m",
             flexed[90.0],
             "N m",
             at_least=-0.5,
             at_most=0.5,
         ),
     ]
-    measured = {knee: dict(points) for knee, points in found.silder.items()}
+    measured = {knee: dict(points) for knee, points in moments.silder.items()}
     silder = {
         end: {k: measured[k][end] for k in KNEE_ANGLES} for end in (EXTENDED_ANGLE, FLEXED_ANGLE)
     }
@@ -223,12 +219,12 @@ def _claims(leg: TwoJointLeg, found: HipMoments, nearest: ConservativeFit) -> li
     }
     for name, ends in (("Silder's points", silder), ("Riener & Edrich's equations", riener)):
         claims += _footnote_claims(name, ends)
-    claims += _gradient_claims(leg, found, nearest)
+    claims += _gradient_claims(leg, moments, nearest)
     return claims
 
 
 def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> list[Claim]:
-    """The thesis's third footnote of chapter 4, as margins by which it holds."""
+    """Claims of the third footnote of the thesis's chapter 4, as margins."""
     extended, flexed = ends[EXTENDED_ANGLE], ends[FLEXED_ANGLE]
     straight, bent = min(extended), max(extended)
     return [
@@ -242,8 +238,8 @@ def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> 
             remark=""
             if _margin(extended, bent) >= 0.0
             else f"the moment falls from {extended[straight]:.1f} N m with the knee at "
-            f"{straight:g} deg to {extended[bent]:.1f} N m at {bent:g} deg: the equation has no "
-            "muscle that a bent knee stretches over the extended hip",
+            f"{straight:g} deg to {extended[bent]:.1f} N m at {bent:g} deg: the equation lacks a "
+            "muscle that a flexed knee stretches over the extended hip",
         ),
         Claim(
             f"{name}: flexed, at {FLEXED_ANGLE:g} deg, the hip resists least with the knee most "
@@ -257,7 +253,7 @@ def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> 
 
 
 def _margin(moments: Mapping[float, float], knee: float) -> float:
-    """By how much the moment at a knee angle is above that at every other."""
+    """Excess of the moment at a knee angle over the largest at the others [N m]."""
     return moments[knee] - max(moment for other, moment in moments.items() if other != knee)
 
 
@@ -265,8 +261,12 @@ def _negated(moments: Mapping[float, float]) -> dict[float, float]:
     return {knee: -moment for knee, moment in moments.items()}
 
 
-def _gradient_claims(leg: TwoJointLeg, found: HipMoments, nearest: ConservativeFit) -> list[Claim]:
-    off = np.concatenate([found.riener[knee] - found.silder[knee][:, 1] for knee in KNEE_ANGLES])
+def _gradient_claims(
+    leg: TwoJointLeg, moments: HipMoments, nearest: ConservativeFit
+) -> list[Claim]:
+    differences = np.concatenate(
+        [moments.riener[knee] - moments.silder[knee][:, 1] for knee in KNEE_ANGLES]
+    )
     loop = "round hip -15 to 100 and knee 0 to 135 deg"
     return [
         Claim(
@@ -275,29 +275,28 @@ def _gradient_claims(leg: TwoJointLeg, found: HipMoments, nearest: ConservativeF
             "J",
             at_least=-WORK_BOUND,
             at_most=WORK_BOUND,
-            remark="the two moments were fitted each by itself and are no gradient of one energy",
+            remark="the two moments were fitted separately, not as the gradient of one energy",
         ),
         Claim(
-            f"The nearest pair of the same exponentials that is a gradient does no work in Exudyn "
-            f"{loop}",
+            f"The nearest conservative law of the same exponentials does no work in Exudyn {loop}",
             TwoJointLeg(nearest.law).loop_work(USABLE_RANGES),
             "J",
             at_least=-WORK_BOUND,
             at_most=WORK_BOUND,
         ),
         Claim(
-            "That pair differs from Riener & Edrich's hip moment less than theirs does from "
-            "Silder's points (root mean square)",
+            "That law differs less from Riener & Edrich's hip moment than theirs from Silder's "
+            "points: rms difference",
             nearest.rms_difference[0],
             "N m",
-            at_most=float(np.sqrt(np.mean(off**2))),
+            at_most=float(np.sqrt(np.mean(differences**2))),
         ),
     ]
 
 
 def _draw(
     law: CoupledExponential,
-    found: HipMoments,
+    moments: HipMoments,
     nearest: ConservativeFit,
     references: tuple[str, ...],
 ) -> Figure:
@@ -306,25 +305,25 @@ def _draw(
         at = np.radians(_HIP_ANGLES)
         thesis = np.asarray(published.curve("otani_1989/hip_y").law.torque(at))
         label = "thesis [1]: knee at 15 deg"
-        equations.plot([], [], ":", color=GREY, lw=0.8, label="beyond the usable range")
+        equations.plot([], [], ":", color=GREY, lw=0.8, label="outside the usable range")
         points.plot(_HIP_ANGLES, thesis, color=THESIS_STYLE.colour, lw=2.2, label=label)
         for knee, pen in zip(KNEE_ANGLES, LINE_STYLES, strict=False):
-            hip, moment = found.silder[knee].T
+            hip, moment = moments.silder[knee].T
             draw_points(points, hip, moment, pen, f"substitute [3]: knee at {knee:g} deg")
-            draw_points(residual, hip, found.riener[knee] - moment, pen, "_")
-            here = (at, np.full_like(at, np.radians(knee)))
-            torque = np.asarray(law.torques(here)[0])
+            draw_points(residual, hip, moments.riener[knee] - moment, pen, "_")
+            angles = (at, np.full_like(at, np.radians(knee)))
+            torque = np.asarray(law.torques(angles)[0])
             draw_curve(equations, _HIP_ANGLES, torque, USABLE_RANGES[0], pen, "_", 1.0)
             equations.plot(
                 _SAMPLE_ANGLES,
-                found.at_sample_angles[knee],
+                moments.at_sample_angles[knee],
                 pen.marker,
                 ms=4.0,
                 mfc="white",
                 color=pen.colour,
                 label=f"Exudyn, knee at {knee:g} deg",
             )
-            change = np.asarray(nearest.law.torques(here)[0]) - torque
+            change = np.asarray(nearest.law.torques(angles)[0]) - torque
             draw_curve(gradient, _HIP_ANGLES, change, USABLE_RANGES[0], pen, "_", 1.0)
         points.set_title("thesis, and Silder's points", loc="left")
         equations.set_title("substitute [4]: Riener & Edrich", loc="left")
@@ -343,27 +342,27 @@ def _format_axes(points: Axes, residual: Axes, equations: Axes, gradient: Axes) 
     points.set_ylabel("hip moment [N m]")
     residual.set_ylabel("difference [N m]")
     residual.set_title("Riener & Edrich in Exudyn - Silder", loc="left", fontsize=9.0)
-    gradient.set_title("nearest gradient of that form - Riener & Edrich", loc="left", fontsize=9.0)
+    gradient.set_title("nearest conservative law - Riener & Edrich", loc="left", fontsize=9.0)
     for axes in (residual, gradient):
         axes.set_xlabel("hip flexion [deg]")
 
 
 def _tables(
-    law: CoupledExponential, found: HipMoments, nearest: ConservativeFit
+    law: CoupledExponential, moments: HipMoments, nearest: ConservativeFit
 ) -> dict[str, dict[str, Array]]:
     tables: dict[str, dict[str, Array]] = {"exudyn": {"hip flexion [deg]": _SAMPLE_ANGLES}}
     for knee in KNEE_ANGLES:
         at = (np.radians(_SAMPLE_ANGLES), np.full_like(_SAMPLE_ANGLES, np.radians(knee)))
-        named = f"knee {knee:g} deg [N m]"
-        tables["exudyn"][f"Exudyn, {named}"] = found.at_sample_angles[knee]
-        tables["exudyn"][f"equations, {named}"] = np.asarray(law.torques(at)[0])
-        tables["exudyn"][f"nearest gradient of its form, {named}"] = np.asarray(
+        column = f"knee {knee:g} deg [N m]"
+        tables["exudyn"][f"Exudyn, {column}"] = moments.at_sample_angles[knee]
+        tables["exudyn"][f"equations, {column}"] = np.asarray(law.torques(at)[0])
+        tables["exudyn"][f"nearest gradient of its form, {column}"] = np.asarray(
             nearest.law.torques(at)[0]
         )
-        hip, moment = found.silder[knee].T
+        hip, moment = moments.silder[knee].T
         tables[f"silder_knee_{knee:.0f}"] = {
             "hip flexion [deg]": hip,
             "Silder [N m]": moment,
-            "Riener & Edrich in Exudyn [N m]": found.riener[knee],
+            "Riener & Edrich in Exudyn [N m]": moments.riener[knee],
         }
     return tables

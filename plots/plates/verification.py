@@ -1,4 +1,4 @@
-"""A second of the prototype with its own springs in five engines that share no dynamics."""
+"""One second of the prototype with its own springs in five independent engines."""
 
 # Matplotlib leaves the types of its keyword arguments open.
 # pyright: reportUnknownMemberType=false
@@ -17,26 +17,26 @@ from springs.backends import Array
 from springs.published import tables as published
 
 AGREEMENT_TOLERANCE = 1e-6
-"""By which all are to agree: joint angles [rad], centre of mass [m], energy [J]."""
+"""Largest difference between engines: joint angles [rad], centre of mass [m], energy [J]."""
 
 _OWN_ENGINE = "Exudyn"
 
 _SIGN = (
-    "Differences are from Pinocchio's accelerations integrated by DOP853 at 1e-13, a finer setting "
-    "than any other here: of joints the largest angle of R_a^T R_b over all joints, of energy its "
-    "change since the start. Angles shown are sizes of the joints' rotation vectors."
+    "Differences are from Pinocchio's accelerations integrated by DOP853 at 1e-13, finer than all "
+    "other runs here: for joints the largest angle of R_a^T R_b over all joints, for energy the "
+    "change since the start. Angles drawn are magnitudes of the joints' rotation vectors."
 )
 _CAPTION = (
-    "The prototype falls for a second from three starts round its pinned pelvis, at rest at first: "
-    "standing; striding; and reaching with both arms while one knee is bent beyond the edge of its "
-    "dead zone. Every engine has the same 22 degrees of freedom and the same curves, but its own "
+    "The prototype falls for one second about its pinned pelvis, from rest in three poses: "
+    "standing; striding; and reaching with both arms, one knee bent beyond the edge of its dead "
+    "zone. Every engine has the same 22 degrees of freedom and the same curves, but its own "
     "equations: Exudyn constraints between bodies in redundant coordinates, integrated by this "
     "program; MuJoCo joint coordinates and its own Runge-Kutta method of order 4; Pinocchio, "
-    "OpenSim and Drake give accelerations that SciPy integrates. The law of the joints was written "
-    "a second time for all engines but Exudyn, and derived in another way. Above: four joints, the "
-    "lines of all engines' finest runs on top of each other. Below: by how much each differs from "
-    "the reference. From the striding start the reference itself is the one that is off, by 4e-9 "
-    "rad: the others agree with each other more closely than with it. "
+    "OpenSim and Drake compute accelerations that SciPy integrates. For all engines but Exudyn the "
+    "law of the joints was derived and implemented a second time. Above: four joints in the "
+    "finest runs of all engines, whose lines coincide. Below: differences from the reference. In "
+    "the striding fall the reference itself is off by 4e-9 rad: the other engines agree with each "
+    "other more closely than with it. "
 )
 _JOINT_DASHES = {
     "right_elbow": "-",
@@ -44,7 +44,7 @@ _JOINT_DASHES = {
     "right_hip_joint": "-.",
     "left_knee": ":",
 }
-"""Joints whose angles are drawn, with their lines."""
+"""Joints whose angles are drawn, and their dashes."""
 
 
 def verification() -> Plate:
@@ -66,22 +66,22 @@ def verification() -> Plate:
 
 def _claims(runs: Measurements) -> list[Claim]:
     engines = runs.values("engine")
-    named = f"{', '.join(engines[:-1])} and {engines[-1]}"
+    names = f"{', '.join(engines[:-1])} and {engines[-1]}"
     claims = [
         Claim(
-            f"{named} agree in every joint's angle at every frame, from the {start} start",
+            f"{names} agree in all joint angles at all frames, in the {start} fall",
             max(_finest_value(runs, start, engine, "joints [rad]") for engine in engines),
             "rad",
             at_most=AGREEMENT_TOLERANCE,
         )
         for start in runs.values("start")
     ]
-    for what, unit in (("centre of mass", "m"), ("energy", "J")):
+    for quantity, unit in (("centre of mass", "m"), ("energy", "J")):
         claims.append(
             Claim(
-                f"They agree in the {what}, from all starts",
+                f"They agree in the {quantity}, in all falls",
                 max(
-                    _finest_value(runs, start, engine, f"{what} [{unit}]")
+                    _finest_value(runs, start, engine, f"{quantity} [{unit}]")
                     for start in runs.values("start")
                     for engine in engines
                 ),
@@ -91,8 +91,8 @@ def _claims(runs: Measurements) -> list[Claim]:
         )
     claims.append(
         Claim(
-            "Each engine is converged by itself: its joint angles move by no more when it is made "
-            "finer for the last time",
+            "Each engine is converged: the last refinement changes its joint angles by at most "
+            "the tolerance",
             max(
                 float(_select_runs(runs, start, engine).column("change to next [rad]")[-2])
                 for start in runs.values("start")
@@ -105,8 +105,8 @@ def _claims(runs: Measurements) -> list[Claim]:
     ours = runs.select_rows(engine=_OWN_ENGINE)
     claims.append(
         Claim(
-            "Runs of this program differ from the reference by no more than the tolerance that "
-            "they were asked to hold, 1e-4 to 1e-8 rad: difference over tolerance",
+            "Runs of this program differ from the reference by no more than their tolerances, 1e-4 "
+            "to 1e-8 rad: difference over tolerance",
             float(np.max(ours.column("joints [rad]") / ours.column("setting"))),
             at_most=1.0,
         )
@@ -133,7 +133,11 @@ def _draw(motion: Measurements, references: tuple[str, ...]) -> Figure:
                     upper, lower, motion.select_rows(start=start, engine=engine), engine, pen
                 )
             lower.axhline(
-                AGREEMENT_TOLERANCE, color=BLACK, lw=1.0, ls=(0, (1, 1)), label="the claim's bound"
+                AGREEMENT_TOLERANCE,
+                color=BLACK,
+                lw=1.0,
+                ls=(0, (1, 1)),
+                label="bound of the claims",
             )
             lower.set_ylim(1e-16, 1e-5)
             lower.set_xlabel("time [s]")
@@ -145,14 +149,14 @@ def _draw(motion: Measurements, references: tuple[str, ...]) -> Figure:
     return figure
 
 
-def _draw_motion(upper: Axes, lower: Axes, one: Measurements, engine: str, pen: LineStyle) -> None:
-    time = one.column("time [s]")
+def _draw_motion(upper: Axes, lower: Axes, run: Measurements, engine: str, pen: LineStyle) -> None:
+    time = run.column("time [s]")
     for joint, dash in _JOINT_DASHES.items():
         label = joint.replace("_", " ").removesuffix(" joint") if engine == _OWN_ENGINE else "_"
-        upper.plot(time, one.column(f"{joint} [deg]"), dash, color=pen.colour, lw=1.0, label=label)
+        upper.plot(time, run.column(f"{joint} [deg]"), dash, color=pen.colour, lw=1.0, label=label)
     lower.semilogy(
         time[1:],
-        one.column("joints [rad]")[1:],
+        run.column("joints [rad]")[1:],
         pen.dash,
         color=pen.colour,
         marker=pen.marker,
@@ -169,6 +173,6 @@ def _tables(motion: Measurements) -> dict[str, Mapping[str, Array]]:
     tables: dict[str, Mapping[str, Array]] = {}
     for start in motion.values("start"):
         for engine in motion.values("engine"):
-            one = motion.select_rows(start=start, engine=engine)
-            tables[f"{start}-{engine.lower()}"] = {key: one.column(key) for key in headers}
+            run = motion.select_rows(start=start, engine=engine)
+            tables[f"{start}-{engine.lower()}"] = {key: run.column(key) for key in headers}
     return tables

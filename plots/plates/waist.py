@@ -18,10 +18,10 @@ from plots.literature import Literature, join_curves, mirror_to_both_sides, publ
 from plots.plate import Claim
 
 _COMMENT = (
-    "The waist is an artifice of the thesis, one joint for a whole spine, and its curve is "
-    "invented. Beside it stand measured lumbar spines, six segments in series that share the "
-    "angle, and the limit of a gait model. The normal range is that of the thoracolumbar spine, of "
-    "which the lumbar one is a part."
+    "The waist of the thesis is one joint for the whole spine, and its curve is invented. It is "
+    "compared with measured lumbar spines, six segments in series that share the angle, and with "
+    "the limit of a gait model. The normal range is that of the thoracolumbar spine, which "
+    "includes the lumbar spine."
 )
 _SCHMIDT, _HAN = "Schmidt 1998, lumbar spine", "Han 2010, lumbar spine"
 _ANDERSON = "Anderson 1999, limits"
@@ -38,8 +38,8 @@ def _bend_claims(
         curve,
         schmidt,
         *curve.normal_range,
-        f"the dead zone ends at {degrees(end):.1f} deg, where those spines hold "
-        f"{abs(schmidt.torque_at(end)):.0f} N m",
+        f"the dead zone ends at {degrees(end):.1f} deg, where those spines resist "
+        f"with {abs(schmidt.torque_at(end)):.0f} N m",
     )
     yield low_torque_claim(curve, han, *curve.normal_range)
     yield same_direction_claim(curve, schmidt, *curve.normal_range)
@@ -67,17 +67,17 @@ def _flexion_claims(
 ) -> Iterator[Claim]:
     low, high = curve.normal_range
     end = curve.dead_zone[1]
-    early = "a spine that bends forward by 80 deg is stopped here at 56"
+    early = "a real spine bends forward by 80 deg, this one stops at 56"
     yield printed_cubic_claim(curve)
     yield stop_not_early_claim(curve, early)
-    yield stop_not_late_claim(curve, "extension is held 19 deg beyond the normal end only")
+    yield stop_not_late_claim(curve, "extension is stopped 19 deg beyond the normal limit")
     yield rms_difference_claim(
         curve,
         schmidt,
         low,
         end,
-        "all of it is in the dead zone; those spines hold "
-        f"{abs(schmidt.torque_at(end)):.0f} N m where it ends",
+        "all of the range is in the dead zone; at its end those spines resist with "
+        f"{abs(schmidt.torque_at(end)):.0f} N m",
     )
     yield rms_difference_claim(curve, schmidt, low, high, early)
     yield rms_difference_claim(curve, han, 0.0, high, early)
@@ -107,7 +107,7 @@ waist_flexion = JointPlate(
 def _twist_claims(
     curve: JointCurve, schmidt: Literature, han: Literature, _: Literature
 ) -> Iterator[Claim]:
-    free = "its dead zone of 139 deg is wider than any spine turns"
+    free = "the dead zone of 139 deg exceeds the range of any spine"
     yield printed_cubic_claim(curve)
     yield stop_not_late_claim(curve, free)
     yield rms_difference_claim(curve, schmidt, *curve.normal_range, free)

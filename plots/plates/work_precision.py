@@ -1,4 +1,4 @@
-"""What accuracy costs, here and in other engines, and how the cost grows with the figure."""
+"""Wall time against error in several engines, and its growth with the size of the figure."""
 
 # Matplotlib leaves the types of its keyword arguments open.
 # pyright: reportUnknownMemberType=false
@@ -19,19 +19,19 @@ from springs.backends import Array
 
 _OWN_ENGINE = "Exudyn"
 _SIGN = (
-    "Wall time is of integration alone, the best of several rounds in which all runs of a kind "
-    "take turns; the error is the largest angle of R_a^T R_b over all joints at the end. A cost at "
-    "an error is that of the cheapest run measured that errs by no more. Ratios are this program's "
-    "over the other's."
+    "Wall time is that of integration alone, the best of several rounds of all runs of a kind; the "
+    "error is the largest angle of R_a^T R_b over all joints at the end. The cost at an error is "
+    "that of the fastest run with at most this error. Ratios are this program's cost over the "
+    "other's."
 )
 _CAPTION = (
     "Left: one second of the reference figure, the prototype with (20 + 60 a^2) r and "
-    "0.08 N m s/rad in every joint, a being the size of the rotation vector r: springs that each "
-    "engine holds by itself, but for Pinocchio, which has none and is called from numpy and SciPy. "
-    "This program holds them as six axis springs a ball. Middle: one second of the prototype with "
-    "its own springs, which only this program holds by itself; others call numpy for them, which "
-    "takes most of their time. Right: a tenth of a second of chains of bars on spherical joints "
-    "with linear springs, in steps of 1 ms or to an accuracy of 1e-3. "
+    "0.08 N m s/rad in every joint, where a is the magnitude of the rotation vector r: all engines "
+    "evaluate these springs natively except Pinocchio, which has none and is called from numpy and "
+    "SciPy. This program represents them by six axis springs per spherical joint. Middle: one "
+    "second of the prototype with its own springs, which only this program evaluates natively; the "
+    "others call numpy, which takes most of their time. Right: 0.1 s of chains of bars on "
+    "spherical joints with linear springs, in steps of 1 ms or to an accuracy of 1e-3. "
 )
 
 _METHOD_STYLES: Mapping[tuple[str, str], LineStyle] = {
@@ -58,7 +58,7 @@ _CHAIN_STYLES: Mapping[str, LineStyle] = {
 
 @dataclass(frozen=True)
 class BenchmarkTables:
-    """All that the plate draws or claims."""
+    """Measurements drawn by the plate."""
 
     costs: Measurements
     chains: Measurements
@@ -69,21 +69,21 @@ class BenchmarkTables:
 def work_precision() -> Plate:
     """Draw the plate."""
     names = ("work_precision", "chains", "startup", "python_share")
-    made = BenchmarkTables(*map(read_measurements, names))
+    data = BenchmarkTables(*map(read_measurements, names))
     return Plate(
         name="work_precision",
         title="Wall time against error",
-        caption=_CAPTION + made.costs.origin,
+        caption=_CAPTION + data.costs.origin,
         sign=_SIGN,
-        figure=_draw(made),
-        claims=tuple(_claims(made)),
-        tables=_tables(made),
+        figure=_draw(data),
+        claims=tuple(_claims(data)),
+        tables=_tables(data),
         references=(),
     )
 
 
 def cheapest_wall_time(costs: Measurements, target: float) -> float:
-    """Wall [s] of the cheapest run that errs by no more than `target` [rad]; nan without any."""
+    """Wall time of the fastest run with an error of at most `target` [rad]; nan if none [s]."""
     fit = costs.column("wall [s]")[costs.column("error [rad]") <= target]
     return float(fit.min()) if fit.size else nan
 
@@ -107,34 +107,34 @@ def _claims(data: BenchmarkTables) -> list[Claim]:
     return [
         Claim(
             f"At 1e-3 rad {figure} this program is no slower than OpenSim's default integrator: "
-            "ratio of walls",
+            "ratio of wall times",
             ratio(1e-3, "OpenSim", "Runge-Kutta-Merson"),
             at_most=1.0,
         ),
         Claim(
             f"At 1e-3 rad {figure} it is no slower than MuJoCo's default integrator, Euler: ratio "
-            "of walls",
+            "of wall times",
             ratio(1e-3, "MuJoCo", "Euler"),
             at_most=1.0,
         ),
         Claim(
-            f"At 1e-3 rad {figure} it is within ten times of MuJoCo's RK4: ratio of walls",
+            f"At 1e-3 rad {figure} it takes at most ten times as long as MuJoCo's RK4: ratio",
             ratio(1e-3, "MuJoCo", "RK4"),
             at_most=10.0,
         ),
         Claim(
-            f"At 1e-5 rad {figure} it is ahead of OpenSim's default integrator: ratio of walls",
+            f"At 1e-5 rad {figure} it is no slower than OpenSim's default integrator: ratio",
             ratio(1e-5, "OpenSim", "Runge-Kutta-Merson"),
             at_most=1.0,
         ),
         Claim(
-            "The cost is linear in the segments: a chain twice as long takes at most so many times "
-            f"as long, from 5 to {chains.column('segments').max():.0f} segments",
+            "The cost is linear in the number of segments: ratio of wall times of a chain and one "
+            f"half as long, from 5 to {chains.column('segments').max():.0f} segments",
             float(np.nanmax(growth)),
             at_most=2.2,
         ),
         Claim(
-            "Of the prototype's default run no more is spent outside the compiled solver",
+            "Share of the prototype's default run that is spent outside the compiled solver",
             100.0 * float(default.column("outside the solver")[0]),
             "%",
             at_most=5.0,
@@ -159,9 +159,9 @@ def _draw(data: BenchmarkTables) -> Figure:
         )
         left.set_ylabel("wall time [s]")
         for method, pen in _CHAIN_STYLES.items():
-            one = data.chains.select_rows(method=method)
-            if one.rows:
-                _draw_line(right, one.column("segments"), one.column("wall [s]"), pen, "_")
+            run = data.chains.select_rows(method=method)
+            if run.rows:
+                _draw_line(right, run.column("segments"), run.column("wall [s]"), pen, "_")
         counts = data.chains.select_rows(method="Exudyn, fixed step").column("segments")
         right.set_xscale("log")
         right.set_xticks(counts, [f"{count:.0f}" for count in counts])
@@ -174,13 +174,13 @@ def _draw(data: BenchmarkTables) -> Figure:
 
 
 def _draw_costs(axes: Axes, costs: Measurements, title: str, named: set[str]) -> None:
-    """Draw the methods; those that the legend has are not named again."""
+    """Draw the methods; add those to the legend that it lacks."""
     for (engine, method), pen in _METHOD_STYLES.items():
-        one = costs.select_rows(engine=engine, method=method)
-        if one.rows:
+        run = costs.select_rows(engine=engine, method=method)
+        if run.rows:
             label = f"{engine}, {method}"
             shown = "_" if label in named else label
-            _draw_line(axes, one.column("error [rad]"), one.column("wall [s]"), pen, shown)
+            _draw_line(axes, run.column("error [rad]"), run.column("wall [s]"), pen, shown)
             named.add(label)
     axes.set_xscale("log")
     axes.invert_xaxis()
@@ -207,15 +207,15 @@ def _tables(data: BenchmarkTables) -> dict[str, Mapping[str, Array]]:
     tables: dict[str, Mapping[str, Array]] = {}
     for figure in data.costs.values("figure"):
         for engine, method in _METHOD_STYLES:
-            one = data.costs.select_rows(figure=figure, engine=engine, method=method)
-            if one.rows:
+            run = data.costs.select_rows(figure=figure, engine=engine, method=method)
+            if run.rows:
                 tables[_slug(f"{figure} {engine} {method}")] = {
-                    key: one.column(key) for key in ("setting", "error [rad]", "wall [s]")
+                    key: run.column(key) for key in ("setting", "error [rad]", "wall [s]")
                 }
     for method in data.chains.values("method"):
-        one = data.chains.select_rows(method=method)
+        run = data.chains.select_rows(method=method)
         headers = ("segments", "wall [s]", "build [s]")
-        tables[_slug(f"chains {method}")] = {key: one.column(key) for key in headers}
+        tables[_slug(f"chains {method}")] = {key: run.column(key) for key in headers}
     return tables
 
 
