@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.cli.answer import CommandResult, format_table
-from generator.cli.outputs import check_writable
+from generator.cli.outputs import check_writable, write_file
 from generator.diagnostics import MoverError, UsageError
 from generator.input_files.moments import MeasuredMoments, read_moments
 from generator.springs_file.bind import describe_sense_rule
@@ -15,7 +15,6 @@ from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
 from plots.plate import PICTURE_FORMATS
-from plots.run import write_file
 from springs import Cubic, NotRestoringError
 from springs.backends import Array
 from springs.fit import CubicFit, fit_cubic

@@ -21,9 +21,10 @@ from threading import Thread
 from types import ModuleType
 
 from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_count, format_table
+from generator.cli.outputs import check_writable, unwritable_file_error, write_file
 from generator.cli.progress import ItemMonitor, defer_interrupt, no_item_monitor
-from generator.diagnostics import InputError, UsageError, error, spelling_hint
-from generator.text_io import os_error_reason, unwritable_reason, write_atomic
+from generator.diagnostics import InputError, UsageError, spelling_hint
+from generator.text_io import os_error_reason
 from plots.plate import Claim, DrawnPlate, FailedPlate
 from plots.report import PICTURE_FORMAT, gallery_page, report, tally
 
@@ -122,24 +123,10 @@ def _prepare_output(output: Path | None, gallery: Path | None) -> None:
     """Check that the pages can be written, and create the folders. Raises InputError."""
     if output is not None:
         _create_folder(output)
-        _check_file_writable(output / REPORT_NAME)
+        check_writable([output / REPORT_NAME], ())
     if gallery is not None:
-        _check_file_writable(gallery)
+        check_writable([gallery], ())
         _create_folder(gallery.with_suffix(""))
-
-
-def write_file(path: Path, content: str | bytes) -> None:
-    """Write a file atomically. Raises InputError."""
-    try:
-        write_atomic(path, content)
-    except OSError as failure:
-        raise _write_error(path, os_error_reason(failure)) from None
-
-
-def _check_file_writable(path: Path) -> None:
-    """Check that a file can be written. Raises InputError."""
-    if (reason := unwritable_reason(path)) is not None:
-        raise _write_error(path, reason)
 
 
 def _create_folder(folder: Path) -> None:
@@ -147,13 +134,12 @@ def _create_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise _write_error(folder, "it exists and is not a directory") from None
+        reason = "it exists and is not a directory"
     except OSError as failure:
-        raise _write_error(folder, os_error_reason(failure)) from None
-
-
-def _write_error(path: Path, reason: str) -> InputError:
-    return InputError((error(f"`{path}` cannot be written: {reason}"),))
+        reason = os_error_reason(failure)
+    else:
+        return
+    raise InputError((unwritable_file_error(folder, reason),))
 
 
 def _write(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:

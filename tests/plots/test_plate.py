@@ -95,9 +95,9 @@ def test_a_table_is_read_back():
         ({"claims": ()}, "has no claims"),
         ({"tables": {}}, "has no tables"),
         ({"sign": ""}, "has no sign"),
-        ({"tables": {"": {"a [deg]": ANGLES, "b [deg]": ANGLES[1:]}}}, "not of one length"),
-        ({"tables": {"": {}}}, "not of one length"),
-        ({"tables": {"": {"a [deg]": np.zeros((2, 2))}}}, "not of one length"),
+        ({"tables": {"": {"a [deg]": ANGLES, "b [deg]": ANGLES[1:]}}}, "differ in length"),
+        ({"tables": {"": {}}}, "differ in length"),
+        ({"tables": {"": {"a [deg]": np.zeros((2, 2))}}}, "differ in length"),
         ({"tables": {"": {"a [deg]": ANGLES}, "b": {"a [deg]": ANGLES}}}, "`` names files"),
     ],
 )

@@ -132,7 +132,7 @@ def test_the_plates_that_are_named_are_made(tmp_path: Path):
 def test_strict_fails_when_a_claim_does_not_hold(tmp_path: Path):
     done = run(["spring", "damper"], "-o", tmp_path, "--strict")
     assert done.returncode == 3
-    assert "error: --strict asks for all claims to hold: 2 of 4" in done.stderr
+    assert "error: --strict requires all claims to hold: 2 of 4" in done.stderr
     assert (tmp_path / "report.html").exists()
     assert run(["spring"], "-o", tmp_path, "--strict").returncode == 0
 
@@ -150,11 +150,11 @@ def test_a_plate_that_cannot_be_made_fails_the_command_alone(tmp_path: Path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((), "say where the plates go: -o DIR"),
+        ((), "no output folder: add -o DIR"),
         (("sprung", "-o", "there"), "there is no plate `sprung`; did you mean `spring`?"),
         (("x", "-o", "there"), "there is no plate `x`; known here: damper, spring"),
-        (("--gallery", "page.html"), "the page ends in .md"),
-        (("spring", "--gallery", "page.md"), "give no names with it"),
+        (("--gallery", "page.html"), "the name of the page must end in .md"),
+        (("spring", "--gallery", "page.md"), "leave out the names"),
         (("-o", "there", "--jobs", "0"), "Invalid value for '--jobs'"),
     ],
 )
@@ -172,7 +172,7 @@ def test_wrong_usage_ends_with_2(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-o", "file"), "`file` cannot be written: it is there already, and no directory"),
+        (("-o", "file"), "`file` cannot be written: it exists and is not a directory"),
         (("-o", "file/below"), "`file/below` cannot be written: not a directory"),
         (("-o", "taken"), "`taken/report.html` cannot be written: it is a directory"),
         (("--gallery", "none/page.md"), "`none/page.md` cannot be written: there is no directory"),

@@ -32,7 +32,7 @@ def test_what_cannot_be_made_is_told_and_harms_no_other():
         "dying": "the plate `dying` could not be made: its process ended with exit code 7",
         "complaining": "the plate `complaining` could not be made: its process ended with exit "
         "code 3: out of memory",
-        "misnamed": "the plate `misnamed` could not be made: it calls itself `spring`",
+        "misnamed": "the plate `misnamed` could not be made: its maker names it `spring`",
     }
 
 
