@@ -269,7 +269,15 @@ _GAUSS_NODES = 32
 """Gauss-Legendre nodes for an angle: with them the integrals of the published laws are exact."""
 
 
-def loop_work(law: CoupledLaw, rectangle: tuple[Range, Range]) -> float:
+class HasTorques(Protocol):
+    """A source of torques about several angles: a law, or a model that has one."""
+
+    def torques(self, angles: Sequence[Real], /) -> tuple[Real, ...]:
+        """Torque on the child about each coordinate [N m] at the angles [rad]."""
+        ...
+
+
+def loop_work(law: HasTorques, rectangle: tuple[Range, Range]) -> float:
     """Work of a law of two angles along a rectangle of them, once round [J].
 
     The loop runs from the lower ends along the first angle, then along the second, and back the
@@ -282,7 +290,7 @@ def loop_work(law: CoupledLaw, rectangle: tuple[Range, Range]) -> float:
     first, second = rectangle
 
     def along(place: int, other: float) -> float:
-        angles, weights = _gauss_nodes(rectangle[place])
+        angles, weights = gauss_nodes(rectangle[place])
         fixed = np.full_like(angles, other)
         pair = (angles, fixed) if place == 0 else (fixed, angles)
         return float(weights @ law.torques(pair)[place])
@@ -326,7 +334,7 @@ def nearest_conservative_law(law: CoupledExponential, box: Sequence[Range]) -> C
         law: of any number of coordinates.
         box: for each coordinate the range to fit over [rad].
     """
-    nodes = [_gauss_nodes(side) for side in box]
+    nodes = [gauss_nodes(side) for side in box]
     angles = [grid.ravel() for grid in np.meshgrid(*(n for n, _ in nodes), indexing="ij")]
     weights = np.ones(1)
     for _, one in nodes:
@@ -376,8 +384,8 @@ def _stacked_torques(law: CoupledExponential, angles: list[Array], root: Array) 
     return np.concatenate([root * torque for torque in law.torques(angles)])
 
 
-def _gauss_nodes(side: Range) -> tuple[Array, Array]:
-    """Nodes [rad] and weights [rad] of Gauss-Legendre integration over a range."""
-    x, weights = np.polynomial.legendre.leggauss(_GAUSS_NODES)
+def gauss_nodes(side: Range, count: int = _GAUSS_NODES) -> tuple[Array, Array]:
+    """Nodes and weights of Gauss-Legendre integration over a range, in its unit."""
+    x, weights = np.polynomial.legendre.leggauss(count)
     half = 0.5 * (side[1] - side[0])
     return side[0] + half * (x + 1.0), half * weights

@@ -23,6 +23,7 @@ from plots.canvas import (
 from plots.plate import Claim, Plate
 from springs import AxisSpring, Cubic, Joining, SpringSet, total_torque
 from springs.backends import Array
+from springs.coupled import gauss_nodes
 from springs.cubic import polynomial
 from springs.elastic import describe_extrapolation
 from springs.published import tables as published
@@ -106,15 +107,13 @@ class ObliqueHip:
         The torque is read at Gauss-Legendre nodes on pieces of the sides, which end at the
         breakpoints of the laws, and multiplied by the rotation of the leg.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_NODES)
         vectors: list[Array] = []
         steps: list[Array] = []
         path = [0.0]
         for start, end in pairwise(np.array(vertices)):
             for low, high in pairwise(self._piece_ends(start, end)):
-                share = low + 0.5 * (high - low) * (nodes + 1.0)
+                share, lengths = gauss_nodes((low, high), _GAUSS_NODES)
                 vectors.append((start + share[:, None] * (end - start)) @ self._plane)
-                lengths: Array = 0.5 * (high - low) * weights
                 steps.append(lengths[:, None] * ((end - start) @ self._plane))
                 path.append(path[-1] + (high - low) * float(np.linalg.norm(end - start)))
         at = np.concatenate(vectors)

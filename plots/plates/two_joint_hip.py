@@ -23,15 +23,18 @@ from plots.literature import YOON_MANSOUR
 from plots.plate import Claim, Plate
 from springs import CoupledAxis, CoupledSpring, SpringSet
 from springs.backends import Array
-from springs.coupled import ConservativeFit, CoupledExponential, nearest_conservative_law
+from springs.coupled import (
+    ConservativeFit,
+    CoupledExponential,
+    loop_work,
+    nearest_conservative_law,
+)
 from springs.elastic import Range, describe_extrapolation
 from springs.published import tables as published
 
 HIP, KNEE = "left_hip_joint", "left_knee"
 
 _FLEXION_AXES = (CoupledAxis(HIP, (0.0, 1.0, 0.0)), CoupledAxis(KNEE, (0.0, -1.0, 0.0)))
-_GAUSS_NODES = 32
-"""Gauss-Legendre nodes on a side of a loop."""
 
 
 class TwoJointLeg:
@@ -42,40 +45,18 @@ class TwoJointLeg:
         self._body = read_figure("prototype")
         self._plan = Plan(springs=SpringSet(coupled=(CoupledSpring(law, _FLEXION_AXES),)))
 
-    def torques(self, hip: Array, knee: Array) -> Array:
-        """Torques on thigh and shank in Exudyn, in the sense of flexion, shape (n, 2) [N m].
+    def torques(self, angles: Sequence[Array]) -> tuple[Array, ...]:
+        """Torques on thigh and shank in Exudyn, in the sense of flexion, shape (n,) each [N m].
 
         Args:
-            hip: flexion, shape (n,) [rad].
-            knee: flexion, shape (n,) [rad].
+            angles: flexion of hip and knee, shape (n,) each [rad].
         """
         poses = [
             {HIP: np.array([0.0, 0.0, h]), KNEE: np.array([k])}
-            for h, k in zip(hip, knee, strict=True)
+            for h, k in zip(*angles, strict=True)
         ]
         read = static_torques(self._body, poses, self._plan)
-        return np.stack(
-            [read[axis.joint] @ np.array(axis.direction) for axis in _FLEXION_AXES], axis=1
-        )
-
-    def loop_work(self, rectangle: tuple[Range, Range]) -> float:
-        """Work of both torques round a rectangle of hip and knee flexion [rad], in J.
-
-        As `springs.spherical.loop_work`: along the hip first, then along the knee.
-        """
-        (hip_low, hip_high), (knee_low, knee_high) = rectangle
-        corners = ((hip_low, knee_low), (hip_high, knee_low), (hip_high, knee_high))
-        return self._path_work((*corners, (hip_low, knee_high), (hip_low, knee_low)))
-
-    def _path_work(self, vertices: Sequence[tuple[float, float]]) -> float:
-        nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_NODES)
-        share, part = 0.5 * (nodes + 1.0), 0.5 * weights
-        ends = np.array(vertices)
-        sides = np.diff(ends, axis=0)
-        at = ends[:-1, None] + share[:, None] * sides[:, None]
-        steps = part[:, None] * sides[:, None]
-        torques = self.torques(at[..., 0].ravel(), at[..., 1].ravel())
-        return float(np.sum(torques * steps.reshape(-1, 2)))
+        return tuple(read[axis.joint] @ np.array(axis.direction) for axis in _FLEXION_AXES)
 
 
 # Matplotlib leaves the types of its keyword arguments open.
@@ -184,7 +165,7 @@ def two_joint_hip() -> Plate:
 def _simulate_hip_moments(leg: TwoJointLeg, hip: Array, knee: float) -> Array:
     """Hip moments of a leg at hip angles and one knee angle [deg], in N m."""
     at = np.radians(hip)
-    return leg.torques(at, np.full_like(at, np.radians(knee)))[:, 0]
+    return leg.torques((at, np.full_like(at, np.radians(knee))))[0]
 
 
 def _claims(leg: TwoJointLeg, moments: HipMoments, nearest: ConservativeFit) -> list[Claim]:
@@ -271,7 +252,7 @@ def _gradient_claims(
     return [
         Claim(
             f"Riener & Edrich's hip and knee in Exudyn do no work {loop}",
-            leg.loop_work(USABLE_RANGES),
+            loop_work(leg, USABLE_RANGES),
             "J",
             at_least=-WORK_BOUND,
             at_most=WORK_BOUND,
@@ -279,7 +260,7 @@ def _gradient_claims(
         ),
         Claim(
             f"The nearest conservative law of the same exponentials does no work in Exudyn {loop}",
-            TwoJointLeg(nearest.law).loop_work(USABLE_RANGES),
+            loop_work(TwoJointLeg(nearest.law), USABLE_RANGES),
             "J",
             at_least=-WORK_BOUND,
             at_most=WORK_BOUND,
