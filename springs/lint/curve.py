@@ -54,7 +54,7 @@ class SampledCurve:
     @cached_property
     def breakpoints(self) -> tuple[float, ...]:
         """Breakpoints of the laws within the range [rad], in order."""
-        found = {corner for law in self.laws for corner in law.breakpoints}
+        found = {breakpoint for law in self.laws for breakpoint in law.breakpoints}
         return tuple(sorted(c for c in found if self.low < c < self.high))
 
     @cached_property
@@ -295,11 +295,11 @@ def _lint_stiffness(curve: SampledCurve) -> Iterator[Finding]:
 
 def _lint_jumps(curve: SampledCurve) -> Iterator[Finding]:
     """Report jumps of torque and slope at breakpoints, from two points on each side."""
-    for corner in curve.breakpoints:
+    for breakpoint in curve.breakpoints:
         (a, b), (c, d) = (
             (
-                curve.torque_at(corner + side * _DIFFERENCE_STEP),
-                curve.torque_at(corner + side * 2.0 * _DIFFERENCE_STEP),
+                curve.torque_at(breakpoint + side * _DIFFERENCE_STEP),
+                curve.torque_at(breakpoint + side * 2.0 * _DIFFERENCE_STEP),
             )
             for side in (-1.0, 1.0)
         )
@@ -308,11 +308,13 @@ def _lint_jumps(curve: SampledCurve) -> Iterator[Finding]:
             (d - c) / _DIFFERENCE_STEP - (a - b) / _DIFFERENCE_STEP,
         )
         if abs(jump) > _RELATIVE_TOLERANCE * max(1.0, curve.max_torque):
-            message = f"at {_format_degrees(corner)} the torque jumps by {jump:.3g} N m"
-            yield Finding(FindingKind.JUMP, True, message, (corner,), (jump,))
+            message = f"at {_format_degrees(breakpoint)} the torque jumps by {jump:.3g} N m"
+            yield Finding(FindingKind.JUMP, True, message, (breakpoint,), (jump,))
         elif abs(kink) > 1.0:
-            message = f"at {_format_degrees(corner)} the stiffness jumps by {abs(kink):.4g} N m/rad"
-            yield Finding(FindingKind.JUMP, False, message, (corner,), (-kink,))
+            message = (
+                f"at {_format_degrees(breakpoint)} the stiffness jumps by {abs(kink):.4g} N m/rad"
+            )
+            yield Finding(FindingKind.JUMP, False, message, (breakpoint,), (-kink,))
 
 
 def _lint_energy(curve: SampledCurve, damping: Damping) -> Iterator[Finding]:

@@ -18,7 +18,7 @@ class FindingKind(Enum):
     torque grows with the angle, values: by how much [N m]."""
 
     JUMP = "jump"
-    """Angle of a corner; values: jump of the torque [N m] or of the stiffness [N m/rad]."""
+    """Angle of a breakpoint; values: jump of the torque [N m] or of the stiffness [N m/rad]."""
 
     ENERGY = "energy"
     """Ends of the cycle; values: energies [J]."""

@@ -36,7 +36,7 @@ def test_the_dead_zone_is_free_and_the_torque_grows_from_zero_at_its_edges(law):
     assert abs(law.torque(high + 1e-9)) <= steepest * 1e-8 + 1e-10
 
 
-def test_corners_are_the_edges_of_the_dead_zone():
+def test_breakpoints_are_the_edges_of_the_dead_zone():
     assert Cubic((1.0, 2.0, 3.0, 4.0)).breakpoints == ()
     assert Cubic((1.0, 2.0, 3.0, 4.0), -1, (-0.5, 0.25), 0.5).breakpoints == (0.0, 0.75)
 

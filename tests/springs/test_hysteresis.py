@@ -56,7 +56,7 @@ def test_curves_in_the_wrong_order_show_in_the_loss():
     assert wrong.cycle_loss(0.0, 1.0) == pytest.approx(-8.0)
 
 
-def test_corners_are_those_of_both_and_the_range_is_common():
+def test_breakpoints_are_those_of_both_and_the_range_is_common():
     law = Hysteresis(Stop(-0.2, 0.4, onset=0.1), Stop(-0.2, 0.5, onset=0.1))
     assert law.breakpoints == pytest.approx((-0.3, -0.2, 0.4, 0.5, 0.6))
     assert law.valid_range is None

@@ -55,7 +55,7 @@ def test_it_pushes_back_and_never_out(stop, angle):
     assert stop.energy(angle) >= 0.0
 
 
-def test_corners_are_where_a_stop_begins_and_where_its_onset_ends():
+def test_breakpoints_are_where_a_stop_begins_and_where_its_onset_ends():
     assert Stop(-1.0, 2.0, 1000.0, 0.25).breakpoints == (-1.25, -1.0, 2.0, 2.25)
     assert Stop(None, 2.0, 1000.0, 0.25).breakpoints == (2.0, 2.25)
     assert Stop(-1.0, None, 1000.0, 0.25).breakpoints == (-1.25, -1.0)
