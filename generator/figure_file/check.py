@@ -248,7 +248,8 @@ def _check_centre_of_mass_frames(figure: Figure, diagnostics: Diagnostics) -> No
         site = segment.sites.get(CENTRE_OF_MASS_SITE)
         if site and any(isinstance(f, Rotation) and any(f.angles) for f in site.location.factors):
             diagnostics.warning(
-                f"the orientation of `{CENTRE_OF_MASS_SITE}` in `{shorten(segment.name)}` is not used",
+                f"the orientation of `{CENTRE_OF_MASS_SITE}` in `{shorten(segment.name)}` "
+                "is not used",
                 origin_span(site.origins, "location"),
                 "moments of inertia are along the segment's own axes",
             )

@@ -400,7 +400,8 @@ class _Parser:
             self._diagnostics.syntax_error(
                 f"{token} cannot be the name of a {kind.text}",
                 span,
-                "a name has letters, digits and `_`, does not start with a digit, and has no quotes",
+                "a name has letters, digits and `_`, does not start with a digit, "
+                "and has no quotes",
             )
         return Word(token.text + token.unit, span)
 

@@ -42,8 +42,8 @@ def resolve_number(node: Value, dimension: Dimension, diagnostics: Diagnostics) 
                 )
             factor = unit.factor
         return convert_to_si(node.text, factor)
-    except UnitError as fault:
-        diagnostics.error(str(fault), node.unit_span, fault.hint)
+    except UnitError as failure:
+        diagnostics.error(str(failure), node.unit_span, failure.hint)
     except OverflowError:
         diagnostics.error(
             f"`{shorten(node.text)}` is too large", node.span, "a number must be finite"

@@ -66,8 +66,9 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 def _attribute(attribute: Attribute) -> list[str]:
     return [
-        f"{_checked_name(key)} = {_quote(value) if isinstance(value, str) else _format_numbers(value)};"
+        f"{_checked_name(key)} = {text};"
         for key, value in attribute.fields.items()
+        for text in [_quote(value) if isinstance(value, str) else _format_numbers(value)]
     ]
 
 

@@ -154,7 +154,8 @@ def _parse_column(
             pass
         case AxisKind.TRANSLATION:
             diagnostics.error(
-                f"`{shorten(title)}` is a translation: only rotations can be driven in a simulation",
+                f"`{shorten(title)}` is a translation: only rotations can be driven "
+                "in a simulation",
                 cell,
             )
             return None

@@ -1,7 +1,7 @@
 """Forces and moments that vary in time, from a file of comma-separated values (`docs/loads.md`).
 
-The first line that is not a comment names the columns, in any order: `site`, `kind`, `time [s]`, and
-x, y, z with the unit `[N]`, `[N m]`, or `[N or N m]` for a file that holds forces and moments.
+The first line that is not a comment names the columns, in any order: `site`, `kind`, `time [s]`,
+and x, y, z with the unit `[N]`, `[N m]`, or `[N or N m]` for a file that holds forces and moments.
 """
 
 from collections.abc import Mapping

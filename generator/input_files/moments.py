@@ -1,7 +1,7 @@
 """Measured moments of a joint at its angles, from a file of comma-separated values.
 
-The first line that is not a comment names the columns with their units, in any order: `angle [deg]` or
-another unit of angle, `moment [N m]` or another unit of moment (`docs/fits.md`).
+The first line that is not a comment names the columns with their units, in any order:
+`angle [deg]` or another unit of angle, `moment [N m]` or another unit of moment (`docs/fits.md`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -115,7 +115,7 @@ def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, _Column]:
 
 
 def _unit_factor(name: str, unit: str, cell: Span, diagnostics: Diagnostics) -> Fraction:
-    """The SI value of a column's unit; 1, with a fault noted, where it has none that fits."""
+    """The SI value of a column's unit; 1, with an error reported, if none fits."""
     dimension = COLUMN_DIMENSIONS[name]
     hint = f"in brackets, one of: {UNIT_EXAMPLES[dimension]}; as in `{MOMENTS_EXAMPLE}`"
     if not (unit.startswith("[") and unit.endswith("]")):
