@@ -1,4 +1,4 @@
-"""Mass properties of a rigid body, and how they add up, move and turn."""
+"""Mass properties of a rigid body: sum, and transformation to another frame."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 ROUNDING_TOLERANCE = 1e-9
-"""Relative error that a sum of many parts may have: asymmetry, moments that no body has."""
+"""Relative rounding error of a sum of many parts, in symmetry and principal moments."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +26,12 @@ class PrincipalInertia:
 
 @dataclass(frozen=True, eq=False)
 class MassProperties:
-    """Mass, centre of mass and inertia of a rigid body, all told in one frame.
+    """Mass, centre of mass and inertia of a rigid body, all in one frame.
 
-    Bodies in the same frame are joined by `+`.
+    `+` combines bodies in the same frame.
 
     Attributes:
-        mass: [kg], above zero.
+        mass: [kg], positive.
         centre: centre of mass [m], shape (3,).
         inertia: tensor about the centre of mass along the frame's axes [kg m2], shape (3, 3); its
             off-diagonals are minus the products of inertia (eq. 5.28).
@@ -42,17 +42,17 @@ class MassProperties:
     inertia: Array
 
     def __post_init__(self) -> None:
-        """Refuse what no body has: a tensor of another shape, a moment above the others' sum."""
+        """Check shapes, finiteness, symmetry, and the triangle inequality of the moments."""
         centre, inertia = np.array(self.centre, float), np.array(self.inertia, float)
         if centre.shape != (3,) or inertia.shape != (3, 3):
             raise ValueError("a centre of mass has shape (3,), an inertia tensor (3, 3)")
         if not (np.isfinite(centre).all() and np.isfinite(inertia).all()):
             raise ValueError("centre of mass and inertia must be finite")
         if not (np.isfinite(self.mass) and self.mass > 0.0):
-            raise ValueError(f"a body's mass is above zero, not {self.mass}")
+            raise ValueError(f"the mass of a body must be above zero, not {self.mass}")
         slack = ROUNDING_TOLERANCE * float(np.abs(inertia).max())
         if float(np.abs(inertia - inertia.T).max()) > slack:
-            raise ValueError("an inertia tensor is symmetric")
+            raise ValueError("an inertia tensor must be symmetric")
         inertia = (inertia + inertia.T) / 2.0
         moments = np.linalg.eigvalsh(inertia)
         if moments[0] < -slack or moments[2] > moments[0] + moments[1] + slack:
@@ -62,32 +62,34 @@ class MassProperties:
             object.__setattr__(self, name, array)
 
     def __add__(self, other: "MassProperties") -> "MassProperties":
-        """The two bodies as one; both are told in the same frame.
+        """Return the two bodies, in the same frame, as one.
 
-        The parallel axis theorem in terms of the distance between the centres: two large numbers
-        that nearly cancel never appear.
+        The parallel axis theorem is applied to the distance between the centres, which avoids
+        cancellation.
         """
         mass = self.mass + other.mass
-        apart = other.centre - self.centre
-        centre = self.centre + other.mass / mass * apart
+        distance = other.centre - self.centre
+        centre = self.centre + other.mass / mass * distance
         reduced = self.mass * (other.mass / mass)
         return MassProperties(
-            mass, centre, self.inertia + other.inertia + reduced * _unit_point_inertia(apart)
+            mass, centre, self.inertia + other.inertia + reduced * _unit_point_inertia(distance)
         )
 
     def inertia_about(self, point: ArrayLike) -> Array:
-        """Inertia tensor about `point` [m] of the frame [kg m2], shape (3, 3) (eq. 5.37, 5.38)."""
+        """Return the inertia tensor [kg m2] about `point` [m], shape (3, 3) (eq. 5.37, 5.38)."""
         arm = self.centre - np.asarray(point, dtype=float)
         return self.inertia + self.mass * _unit_point_inertia(arm)
 
     def transform(self, pose_in_frame: ArrayLike) -> "MassProperties":
-        """The same body told in another frame, in which this one has the pose (4, 4)."""
+        """Return the same body in another frame, in which this one has the pose (4, 4)."""
         pose = np.asarray(pose_in_frame, dtype=float)
-        turn, shift = pose[:3, :3], pose[:3, 3]
-        return MassProperties(self.mass, turn @ self.centre + shift, turn @ self.inertia @ turn.T)
+        rotation, translation = pose[:3, :3], pose[:3, 3]
+        return MassProperties(
+            self.mass, rotation @ self.centre + translation, rotation @ self.inertia @ rotation.T
+        )
 
     def with_mass(self, mass: float) -> "MassProperties":
-        """A body of the same shape and another mass [kg]: the density changes everywhere alike."""
+        """Return the same body with its density scaled to another mass [kg]."""
         return MassProperties(mass, self.centre, self.inertia * (mass / self.mass))
 
     @property
@@ -95,7 +97,7 @@ class MassProperties:
         """Principal moments and axes.
 
         The largest component of the first two axes is positive, and the third completes a
-        right-handed frame. Where moments are equal the axes are any that suit.
+        right-handed frame. Where moments are equal the axes are arbitrary.
         """
         moments, axes = np.linalg.eigh(self.inertia)
         largest = np.abs(axes).argmax(axis=0)
@@ -105,5 +107,5 @@ class MassProperties:
 
 
 def _unit_point_inertia(arm: Array) -> Array:
-    """Inertia tensor of the mass one at the end of `arm`: |r|^2 - r r^T."""
+    """Return the inertia tensor of a unit point mass at `arm`: |r|^2 - r r^T."""
     return float(arm @ arm) * np.eye(3) - np.outer(arm, arm)

@@ -1,8 +1,8 @@
-"""The chain of a joint: the pose it makes of its displacements, and the displacements of a pose.
+"""The chain of a joint: its pose at given displacements, and the displacements of a given pose.
 
-A chain that one joint can hold turns about at most three axes and slides along at most three, with
-all slides outside all turns (`R*R*T`: along axes of the parent) or all inside (`T*R*R`: along axes
-of the child). Neighbours that commute, a turn and a slide along one axis, may stand either way.
+The chain of a single joint has at most three rotations and three translations, with all
+translations outside all rotations (`R*R*T`: along axes of the parent) or all inside (`T*R*R`:
+along axes of the child). A rotation and a translation with one axis commute.
 """
 
 from collections.abc import Sequence
@@ -34,13 +34,13 @@ from generator.rotations import (
 class Chain:
     """The degrees of freedom of a joint, in the order of its `type` line (innermost first).
 
-    Making one proves that a single joint can hold it. Raises ModelError when none can.
+    Raises ModelError when no single joint can have the chain.
     """
 
     joint_axes: tuple[JointAxis, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what no single joint can hold."""
+        """Check that a single joint can have the chain."""
         axes = [unit_vector(self.joint_axes[k].axis) for k in self.rotations]
         if len(axes) > 3:
             raise ModelError(f"{len(axes)} rotations: a joint has at most three")
@@ -56,29 +56,29 @@ class Chain:
         ):
             raise ModelError("the translation axes are not independent")
         if self._translation_order() is None:
-            raise ModelError("a translation stands between rotations that do not commute with it")
+            raise ModelError("a translation is between rotations that do not commute with it")
 
     @cached_property
     def rotations(self) -> tuple[int, ...]:
-        """Places of the rotations among the factors."""
+        """Indices of the rotations among the factors."""
         return tuple(
             k for k, factor in enumerate(self.joint_axes) if factor.kind is AxisKind.ROTATION
         )
 
     @cached_property
     def translations(self) -> tuple[int, ...]:
-        """Places of the translations among the factors."""
+        """Indices of the translations among the factors."""
         return tuple(
             k for k, factor in enumerate(self.joint_axes) if factor.kind is AxisKind.TRANSLATION
         )
 
     @cached_property
     def translations_are_outer(self) -> bool:
-        """Whether the child slides along axes of the parent (else along its own)."""
+        """True where translations are along axes of the parent, not of the child."""
         return bool(self._translation_order())
 
     def _translation_order(self) -> bool | None:
-        """True: all slides can stand outside all turns; False: inside; None: neither."""
+        """Return True where translations can be outside all rotations, False inside, else None."""
         for outside in (True, False):
             crossed = [
                 (self.joint_axes[t], self.joint_axes[s])
@@ -97,18 +97,18 @@ class Chain:
 
     @cached_property
     def sequence(self) -> RotationSequence | None:
-        """The three rotations, where there are three."""
+        """Rotation sequence of a chain with three rotations; else None."""
         return RotationSequence(self.rotation_axes) if len(self.rotations) == 3 else None
 
     def pose(self, displacements: ArrayLike) -> Array:
-        """Pose of the child's site in the parent's, shape (..., 4, 4), at (..., n) [rad or m]."""
+        """Return the child's site in the parent's frame, (..., n) [rad or m] to (..., 4, 4)."""
         values = np.asarray(displacements, dtype=float)
         start = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
         steps = [_axis_pose(f, values[..., k]) for k, f in enumerate(self.joint_axes)]
         return reduce(lambda pose, step: step @ pose, steps, start)
 
     def twists(self, displacements: ArrayLike) -> Array:
-        """Motion of the child's site for a unit rate of each displacement, (..., n) to (..., n, 6).
+        """Return twists of the child's site for unit rates, (..., n) [rad or m] to (..., n, 6).
 
         Rows are (angular, linear) in the parent's site frame; linear is the velocity of the child's
         material point that is at the parent's origin.
@@ -131,10 +131,10 @@ class Chain:
         return rows
 
     def displacements(self, pose: ArrayLike, near: ArrayLike | None = None) -> Array:
-        """Displacements (n,) [rad or m] of a pose (4, 4), the nearest to `near` when given.
+        """Return the displacements (n,) [rad or m] of a pose (4, 4), nearest to `near` if given.
 
-        A pose outside the chain's reach gives the displacements of its turn, and of the part of its
-        translation that the slides can make.
+        For a pose that the chain cannot reach: those of its rotation, and the least-squares fit of
+        its translation.
         """
         x = np.asarray(pose, dtype=float)
         previous = None if near is None else np.asarray(near, dtype=float)
@@ -151,7 +151,7 @@ class Chain:
         return result
 
     def _angles(self, matrix: Array, near: Array | None) -> Array:
-        """Angles of the rotations, shape (number of rotations,)."""
+        """Return the angles of the rotations, shape (number of rotations,)."""
         axes = self.rotation_axes
         if self.sequence is not None:
             return self.sequence.angles(matrix, near)
@@ -167,7 +167,7 @@ class Chain:
         return base + wrap_angle(np.array(angles) - base)
 
     def pose_residual(self, pose: ArrayLike) -> Array:
-        """How far a pose is outside the chain's reach: (turn [rad], offset [m]), shape (6,)."""
+        """Return the part of a pose that the chain cannot reach: (angle [rad], offset [m])."""
         reached = self.pose(self.displacements(pose))
         between = inverse_pose(reached) @ np.asarray(pose, dtype=float)
         r = between[:3, :3]
@@ -176,7 +176,7 @@ class Chain:
 
 
 def _commute(rotation: JointAxis, translation: JointAxis) -> bool:
-    """Whether a turn and a slide may change places: they share their axis."""
+    """Return whether a rotation and a translation commute: their axes are parallel."""
     return bool(
         np.linalg.norm(np.cross(unit_vector(rotation.axis), unit_vector(translation.axis)))
         < PERPENDICULAR_TOLERANCE
@@ -184,7 +184,7 @@ def _commute(rotation: JointAxis, translation: JointAxis) -> bool:
 
 
 def _axis_pose(joint_axis: JointAxis, value: ArrayLike) -> Array:
-    """Pose matrix of one factor, shape (..., 4, 4)."""
+    """Return the pose matrix of one factor, shape (..., 4, 4)."""
     v = np.asarray(value, dtype=float)
     axis = unit_vector(joint_axis.axis)
     match joint_axis.kind:
@@ -198,7 +198,7 @@ def _axis_pose(joint_axis: JointAxis, value: ArrayLike) -> Array:
 
 
 def _nearest_rotation_angle(axis: Array, matrix: Array) -> float:
-    """The angle about `axis` of the turn about it that is nearest to `matrix` [rad]."""
+    """Return the angle of the rotation about `axis` that is nearest to `matrix` [rad]."""
     k = cross_matrix(axis)
     sine = -float(np.sum(k.T * matrix))
     cosine = float(np.trace(matrix) - axis @ matrix @ axis)
@@ -206,5 +206,5 @@ def _nearest_rotation_angle(axis: Array, matrix: Array) -> float:
 
 
 def build_chain(joint_axes: Sequence[JointAxis]) -> Chain:
-    """The chain of a joint's factors. Raises ModelError when one joint cannot hold them."""
+    """Return the chain of factors. Raises ModelError when no single joint can have them."""
     return Chain(tuple(joint_axes))

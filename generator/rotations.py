@@ -1,8 +1,7 @@
 """Rotations: matrices, rotation vectors, and angles about the axes of a joint.
 
-Matrices act on columns: `R_AB @ v_B` is `v_A`. Arrays may carry leading dimensions (one matrix a
-frame); angles are radians. The one decision on the order of a joint's chain stands in
-`matrix_from_chain_angles`.
+Matrices act on columns: `R_AB @ v_B` is `v_A`. Arrays may have leading dimensions; angles are
+in radians. `matrix_from_chain_angles` defines the order of a joint's chain.
 """
 
 from collections.abc import Sequence
@@ -19,11 +18,11 @@ PERPENDICULAR_TOLERANCE = 1e-9
 """Largest cosine between two axes that count as perpendicular."""
 
 SINGULAR_SINE = 1e-8
-"""Below this sine of the middle angle only the sum or difference of the outer two is known."""
+"""Sine of the middle angle below which only the sum or difference of the outer two is known."""
 
 
 def unit_vector(vector: ArrayLike) -> Array:
-    """`vector` scaled to length one, shape (3,). Raises ValueError for the zero vector."""
+    """Return `vector` scaled to length one, shape (3,). Raises ValueError for the zero vector."""
     array = np.asarray(vector, dtype=float)
     length = float(np.linalg.norm(array))
     if length == 0.0:
@@ -32,7 +31,7 @@ def unit_vector(vector: ArrayLike) -> Array:
 
 
 def cross_matrix(vector: ArrayLike) -> Array:
-    """`[v]x`, so that `cross_matrix(v) @ w` is `v x w`; shape (..., 3) to (..., 3, 3)."""
+    """Return `[v]x`, so that `cross_matrix(v) @ w` is `v x w`; shape (..., 3) to (..., 3, 3)."""
     v = np.asarray(vector, dtype=float)
     zero = np.zeros_like(v[..., 0])
     rows = [
@@ -44,21 +43,21 @@ def cross_matrix(vector: ArrayLike) -> Array:
 
 
 def matrix_from_rotation_vector(vector: ArrayLike) -> Array:
-    """exp([r]x) for r = angle times axis [rad]; shape (..., 3) to (..., 3, 3)."""
+    """Return exp([r]x) for r = angle times axis [rad]; shape (..., 3) to (..., 3, 3)."""
     v = np.asarray(vector, dtype=float)
     flat = Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix()
     return flat.reshape(*v.shape[:-1], 3, 3)
 
 
 def rotation_vector_from_matrix(matrix: ArrayLike) -> Array:
-    """The rotation vector, 0 to pi long [rad]; shape (..., 3, 3) to (..., 3)."""
+    """Return the rotation vector, of length 0 to pi [rad]; shape (..., 3, 3) to (..., 3)."""
     m = np.asarray(matrix, dtype=float)
     flat = Rotation.from_matrix(m.reshape(-1, 3, 3)).as_rotvec()
     return flat.reshape(*m.shape[:-2], 3)
 
 
 def matrix_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
-    """Rotation by `angle` [rad] about a unit `axis`; shape of `angle` plus (3, 3)."""
+    """Return the rotation by `angle` [rad] about a unit `axis`; shape of `angle` plus (3, 3)."""
     angles = np.asarray(angle, dtype=float)
     k = cross_matrix(np.asarray(axis, dtype=float))
     sine, cosine = np.sin(angles)[..., None, None], np.cos(angles)[..., None, None]
@@ -66,7 +65,7 @@ def matrix_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
 
 
 def matrix_from_xyz(a: float, b: float, c: float) -> Array:
-    """Peabody's `xyz(a, b, c)`: intrinsic X-Y-Z, the column matrix `Rx(a) Ry(b) Rz(c)`."""
+    """Return Peabody's `xyz(a, b, c)`: intrinsic X-Y-Z, the column matrix `Rx(a) Ry(b) Rz(c)`."""
     x, y, z = np.eye(3)
     return (
         matrix_from_axis_angle(x, a) @ matrix_from_axis_angle(y, b) @ matrix_from_axis_angle(z, c)
@@ -74,7 +73,7 @@ def matrix_from_xyz(a: float, b: float, c: float) -> Array:
 
 
 def pose_matrix(rotation: ArrayLike, translation: ArrayLike) -> Array:
-    """The pose matrix of a rotation (..., 3, 3) and a translation (..., 3) [m]: (..., 4, 4)."""
+    """Return the pose (..., 4, 4) of a rotation (..., 3, 3) and a translation (..., 3) [m]."""
     r, t = np.asarray(rotation, dtype=float), np.asarray(translation, dtype=float)
     pose = np.zeros((*r.shape[:-2], 4, 4))
     pose[..., :3, :3] = r
@@ -84,17 +83,17 @@ def pose_matrix(rotation: ArrayLike, translation: ArrayLike) -> Array:
 
 
 def inverse_pose(pose: ArrayLike) -> Array:
-    """The inverse of a rigid pose (..., 4, 4): `X_BA` from `X_AB`."""
+    """Return the inverse of a rigid pose (..., 4, 4): `X_BA` from `X_AB`."""
     x = np.asarray(pose, dtype=float)
     turned = np.swapaxes(x[..., :3, :3], -1, -2)
     return pose_matrix(turned, -(turned @ x[..., :3, 3:])[..., 0])
 
 
 def rotation_with_z_axis(axis: ArrayLike) -> Array:
-    """A rotation whose third column is the unit `axis` (the thesis's `zifyjoint`, figure 3.5).
+    """Return a rotation whose third column is the unit `axis` (`zifyjoint`, figure 3.5).
 
-    z is turned onto the axis by the shortest way; onto an axis that points down from -z, where a
-    half turn about x has brought it.
+    It is the shortest rotation of z onto the axis; where the axis points down, a half turn about x
+    comes first.
     """
     target = unit_vector(axis)
     half_turn = np.diag([1.0, -1.0, -1.0])
@@ -105,12 +104,12 @@ def rotation_with_z_axis(axis: ArrayLike) -> Array:
 
 
 def wrap_angle(angle: Array) -> Array:
-    """The angle nearest to zero that differs from `angle` by whole turns, in [-pi, pi]."""
+    """Return `angle` modulo 2 pi, in [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
 
 def matrix_from_chain_angles(axes: Sequence[ArrayLike], angles: ArrayLike) -> Array:
-    """Orientation of the child's site frame in the parent's, shape (..., 3, 3).
+    """Return the orientation of the child's site frame in the parent's, shape (..., 3, 3).
 
     `R(a1)*R(a2)*R(a3)` with angles (d1, d2, d3) is the column matrix `R(a3,d3) R(a2,d2) R(a1,d1)`:
     the first factor is innermost, next to the child (Peabody's row-vector order).
@@ -126,17 +125,17 @@ def matrix_from_chain_angles(axes: Sequence[ArrayLike], angles: ArrayLike) -> Ar
 class RotationSequence:
     """Three rotation axes, each perpendicular to the next: angles for any orientation.
 
-    Contains the thesis's twelve sequences, with signs, and their turned copies. The axes are those
+    Contains the thesis's twelve sequences, with signs, in any frame. The axes are those
     of the chain, so the first is innermost. Eq. 3.1-3.15, written for any such axes (Davenport's
     angles; Shuster and Markley, J. Astronaut. Sci. 51, 2003): with the first axis carried into the
-    third by a turn `offset` about the second, the middle angle plus the offset is the angle between
-    the third axis and the turned first one.
+    third by a rotation `offset` about the second, the middle angle plus the offset is the angle
+    between the third axis and the rotated first one.
     """
 
     axes: tuple[tuple[float, float, float], ...]
 
     def __post_init__(self) -> None:
-        """Refuse axes that cannot reach every orientation."""
+        """Check that the axes reach every orientation."""
         first, middle, last = (unit_vector(axis) for axis in self.axes)
         if max(abs(float(first @ middle)), abs(float(middle @ last))) > PERPENDICULAR_TOLERANCE:
             raise ValueError("each axis must be perpendicular to the next")
@@ -150,14 +149,14 @@ class RotationSequence:
         return np.stack([middle, side, last]), offset
 
     def matrix(self, angles: ArrayLike) -> Array:
-        """The orientation at `angles` (..., 3) [rad]."""
+        """Return the orientation at `angles` (..., 3) [rad]."""
         return matrix_from_chain_angles(self.axes, angles)
 
     def angles(self, matrix: ArrayLike, near: ArrayLike | None = None) -> Array:
-        """Angles (3,) of one orientation (3, 3) [rad].
+        """Return the angles (3,) of one orientation (3, 3) [rad].
 
         Without `near`: of the two middle angles the smaller (cos theta >= 0 in eq. 3.8), of two
-        that differ in sign the positive one, and at a pole the outer two share the turn equally
+        that differ in sign the positive one, and at a pole the outer two angles are equal in size
         (eq. 3.14 and the corrected 3.15). With `near`: of all triples that give the orientation,
         whole turns included, the nearest to it.
         """
@@ -171,25 +170,25 @@ class RotationSequence:
         last = float(np.arctan2(turned[0], -turned[1]))
         first = self._inner_angle(m, polar - offset, last)
         triple = np.array([first, polar - offset, last])
-        # Half a turn of the outer two and the opposite polar angle give the same orientation.
+        # The outer two plus pi and the opposite polar angle give the same orientation.
         other = np.array([first + np.pi, -polar - offset, last + np.pi])
         return _choose_triple([triple, other], near)
 
     def is_singular(self, matrix: ArrayLike) -> bool:
-        """Whether only the sum or the difference of the outer angles is known."""
+        """Return whether only the sum or the difference of the outer angles is known."""
         frame, _ = self._frame
         turned = frame @ np.asarray(matrix, dtype=float) @ unit_vector(self.axes[0])
         return bool(np.hypot(turned[0], turned[1]) < SINGULAR_SINE)
 
     def _inner_angle(self, matrix: Array, middle: float, last: float) -> float:
-        """The innermost angle once the other two are known."""
+        """Return the innermost angle once the other two are known."""
         outer = matrix_from_chain_angles(self.axes[1:], [middle, last])
         return _angle_about(unit_vector(self.axes[0]), outer.T @ matrix)
 
     def _singular_angles(
         self, matrix: Array, frame: Array, offset: float, polar: float, near: ArrayLike | None
     ) -> Array:
-        """Only `last + sign * first` is known: share it, or stay nearest to `near`."""
+        """Return the angles where only `last + sign * first` is known."""
         sign = 1.0 if polar == 0.0 else -1.0
         middle = float(wrap_angle(np.asarray(polar - offset)))
         total = _angle_about(frame[2], matrix @ matrix_from_axis_angle(frame[0], middle).T)
@@ -202,7 +201,7 @@ class RotationSequence:
 
 
 def _angle_about(axis: Array, matrix: Array) -> float:
-    """The angle of a rotation that is known to be about `axis` [rad]."""
+    """Return the angle of a rotation about the known `axis` [rad]."""
     sine = 0.5 * float(
         axis
         @ np.array(
@@ -218,7 +217,7 @@ def _angle_about(axis: Array, matrix: Array) -> float:
 
 
 def _choose_triple(triples: list[Array], near: ArrayLike | None) -> Array:
-    """The conventional triple, or the one nearest to `near` after whole turns."""
+    """Return the conventional triple, or the one nearest to `near` modulo 2 pi."""
     if near is None:
         whole = [wrap_angle(triple) for triple in triples]
         return min(whole, key=lambda triple: (round(abs(float(triple[1])), 9), triple[1] < 0.0))

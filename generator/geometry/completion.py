@@ -1,12 +1,8 @@
 """Masses, inertias and centres of mass that a figure lacks, estimated from its psurfs.
 
-What is there is kept, and so is the text: statements are put behind the `psurf` of their segment,
-each with a comment that says where it is from.
-
-Mass, inertia and centre of mass of a segment as the figure language writes them.
-
-A segment's inertia there is three principal moments along the segment's own axes. Of a tensor that
-has products of inertia as well the diagonal is written, and `products` tells what is left out.
+Existing values and the text stay unchanged: statements are inserted after the `psurf` of their
+segment, each with a comment on its source. The figure language has three moments of inertia along
+the segment's own axes; products of inertia are left out, with a warning.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,13 +29,13 @@ from generator.inertia import MassProperties
 from generator.units import Dimension, default_unit_factor, format_quantity
 
 SIGNIFICANT_DIGITS = 7
-"""Significant digits that are written: more than any drawing of a segment has."""
+"""Significant digits of the statements: more than any drawing of a segment has."""
 
 NEGLIGIBLE_PRODUCTS_RATIO = 0.01
-"""Products of inertia below this, relative to the moments of their axes, are not worth a word."""
+"""Products of inertia, relative to the moments of their axes, below which nothing is said."""
 
 MASS_FIELDS = ("mass", "inertia", CENTRE_OF_MASS_SITE)
-"""What a segment that moves must have."""
+"""Fields that a moving segment must have."""
 
 
 @dataclass(frozen=True)
@@ -56,12 +52,12 @@ class ProductsOfInertia:
 
     @property
     def are_negligible(self) -> bool:
-        """Whether leaving them out changes nothing that counts."""
+        """True where they are too small for a warning."""
         return self.ratio <= NEGLIGIBLE_PRODUCTS_RATIO
 
 
 def products_of_inertia(body: MassProperties) -> ProductsOfInertia:
-    """What of a body's inertia is not along the axes of its frame."""
+    """Return the products of inertia of a body about the axes of its frame."""
     moments = np.sqrt(np.diag(body.inertia))
     ratios = np.abs(body.inertia) / np.outer(moments, moments)
     nearest = np.abs(body.principal_inertia.axes).max(axis=0).min()
@@ -72,7 +68,7 @@ def products_of_inertia(body: MassProperties) -> ProductsOfInertia:
 
 
 def mass_statements(body: MassProperties) -> dict[str, str]:
-    """The statements of a segment block for a body told in the segment's frame, by field."""
+    """Return the statements of a segment block, by field, for a body in the segment's frame."""
     size = float(np.sqrt(np.trace(body.inertia) / body.mass)) / _cgs_unit(Dimension.LENGTH)
     places = SIGNIFICANT_DIGITS - 1 - floor(log10(size))
     centre = (
@@ -98,19 +94,19 @@ def _format_number(value: float) -> str:
 
 
 def _format_decimal(value: float) -> str:
-    """Digits without an exponent where that is not too long, and without a minus before zero."""
+    """Return up to 15 digits, without a minus sign of zero."""
     return f"{value + 0.0:.15g}"
 
 
 @dataclass(frozen=True)
 class Addition:
-    """What a segment gets.
+    """Values added to a segment.
 
     Attributes:
         segment: its name.
-        fields: of `FIELDS`, those that were missing.
+        fields: those of `MASS_FIELDS` that were missing.
         body: the segment as estimated, in its own frame.
-        density: of that body [kg/m3]; another than asked for where the mass was given.
+        density: of that body [kg/m3]; not the requested one where the figure has the mass.
     """
 
     segment: str
@@ -121,7 +117,7 @@ class Addition:
 
 @dataclass(frozen=True)
 class Completion:
-    """A figure's text with what was missing, what that is, and warnings."""
+    """A figure's completed text, the additions, and warnings."""
 
     text: str
     additions: tuple[Addition, ...]
@@ -129,50 +125,49 @@ class Completion:
 
 
 def complete_figure(figure: Figure, source: Source, density: float) -> Completion:
-    """Fill in what the moving segments of a figure lack, from their psurfs at `density` [kg/m3].
+    """Add missing values of the moving segments from their psurfs at `density` [kg/m3].
 
-    A segment whose mass is given keeps it: its inertia is that of its psurf with this mass. A
-    centre of mass that is given is kept as well; the inertia is then still that about the
-    psurf's own centre.
+    An existing mass stays, and the inertia is that of the psurf with this mass. An existing centre
+    of mass stays as well; the inertia is still that about the centre of the psurf.
 
     Args:
-        figure: as read from `source`, with the path that its psurfs lie beside.
+        figure: as read from `source`, with the path beside its psurfs.
         source: the text of the figure.
-        density: [kg/m3], the same everywhere.
+        density: [kg/m3], uniform.
 
     Raises:
-        InputError: psurfs that are needed cannot be read, or enclose no body; with all faults.
+        InputError: psurfs cannot be read or do not bound a solid; with all errors.
         ValueError: the density is not above zero.
     """
-    faults: list[Diagnostic] = []
-    wrong: list[Diagnostic] = []
+    warnings: list[Diagnostic] = []
+    errors: list[Diagnostic] = []
     additions: list[Addition] = []
     solids: dict[str, Solid | None] = {}
     for segment in figure.bodies.values():
         missing = _missing_fields(segment)
         if not missing or segment.has_ground_mass:
             continue
-        flaw = _incompletable_warning(segment, missing)
-        if flaw is not None:
-            faults.append(flaw)
+        obstacle = _incompletable_warning(segment, missing)
+        if obstacle is not None:
+            warnings.append(obstacle)
             continue
         psurf = segment.psurf or ""
         if psurf not in solids:
-            solids[psurf], told = _read_solid(figure, segment)
-            (faults if solids[psurf] else wrong).extend(told)
+            solids[psurf], reported = _read_solid(figure, segment)
+            (warnings if solids[psurf] else errors).extend(reported)
         solid = solids[psurf]
         if solid is not None:
             addition = _build_addition(segment, missing, solid, density)
             additions.append(addition)
-            faults += _omitted_products_warnings(segment, addition)
-    if wrong:
-        raise InputError([*faults, *wrong])
+            warnings += _omitted_products_warnings(segment, addition)
+    if errors:
+        raise InputError([*warnings, *errors])
     text = _insert_statements(figure, source, additions)
-    return Completion(text, tuple(additions), tuple(faults))
+    return Completion(text, tuple(additions), tuple(warnings))
 
 
 def _read_solid(figure: Figure, segment: Segment) -> tuple[Solid | None, tuple[Diagnostic, ...]]:
-    """The body within a segment's psurf with its warnings; None with what is wrong."""
+    """Return the solid within a segment's psurf with its warnings, or None with its errors."""
     try:
         solid = build_solid(read_segment_surface(figure, segment))
     except InputError as failure:
@@ -190,18 +185,18 @@ def _missing_fields(segment: Segment) -> tuple[str, ...]:
 
 
 def _incompletable_warning(segment: Segment, missing: Sequence[str]) -> Diagnostic | None:
-    """What keeps a segment from being filled in, as a warning."""
+    """Return a warning where a segment cannot be completed."""
     lacks = " and ".join(f"`{name}`" for name in missing)
     name = shorten(segment.name)
     if segment.mass == 0.0:
         return warning(
-            f"segment `{name}` lacks {lacks}, but its mass is given as zero",
+            f"segment `{name}` lacks {lacks}, but its mass is zero",
             origin_span(segment.origins, "mass"),
-            "leave out the mass to have it estimated as well",
+            "leave out the mass to estimate it as well",
         )
     if segment.psurf is None:
         return warning(
-            f"segment `{name}` lacks {lacks}, and has no psurf to take it from",
+            f"segment `{name}` lacks {lacks}, and has no psurf to estimate it from",
             origin_span(segment.origins),
         )
     return None
@@ -224,14 +219,14 @@ def _omitted_products_warnings(segment: Segment, addition: Addition) -> list[Dia
             f"the products of inertia of `{shorten(segment.name)}` are left out: up to "
             f"{100.0 * products.ratio:.2g} % of its moments",
             origin_span(segment.origins, "psurf"),
-            f"its principal axes are turned by {degrees(products.angle):.2g} deg from its own; "
+            f"its principal axes are rotated by {degrees(products.angle):.2g} deg from its own; "
             "a figure file holds moments along the segment's axes only",
         )
     ]
 
 
 def _insert_statements(figure: Figure, source: Source, additions: Sequence[Addition]) -> str:
-    """The text with the statements of all additions, put in from the end on."""
+    """Return the text with the statements of all additions inserted."""
     tokens = list(tokenize(source, Diagnostics())) if additions else []
     at = {token.start: place for place, token in enumerate(tokens)}
     pieces: dict[int, str] = {}
@@ -249,10 +244,10 @@ def _insert_statements(figure: Figure, source: Source, additions: Sequence[Addit
 
 
 def _commented_statements(segment: Segment, addition: Addition) -> Mapping[str, str]:
-    """The statements of an addition, each with the comment that belongs to it."""
+    """Return the statements of an addition, each with its comment."""
     density = format_quantity(float(f"{addition.density:.5g}"), Dimension.DENSITY)
-    given = segment.mass is not None
-    of_mass = f" for the mass given, {density}" if given else f" at {density}"
+    has_mass = segment.mass is not None
+    of_mass = f" for the mass given, {density}" if has_mass else f" at {density}"
     statements = mass_statements(addition.body)
     return {
         statements[
@@ -265,7 +260,7 @@ def _commented_statements(segment: Segment, addition: Addition) -> Mapping[str, 
 def _insertion(
     source: Source, around: Sequence[Token], lines: Mapping[str, str]
 ) -> tuple[int, str]:
-    """Where statements go and how: on lines of their own where `psurf = FILE;` has one.
+    """Return offset and text of an insertion: separate lines where `psurf = FILE;` is on one.
 
     `around` are the tokens `psurf`, `=`, the file, `;` and what follows.
     """

@@ -1,7 +1,4 @@
-"""Whether the faces of a surface are polygons: each vertex once, in a plane, with an area.
-
-What is known of a surface while it is examined, and how its parts are called.
-"""
+"""Flaws of single faces of a surface, and the state of its validation."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -12,7 +9,7 @@ from generator.diagnostics import Diagnostic, Span
 from generator.geometry.surface import MIN_FACE_CORNERS, Array, Indices, Surface, Tetrahedra
 
 MAX_NAMES_LISTED = 10
-"""How many faces, edges or vertices a sentence names."""
+"""Number of faces, edges or vertices that a message names."""
 
 
 @dataclass(frozen=True)
@@ -20,10 +17,10 @@ class Shell:
     """A closed part of a surface, connected over its edges.
 
     Attributes:
-        first_face: index of its first face, which names it.
+        first_face: index of its first face.
         face_count: number of its faces.
         volume: [m3], negative for a void.
-        depth: in how many other shells it lies.
+        depth: number of shells that contain it.
     """
 
     first_face: int
@@ -33,21 +30,21 @@ class Shell:
 
     @property
     def is_void(self) -> bool:
-        """Whether it is the inner wall of a body."""
+        """True for the inner wall of a body."""
         return self.depth % 2 == 1
 
 
 @dataclass
 class SurfaceValidation:
-    """What is known of a surface so far.
+    """State of the validation of a surface.
 
     Attributes:
-        surface: as it can be used: vertices joined and faces turned where that was needed.
-        diagnostics: what is wrong or odd.
-        shells: its closed parts; none while there are errors.
-        flipped: faces that were turned, by index.
-        merged_vertex_count: vertices that were given up for others at the same place.
-        tetrahedra: the sums over the surface as it can be used.
+        surface: with vertices merged and faces flipped where necessary.
+        diagnostics: errors and warnings.
+        shells: its closed parts; empty after errors.
+        flipped: indices of flipped faces.
+        merged_vertex_count: number of vertices merged with others at the same position.
+        tetrahedra: of that surface.
     """
 
     surface: Surface
@@ -64,20 +61,20 @@ class SurfaceValidation:
         face: int | None,
         hint: str = "",
     ) -> None:
-        """Note a fault at a face; it names the file itself where there is no line to show."""
+        """Add a diagnostic at a face; its text names the surface where there is no span."""
         place = None if face is None else self.surface.face_span(face)
-        said = message if place else f"{self.surface.name}: {message}"
-        self.diagnostics.append(make_diagnostic(said, place, hint))
+        text = message if place else f"{self.surface.name}: {message}"
+        self.diagnostics.append(make_diagnostic(text, place, hint))
 
     def faces_phrase(self, faces: Indices) -> str:
-        """`face 3 is`, `faces 3, 5 are`."""
+        """Return `face 3 is` or `faces 3, 5 are`."""
         names = join_names(
             [self.surface.face_name(f) for f in faces[:MAX_NAMES_LISTED].tolist()], len(faces)
         )
         return f"face {names} is" if len(faces) == 1 else f"faces {names} are"
 
     def shells_phrase(self, first_faces: Indices, shell_count: int) -> str:
-        """Which shells, given by their first faces, a sentence is about, unless it is about all."""
+        """Return a phrase that names shells by their first faces; empty for all shells."""
         if len(first_faces) == shell_count:
             return ""
         names = [self.surface.face_name(face) for face in first_faces[:MAX_NAMES_LISTED].tolist()]
@@ -85,31 +82,31 @@ class SurfaceValidation:
 
 
 def join_names(names: Sequence[str], count: int) -> str:
-    """The names, and how many more there are."""
+    """Return the names, and the number of those left out."""
     more = count - len(names)
     return ", ".join(names) + (f" and {more} more" if more else "")
 
 
 PLANARITY_TOLERANCE = 1e-6
-"""A face counts as planar up to this deviation, relative to its size."""
+"""Deviation, relative to its size, up to which a face counts as planar."""
 
 MAX_WARP = 0.01
-"""Up to this deviation a face is used with a warning, above it the surface is refused."""
+"""Deviation, relative to its size, above which a face is an error and not a warning."""
 
 MIN_RELATIVE_AREA = 1e-12
-"""A face whose area is below this, relative to the square of its size, has none."""
+"""Area relative to the square of its size below which a face has none."""
 
 
 @dataclass(frozen=True, eq=False)
 class FaceFlaws:
-    """What is odd about single faces.
+    """Flaws of single faces.
 
     Attributes:
-        repeated_vertex: faces that pass a vertex twice.
-        slivers: triangles without area; they enclose nothing, and do no harm.
-        degenerate_polygons: larger faces without area: their sides cross, or they lie on a line.
-        warps: distance of the farthest corner from a face's plane, relative to its size, for those
-            that are not planar, by face.
+        repeated_vertex: faces with a vertex twice.
+        slivers: triangles without area; they enclose nothing and are harmless.
+        degenerate_polygons: polygons without area: their sides cross, or are collinear.
+        warps: by face that is not planar, distance of the farthest corner from its plane, relative
+            to its size.
     """
 
     repeated_vertex: Indices
@@ -119,7 +116,7 @@ class FaceFlaws:
 
 
 def face_flaws(surface: Surface) -> FaceFlaws:
-    """What is odd about single faces of a surface."""
+    """Return the flaws of single faces of a surface."""
     repeating = _faces_with_repeated_vertex(surface)
     areas = _area_vectors(surface)
     lengths, sizes = np.sqrt((areas**2).sum(axis=0)), _face_diagonals(surface)
@@ -143,7 +140,7 @@ def _faces_with_repeated_vertex(surface: Surface) -> Indices:
 
 
 def _area_vectors(surface: Surface) -> Array:
-    """Area of each face along its normal [m2], shape (3, m): the sum over its triangles."""
+    """Return the area of each face along its normal [m2], shape (3, m)."""
     triangles, owner = surface.fan_triangles
     points = np.ascontiguousarray(surface.vertices.T)
     hub = np.take(points, triangles[0], axis=1)
@@ -158,7 +155,7 @@ def _area_vectors(surface: Surface) -> Array:
 
 
 def _face_diagonals(surface: Surface) -> Array:
-    """Diagonal of the box about each face [m], shape (m,)."""
+    """Return the diagonal of the bounding box of each face [m], shape (m,)."""
     points = np.ascontiguousarray(surface.vertices.T)
     if (surface.corner_counts == MIN_FACE_CORNERS).all():
         one, two, three = (np.take(points, surface.corners[k::3], axis=1) for k in range(3))
@@ -172,13 +169,13 @@ def _face_diagonals(surface: Surface) -> Array:
 
 
 def _warps(surface: Surface, areas: Array, diagonals: Array, faces: Indices) -> dict[int, float]:
-    """How far each of `faces` is from planar, where it is more than rounding."""
+    """Return the relative deviation from a plane of each of `faces`, where above rounding."""
     if not len(faces):
         return {}
     firsts = surface.starts[:-1]
     hubs = surface.vertices[surface.corners[firsts]]
     arms = surface.vertices[surface.corners] - hubs[surface.face_of_corner]
-    with np.errstate(divide="ignore", invalid="ignore"):  # for faces that are not asked about
+    with np.errstate(divide="ignore", invalid="ignore"):  # for faces other than `faces`
         normals = (areas / np.sqrt((areas**2).sum(axis=0))).T
     heights = (arms * normals[surface.face_of_corner]).sum(axis=1)
     middles = np.add.reduceat(heights, firsts) / surface.corner_counts

@@ -1,4 +1,4 @@
-"""Whether the edges of one set of triangles pass through another's.
+"""Intersection of two sets of triangles, by edges that pass through triangles.
 
 Triangles that lie within the faces of a surface.
 
@@ -24,7 +24,7 @@ TOUCH_TOLERANCE = 1e-9
 
 
 def triangles_intersect(one: Array, two: Array) -> bool:
-    """Whether two sets of triangles, shapes (n, 3, 3) and (m, 3, 3), cut through each other.
+    """Return whether two sets of triangles, (n, 3, 3) and (m, 3, 3), intersect each other.
 
     They do when an edge of one passes through the inner part of a triangle of the other.
     """
@@ -49,12 +49,12 @@ def _unique_half_edges(edges: Array) -> Mask:
 
 
 def _overlaps_box(shapes: Array, low: Array, high: Array) -> Mask:
-    """Which shapes, (n, corners, 3), have an extent that meets a box."""
+    """Return a mask of shapes, (n, corners, 3), whose bounding box meets a box."""
     return ((shapes.min(axis=1) <= high) & (shapes.max(axis=1) >= low)).all(axis=1)
 
 
 def _any_intersection(edges: Array, triangles: Array, depth: int) -> bool:
-    """Whether any edge passes through any triangle: space is halved until they are few."""
+    """Return whether any edge passes through any triangle, by recursive bisection of space."""
     if not len(edges) or not len(triangles):
         return False
     if len(edges) * len(triangles) <= MAX_PAIRS_PER_BATCH:
@@ -77,12 +77,12 @@ def _any_intersection(edges: Array, triangles: Array, depth: int) -> bool:
 
 
 def _reaches_side(shapes: Array, axis: int, cut: float, sign: float) -> Mask:
-    """Which shapes reach the side of a plane that `sign` tells."""
+    """Return a mask of shapes that reach the side of a plane given by `sign`."""
     return (sign * (shapes[..., axis] - cut)).max(axis=1) >= 0.0
 
 
 def _any_pair_intersects(edges: Array, triangles: Array) -> bool:
-    """Whether any edge passes through the inner part of any triangle."""
+    """Return whether any edge passes through the interior of any triangle."""
     e, t = _pairs_with_overlapping_boxes(edges, triangles)
     p, q = edges[e, 0], edges[e, 1]
     a, b, c = (triangles[t, k] for k in range(3))
@@ -92,9 +92,9 @@ def _any_pair_intersects(edges: Array, triangles: Array) -> bool:
     sides = np.stack(
         [_sixfold_volumes(p, q, a, b), _sixfold_volumes(p, q, b, c), _sixfold_volumes(p, q, c, a)]
     )
-    apart = np.minimum(*map(np.abs, ends)) > slack
+    separated = np.minimum(*map(np.abs, ends)) > slack
     through = (sides > slack).all(axis=0) | (sides < -slack).all(axis=0)
-    return bool((apart & (ends[0] * ends[1] < 0.0) & through).any())
+    return bool((separated & (ends[0] * ends[1] < 0.0) & through).any())
 
 
 def _pairs_with_overlapping_boxes(edges: Array, triangles: Array) -> tuple[Indices, Indices]:

@@ -1,4 +1,4 @@
-"""Reading psurfs (`.pss`), the surfaces of Jack.
+"""Psurf files (`.pss`), the surfaces of Jack.
 
     file   := block+
     block  := vertex* ";;" face* ";;"
@@ -6,10 +6,8 @@
     face   := INDEX INDEX INDEX+ text? ";" text?
 
 Each of these and each `;;` is a line. Vertices are in cm and counted from 1 in every block; faces
-run counter-clockwise seen from outside. Blank lines and text after the numbers say nothing; the
-text of a face does not begin as a number does, or it would be a corner that cannot be read.
-
-Writing psurfs: the inverse of reading them.
+run counter-clockwise seen from outside. Blank lines and text after the numbers are ignored; the
+text of a face must not begin like a number.
 """
 
 import re
@@ -47,24 +45,24 @@ _NUMBER_START = re.compile(r"[+-]?\.?[0-9]")
 _MAX_INDEX_DIGITS = 18
 
 MAX_LINES = 500_000
-"""Lines of the longest text that is read; it takes some seconds."""
+"""Lines of the longest file that is read, which takes some seconds."""
 
 
 def read_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> Surface:
-    """The surface in a psurf file, whose lengths are in `unit` [m].
+    """Read the surface in a psurf file with lengths in `unit` [m].
 
-    Raises InputError, which holds all faults, when anything is wrong with the file.
+    Raises InputError with all errors of the file.
     """
     return parse_psurf_file(path, unit).require_value()
 
 
 def parse_psurf_file(path: str | Path, unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
-    """The surface in a psurf file, with all faults; bad input raises nothing."""
+    """Parse a psurf file; invalid input becomes diagnostics and raises nothing."""
     return parse_file(path, partial(_parse_psurf, unit=unit))
 
 
 def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
-    """The surface that `text` describes, with all faults; `name` is what they call the text."""
+    """Parse the text of a psurf; `name` stands for it in the diagnostics."""
     return parse_text(text, partial(_parse_psurf, unit=unit), name)
 
 
@@ -87,7 +85,7 @@ def _report_if_too_long(source: Source, diagnostics: Diagnostics) -> bool:
 
 @dataclass
 class _Parser:
-    """Walks over the lines; what was read so far stands in its lists."""
+    """Parser of the lines of a psurf, with the vertices and faces read so far."""
 
     source: Source
     unit: Fraction
@@ -100,7 +98,7 @@ class _Parser:
     faces_seen: int = 0
 
     def parse_lines(self) -> None:
-        """Read all lines; faults go to the findings."""
+        """Parse all lines; errors become diagnostics."""
         in_faces, start, last = True, 0, Span(self.source, 0, 0)
         ended = True
         for line in self.source.text.split("\n"):
@@ -124,7 +122,7 @@ class _Parser:
                 self.diagnostics.error(
                     "the vertices end without `;;`",
                     last,
-                    "this is a face; a line `;;` stands before the first one",
+                    "this is a face; put a line `;;` before the first face",
                 )
                 in_faces = True
                 self._parse_face(line, here.start)
@@ -133,7 +131,7 @@ class _Parser:
         if not ended:
             what = "faces" if in_faces else "vertices"
             self.diagnostics.error(
-                f"the {what} end without `;;`", last, "a line `;;` stands after the last one"
+                f"the {what} end without `;;`", last, "put a line `;;` after the last one"
             )
         if not self.faces_seen:
             end = last if self.blocks else Span(self.source, 0, min(1, len(self.source.text)))
@@ -142,7 +140,7 @@ class _Parser:
             )
 
     def build_surface(self) -> Surface:
-        """What was read, as a surface."""
+        """Return the surface that was read."""
         text = SurfaceText(
             self.source,
             np.array(self.face_spans, dtype=np.int64).reshape(-1, 2),
@@ -159,7 +157,7 @@ class _Parser:
     def _report_separator_in_line(self, place: Span, line: str) -> None:
         at = place.start + line.strip().index(_BLOCK_END)
         self.diagnostics.error(
-            "`;;` stands behind something else",
+            "`;;` is not alone on its line",
             Span(self.source, at, at + len(_BLOCK_END)),
             "give it a line of its own",
         )
@@ -184,7 +182,7 @@ class _Parser:
             self.diagnostics.error(
                 f"a vertex has three coordinates, not {len(numbers)}", words[0].extend_to(words[-1])
             )
-        # A vertex that cannot be read still counts, or the faces would be told wrong as well.
+        # An invalid vertex still counts, or the faces would be reported as well.
         point = tuple(number or 0.0 for number in numbers)
         self.vertices.append((*point, 0.0, 0.0, 0.0)[:3])
 
@@ -226,9 +224,9 @@ class _Parser:
             count = "1 vertex" if len(face) == 1 else f"{len(face) or 'no'} vertices"
             self.diagnostics.error(f"this face has {count}, not three or more", place)
         elif len(set(face)) < len(face):
-            twice = next(index for k, index in enumerate(face) if index in face[:k])
+            repeated = next(index for k, index in enumerate(face) if index in face[:k])
             self.diagnostics.error(
-                f"vertex {twice} stands twice in this face", place, "a face passes a vertex once"
+                f"vertex {repeated} is twice in this face", place, "list each vertex of a face once"
             )
         else:
             self.corners.extend(base + index - 1 for index in face)
@@ -243,18 +241,18 @@ class _Parser:
         )
 
     def _parse_indices(self, head: str, start: int, known: int) -> list[int] | None:
-        """The numbers of a face with something odd in it; None, with the faults noted."""
+        """Return the vertex numbers of an irregular face; None after reporting errors."""
         face: list[int] = []
-        sound = True
+        valid = True
         words = self._words(head, start)
         numbers = [bool(_INDEX.fullmatch(word.text)) for word in words]
-        # Text after the last number says nothing; text before it may have been one.
+        # Text after the last number is ignored; text before it may be a misspelt number.
         count = len(numbers) - numbers[::-1].index(True) if True in numbers else len(numbers)
         while count < len(words) and _NUMBER_START.match(words[count].text):
             count += 1
         for word in words[:count]:
             if not _INDEX.fullmatch(word.text):
-                sound = False
+                valid = False
                 self.diagnostics.error(
                     f"`{shorten(word.text)}` is not the number of a vertex",
                     word,
@@ -263,7 +261,7 @@ class _Parser:
                 continue
             short = len(word.text) <= _MAX_INDEX_DIGITS
             if not short or not 0 < int(word.text) <= known:
-                sound = False
+                valid = False
                 vertices = "1 vertex" if known == 1 else f"{known or 'no'} vertices"
                 self.diagnostics.error(
                     f"there is no vertex {shorten(word.text)}",
@@ -272,7 +270,7 @@ class _Parser:
                 )
                 continue
             face.append(int(word.text))
-        return face if sound else None
+        return face if valid else None
 
 
 def _strip_span(span: Span) -> Span:
@@ -285,7 +283,7 @@ _USUAL_DIGITS = 12
 
 
 def format_psurf(surface: Surface, unit: Fraction = CENTIMETRE) -> str:
-    """The text of a psurf of one block; reading it gives the same vertices, to the last bit."""
+    """Return the text of a psurf of one block; reading it gives exactly the same vertices."""
     lines = [
         " ".join(_format_coordinate(value, unit) for value in vertex)
         for vertex in surface.vertices.tolist()
@@ -297,12 +295,12 @@ def format_psurf(surface: Surface, unit: Fraction = CENTIMETRE) -> str:
 
 
 def write_psurf(surface: Surface, path: str | Path) -> None:
-    """Write a psurf file, whole or not at all. Raises OSError when it cannot be written."""
+    """Write a psurf file atomically. Raises OSError when it cannot be written."""
     write_atomic(Path(path), format_psurf(surface))
 
 
 def _format_coordinate(value: float, unit: Fraction) -> str:
-    """A number that reads back as `value`; the short one that people wrote, in nearly all cases."""
+    """Return a number that reads back as `value`, the shortest one in nearly all cases."""
     text = f"{value / float(unit):.{_USUAL_DIGITS}g}"
     if text != "inf" and convert_to_si(text, unit) == value:
         return text

@@ -1,9 +1,4 @@
-"""One door for all surfaces: the suffix of a path chooses the format.
-
-Surfaces from the mesh formats that trimesh reads.
-
-The surface of a figure's segment: its psurf, which lies beside the figure's file.
-"""
+"""Reading surfaces by the suffix of their file: psurfs, and the mesh formats that trimesh reads."""
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
@@ -11,7 +6,6 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-import trimesh
 
 from generator.diagnostics import Diagnostic, InputError, MoverError, error, spelling_hint
 from generator.figure import Figure, Segment
@@ -27,20 +21,22 @@ _STL_SUFFIX = ".stl"
 _STL_HEADER_BYTES, _STL_TRIANGLE_BYTES = 84, 50
 """Bytes of a binary STL file before its triangles, and of each."""
 
-_load = cast("Callable[..., object]", trimesh.load)  # pyright: ignore[reportUnknownMemberType]
-
 GREY = (0.7, 0.7, 0.7)
 """Colour of a segment whose attributes give none."""
 
 
 def read_mesh(path: str | Path, unit: Fraction) -> Surface:
-    """The triangles in a mesh file whose lengths are in `unit` [m].
+    """Read the triangles in a mesh file with lengths in `unit` [m].
 
-    Vertices at exactly the same place are one: STL has no shared vertices, and other formats repeat
-    them where colours or normals change. Triangles that have no three corners left are dropped.
+    Vertices at exactly the same position are merged: STL has no shared vertices, and other formats
+    repeat them where colours or normals change. Triangles with fewer than three corners left are
+    dropped.
 
-    Raises InputError when there is no such file, or no triangles in it.
+    Raises InputError when the file cannot be read or has no triangles.
     """
+    import trimesh  # it takes longer to import than everything that a psurf needs
+
+    load = cast("Callable[..., object]", trimesh.load)  # pyright: ignore[reportUnknownMemberType]
     path = Path(path)
     reason = _unreadable_reason(path)
     if reason is not None:
@@ -49,8 +45,8 @@ def read_mesh(path: str | Path, unit: Fraction) -> Surface:
     if suffix == _STL_SUFFIX and (cut := _truncation_reason(path)) is not None:
         raise InputError([error(f"`{path}` cannot be read as stl: {cut}")])
     try:
-        mesh = _load(path, file_type=suffix[1:], force="mesh", process=False)
-    except Exception as failure:  # readers of foreign bytes raise whatever they trip over
+        mesh = load(path, file_type=suffix[1:], force="mesh", process=False)
+    except Exception as failure:  # trimesh raises many types for invalid files
         raise InputError([_unreadable_file_error(path, failure)]) from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise InputError([error(f"there are no faces in `{path}`")])
@@ -66,20 +62,22 @@ def read_mesh(path: str | Path, unit: Fraction) -> Surface:
 
 
 def _unreadable_file_error(path: Path, failure: Exception) -> Diagnostic:
-    """The fault of a file that trimesh does not read."""
+    """Return the error of a file that trimesh does not read."""
     message = f"`{path}` cannot be read as {path.suffix.lower()[1:]}"
     damaged = "it is cut short, or holds something else"
-    if isinstance(failure, ImportError):  # a guesser of encodings that bytes of no text call for
+    if isinstance(
+        failure, ImportError
+    ):  # trimesh imports an encoding detector for bytes that are not text
         return error(f"{message}: {damaged}")
-    said = " ".join(str(failure).split()) or type(failure).__name__
-    return error(f"{message}: {damaged}", hint=f"its reader says: {said}")
+    reason = " ".join(str(failure).split()) or type(failure).__name__
+    return error(f"{message}: {damaged}", hint=f"its reader says: {reason}")
 
 
 def _truncation_reason(path: Path) -> str | None:
-    """What a binary STL file lacks; None for a whole one, and for one that is a text.
+    """Return the reason why a binary STL file is incomplete; None for complete and text files.
 
-    80 bytes of anything, the number of triangles, and 50 bytes for each. trimesh would take one of
-    another length for a text.
+    The file is 80 bytes, the number of triangles, and 50 bytes for each. trimesh takes one of
+    another length for text.
     """
     with path.open("rb") as file:
         head, size = file.read(_STL_HEADER_BYTES), path.stat().st_size
@@ -98,7 +96,7 @@ def _unreadable_reason(path: Path) -> str | None:
         if path.is_dir():
             return "it is a directory"
         if path.exists() and not path.is_file():
-            return "it is no ordinary file"
+            return "it is not a regular file"
         with path.open("rb"):
             return None if path.stat().st_size <= MAX_FILE_BYTES else "it is larger than 1 GB"
     except OSError as failure:
@@ -115,35 +113,33 @@ FORMAT_UNITS: Mapping[str, Fraction | None] = {
     ".glb": Fraction(1),
     ".gltf": Fraction(1),
 }
-"""The formats, and the length that 1 means in each [m]; None where the format does not say."""
+"""Unit of length of each format [m]; None where the format has none."""
 
 
 class UnknownSurfaceError(MoverError):
-    """A path whose suffix names no format, or one of which nobody knows the unit."""
+    """The suffix of a path is not a known format, or the unit of its format is unknown."""
 
 
 def surface_unit(path: str | Path, unit: Fraction | None = None) -> Fraction:
-    """The length [m] that 1 means in a file: `unit` if it is given, else that of its format.
+    """Return the unit of length of a file [m] [default: that of its format].
 
-    Raises UnknownSurfaceError for an unknown suffix, and for a format without a unit when none is
-    given.
+    Raises UnknownSurfaceError for an unknown suffix, and for a format without a unit.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in FORMAT_UNITS:
-        said = f"`{suffix}` is no known suffix" if suffix else "the suffix is missing"
+        problem = f"`{suffix}` is not a known suffix" if suffix else "the suffix is missing"
         hint = spelling_hint(suffix, FORMAT_UNITS)
-        raise UnknownSurfaceError(f"{path}: {said} of a surface; {hint}")
+        raise UnknownSurfaceError(f"{path}: {problem} of a surface; {hint}")
     known = unit or FORMAT_UNITS[suffix]
     if known is None:
         raise UnknownSurfaceError(
-            f"{path}: {suffix} files do not say what their lengths mean; "
-            "give the unit, such as `--unit mm`"
+            f"{path}: {suffix} files have no unit of length; give the unit, such as `--unit mm`"
         )
     return known
 
 
 def read_surface(path: str | Path, unit: Fraction | None = None) -> Surface:
-    """The surface in a psurf or mesh file; `unit` [m] overrides what 1 means in its format.
+    """Read the surface in a psurf or mesh file; `unit` [m] overrides that of its format.
 
     Raises:
         UnknownSurfaceError: the format or its unit is not known.
@@ -152,16 +148,13 @@ def read_surface(path: str | Path, unit: Fraction | None = None) -> Surface:
     meant = surface_unit(path, unit)
     if Path(path).suffix.lower() == PSURF_SUFFIX:
         return read_psurf(path, meant)
-    # trimesh takes as long to import as everything else that a psurf needs.
-    pass
-
     return read_mesh(path, meant)
 
 
 def read_segment_surface(figure: Figure, segment: Segment, unit: Fraction | None = None) -> Surface:
-    """The surface of a segment, told in the segment's frame.
+    """Read the surface of a segment, in the segment's frame, from any format of `read_surface`.
 
-    Any format of `read_surface` will do; `unit` [m] overrides what 1 means in it.
+    `unit` [m] overrides that of the format.
 
     Raises InputError when the segment has no psurf, or one that cannot be read.
     """
@@ -170,7 +163,7 @@ def read_segment_surface(figure: Figure, segment: Segment, unit: Fraction | None
         message = f"segment `{segment.name}` has no psurf, so it has no shape"
         raise InputError([error(message, place, 'add `psurf = "FILE.pss";`')])
     if figure.path is None:
-        message = f"the psurf of `{segment.name}` cannot be found: the figure is in no file"
+        message = f"the psurf of `{segment.name}` cannot be found: the figure has no file"
         raise InputError([error(message, place)])
     try:
         return read_surface(figure.path.parent / segment.psurf, unit)

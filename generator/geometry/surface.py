@@ -34,7 +34,7 @@ MIN_FACE_CORNERS = 3
 
 @dataclass(frozen=True, eq=False)
 class SurfaceText:
-    """Where a surface is written, and how its file counts.
+    """Text of a surface, and the numbering of its file.
 
     Attributes:
         source: the text.
@@ -168,12 +168,12 @@ class Surface:
         return replace(self, corners=self.corners[order])
 
     def face_name(self, face: int) -> str:
-        """How sentences call a face: its number from 1, and its line where it has one."""
+        """Return the name of a face: its number from 1, and its line where it has one."""
         place = self.face_span(face)
         return f"{face + 1}" if place is None else f"{face + 1} (line {place.line})"
 
     def vertex_name(self, vertex: int) -> str:
-        """How sentences call a vertex: its number in its block, or its place [m]."""
+        """Return the name of a vertex: its number in its block, or its position [m]."""
         if self.text is None:
             return "({:.6g} {:.6g} {:.6g})".format(*self.vertices[vertex])
         block = int(np.searchsorted(self.text.block_starts, vertex, side="right")) - 1
@@ -237,7 +237,7 @@ class Edges:
 
     @cached_property
     def same_direction(self) -> Mask:
-        """Whether the faces of a pair run the edge in the same direction: one is turned, (p,)."""
+        """True where the faces of a pair share the edge's direction: one is flipped, shape (p,)."""
         start = self.surface.corners[self.pairs]
         return start[0] == start[1]
 
@@ -264,7 +264,7 @@ class Edges:
         return np.flatnonzero(counts > 1)
 
     def name(self, half_edge: int) -> str:
-        """How sentences call an edge: the vertices at its ends."""
+        """Return the name of an edge: the vertices at its ends."""
         ends = int(self.surface.corners[half_edge]), int(self.surface.next_corners[half_edge])
         return "-".join(map(self.surface.vertex_name, ends))
 
@@ -348,7 +348,7 @@ class Tetrahedra:
         return np.bincount(self.faces, self.determinants, count) / 6.0
 
     def mass_properties(self, density: float) -> MassProperties:
-        """What encloses a positive volume, filled with `density` [kg/m3]."""
+        """Return the mass properties of a positive volume at `density` [kg/m3]."""
         one, two, three = self.edges
         total = one + two
         total += three

@@ -1,11 +1,13 @@
-"""Whether a surface encloses a body: closed, its faces outwards, its shells apart.
+"""Validation of surfaces as boundaries of solids, and the mass properties of the solids.
 
-Nothing is guessed: each way not to be a body has a sentence of its own. Refused are surfaces that
-are open, that touch themselves along an edge (which of four faces belong together cannot be told),
-whose faces are no planar polygons, and all that `shells` refuses. A surface that touches itself in
-a point passes with a warning: each edge still tells inside from outside, and a point has no volume.
+A surface is rejected where it is open, touches itself along an edge (which of four faces belong
+together is ambiguous), has faces that are not planar polygons, faces inwards, or has shells that
+intersect each other. A surface that touches itself at a point gets a warning only: each edge still
+separates inside from outside, and a point has no volume.
 
-A surface that is known to enclose a body, and the mass properties of that body.
+Volumes keep their sign throughout: a surface that is inside out is reported, never made positive.
+A shell within another is a void, one within that a body again, and so on. The shell of a void faces
+inwards, into the void, and counts negative.
 """
 
 from dataclasses import dataclass
@@ -38,22 +40,22 @@ from generator.geometry.surface import (
 from generator.inertia import MassProperties
 
 FACE_SAMPLES = 32
-"""So many of the largest faces of a shell, and as many others, are asked where they lie."""
+"""Number of the largest faces of a shell, and of others, whose position is tested."""
 
 RELATIVE_INSET = 1e-6
-"""How far below a face the point lies that is asked, relative to the extent of its shell."""
+"""Depth of the tested point below a face, relative to the extent of its shell."""
 
 MAX_SOLID_ANGLES_PER_BATCH = 500_000
-"""Triangles times points that are looked at together."""
+"""Triangles times points in a batch of solid angles."""
 
 
 @dataclass(frozen=True, eq=False)
 class Nesting:
-    """How k closed shells lie to each other.
+    """Relative position of k closed shells.
 
     Attributes:
         within: whether the shell of the row lies within that of the column, shape (k, k).
-        intersecting_pairs: pairs of shells that cut through each other.
+        intersecting_pairs: pairs of shells that intersect each other.
     """
 
     within: Mask
@@ -61,15 +63,15 @@ class Nesting:
 
     @property
     def depths(self) -> Indices:
-        """In how many others each shell lies, shape (k,); an odd number makes it a void."""
+        """Number of shells that contain each shell, shape (k,); voids have an odd number."""
         return self.within.sum(axis=1)
 
 
 def shell_nesting(surface: Surface, shells: Indices, count: int) -> Nesting:
-    """How the `count` shells of a surface lie to each other.
+    """Return the relative position of the `count` shells of a surface.
 
-    All faces look outwards from their own shell; `shells` tells that of each face, shape (m,).
-    Shells that only touch, face on face even, neither cut nor contain each other.
+    All faces must face outwards from their own shell; `shells` is the shell of each face, (m,).
+    Shells that only touch, even face on face, neither intersect nor contain each other.
     """
     within = np.zeros((count, count), dtype=bool)
     if count == 1:
@@ -91,7 +93,7 @@ def shell_nesting(surface: Surface, shells: Indices, count: int) -> Nesting:
 
 
 def _overlapping_shells(lows: Array, highs: Array) -> list[tuple[int, int]]:
-    """The pairs of shells whose extents overlap."""
+    """Return the pairs of shells whose bounding boxes overlap."""
     order = np.argsort(lows[:, 0])
     pairs: list[tuple[int, int]] = []
     left, right = lows[order, 0], highs[order, 0]
@@ -104,13 +106,13 @@ def _overlapping_shells(lows: Array, highs: Array) -> list[tuple[int, int]]:
 
 
 def _fraction_within(part: Array, other: Array) -> float:
-    """The share of a shell's faces whose inner side lies within another shell."""
+    """Return the fraction of a shell's faces whose inner side is within another shell."""
     points = _points_below_faces(part)
     return float((np.rint(winding_numbers(other, points)) > 0.5).mean())
 
 
 def _points_below_faces(part: Array) -> Array:
-    """Points just within a shell, below the middle of its larger faces, shape (s, 3)."""
+    """Return points just within a shell, below the centres of its larger faces, shape (s, 3)."""
     normals = np.cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     by_size = np.argsort(-lengths, kind="stable")[: max(1, int((lengths > 0.0).sum()))]
@@ -122,7 +124,7 @@ def _points_below_faces(part: Array) -> Array:
 
 
 def winding_numbers(triangles: Array, points: Array) -> Array:
-    """How often a closed surface goes round each point: 1 within it, 0 outside.
+    """Return the winding number of a closed surface about each point: 1 within it, 0 outside.
 
     The sum of the solid angles of its triangles (Van Oosterom and Strackee, IEEE Trans. Biomed.
     Eng. 30, 1983). Shapes (t, 3, 3) and (p, 3) to (p,).
@@ -141,19 +143,19 @@ def winding_numbers(triangles: Array, points: Array) -> Array:
 
 
 MIN_RELATIVE_VOLUME = 1e-12
-"""A shell whose volume is below this, relative to the cube of its extent, encloses nothing."""
+"""Volume relative to the cube of its extent below which a shell encloses nothing."""
 
-FIX_WINDING_HINT = "`--fix-winding` turns such faces"
+FIX_WINDING_HINT = "`--fix-winding` flips such faces"
 
 
 def validate_shells(found: SurfaceValidation, edges: Edges, fix_winding: bool) -> None:
-    """Which faces look to the wrong side, and how the shells lie to each other."""
+    """Check the winding of the faces and the relative position of the shells."""
     surface, shells = found.surface, edges.shells
     turns = faces_to_flip(edges)
     if turns is None:
         found.add_diagnostic(
             error,
-            "the surface has one side only: no turning of faces makes neighbours agree",
+            "the surface is one-sided: its faces cannot be oriented consistently",
             int(edges.neighbours[0, edges.same_direction.argmax()]),
         )
         return
@@ -176,9 +178,9 @@ def validate_shells(found: SurfaceValidation, edges: Edges, fix_winding: bool) -
         found.add_diagnostic(
             error,
             f"the bodies of face {surface.face_name(int(firsts[one]))} and of face "
-            f"{surface.face_name(int(firsts[two]))} cut through each other",
+            f"{surface.face_name(int(firsts[two]))} intersect each other",
             int(firsts[two]),
-            "what they share would count twice",
+            "their common volume would count twice",
         )
     if nesting.intersecting_pairs:
         return
@@ -200,7 +202,7 @@ def validate_shells(found: SurfaceValidation, edges: Edges, fix_winding: bool) -
 def _validate_winding(
     found: SurfaceValidation, flips: Mask, edges: Edges, first_faces: Indices, voids: Mask
 ) -> None:
-    """Shells that look to the wrong side as a whole, and single faces that do."""
+    """Report shells and single faces that face the wrong way."""
     wrong = np.bincount(edges.shells, flips, len(first_faces)) == np.bincount(edges.shells)
     inside_out, solid_voids = first_faces[wrong & ~voids], first_faces[wrong & voids]
     if len(inside_out):
@@ -208,7 +210,7 @@ def _validate_winding(
         found.add_diagnostic(
             error,
             f"the surface is inside out{found.shells_phrase(inside_out, int((~voids).sum()))}: its "
-            "faces look inwards"
+            "faces point inwards"
             + ("" if volume is None else f", and its volume is {volume:.6g} m^3"),
             int(inside_out[0]),
             FIX_WINDING_HINT,
@@ -216,23 +218,23 @@ def _validate_winding(
     if len(solid_voids) and not wrong.all():
         found.add_diagnostic(
             error,
-            f"a shell within a body looks outwards{found.shells_phrase(solid_voids, 0)}: what it "
-            "encloses would count twice",
+            f"a shell within a body faces outwards{found.shells_phrase(solid_voids, 0)}: its "
+            "volume would count twice",
             int(solid_voids[0]),
-            f"a void looks inwards, into itself; {FIX_WINDING_HINT}",
+            f"the shell of a void faces inwards, into the void; {FIX_WINDING_HINT}",
         )
     single = np.flatnonzero(flips & ~wrong[edges.shells])
     if len(single):
         found.add_diagnostic(
             error,
-            f"{found.faces_phrase(single)} turned: seen from outside the vertices run clockwise",
+            f"{found.faces_phrase(single)} flipped: seen from outside the vertices run clockwise",
             int(single[0]),
             FIX_WINDING_HINT,
         )
 
 
 def _shell_diagonals(surface: Surface, shells: Indices) -> Array:
-    """Diagonal of the box about each shell [m], shape (k,)."""
+    """Return the diagonal of the bounding box of each shell [m], shape (k,)."""
     if not shells.any():
         extent = np.ptp(surface.vertices[surface.corners], axis=0)
         return np.array([float(np.linalg.norm(extent))])
@@ -245,20 +247,22 @@ def _shell_diagonals(surface: Surface, shells: Indices) -> Array:
 
 
 MAX_COORDINATE = 1e50
-"""Coordinates up to this have fifth powers that a number holds [m]."""
+"""Largest coordinate; its fifth power is finite [m]."""
 
 
 def validate_surface(surface: Surface, *, fix_winding: bool = False) -> SurfaceValidation:
-    """All that is wrong or odd with a surface; nothing is raised.
+    """Return the diagnostics and the shells of a surface; nothing is raised.
 
-    With `fix_winding` faces that look to the wrong side are turned, which is no fault then.
+    With `fix_winding` faces that point the wrong way are flipped without an error.
     """
     found = SurfaceValidation(surface)
     if not surface.face_count:
         found.add_diagnostic(error, "the surface has no faces", None)
         return found
     if float(np.abs(surface.vertices).max()) > MAX_COORDINATE:
-        found.add_diagnostic(error, f"a vertex lies farther than {MAX_COORDINATE:g} m away", None)
+        found.add_diagnostic(
+            error, f"a vertex is more than {MAX_COORDINATE:g} m from the origin", None
+        )
         return found
     flaws = face_flaws(surface)
     if _validate_distinct_vertices(found, flaws):
@@ -274,28 +278,29 @@ def _validate_distinct_vertices(found: SurfaceValidation, flaws: FaceFlaws) -> b
     for face in flaws.repeated_vertex[:MAX_NAMES_LISTED].tolist():
         found.add_diagnostic(
             error,
-            f"face {found.surface.face_name(face)} passes a vertex twice",
+            f"face {found.surface.face_name(face)} has a vertex twice",
             face,
-            "cut it into faces that do not",
+            "split it into faces that do not",
         )
     return not len(flaws.repeated_vertex)
 
 
 def _validate_planarity(found: SurfaceValidation, flaws: FaceFlaws) -> None:
-    """Faces without area, and faces whose corners lie in no plane."""
+    """Report faces without area, and faces that are not planar."""
     if len(flaws.slivers):
         found.add_diagnostic(
             warning,
             f"{found.faces_phrase(flaws.slivers)} without area",
             int(flaws.slivers[0]),
-            "such triangles enclose nothing and do no harm",
+            "such triangles enclose nothing and are harmless",
         )
     if len(flaws.degenerate_polygons):
         found.add_diagnostic(
             error,
-            f"{found.faces_phrase(flaws.degenerate_polygons)} without area: the sides cross, or lie on one line",
+            f"{found.faces_phrase(flaws.degenerate_polygons)} without area: the sides cross, "
+            "or lie on one line",
             int(flaws.degenerate_polygons[0]),
-            "the corners of a face run round it once",
+            "list the corners of a face once, in order around it",
         )
     warped = {face: warp for face, warp in flaws.warps.items() if warp > MAX_WARP}
     bent = {face: warp for face, warp in flaws.warps.items() if warp <= MAX_WARP}
@@ -309,17 +314,17 @@ def _validate_planarity(found: SurfaceValidation, flaws: FaceFlaws) -> None:
             )
             found.add_diagnostic(
                 make,
-                f"{found.faces_phrase(np.array(list(faces)))} not planar: {which} lies off the plane "
-                f"by {faces[worst]:.2g} of the size",
+                f"{found.faces_phrase(np.array(list(faces)))} not planar: {which} "
+                f"lies off the plane by {faces[worst]:.2g} of the size",
                 worst,
-                "what such a face encloses depends on how it is cut; cut it into triangles"
+                "the enclosed volume depends on how such a face is split; split it into triangles"
                 if make is error
-                else f"it is cut into triangles from its first corner; {MAX_WARP:g} is the limit",
+                else f"it is split into triangles from its first corner; the limit is {MAX_WARP:g}",
             )
 
 
 def _close_by_merging(found: SurfaceValidation) -> Edges:
-    """The edges of the surface, with its vertices joined if it is open only without that."""
+    """Return the edges of the surface, after merging vertices where that closes it."""
     edges = build_edges(found.surface)
     if len(edges.boundary):
         surface, joined = merge_vertices(found.surface)
@@ -332,7 +337,7 @@ def _close_by_merging(found: SurfaceValidation) -> Edges:
 
 
 def _validate_closed(found: SurfaceValidation, edges: Edges) -> bool:
-    """Whether each edge belongs to two faces; if not, that is noted."""
+    """Return whether each edge belongs to two faces, after reporting those that do not."""
     unit = "" if found.surface.text else " m"
     if len(edges.boundary):
         names = join_names(
@@ -345,7 +350,7 @@ def _validate_closed(found: SurfaceValidation, edges: Edges) -> bool:
             error,
             f"the surface is open: {belong} to one face only: {names}{unit}",
             int(found.surface.face_of_corner[edges.boundary[0]]),
-            "a face is missing beside each of them",
+            "a face is missing at each of them",
         )
     if len(edges.nonmanifold):
         names = join_names(
@@ -361,13 +366,13 @@ def _validate_closed(found: SurfaceValidation, edges: Edges) -> bool:
             error,
             f"the surface touches itself: edges belong to more than two faces: {names}",
             int(found.surface.face_of_corner[edges.nonmanifold[0]]),
-            "which of them belong together cannot be told; give each part its own vertices there",
+            "which faces belong together is ambiguous; give each part its own vertices there",
         )
     return not len(edges.boundary) and not len(edges.nonmanifold)
 
 
 def _report_pinch_vertices(found: SurfaceValidation, edges: Edges) -> None:
-    """Parts that meet in a single point: every edge still tells inside from outside."""
+    """Report parts that meet in a single point: every edge still separates inside from outside."""
     if len(edges.pinch_vertices):
         names = [
             found.surface.vertex_name(v) for v in edges.pinch_vertices[:MAX_NAMES_LISTED].tolist()
@@ -375,24 +380,24 @@ def _report_pinch_vertices(found: SurfaceValidation, edges: Edges) -> None:
         vertices = "vertex" if len(edges.pinch_vertices) == 1 else "vertices"
         found.add_diagnostic(
             warning,
-            f"the surface touches itself in a point: {vertices} "
+            f"the surface touches itself at a point: {vertices} "
             f"{join_names(names, len(edges.pinch_vertices))}",
             int(found.surface.face_of_corner[found.surface.corners == edges.pinch_vertices[0]][0]),
-            "a point has no volume, so this does no harm",
+            "a point has no volume, so this is harmless",
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A closed surface whose faces all look outwards; made by `solid_of`.
+    """A solid bounded by a closed surface whose faces point outwards; made by `build_solid`.
 
     Attributes:
-        surface: as it was used: with faces turned and vertices joined, if that was needed.
+        surface: with faces flipped and vertices merged where necessary.
         shells: the closed parts of the surface: bodies, and voids in them.
-        flipped: the faces that had to be turned, by index.
-        merged_vertex_count: how many vertices lay where others do and were joined to close the surface.
-        warnings: what is odd, but does no harm.
-        tetrahedra: the signed tetrahedra that add up to the body.
+        flipped: indices of the flipped faces.
+        merged_vertex_count: number of vertices merged with others to close the surface.
+        warnings: about harmless irregularities.
+        tetrahedra: the signed tetrahedra whose sum is the solid.
     """
 
     surface: Surface
@@ -404,22 +409,22 @@ class Solid:
 
     @property
     def volume(self) -> float:
-        """Volume of the body [m3]."""
+        """Volume [m3]."""
         return self.tetrahedra.volume
 
     def mass_properties(self, density: float) -> MassProperties:
-        """The body, filled with `density` [kg/m3]. Raises ValueError unless it is above zero."""
+        """Return the mass properties at `density` [kg/m3]. Raises ValueError unless positive."""
         if not density > 0.0:
-            raise ValueError(f"a density is above zero, not {density}")
+            raise ValueError(f"a density must be above zero, not {density}")
         return self.tetrahedra.mass_properties(density)
 
 
 def build_solid(surface: Surface, *, fix_winding: bool = False) -> Solid:
-    """The body within a surface.
+    """Return the solid within a surface.
 
-    With `fix_winding` faces that look to the wrong side are turned instead of refused.
+    With `fix_winding` faces that point the wrong way are flipped instead of rejected.
 
-    Raises InputError, with all faults, for a surface that encloses no body.
+    Raises InputError, with all errors, for a surface that does not bound a solid.
     """
     found = validate_surface(surface, fix_winding=fix_winding)
     if found.tetrahedra is None or select_errors(found.diagnostics):
@@ -437,15 +442,15 @@ def build_solid(surface: Surface, *, fix_winding: bool = False) -> Solid:
 def mass_properties(
     surface: Surface, density: float, *, fix_winding: bool = False
 ) -> MassProperties:
-    """Mass, centre of mass and inertia of the body within a surface.
+    """Return mass, centre of mass and inertia of the solid within a surface.
 
     Args:
-        surface: closed, with faces that look outwards; see `solid_of`.
-        density: [kg/m3], the same everywhere.
-        fix_winding: whether to turn faces that look to the wrong side.
+        surface: closed, with faces that point outwards; see `build_solid`.
+        density: [kg/m3], uniform.
+        fix_winding: whether to flip faces that point the wrong way.
 
     Raises:
-        InputError: the surface encloses no body.
+        InputError: the surface does not bound a solid.
         ValueError: the density is not above zero.
     """
     return build_solid(surface, fix_winding=fix_winding).mass_properties(density)

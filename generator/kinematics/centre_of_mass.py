@@ -35,11 +35,11 @@ class Masses:
     centres_in_segment: Array
 
     def __post_init__(self) -> None:
-        """Refuse masses that have no centre."""
+        """Check that the masses are finite, not negative, and not all zero."""
         if not np.all(np.isfinite(self.masses)) or np.any(self.masses < 0.0):
             raise ValueError("masses are finite and not negative")
         if self.total == 0.0:
-            raise MoverError("there is no centre of mass, because there is no mass")
+            raise MoverError("the segments have no mass, so there is no centre of mass")
 
     @cached_property
     def total(self) -> float:
@@ -48,11 +48,11 @@ class Masses:
 
     @cached_property
     def _mass_fractions(self) -> Array:
-        """Part of the total that each segment has, shape (k,)."""
+        """Mass of each segment relative to the total, shape (k,)."""
         return self.masses / self.total
 
     def centres(self, poses: Mapping[str, Array]) -> Array:
-        """Centres of the segments in the world, shape (..., k, 3) [m].
+        """Return the centres of mass of the segments in the world, shape (..., k, 3) [m].
 
         Args:
             poses: of the segments in the world, shape (..., 4, 4).
@@ -62,15 +62,15 @@ class Masses:
         return turned + stack[..., :3, 3]
 
     def centre(self, poses: Mapping[str, Array]) -> Array:
-        """Their common centre of mass in the world, shape (..., 3) [m], eq. 5.1."""
+        """Return the common centre of mass in the world, shape (..., 3) [m], eq. 5.1."""
         return self._mass_fractions @ self.centres(poses)
 
     def jacobian(self, placement: Placement) -> Array:
-        """Slopes of the centre of mass by the displacements, shape (..., 3, n) [m/rad or m/m].
+        """Return the Jacobian of the centre of mass by displacements, (..., 3, n) [m/rad or m/m].
 
         The n columns are the displacements of the figure's joints, in the order of the file. A
-        joint that closes a loop has columns of zeros: the others say already where all segments
-        are. The product with rates that keep the loops closed is the centre's velocity.
+        joint that closes a loop has columns of zeros: the others determine all poses. The product
+        with rates that keep the loops closed is the centre's velocity.
         """
         tree = placement.tree
         kinematics = tree.kinematics
@@ -78,8 +78,8 @@ class Masses:
         moves = np.stack([kinematics.motion_masks[name] for name in self.segments])
         weights = moves * self._mass_fractions[:, None]
         levers = weights.T @ self.centres(placement.poses)
-        moved = np.sum(weights, axis=0)[:, None] * twists[..., 3:]
-        slopes = np.swapaxes(moved + np.cross(twists[..., :3], levers), -1, -2)
+        velocities = np.sum(weights, axis=0)[:, None] * twists[..., 3:]
+        slopes = np.swapaxes(velocities + np.cross(twists[..., :3], levers), -1, -2)
         result = np.zeros((*slopes.shape[:-1], tree.figure.degrees_of_freedom))
         start = 0
         for joint in tree.figure.joints.values():
@@ -91,10 +91,10 @@ class Masses:
 
 
 def own_segments(figure: Figure) -> tuple[str, ...]:
-    """The segments that belong to the figure itself, in the order of the file.
+    """Return the segments that belong to the figure itself, in the order of the file.
 
-    These are all that move, and the root's where it has a mass: it carries a part of the weight,
-    though it is held. A negative mass marks what is of the ground.
+    These are all that move, and the root's where it has a mass. A negative mass marks a part of
+    the ground.
     """
     return tuple(
         name
@@ -104,12 +104,12 @@ def own_segments(figure: Figure) -> tuple[str, ...]:
 
 
 def segment_masses(figure: Figure, segments: Iterable[str] | None = None) -> Masses:
-    """The masses of `segments`, or of all of the figure's own, prepared for any pose.
+    """Return the masses of `segments` [default: all of the figure's own].
 
     Raises:
         UsageError: a segment that the figure does not have, or a part of the ground.
-        InputError: a segment without mass or centre of mass; one fault for each.
-        MoverError: the segments have no mass together.
+        InputError: a segment without mass or centre of mass; one error for each.
+        MoverError: the total mass is zero.
     """
     own = own_segments(figure)
     names = own if segments is None else tuple(dict.fromkeys(segments))
@@ -118,9 +118,9 @@ def segment_masses(figure: Figure, segments: Iterable[str] | None = None) -> Mas
             raise UsageError(f"the figure has no segment `{name}`; {spelling_hint(name, own)}")
         if name not in own:
             raise UsageError(f"segment `{name}` is part of the ground and has no mass")
-    faults = list(_missing_mass_diagnostics(figure, names))
-    if faults:
-        raise InputError(faults)
+    diagnostics = list(_missing_mass_diagnostics(figure, names))
+    if diagnostics:
+        raise InputError(diagnostics)
     chosen = [figure.segments[name] for name in names]
     centres = [segment.centre_of_mass for segment in chosen]
     return Masses(
@@ -137,21 +137,21 @@ def _missing_mass_diagnostics(figure: Figure, names: Iterable[str]) -> Iterator[
         if segment.mass is None:
             yield error(f"segment `{name}` has no mass", place, "the centre of mass needs it")
         if segment.centre_of_mass is None:
-            hint = "the centre of mass of the figure is made of those of its segments"
+            hint = "the centre of mass of the figure is computed from those of its segments"
             yield error(f"segment `{name}` has no site `{CENTRE_OF_MASS_SITE}`", place, hint)
 
 
 def centre_of_mass(placement: Placement, segments: Iterable[str] | None = None) -> Array:
-    """The centre of mass of a placed figure, or of some of its segments, shape (..., 3) [m].
+    """Return the centre of mass of a placed figure or some of its segments, shape (..., 3) [m].
 
-    Raises as `masses_of` does, which is to be kept when many poses follow.
+    Raises as `segment_masses`, whose result serves many poses.
     """
     return segment_masses(placement.tree.figure, segments).centre(placement.poses)
 
 
 def centre_of_mass_jacobian(placement: Placement, segments: Iterable[str] | None = None) -> Array:
-    """Slopes of the centre of mass by the displacements of the joints, shape (..., 3, n).
+    """Return the Jacobian of the centre of mass by the displacements, shape (..., 3, n).
 
-    See `Masses.jacobian`. Raises as `masses_of` does.
+    See `Masses.jacobian`. Raises as `segment_masses`.
     """
     return segment_masses(placement.tree.figure, segments).jacobian(placement)

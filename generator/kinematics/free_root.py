@@ -17,7 +17,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.rotations import Array
 
 _FRAME_SITE = "segment frame"
-"""A site at the segment's own frame; the blank keeps it apart from every written name."""
+"""Site at the segment's own frame; no name in a file contains a blank."""
 
 FREE_CHAIN = (
     JointAxis(AxisKind.ROTATION, (1.0, 0.0, 0.0)),
@@ -27,40 +27,42 @@ FREE_CHAIN = (
     JointAxis(AxisKind.TRANSLATION, (0.0, 1.0, 0.0)),
     JointAxis(AxisKind.TRANSLATION, (0.0, 0.0, 1.0)),
 )
-"""Turn in the world, then shift along the world's axes."""
+"""Rotation and translation in the world."""
 
 
 def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[str, Array]]:
-    """The figure without its joints to the ground, and its displacements in the same pose.
+    """Return the figure without its joints to the ground, and its displacements in the same pose.
 
-    Each part that loses its hold gets a joint of three rotations and three translations from the
+    Each part that was attached gets a joint of three rotations and three translations from the
     root's site to its first segment, named after that segment (with "free " before it where a
     joint has that name already): its pose in the world.
 
     Args:
-        figure: a figure held by the ground.
+        figure: attached to the ground.
         displacements: of its joints [rad or m].
     """
     poses = forward_kinematics(build_tree(figure), displacements).poses
     world = poses[figure.root.segment] @ figure.site(figure.root).pose_in_segment
-    held = {
+    ground_joints = {
         name: joint
         for name, joint in figure.joints.items()
         if {joint.parent.segment, joint.child.segment} & figure.ground
     }
-    kept = {name: joint for name, joint in figure.joints.items() if name not in held}
-    moved = {name: np.asarray(displacements[name]) for name in kept}
+    remaining_joints = {
+        name: joint for name, joint in figure.joints.items() if name not in ground_joints
+    }
+    moved = {name: np.asarray(displacements[name]) for name in remaining_joints}
     loose = set(figure.bodies)
     free: dict[str, Joint] = {}
     segments = dict(figure.segments)
-    for first in _segments_next_to_ground(figure, held):
+    for first in _segments_next_to_ground(figure, ground_joints):
         if first not in loose:
             continue
-        loose -= _connected_segments(first, kept)
+        loose -= _connected_segments(first, remaining_joints)
         pose = np.linalg.inv(world) @ poses[first]
         displacement = build_chain(FREE_CHAIN).displacements(pose)
         name = first
-        while name in kept:
+        while name in remaining_joints:
             name = f"free {name}"
         free[name] = Joint(
             name,
@@ -72,14 +74,14 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
         sites = {**segments[first].sites, _FRAME_SITE: Site(_FRAME_SITE)}
         segments[first] = replace(segments[first], sites=sites)
         moved[name] = displacement
-    return replace(figure, segments=segments, joints={**free, **kept}), moved
+    return replace(figure, segments=segments, joints={**free, **remaining_joints}), moved
 
 
-def _segments_next_to_ground(figure: Figure, held: dict[str, Joint]) -> list[str]:
-    """The moving segments next to the ground, in the order of their joints."""
+def _segments_next_to_ground(figure: Figure, ground_joints: dict[str, Joint]) -> list[str]:
+    """Return the moving segments next to the ground, in the order of their joints."""
     ends = [
         ref.segment
-        for joint in held.values()
+        for joint in ground_joints.values()
         for ref in (joint.parent, joint.child)
         if ref.segment not in figure.ground
     ]
@@ -87,36 +89,36 @@ def _segments_next_to_ground(figure: Figure, held: dict[str, Joint]) -> list[str
 
 
 def _connected_segments(first: str, joints: dict[str, Joint]) -> set[str]:
-    """All segments that hang together with `first`."""
-    together = {first}
+    """Return all segments connected to `first` by joints."""
+    connected = {first}
     grown = True
     while grown:
         grown = False
         for joint in joints.values():
             ends = {joint.parent.segment, joint.child.segment}
-            if ends & together and not ends <= together:
-                together |= ends
+            if ends & connected and not ends <= connected:
+                connected |= ends
                 grown = True
-    return together
+    return connected
 
 
 JointChains = Mapping[str, Sequence[JointAxis]]
 
 
 def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
-    """The tree that a motion with these joints moves: the figure's, or that of the figure let go.
+    """Return the tree that a motion moves: the figure's, or that of the figure with a free root.
 
     Args:
         figure: as its file describes it.
         chains: the factors of each joint of the motion.
 
     Raises:
-        OtherMotionError: the motion is one of another figure.
-        ModelError: a joint's chain is none that one joint can hold.
+        ModelError: the motion is of another figure.
+        ModelError: no single joint can have the chain of a joint.
     """
     tree = build_tree(figure)
     if not tree.joints:
-        raise ModelError("none of the figure's segments moves, so it has no motion")
+        raise ModelError("no segment of the figure moves, so it has no motion")
     if _has_chains(tree.figure, chains):
         return tree
     freed, _ = detach_root(figure, initial_displacements(tree))
@@ -128,9 +130,9 @@ def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
             raise ModelError(f"the motion moves joint `{name}`, unknown to the figure; {hint}")
     for name, joint in figure.joints.items():
         if name not in chains and name in freed.joints:
-            raise ModelError(f"the motion does not tell of joint `{name}` of the figure")
+            raise ModelError(f"the motion has no joint `{name}`, which the figure has")
         if name in chains and tuple(chains[name]) != joint.chain:
-            raise ModelError(f"joint `{name}` has other axes in the motion than in the figure")
+            raise ModelError(f"joint `{name}` has different axes in the motion and in the figure")
     raise ModelError("the joints of the motion are not those of the figure")
 
 

@@ -34,10 +34,10 @@ from generator.rotations import Array, unit_vector
 from generator.text_io import parse_file
 
 PARALLEL_TOLERANCE = 1e-6
-"""Largest distance between unit vectors that count as one."""
+"""Largest distance between unit vectors that count as equal."""
 
 MIRROR_POSITION_TOLERANCE = 0.01
-"""Largest distance of places that count as mirror images, as part of that from the plane."""
+"""Largest distance between mirrored positions, relative to their distance from the plane."""
 
 _SIDE_PATTERN = re.compile(r"left|right")
 
@@ -50,10 +50,13 @@ def format_dof_count(count: int) -> str:
 
 
 def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, ...]:
-    """Signs by which `follower` has to take the displacements of `control` to be its image.
+    """Return the signs that make `follower` move as the mirror image of `control`.
 
-    They are all +1 where the figure declares the axes of the other side as mirror images, as the
-    prototype does with its negative axes.
+    The plane of symmetry is x = 0 of the world, with all displacements zero. Two joints are a pair
+    where their names say so (`left_knee`, `right_knee`), or where their positions are mirror
+    images. The image of a rotation about an axis is the opposite rotation about the image of the
+    axis; a translation follows the image itself. All signs are +1 where a figure declares the axes
+    of both sides as mirror images, as the prototype does with its negative axes.
 
     Args:
         figure: the figure of both.
@@ -73,8 +76,9 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
     placement = forward_kinematics(tree, zeros)
     if not (_names_match(control, follower) or _positions_match(placement, control, follower)):
         raise ModelError(
-            f"`{follower.name}` is no mirror image of `{control.name}`: neither do their names "
-            "differ in left and right alone, nor are their places mirror images in the plane x = 0"
+            f"`{follower.name}` is not a mirror image of `{control.name}`: their names do not "
+            "differ in left and right alone, and their positions are not mirror images in "
+            "the plane x = 0"
         )
     signs: list[int] = []
     for number, (one, other) in enumerate(zip(control.chain, follower.chain, strict=True), 1):
@@ -82,15 +86,15 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
         sign = _relative_sign(image, _axis_in_world(placement, follower, other))
         if one.kind != other.kind or sign is None:
             raise ModelError(
-                f"degree of freedom {number} of `{follower.name}` is no mirror image of that of "
-                f"`{control.name}`"
+                f"degree of freedom {number} of `{follower.name}` is not a mirror image of that "
+                f"of `{control.name}`"
             )
         signs.append(sign)
     return tuple(signs)
 
 
 def _mirrored_direction(direction: Array, kind: AxisKind) -> Array:
-    """Mirror image in the plane x = 0 of an axis to slide along, or of one to turn about."""
+    """Return the direction of a joint axis mirrored in the plane x = 0."""
     match kind:
         case AxisKind.ROTATION:
             return -_MIRROR_SIGNS * direction
@@ -101,13 +105,13 @@ def _mirrored_direction(direction: Array, kind: AxisKind) -> Array:
 
 
 def _names_match(one: Joint, other: Joint) -> bool:
-    """Whether the names are the same but for `left` and `right`, which stand for each other."""
+    """Return whether the names are the same but for `left` and `right`, exchanged."""
     exchanged = _SIDE_PATTERN.sub(lambda side: "right" if side[0] == "left" else "left", one.name)
     return exchanged == other.name != one.name
 
 
 def _positions_match(placement: Placement, one: Joint, other: Joint) -> bool:
-    """Whether the joints lie off the plane, each where the other one's image is."""
+    """Return whether the joints are off the plane, each at the mirror image of the other."""
     place, opposite = (site_pose(placement, joint, "parent")[:3, 3] for joint in (one, other))
     return bool(
         np.linalg.norm(_MIRROR_SIGNS * place - opposite) < MIRROR_POSITION_TOLERANCE * abs(place[0])
@@ -115,7 +119,7 @@ def _positions_match(placement: Placement, one: Joint, other: Joint) -> bool:
 
 
 def _axis_in_world(placement: Placement, joint: Joint, factor: JointAxis) -> Array:
-    """Axis along or about which the segment farther from the root moves, shape (3,)."""
+    """Return the axis in the world of the motion of the outboard segment, shape (3,)."""
     axis = site_pose(placement, joint, "parent")[:3, :3] @ unit_vector(factor.axis)
     forward = next(
         (branch.parent_is_inboard for branch in placement.tree.joints if branch.joint is joint),
@@ -150,7 +154,7 @@ class Coordinate:
 class Link:
     """follower = factor * control + offset, with displacements in rad or m.
 
-    Raises ModelError for a factor of zero, which links nothing, and for numbers that are not finite.
+    Raises ModelError for a factor of zero and for numbers that are not finite.
     """
 
     follower: Coordinate
@@ -159,14 +163,14 @@ class Link:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no link."""
+        """Check the factor and the offset."""
         if not (abs(self.factor) <= MAX_LINK_VALUE and abs(self.offset) <= MAX_LINK_VALUE):
             raise ModelError(f"the link of {self.follower} has a number that is not finite")
         if self.factor == 0.0:
             raise ModelError(f"a factor of zero links {self.follower} to nothing")
 
     def compose(self, earlier: "Link") -> "Link":
-        """This link with its control expressed by the control of `earlier`, which moves it.
+        """Return this link with its control replaced by the control of `earlier`.
 
         Raises ModelError when the product of the factors is beyond the floats.
         """
@@ -176,23 +180,23 @@ class Link:
 
 @dataclass(frozen=True)
 class Links:
-    """Links that hold together: each follower has one control, and no chain of them is closed.
+    """Links that are consistent: each follower has one control, and no chain of them is closed.
 
     Attributes:
-        links: as they were given.
+        links: in the order of the file.
 
     Raises:
-        ModelError: a degree of freedom follows twice, or links go round; the message names them.
+        ModelError: a degree of freedom follows twice, or links form a cycle.
     """
 
     links: tuple[Link, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse second controls and cycles."""
+        """Reject second controls and cycles."""
         seen: set[Coordinate] = set()
         for link in self.links:
             if link.follower in seen:
-                raise ModelError(f"{link.follower} follows twice")
+                raise ModelError(f"{link.follower} has two links")
             seen.add(link.follower)
         for cycle in cycles(self.links):
             raise ModelError(cycle_message(cycle))
@@ -200,13 +204,13 @@ class Links:
 
     @cached_property
     def resolved(self) -> tuple[Link, ...]:
-        """The same links with controls that follow nothing, in the order of `links`."""
-        given = {link.follower: link for link in self.links}
+        """The same links, each to a control that follows nothing, in the order of `links`."""
+        links = {link.follower: link for link in self.links}
         found: dict[Coordinate, Link] = {}
         for link in self.links:
             path = [link]
-            while (control := path[-1].control) in given and control not in found:
-                path.append(given[control])
+            while (control := path[-1].control) in links and control not in found:
+                path.append(links[control])
             for one in reversed(path):
                 earlier = found.get(one.control)
                 found[one.follower] = one if earlier is None else one.compose(earlier)
@@ -214,15 +218,15 @@ class Links:
 
     @property
     def followers(self) -> frozenset[Coordinate]:
-        """The degrees of freedom that follow."""
+        """Degrees of freedom that follow others."""
         return frozenset(link.follower for link in self.links)
 
     def follow(self, displacements: Displacements) -> dict[str, Array]:
-        """The displacements with every follower set by its control.
+        """Return the displacements with every follower set by its control.
 
         Args:
-            displacements: by joint, shape (..., n) [rad or m]; what they say of followers is not
-                looked at.
+            displacements: by joint, shape (..., n) [rad or m]; the values of followers are
+                ignored.
 
         Raises:
             ModelError: a joint is missing or has too few degrees of freedom, or a displacement is
@@ -242,7 +246,7 @@ class Links:
         return moved
 
     def constraints(self, coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
-        """C and d of the constraints `C q = d` that the links put on displacements q [rad or m].
+        """Return C and d of the constraints `C q = d` on displacements q [rad or m].
 
         Args:
             coordinates: which displacement stands at each place of q.
@@ -265,7 +269,7 @@ class Links:
 
 
 def cycles(links: Iterable[Link]) -> tuple[tuple[Coordinate, ...], ...]:
-    """The closed chains among links with one control a follower, each from follower to control."""
+    """Return the closed chains among the links, each from follower to control."""
     controls: Mapping[Coordinate, Coordinate] = {link.follower: link.control for link in links}
     done: set[Coordinate] = set()
     found: list[tuple[Coordinate, ...]] = []
@@ -283,20 +287,20 @@ def cycles(links: Iterable[Link]) -> tuple[tuple[Coordinate, ...], ...]:
 
 
 def cycle_message(cycle: Sequence[Coordinate]) -> str:
-    """A sentence that names a cycle."""
+    """Describe a cycle."""
     if len(cycle) == 1:
         return f"{cycle[0]} follows itself"
     chain = ", which follows ".join(map(str, (*cycle[1:], cycle[0])))
-    return f"the links go round: {cycle[0]} follows {chain}"
+    return f"the links form a cycle: {cycle[0]} follows {chain}"
 
 
 def read_links(path: str | Path, figure: Figure) -> Links:
-    """The links in a file. Raises InputError, which holds all faults, when anything is wrong."""
+    """Read the links in a file. Raises InputError with all errors of the file."""
     return parse_links_file(path, figure).require_value()
 
 
 def parse_links_file(path: str | Path, figure: Figure) -> Parsed[Links]:
-    """The links in a file, with all faults; bad input raises nothing."""
+    """Parse the links in a file; invalid input becomes diagnostics and raises nothing."""
     return parse_file(path, partial(_parse_links, figure=figure))
 
 
@@ -306,13 +310,13 @@ def _parse_links(source: Source, diagnostics: Diagnostics, figure: Figure) -> Li
 
 
 def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> Links | None:
-    """The links of a figure that a file describes; None, with faults noted, if any is wrong."""
+    """Return the links of a figure that a file describes; None after reporting errors."""
     stem = None if figure.path is None else figure.path.stem
     if content.figure and stem and content.figure != stem:
         diagnostics.warning(
-            f"these links were written for the figure `{shorten(content.figure)}`",
+            f"this file is for the figure `{shorten(content.figure)}`",
             content.origins.get("figure"),
-            f"they are used for `{shorten(stem)}`",
+            f"its links are applied to `{shorten(stem)}`",
         )
     placed: dict[Coordinate, tuple[Link, Span | None]] = {}
     for entry in content.entries:
@@ -324,22 +328,22 @@ def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> 
                 continue
             placed[link.follower] = (link, place)
     links = tuple(link for link, _ in placed.values())
-    told: set[Span | None] = set()
+    reported: set[Span | None] = set()
     order = list(placed)
     for cycle in cycles(links):
         place = placed[max(cycle, key=order.index)][1]
-        if place not in told:  # whole joints make a cycle for each of their degrees of freedom
-            hint = "one of them must follow nothing" if len(cycle) > 1 else ""
+        if place not in reported:  # whole joints make a cycle for each of their degrees of freedom
+            hint = "one of them must not follow another" if len(cycle) > 1 else ""
             diagnostics.error(cycle_message(cycle), place, hint)
-        told.add(place)
+        reported.add(place)
     if diagnostics.has_errors:
         return None
     try:
-        made = Links(links)
+        links_of_figure = Links(links)
     except ModelError as failure:
         diagnostics.error(str(failure), None)
         return None
-    for link in made.resolved:
+    for link in links_of_figure.resolved:
         if abs(link.factor) > MAX_LINK_FACTOR:
             diagnostics.error(
                 f"{link.follower} follows {link.control} by the factor {link.factor:.4g}",
@@ -347,13 +351,13 @@ def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> 
                 f"factors multiply along the chain; from -{MAX_LINK_FACTOR:.0e} to "
                 f"{MAX_LINK_FACTOR:.0e}",
             )
-    return None if diagnostics.has_errors else made
+    return None if diagnostics.has_errors else links_of_figure
 
 
 def _bind_entry(
     entry: LinkEntry, figure: Figure, diagnostics: Diagnostics
 ) -> Iterator[tuple[Link, Span | None]]:
-    """The links of one table, each with the place of the joint that follows."""
+    """Yield the links of one table, each with the location of its follower."""
     control = _find_movable_joint(entry.control, figure, entry.span("control"), diagnostics)
     for k, name in enumerate(entry.joints):
         place = entry.span(f"joints.{k}")
@@ -368,7 +372,7 @@ def _bind_entry(
                 try:
                     link = Link(follower, followed, sign * entry.factor, entry.offset)
                 except ModelError as failure:
-                    if 0.0 < abs(entry.factor) <= MAX_LINK_FACTOR:  # others have been told
+                    if 0.0 < abs(entry.factor) <= MAX_LINK_FACTOR:  # others are already reported
                         diagnostics.error(str(failure), place)
                     break
                 yield link, place
@@ -395,7 +399,7 @@ def _coordinate_pairs(
     span: Span | None,
     diagnostics: Diagnostics,
 ) -> list[tuple[int, int, int]]:
-    """Places of follower and control in their chains, and a sign; none, with a fault noted."""
+    """Return indices of follower and control, and a sign; none after reporting an error."""
     if entry.mirror:
         try:
             signs = mirror_signs(figure, control, joint)
@@ -433,14 +437,14 @@ def _coordinate_index(
     span: Span | None,
     diagnostics: Diagnostics,
 ) -> int | None:
-    """The degree of freedom that a key means; the only one of a joint need not be said."""
+    """Return the index under a key, which a joint with one degree of freedom may omit."""
     count = len(joint.chain)
     if index is None and count == 1:
         return 0
     if index is None:
         diagnostics.error(
-            f"this link does not say which of the {count} degrees of freedom of "
-            f"`{shorten(joint.name)}` it means",
+            f"this link does not name one of the {count} degrees of freedom of "
+            f"`{shorten(joint.name)}`",
             span,
             f"write `{key} = 1`, or up to {count}",
         )
@@ -463,18 +467,18 @@ def _is_compatible(
     span: Span | None,
     diagnostics: Diagnostics,
 ) -> bool:
-    """Whether both turn or both slide, and the offset is of their kind."""
+    """Return whether both axes and the offset are of the same kind, after reporting an error."""
     kind = joint.chain[follower.index].kind
     if kind != control.chain[followed.index].kind:
         diagnostics.error(
             f"{follower} {_motion_verb(kind)} and {followed} "
-            f"{_motion_verb(control.chain[followed.index].kind)}: a link joins like with like",
+            f"{_motion_verb(control.chain[followed.index].kind)}: a link needs two of one kind",
             span,
         )
         return False
     key = _offset_key(kind)
     if entry.offset and key != _offset_key_in(entry):
-        diagnostics.error(f"the offset of {follower} is `{key}`", _offset_span(entry))
+        diagnostics.error(f"the offset of {follower} needs the key `{key}`", _offset_span(entry))
         return False
     return True
 
@@ -482,9 +486,9 @@ def _is_compatible(
 def _motion_verb(kind: AxisKind) -> str:
     match kind:
         case AxisKind.ROTATION:
-            return "turns"
+            return "rotates"
         case AxisKind.TRANSLATION:
-            return "slides"
+            return "translates"
         case _:
             assert_never(kind)
 

@@ -1,4 +1,4 @@
-"""Closing loops: the pose nearest to the asked one in which every joint holds."""
+"""Loop closure: the pose nearest to a requested one in which every loop is closed."""
 
 from collections.abc import Mapping, Set
 
@@ -22,24 +22,24 @@ MAX_LOOP_GAP = 1e-9
 
 
 class OpenLoopError(MoverError):
-    """A pose opens a loop and cannot be closed, or a velocity tears one."""
+    """A pose opens a loop and cannot be closed, or a velocity opens one."""
 
 
 def close_loops(
     tree: Tree, displacements: Displacements, held: Set[str] = frozenset()
 ) -> Placement:
-    """The placement at `displacements`, with its loops closed.
+    """Return the placement at `displacements` with its loops closed.
 
-    A figure without loops is placed as asked. Otherwise the joints that are not `held` give way, as
-    little as closing needs; the displacements of the closing joints follow from the pose.
+    Without loops that is the requested pose. Otherwise the joints that are not `held` change as
+    little as possible; the displacements of the closing joints follow from the pose.
 
     Args:
         tree: the figure.
         displacements: of all joints [rad or m].
-        held: names of the joints that must stay as asked.
+        held: names of the joints whose displacements must not change.
 
     Raises:
-        OpenLoopError: no pose near by closes the loops; the message names the joint and the gap.
+        OpenLoopError: no pose nearby closes the loops; the message names the joint and the gap.
     """
     placement = forward_kinematics(tree, displacements)
     if not tree.closures:
@@ -74,18 +74,18 @@ def _loop_gaps(placement: Placement) -> Array:
 
 
 def _solve_loops(tree: Tree, target: Displacements, held: Set[str]) -> Placement:
-    """The placement whose free joints have moved until the loops close."""
+    """Return the placement whose free joints are moved until the loops close."""
     free = [b.joint for b in tree.joints if b.joint.name not in held and b.joint.chain]
     fixed_closures = [joint for joint in tree.closures if joint.name in held]
     cuts = np.cumsum([joint.degrees_of_freedom for joint in free])[:-1]
 
-    def placed(values: Array) -> Placement:
+    def place(values: Array) -> Placement:
         parts = np.split(values, cuts) if free else []
         moved = {joint.name: part for joint, part in zip(free, parts, strict=True)}
         return forward_kinematics(tree, {**target, **moved})
 
-    def misfit(values: Array) -> Array:
-        placement = placed(values)
+    def residual(values: Array) -> Array:
+        placement = place(values)
         turned = [
             tree.chains[joint.name].displacements(
                 placement.pose_in_parent(joint), target[joint.name]
@@ -97,19 +97,19 @@ def _solve_loops(tree: Tree, target: Displacements, held: Set[str]) -> Placement
 
     start = np.concatenate([target[joint.name] for joint in free]) if free else np.zeros(0)
     if not free:
-        return placed(start)
-    found = least_squares(misfit, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=200)
-    # The solver may go round more than once: of the same poses the nearest to the start is meant.
+        return place(start)
+    solution = least_squares(residual, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=200)
+    # The solver may add multiples of 2 pi: take the equivalent pose nearest to the start.
     kinds = [factor.kind for joint in free for factor in joint.chain]
-    turns = np.array([kind is AxisKind.ROTATION for kind in kinds], dtype=bool)
-    change = np.asarray(found.x, dtype=float) - start
-    return placed(start + np.where(turns, wrap_angle(change), change))
+    is_rotation = np.array([kind is AxisKind.ROTATION for kind in kinds], dtype=bool)
+    change = np.asarray(solution.x, dtype=float) - start
+    return place(start + np.where(is_rotation, wrap_angle(change), change))
 
 
 def _check_loops_closed(
     placement: Placement, target: Displacements, closing: Mapping[str, Array], held: Set[str]
 ) -> None:
-    """Raise when a loop stays open or a held closing joint could not stay."""
+    """Raise OpenLoopError when a loop is open or a held closing joint has moved."""
     for joint in placement.tree.closures:
         gap = placement.tree.chains[joint.name].pose_residual(placement.pose_in_parent(joint))
         if np.max(np.abs(gap)) > MAX_LOOP_GAP:
@@ -122,23 +122,23 @@ def _check_loops_closed(
             off = np.max(np.abs(closing[joint.name] - target[joint.name]), initial=0.0)
             if off > 1e-6:
                 raise OpenLoopError(
-                    f"joint {joint.name} closes a loop and cannot take the displacement asked of it"
+                    f"joint {joint.name} closes a loop and cannot have its requested displacement"
                 )
 
 
 def consistent_rates(placement: Placement, rates: Displacements, held: Set[str]) -> Array:
-    """Rates of the tree's displacements that keep the loops closed, shape (n,) [rad/s or m/s].
+    """Return rates of the tree's displacements that keep loops closed, (n,) [rad/s or m/s].
 
-    Joints that are not `held` give way by the smallest change. Raises OpenLoopError when the held
-    rates tear a loop.
+    Joints that are not `held` change by the least squares. Raises OpenLoopError when the held
+    rates open a loop.
     """
     tree = placement.tree
     joints = [branch.joint for branch in tree.joints]
-    asked = np.concatenate([np.zeros(0), *(rates[joint.name] for joint in joints)])
+    requested = np.concatenate([np.zeros(0), *(rates[joint.name] for joint in joints)])
     if not tree.closures:
-        return asked
+        return requested
     maps = segment_jacobians(placement)
-    rows, targets = [np.zeros((0, asked.size))], [np.zeros(0)]
+    rows, targets = [np.zeros((0, requested.size))], [np.zeros(0)]
     for joint in tree.closures:
         motion = relative_jacobian(placement, maps, joint)
         twists = tree.chains[joint.name].twists(placement.displacements[joint.name])
@@ -154,17 +154,19 @@ def consistent_rates(placement: Placement, rates: Displacements, held: Set[str])
     may_change = np.concatenate(
         [np.full(joint.degrees_of_freedom, joint.name not in held) for joint in joints]
     )
-    change = np.linalg.lstsq(loops[:, may_change], target - loops @ asked, rcond=1e-10)[0]
-    result = asked.copy()
+    change = np.linalg.lstsq(loops[:, may_change], target - loops @ requested, rcond=1e-10)[0]
+    result = requested.copy()
     result[may_change] += change
-    if np.max(np.abs(loops @ result - target)) > 1e-9 * (1.0 + np.max(np.abs(asked), initial=0.0)):
+    if np.max(np.abs(loops @ result - target)) > 1e-9 * (
+        1.0 + np.max(np.abs(requested), initial=0.0)
+    ):
         names = ", ".join(joint.name for joint in tree.closures)
-        raise OpenLoopError(f"the velocity asked for tears the loop that {names} closes")
+        raise OpenLoopError(f"the requested velocity opens the loop closed by {names}")
     return result
 
 
 def _twists_at_child(twists: Array, offset: Array) -> Array:
-    """Twists (n, 6) at the parent's origin, taken at the child's site instead."""
+    """Return twists (n, 6) at the parent's origin referred to the child's site."""
     moved = twists.copy()
     moved[:, 3:] += np.cross(twists[:, :3], offset)
     return moved

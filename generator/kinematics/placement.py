@@ -1,4 +1,4 @@
-"""Where the segments of a figure are, and how they move, at given displacements."""
+"""Forward kinematics: poses and velocities of the segments at given displacements."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from generator.kinematics.tree import Tree
 from generator.rotations import Array, cross_matrix, inverse_pose
 
 MAX_FRAMES_PER_PLACEMENT = 2000
-"""So many poses of a figure like the prototype take some 30 MB."""
+"""Frames of one placement in a batch: poses of a figure like the prototype take some 30 MB."""
 
 Displacements = Mapping[str, Array]
 """By joint name: a value for each factor of its chain, shape (n,) [rad or m]."""
@@ -21,7 +21,7 @@ class Placement:
     """A tree in a pose.
 
     Attributes:
-        tree: what is placed.
+        tree: of the figure.
         displacements: of the joints of the tree; those of closures follow from the poses.
         poses: of each segment in the world, shape (4, 4); ground first, then branch by branch.
     """
@@ -37,7 +37,7 @@ class Placement:
 
 
 def initial_displacements(tree: Tree) -> dict[str, Array]:
-    """The displacements that the figure file gives, shape (n,) a joint."""
+    """Return the displacements in the figure file, shape (n,) per joint."""
     return {name: np.array(joint.displacement) for name, joint in tree.figure.joints.items()}
 
 
@@ -48,11 +48,10 @@ def site_pose(placement: Placement, joint: Joint, side: str) -> Array:
 
 
 def forward_kinematics(tree: Tree, displacements: Displacements) -> Placement:
-    """Forward kinematics: the pose of every segment in the world.
+    """Return the pose of every segment in the world.
 
-    The root's site is the world's origin. `displacements` needs the joints of the tree's branches.
-    With a leading dimension, shape (frames, n) a joint, it places a whole motion at once: poses are
-    then (frames, 4, 4).
+    The root's site is the world's origin. `displacements` needs the joints of the tree.
+    With a leading dimension, shape (frames, n) per joint, poses have shape (frames, 4, 4).
     """
     kinematics = tree.kinematics
     return Placement(
@@ -63,13 +62,13 @@ def forward_kinematics(tree: Tree, displacements: Displacements) -> Placement:
 def batched_placements(
     tree: Tree, displacements: Mapping[str, Array], batch_size: int = MAX_FRAMES_PER_PLACEMENT
 ) -> Iterator[Placement]:
-    """The placements of a motion, many frames in each, one after the other.
+    """Yield the placements of a motion in batches of frames.
 
     Args:
-        tree: what moves.
+        tree: of the figure.
         displacements: of its joints, shape (frames, n) each [rad or m]. Those of joints that close
-            loops are taken as they are, and do not place anything.
-        batch_size: most frames in a placement.
+            loops are passed through.
+        batch_size: maximum number of frames in a placement.
     """
     frames = len(next(iter(displacements.values()), ()))
     for start in range(0, frames, batch_size):
@@ -78,10 +77,10 @@ def batched_placements(
 
 
 def segment_jacobians(placement: Placement) -> dict[str, Array]:
-    """For each segment the map from the tree's displacement rates to its motion, shape (6, n).
+    """Return the Jacobian of each segment by the tree's displacements, shape (6, n).
 
     Rows: angular velocity, then velocity of the segment's material point at the world's origin, in
-    world axes. Columns: the displacements of the branches, in their order.
+    world axes. Columns: the displacements of the tree's joints, in their order.
     """
     kinematics = placement.tree.kinematics
     columns = np.swapaxes(
@@ -91,7 +90,7 @@ def segment_jacobians(placement: Placement) -> dict[str, Array]:
 
 
 def relative_jacobian(placement: Placement, jacobians: Mapping[str, Array], joint: Joint) -> Array:
-    """Motion of a joint's child relative to its parent for the tree's rates, shape (6, n).
+    """Return the Jacobian of the motion of a joint's child relative to its parent, shape (6, n).
 
     (angular, linear) in the parent's site frame, linear at the child's site.
     """

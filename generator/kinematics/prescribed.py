@@ -1,7 +1,7 @@
-"""Displacements that are prescribed: of joints that are locked, driven by a table, or linked.
+"""Prescribed displacements: of joints that are locked, driven by a table, or linked.
 
-Of the displacements of a figure those that follow from time or from others are told apart from
-those that are free. What follows a driven or a locked joint is driven or locked with it.
+The remaining displacements of a figure are free. A follower of a driven or locked joint is driven
+or locked with it.
 """
 
 from collections.abc import Container, Mapping
@@ -25,21 +25,22 @@ from generator.kinematics.tree import Tree
 from generator.rotations import Array
 
 _RANK_TOLERANCE = 1e-7
-"""Smallest singular value of rows that do not follow from each other [m or 1]."""
+"""Smallest singular value of independent rows [m or 1]."""
 
 
 @dataclass(frozen=True)
 class PrescribedMotion:
-    """Which displacements of a tree are prescribed, and how.
+    """The prescribed displacements of a tree.
 
     Attributes:
         tree: whose joints they are.
-        links: between turns of joints.
-        locked: displacements at which joints stay, by name [rad or m].
-        drives: by joint; of turns only.
+        links: between rotations of joints.
+        locked: constant displacements, by joint [rad or m].
+        drives: by joint; of rotations only.
 
     Raises:
-        ModelError: a joint is unknown, does not move, closes a loop, or is told two ways.
+        ModelError: a joint is unknown, does not move, closes a loop, or is
+            prescribed twice.
     """
 
     tree: Tree
@@ -48,7 +49,7 @@ class PrescribedMotion:
     drives: Mapping[str, Drive]
 
     def __post_init__(self) -> None:
-        """Refuse what is unknown or contradicts itself."""
+        """Check that joints exist, move, and are prescribed once."""
         for name in self.locked:
             self._require_movable_joint(name, "locked")
         for name, drive in self.drives.items():
@@ -71,7 +72,7 @@ class PrescribedMotion:
                 raise ModelError(f"{link.follower} follows {link.control} and is driven")
 
     def __bool__(self) -> bool:
-        """Whether anything is prescribed."""
+        """Return whether anything is prescribed."""
         return bool(self.links.links or self.locked or self.drives)
 
     @property
@@ -84,11 +85,11 @@ class PrescribedMotion:
         )
 
     def _require_movable_joint(self, name: str, verb: str) -> Joint:
-        """The joint of a name. Raises ModelError when it cannot be prescribed."""
+        """Return the joint of a name. Raises ModelError when it cannot be prescribed."""
         joint = self.tree.figure.joints.get(name)
         if joint is None:
             hint = spelling_hint(name, self.tree.figure.joints)
-            raise ModelError(f"there is no joint {name} to be {verb}; {hint}")
+            raise ModelError(f"the figure has no joint {name}, so it cannot be {verb}; {hint}")
         if not joint.chain:
             raise ModelError(f"joint {name} does not move, so it cannot be {verb}")
         if joint in self.tree.closures:
@@ -106,8 +107,8 @@ class PrescribedMotion:
                 return
             case AxisKind.TRANSLATION:
                 raise ModelError(
-                    f"{Coordinate(joint.name, index)} slides: "
-                    f"only turns can be {verb} in a simulation"
+                    f"{Coordinate(joint.name, index)} is a translation: "
+                    f"only rotations can be {verb} in a simulation"
                 )
             case _:
                 assert_never(kind)
@@ -118,15 +119,15 @@ class PrescribedMotion:
         count = np.shape(drive.values)[1]
         if len(freedoms) != count or max(freedoms) >= len(joint.chain):
             raise ModelError(
-                f"joint {name} has {len(joint.chain)} degrees of freedom, which its drive of "
-                f"{count} columns does not fit"
+                f"joint {name} has {len(joint.chain)} degrees of freedom, but its drive of "
+                f"{count} columns does not fit them"
             )
         for k in freedoms:
             self._check_is_rotation(joint, k, "driven")
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The displacements of the tree, in the order of its kinematics."""
+        """Displacements of the tree, in the order of its kinematics."""
         return tuple(
             Coordinate(name, k)
             for name, columns in self.tree.kinematics.columns.items()
@@ -135,19 +136,19 @@ class PrescribedMotion:
 
     @cached_property
     def free_coordinates(self) -> tuple[Coordinate, ...]:
-        """Those of them that nothing prescribes."""
+        """Displacements that are not prescribed."""
         held = self._driven_coordinates | self.links.followers
         return tuple(f for f in self.coordinates if f not in held and f.joint not in self.locked)
 
     @cached_property
     def held(self) -> frozenset[str]:
-        """Names of the joints that are prescribed, in part at least, or control others."""
+        """Names of the joints that are prescribed, at least in part, or control others."""
         linked = {f.joint for one in self.links.resolved for f in (one.follower, one.control)}
         return frozenset({*self.locked, *self.drives, *linked})
 
     @cached_property
     def free_jacobian(self) -> Array:
-        """Slope of the tree's displacements by the free ones, shape (m, number of free ones)."""
+        """Jacobian of the tree's displacements by the free ones, shape (m, number of free ones)."""
         places = {freedom: k for k, freedom in enumerate(self.coordinates)}
         matrix = np.zeros((len(places), len(self.free_coordinates)))
         for column, freedom in enumerate(self.free_coordinates):
@@ -159,31 +160,30 @@ class PrescribedMotion:
     def impose_displacements(
         self, displacements: Displacements, times: float | Array
     ) -> dict[str, Array]:
-        """The displacements with all that is prescribed put in.
+        """Return the displacements with the prescribed values inserted.
 
         Args:
-            displacements: by joint, shape (..., n) [rad or m]; what they say of others than the free
-                displacements is not looked at.
+            displacements: by joint, shape (..., n) [rad or m]; only the free ones are used.
             times: shape (...) [s].
         """
-        moved = {name: np.array(values, dtype=float) for name, values in displacements.items()}
+        result = {name: np.array(values, dtype=float) for name, values in displacements.items()}
         for name, values in self.locked.items():
-            moved[name][...] = values
+            result[name][...] = values
         for name, drive in self.drives.items():
-            moved[name][..., list(self._driven_indices(name))] = drive.displacements(times)
-        return self.links.follow(moved)
+            result[name][..., list(self._driven_indices(name))] = drive.displacements(times)
+        return self.links.follow(result)
 
     def impose_rates(self, rates: Displacements, times: float | Array) -> dict[str, Array]:
-        """The rates of the displacements with all that is prescribed put in, as `displacements`."""
-        moved = {name: np.array(values, dtype=float) for name, values in rates.items()}
+        """Return the rates with the prescribed values inserted, as `impose_displacements` does."""
+        result = {name: np.array(values, dtype=float) for name, values in rates.items()}
         for name in self.locked:
-            moved[name][...] = 0.0
+            result[name][...] = 0.0
         for name, drive in self.drives.items():
-            moved[name][..., list(self._driven_indices(name))] = drive.rates(times)
+            result[name][..., list(self._driven_indices(name))] = drive.rates(times)
         for link in self.links.resolved:
-            control = moved[link.control.joint][..., link.control.index]
-            moved[link.follower.joint][..., link.follower.index] = link.factor * control
-        return moved
+            control = result[link.control.joint][..., link.control.index]
+            result[link.follower.joint][..., link.follower.index] = link.factor * control
+        return result
 
     def _driven_indices(self, name: str) -> tuple[int, ...]:
         return driven_indices(self.tree.figure.joints[name], self.drives[name])
@@ -198,25 +198,25 @@ class PrescribedMotion:
                 )
 
     def check_loops(self, placement: Placement) -> None:
-        """Raise ModelError where loops and prescriptions hold the same motion twice."""
+        """Raise ModelError where a loop and a prescription constrain the same motion."""
         if not self.tree.closures or not self:
             return
         loops = loop_closure_jacobian(placement)
         if _rank(loops @ self.free_jacobian) < _rank(loops):
             closing = ", ".join(joint.name for joint in self.tree.closures)
             raise ModelError(
-                f"the loop that {closing} closes is over-constrained: it does not leave as many "
-                f"motions as are prescribed of {', '.join(sorted(self.held))}"
+                f"the loop closed by {closing} is over-constrained: it leaves fewer motions than "
+                f"are prescribed for {', '.join(sorted(self.held))}"
             )
 
 
 def driven_indices(joint: Joint, drive: Drive) -> tuple[int, ...]:
-    """Which of a joint's degrees of freedom a drive drives, from 0."""
+    """Return the indices of a joint's degrees of freedom that a drive prescribes, from 0."""
     return tuple(range(len(joint.chain))) if drive.coordinates is None else drive.coordinates
 
 
 def loop_closure_jacobian(placement: Placement) -> Array:
-    """Rows (n, m) that the rates of the tree's displacements make zero where loops stay closed."""
+    """Return rows (n, m) whose product with the tree's rates is zero while loops stay closed."""
     maps = segment_jacobians(placement)
     rows = [np.zeros((0, placement.tree.kinematics.size))]
     for joint in placement.tree.closures:

@@ -4,14 +4,16 @@ Latitude is 0 with the arm overhead, pi/2 level and pi hanging. Longitude is 0 s
 pi/2 to the arm's own side: the thesis counts it to the left for the left arm, and the right arm is
 the mirror image. So one set of angles serves both sides, as one set of spring coefficients does.
 
-Directions and orientations of arm and clavicle in the torso's frame: x ahead, y left, z up.
+The torso's frame has x ahead, y left and z up. Formulas are those of the left side; the right one
+is its mirror image. Rotations are relative to the zero pose: the arm hanging with its front ahead,
+the clavicle pointing sideways.
 
-The left side is written down; `mirrored` makes the right one of it. Turns are counted from the zero
-pose: an arm that hangs with its front ahead, a clavicle that points to the side.
+A rhythm gives the angles of the clavicle for elevation and plane of the arm. Elevation of the arm
+is 0 while it hangs and pi overhead; its plane is 0 in the frontal plane and pi/2 in front.
+Elevation of the clavicle is positive upwards and its abduction forwards, both relative to the
+clavicle of a figure, which points straight sideways. All angles are in radians.
 
-Where the shoulder's angles jump: near such a place a small motion of the arm is a large one.
-
-The places follow from the formulas, the sizes are measured on both sides of them.
+Some angles are discontinuous: there a small motion of the arm is a large change of an angle.
 """
 
 from collections.abc import Iterator
@@ -30,7 +32,7 @@ from springs.published.reference import Reference
 from springs.published.shoulder_rhythm import PiecewiseLinear, Regression
 
 ABDUCTION_RATIO = 0.2
-"""Clavicle abduction for each unit of arm abduction (eq. 5.46): the thesis's estimate."""
+"""Clavicle abduction per unit of arm abduction (eq. 5.46): the thesis's estimate."""
 
 
 class ShoulderRhythm(Protocol):
@@ -38,21 +40,21 @@ class ShoulderRhythm(Protocol):
 
     @property
     def name(self) -> str:
-        """The name that a user knows it by."""
+        """Name on the command line."""
         ...
 
     @property
     def references(self) -> tuple[Reference, ...]:
-        """Where it is from."""
+        """Sources of the numbers."""
         ...
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Arm elevations at which a formula gives way to the next [rad]."""
+        """Arm elevations at which one formula ends and the next begins [rad]."""
         ...
 
     def clavicle(self, elevation: Array, plane: Array) -> tuple[Array, Array]:
-        """Elevation and abduction of the clavicle [rad], each of the shape of both arguments."""
+        """Return elevation and abduction of the clavicle [rad], of the shape of the arguments."""
         ...
 
 
@@ -72,17 +74,17 @@ class OtaniRhythm:
 
     @property
     def references(self) -> tuple[Reference, ...]:
-        """Where it is from."""
+        """Sources of the numbers."""
         return (published.rhythm("otani_1989/clavicle_frontal").reference,)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Arm elevations at which a line gives way to the next [rad]."""
+        """Arm elevations at which one line ends and the next begins [rad]."""
         laws = (self._frontal, self._sagittal)
         return tuple(sorted(end for law in laws for end, _, _ in law.pieces if np.isfinite(end)))
 
     def clavicle(self, elevation: Array, plane: Array) -> tuple[Array, Array]:
-        """Elevation and abduction of the clavicle [rad]."""
+        """Return elevation and abduction of the clavicle [rad]."""
         frontal, sagittal = self._frontal.angle(elevation), self._sagittal.angle(elevation)
         share = np.cos(plane)
         return share * frontal + (1.0 - share) * sagittal, ABDUCTION_RATIO * plane
@@ -108,16 +110,16 @@ class DeGrootBrandRhythm:
 
     @property
     def references(self) -> tuple[Reference, ...]:
-        """Where it is from."""
+        """Sources of the numbers."""
         return (published.rhythm("de_groot_brand_2001/clavicle_elevation").reference,)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """None: it is one formula."""
+        """Empty: it is one formula."""
         return ()
 
     def clavicle(self, elevation: Array, plane: Array) -> tuple[Array, Array]:
-        """Elevation and abduction of the clavicle [rad]."""
+        """Return elevation and abduction of the clavicle [rad]."""
         up, forwards = (
             law.angle(elevation) + law.plane * plane - law.rest
             for law in (self._elevation, self._protraction)
@@ -141,14 +143,14 @@ def _load_regression(key: str) -> Regression:
 
 
 QUARTER_TURN = np.pi / 2.0
-"""A quarter turn, in which eq. 5.49 is written here: its 90, 180, 270 deg are 1, 2, 3."""
+"""Unit of eq. 5.49: its 90, 180, 270 deg are 1, 2, 3."""
 
 TWIST_SEAM_LONGITUDE = 2.5 * QUARTER_TURN
 """Longitude behind the back at which the natural twist jumps, where the latitude is below 90 deg
 (225 deg; eq. 5.49)."""
 
 MIN_LONGITUDE, MAX_LONGITUDE = -QUARTER_TURN, 3.0 * QUARTER_TURN
-"""Longitudes between which the formulas hold; other values are brought there by whole turns."""
+"""Range of longitudes of the formulas; other values are wrapped into it."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,7 @@ class ShoulderAngles:
         clavicle_abduction: forwards (eq. 5.46).
         humerus_elevation: arm less clavicle, as printed (eq. 5.47).
         humerus_abduction: arm less clavicle, as printed (eq. 5.48). Rotations do not subtract so:
-            `printed_miss` in `generator.kinematics.shoulder` says by how much the elbow misses.
+            `printed_angle_error` is the error of the elbow's direction.
         twist: natural rotation about the humerus, added after longitude and latitude (eq. 5.49), to
             be taken modulo a turn.
     """
@@ -175,7 +177,7 @@ class ShoulderAngles:
 def shoulder_angles(
     latitude: ArrayLike, longitude: ArrayLike, rhythm: ShoulderRhythm = OTANI
 ) -> ShoulderAngles:
-    """The angles of a shoulder whose elbow points to `latitude` and `longitude` [rad].
+    """Return the angles of a shoulder whose elbow points to `latitude` and `longitude` [rad].
 
     Args:
         latitude: 0 overhead to pi hanging.
@@ -198,17 +200,12 @@ def shoulder_angles(
     )
 
 
-def natural_twist(latitude: ArrayLike, longitude: ArrayLike) -> Array:
-    """The natural twist of the humerus [rad] (eq. 5.49 with its second row corrected).
-
-    Modulo a turn it is continuous everywhere but at the seam, and makes one orientation of all
-    longitudes at each pole. On the seam itself it is the middle of its two limits, as printed.
-    Raises ModelError as `shoulder` does.
-    """
-    return _twist(*_checked_direction(latitude, longitude))
-
-
 def _twist(latitude: Array, longitude: Array) -> Array:
+    """Return the natural twist of the humerus [rad] (eq. 5.49 with its second row corrected).
+
+    Modulo 2 pi it is continuous everywhere but at the seam, and gives one orientation for all
+    longitudes at each pole. On the seam itself it is the mean of its two limits, as printed.
+    """
     p, t = latitude / QUARTER_TURN, longitude / QUARTER_TURN
     raised, ahead = p <= 1.0, t <= 1.0
     rows = [
@@ -224,13 +221,14 @@ def _twist(latitude: Array, longitude: Array) -> Array:
 
 
 def _checked_direction(latitude: ArrayLike, longitude: ArrayLike) -> tuple[Array, Array]:
-    """Latitude and longitude of one shape, the longitude within a turn. Raises ModelError."""
-    given = np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
-    phi, theta = np.broadcast_arrays(*given)
+    """Return both broadcast to one shape, the longitude wrapped. Raises ModelError."""
+    phi, theta = np.broadcast_arrays(
+        np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
+    )
     if not (np.all(np.isfinite(phi)) and np.all(np.isfinite(theta))):
-        raise ModelError("latitude and longitude are finite numbers")
+        raise ModelError("latitude and longitude must be finite numbers")
     if np.any((phi < 0.0) | (phi > np.pi)):
-        raise ModelError("the latitude is between 0 deg, overhead, and 180 deg, hanging")
+        raise ModelError("the latitude must be between 0 deg (overhead) and 180 deg (hanging)")
     within = (theta >= MIN_LONGITUDE) & (theta <= MAX_LONGITUDE)
     return phi, np.where(
         within, theta, MIN_LONGITUDE + np.mod(theta - MIN_LONGITUDE, 4.0 * QUARTER_TURN)
@@ -243,19 +241,19 @@ _HANGING_ORIENTATION = np.diag([1.0, -1.0, -1.0])
 
 
 class Side(StrEnum):
-    """Which shoulder."""
+    """Side of the body."""
 
     LEFT = "left"
     RIGHT = "right"
 
 
 def mirror_rotation(rotation: Array, side: Side) -> Array:
-    """A turn of the left side (..., 3, 3), or its mirror image in the sagittal plane."""
+    """Return a rotation (..., 3, 3) of the left side, mirrored in the sagittal plane if right."""
     return rotation if side is Side.LEFT else _MIRROR_SIGNS[:, None] * rotation * _MIRROR_SIGNS
 
 
 def arm_direction(latitude: ArrayLike, longitude: ArrayLike, side: Side = Side.LEFT) -> Array:
-    """Unit vector from the shoulder to the elbow in the torso's frame, shape (..., 3)."""
+    """Return the unit vector from the shoulder to the elbow in the torso's frame, (..., 3)."""
     phi, theta = np.asarray(latitude, dtype=float), np.asarray(longitude, dtype=float)
     parts = (np.sin(phi) * np.cos(theta), np.sin(phi) * np.sin(theta), np.cos(phi) + 0.0 * theta)
     left = np.stack(parts, axis=-1)
@@ -265,11 +263,11 @@ def arm_direction(latitude: ArrayLike, longitude: ArrayLike, side: Side = Side.L
 def arm_orientation(
     latitude: ArrayLike, longitude: ArrayLike, twist: ArrayLike, side: Side = Side.LEFT
 ) -> Array:
-    """Turn of the humerus from hanging, in the torso's frame, shape (..., 3, 3).
+    """Return the rotation of the humerus from hanging, in the torso's frame, shape (..., 3, 3).
 
-    From overhead with its front ahead the arm turns by the longitude about the vertical, by the
+    From overhead with its front ahead the arm rotates by the longitude about the vertical, by the
     latitude about the axis across, and by the twist about itself (thesis, before eq. 5.49). Only
-    with the twist taken about the direction to the elbow are its values at the poles one attitude.
+    with the twist about the direction to the elbow do its values at a pole give one orientation.
     """
     orientation = (
         matrix_from_axis_angle(_Z, longitude)
@@ -282,19 +280,19 @@ def arm_orientation(
 def clavicle_orientation(
     elevation: ArrayLike, abduction: ArrayLike, side: Side = Side.LEFT
 ) -> Array:
-    """Turn of the clavicle from the side, in the torso's frame, shape (..., 3, 3).
+    """Return the rotation of the clavicle from sideways, in the torso's frame, shape (..., 3, 3).
 
-    It is raised first, then swung forwards about the vertical.
+    It is raised first, then rotated forwards about the vertical.
     """
     swung = matrix_from_axis_angle(-_Z, abduction)
     return mirror_rotation(swung @ matrix_from_axis_angle(_X, elevation), side)
 
 
 def printed_angle_error(latitude: ArrayLike, longitude: ArrayLike, angles: ShoulderAngles) -> Array:
-    """Angle by which the elbow misses with the humerus angles as printed [rad].
+    """Return the error of the elbow's direction with the printed humerus angles [rad].
 
-    The printed angles are taken as those of the arm on a clavicle: they would be exact on one that
-    does not move.
+    The printed angles are taken as those of the arm on the clavicle: they would be exact on a
+    clavicle that does not move.
     """
     clavicle = clavicle_orientation(angles.clavicle_elevation, angles.clavicle_abduction)
     on_clavicle = arm_direction(
@@ -305,16 +303,16 @@ def printed_angle_error(latitude: ArrayLike, longitude: ArrayLike, angles: Shoul
 
 
 def angle_between(one: Array, other: Array) -> Array:
-    """Angle between unit vectors (..., 3) [rad], accurate when it is small."""
+    """Return the angle between unit vectors (..., 3) [rad], accurate when it is small."""
     across = np.linalg.norm(np.cross(one, other), axis=-1)
     return np.asarray(np.arctan2(across, np.sum(one * other, axis=-1)))
 
 
 NEARBY_ANGLE = radians(2.0)
-"""An arm nearer to a jump than this is near it [rad]."""
+"""Distance within which an arm counts as near a jump [rad]."""
 
 MIN_JUMP = radians(0.005)
-"""Jumps below this are the rounding of the printed numbers [rad]."""
+"""Size below which a jump is rounding of the printed numbers [rad]."""
 
 _JUMP_OFFSET = 1e-9
 _LONGITUDES = np.linspace(MIN_LONGITUDE, MAX_LONGITUDE, 361)
@@ -323,13 +321,13 @@ _ANGLE_NAMES = ("clavicle_elevation", "clavicle_abduction", "twist")
 
 @dataclass(frozen=True)
 class Jump:
-    """A place near the arm at which one of the angles jumps.
+    """A direction near the arm at which one of the angles is discontinuous.
 
     Attributes:
-        angle: which, by its name in `ShoulderAngles`.
-        place: where, as part of a sentence.
-        size: of the jump; the twist's is that of its attitude, at most half a turn [rad].
-        distance: between the directions of the arm and of the place [rad].
+        angle: its name in `ShoulderAngles`.
+        place: the direction, as part of a sentence.
+        size: of the jump; of the twist modulo 2 pi, at most pi [rad].
+        distance: angle between that direction and the arm [rad].
     """
 
     angle: str
@@ -341,9 +339,9 @@ class Jump:
 def jumps_near(
     latitude: float, longitude: float, rhythm: ShoulderRhythm, within: float = NEARBY_ANGLE
 ) -> tuple[Jump, ...]:
-    """The jumps within an angle [rad] of an arm's direction, nearest first.
+    """Return the jumps within an angle [rad] of an arm's direction, nearest first.
 
-    Raises ModelError as `shoulder` does.
+    Raises ModelError as `shoulder_angles`.
     """
     shoulder_angles(latitude, longitude, rhythm)
     near = [
@@ -366,10 +364,10 @@ def _all_jumps(latitude: float, longitude: float, rhythm: ShoulderRhythm) -> Ite
     for elevation in rhythm.breakpoints:
         distance = abs(pi - elevation - latitude)
         beside = np.array([pi - elevation - _JUMP_OFFSET, pi - elevation + _JUMP_OFFSET])
-        place = f"latitude {np.degrees(pi - elevation):.4g} deg, between two lines"
+        place = f"latitude {np.degrees(pi - elevation):.4g} deg, where two lines meet"
         yield from _jumps_between(shoulder_angles(beside, longitude, rhythm), place, distance)
     for pole, name in ((0.0, "overhead"), (pi, "hanging")):
-        place = f"the arm {name}, where every longitude has other clavicle angles"
+        place = f"the arm {name}, where the clavicle angles depend on the longitude"
         around = shoulder_angles(pole, _LONGITUDES, rhythm)
         for angle in _ANGLE_NAMES[:2]:
             values: Array = getattr(around, angle)

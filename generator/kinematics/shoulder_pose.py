@@ -1,10 +1,10 @@
-"""Positions an arm of a figure: the clavicle by its rhythm, the humerus so that the elbow is there.
+"""Positioning an arm of a figure: the clavicle by its rhythm, the humerus by the elbow's direction.
 
-The printed humerus angles (eq. 5.47-5.48) subtract what rotations do not, so the humerus is solved
-for: in the torso's frame its attitude is known, and on the raised clavicle the joint's own
-displacements follow. The joints are found by their names, `left_clavicle`, `left_shoulder` and
-`left_elbow` for the left side; the segment that carries them has x ahead, y left and z up. A figure
-without the clavicle is positioned too: its shoulder then turns on the torso.
+The printed humerus angles (eq. 5.47-5.48) are differences, but rotations do not subtract. So the
+orientation of the humerus in the torso's frame is computed first, and the displacements of the
+shoulder on the raised clavicle follow. Joints are found by name, `left_clavicle`, `left_shoulder`
+and `left_elbow` on the left; the torso's frame has x ahead, y left and z up. Without a clavicle the
+shoulder moves on the torso.
 """
 
 from collections.abc import Mapping
@@ -32,17 +32,17 @@ from generator.kinematics.tree import build_tree
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis
 
 MAX_ROTATION_ERROR = 1e-6
-"""Largest turn that a joint's chain may leave undone [rad]."""
+"""Largest error of the orientation that a joint reaches [rad]."""
 
 
 @dataclass(frozen=True)
 class ArmPose:
-    """An arm that was positioned.
+    """The pose of an arm.
 
     Attributes:
-        angles: those of the formulas, each a single number.
+        angles: of the formulas, each a single number.
         displacements: of the clavicle's and the shoulder's joint, for their chains [rad].
-        elbow_error: between the elbow's direction in the posed figure and the one asked for [rad].
+        elbow_error: between the elbow's direction in the figure and the requested one [rad].
         printed_angle_error: the same with the humerus angles as printed [rad].
     """
 
@@ -54,7 +54,7 @@ class ArmPose:
 
 @dataclass(frozen=True)
 class _Arm:
-    """Joints and segments of one arm; without a clavicle, the torso stands for it."""
+    """Joints and segments of one arm; without a clavicle the carrier is the torso."""
 
     clavicle: Joint | None
     shoulder: Joint
@@ -72,45 +72,45 @@ def pose_arm(
     longitude: float,
     rhythm: ShoulderRhythm = OTANI,
 ) -> ArmPose:
-    """The displacements with which the elbow of a figure points to a latitude and longitude [rad].
+    """Return displacements with which the elbow of a figure points to a latitude and longitude.
 
     Args:
-        figure: the figure; its other joints stay as drawn.
-        side: which arm.
-        latitude: 0 overhead to pi hanging, in the torso's frame.
-        longitude: 0 ahead, pi/2 to the arm's own side.
-        rhythm: how the clavicle follows the arm.
+        figure: its other joints keep their displacements.
+        side: of the arm.
+        latitude: 0 overhead to pi hanging, in the torso's frame [rad].
+        longitude: 0 ahead, pi/2 to the arm's own side [rad].
+        rhythm: of the clavicle.
 
     Raises:
-        ModelError: there is no such direction, or the figure has no such arm.
+        ModelError: the direction is out of range, or the figure has no such arm.
     """
     angles = shoulder_angles(latitude, longitude, rhythm)
     arm = _find_arm(figure, side)
     upper_arm = _zero_orientation(figure, arm.shoulder, arm.carrier)
-    carried = np.eye(3)
+    clavicle_in_torso = np.eye(3)
     displacements: dict[str, Array] = {}
     if arm.clavicle is not None:
         drawn = _zero_orientation(figure, arm.clavicle, arm.torso)
         upper_arm = drawn @ upper_arm
         lifted = clavicle_orientation(angles.clavicle_elevation, angles.clavicle_abduction, side)
-        carried = lifted @ drawn
+        clavicle_in_torso = lifted @ drawn
         displacements[arm.clavicle.name] = _solve_displacements(
-            figure, arm.clavicle, arm.torso, carried
+            figure, arm.clavicle, arm.torso, clavicle_in_torso
         )
     along = upper_arm @ _upper_arm_direction(figure, arm)
-    # Whichever way the arm is drawn, the shortest turn brings it to hang.
+    # The shortest rotation from the drawn arm to the hanging one.
     hanging = rotation_with_z_axis(-along).T @ upper_arm
-    aimed = arm_orientation(latitude, longitude, angles.twist, side) @ hanging
+    humerus_in_torso = arm_orientation(latitude, longitude, angles.twist, side) @ hanging
     displacements[arm.shoulder.name] = _solve_displacements(
-        figure, arm.shoulder, arm.carrier, carried.T @ aimed
+        figure, arm.shoulder, arm.carrier, clavicle_in_torso.T @ humerus_in_torso
     )
     tree = build_tree(figure)
     placement = forward_kinematics(tree, {**initial_displacements(tree), **displacements})
-    asked = arm_direction(latitude, longitude, side)
+    requested = arm_direction(latitude, longitude, side)
     return ArmPose(
         angles=angles,
         displacements=displacements,
-        elbow_error=float(angle_between(_elbow_direction(placement, arm), asked)),
+        elbow_error=float(angle_between(_elbow_direction(placement, arm), requested)),
         printed_angle_error=float(printed_angle_error(latitude, longitude, angles)),
     )
 
@@ -125,26 +125,32 @@ def _elbow_direction(placement: Placement, arm: _Arm) -> Array:
 
 
 def _find_arm(figure: Figure, side: Side) -> _Arm:
-    """The arm of a figure. Raises ModelError when it has none, or one that cannot be aimed."""
-    ball, hinge = (_find_joint(figure, f"{side.value}_{part}") for part in ("shoulder", "elbow"))
-    shared = _joint_segments(ball) & _joint_segments(hinge)
+    """Return the arm of a figure. Raises ModelError when it has none that can be positioned."""
+    shoulder_joint, elbow_joint = (
+        _find_joint(figure, f"{side.value}_{part}") for part in ("shoulder", "elbow")
+    )
+    shared = _joint_segments(shoulder_joint) & _joint_segments(elbow_joint)
     if len(shared) != 1:
         raise ModelError(
-            f"the joints `{ball.name}` and `{hinge.name}` share no segment, the upper arm"
+            f"the joints `{shoulder_joint.name}` and `{elbow_joint.name}` share no segment; "
+            "the upper arm must connect them"
         )
     (humerus,) = shared
-    (carrier,) = _joint_segments(ball) - shared
+    (carrier,) = _joint_segments(shoulder_joint) - shared
     torso, clavicle = carrier, figure.joints.get(f"{side.value}_clavicle")
     if clavicle is not None:
         if carrier not in _joint_segments(clavicle):
-            raise ModelError(f"the joint `{clavicle.name}` does not carry `{ball.name}`")
+            raise ModelError(f"the joint `{clavicle.name}` does not carry `{shoulder_joint.name}`")
         (torso,) = _joint_segments(clavicle) - {carrier}
     elbow, socket = (
-        next(ref for ref in joint.ends if ref.segment == humerus) for joint in (hinge, ball)
+        next(ref for ref in joint.ends if ref.segment == humerus)
+        for joint in (elbow_joint, shoulder_joint)
     )
-    arm = _Arm(clavicle, ball, torso, carrier, humerus, elbow, socket)
+    arm = _Arm(clavicle, shoulder_joint, torso, carrier, humerus, elbow, socket)
     if not np.any(_shoulder_to_elbow(figure, arm)):
-        raise ModelError(f"the joints `{ball.name}` and `{hinge.name}` are at one point")
+        raise ModelError(
+            f"the joints `{shoulder_joint.name}` and `{elbow_joint.name}` are at the same point"
+        )
     return arm
 
 
@@ -165,32 +171,33 @@ def _shoulder_to_elbow(figure: Figure, arm: _Arm) -> Array:
 
 
 def _upper_arm_direction(figure: Figure, arm: _Arm) -> Array:
-    """Unit vector from shoulder to elbow in the humerus's frame."""
+    """Return the unit vector from shoulder to elbow in the humerus's frame."""
     between = _shoulder_to_elbow(figure, arm)
     return between / np.linalg.norm(between)
 
 
 def _zero_orientation(figure: Figure, joint: Joint, base: str) -> Array:
-    """Orientation in `base` of the other segment of a joint whose displacements are zero."""
+    """Return the orientation in `base` of the other segment of a joint at zero displacements."""
     parent, child = _site_orientations(figure, joint)
-    turn = parent @ child.T
-    return turn if joint.parent.segment == base else turn.T
+    orientation_at_zero = parent @ child.T
+    return orientation_at_zero if joint.parent.segment == base else orientation_at_zero.T
 
 
 def _solve_displacements(figure: Figure, joint: Joint, base: str, orientation: Array) -> Array:
-    """Displacements that give the other segment of a joint the orientation `orientation` in `base`.
+    """Return displacements for an orientation in `base` of the other segment of a joint.
 
-    Raises ModelError when the joint cannot.
+    Raises ModelError when the joint cannot reach it.
     """
     parent, child = _site_orientations(figure, joint)
     forward = orientation if joint.parent.segment == base else orientation.T
-    asked = pose_matrix(parent.T @ forward @ child, np.zeros(3))
+    requested = pose_matrix(parent.T @ forward @ child, np.zeros(3))
     chain = _build_chain(joint)
-    missed = float(np.linalg.norm(chain.pose_residual(asked)[:3]))
-    found = chain.displacements(asked)
-    if missed > MAX_ROTATION_ERROR:
+    rotation_error = float(np.linalg.norm(chain.pose_residual(requested)[:3]))
+    found = chain.displacements(requested)
+    if rotation_error > MAX_ROTATION_ERROR:
         raise ModelError(
-            f"the joint `{joint.name}` cannot turn so: it stays {np.degrees(missed):.3g} deg away"
+            f"the joint `{joint.name}` cannot reach this orientation: it is off by "
+            f"{np.degrees(rotation_error):.3g} deg"
         )
     return found
 

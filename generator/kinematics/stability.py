@@ -1,10 +1,8 @@
-"""Static stability: does the centre of mass stand over what supports the figure?
+"""Static stability of a figure on its support (thesis, section 5.2).
 
-The thesis's test (5.2): the figure is balanced when its centre of mass, projected on the ground
-plane, lies in the convex hull of the projected points of support. It takes the joints as rigid and
-gravity as the only load.
-
-What a figure stands on: faces of its psurfs, points of its sites, or all that is low enough.
+The figure is balanced when its centre of mass, projected on the ground plane, lies in the convex
+hull of the projected support points. Joints count as rigid, and gravity as the only load. The
+support is faces of psurfs, sites, or all faces below a height.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,14 +24,14 @@ Y_UP = (0.0, 1.0, 0.0)
 """The normal of the ground in the world of the thesis."""
 
 EDGE_TOLERANCE = 1e-6
-"""Nearer than this to the edge of the support a point counts as on it [m]."""
+"""Distance to the edge of the support within which a point counts as on it [m]."""
 
 MIN_SUPPORT_WIDTH = 1e-9
-"""A support that is narrower than this is a line, and one that is shorter is a point [m]."""
+"""Width below which a support is a line, and length below which it is a point [m]."""
 
 
 class Balance(Enum):
-    """Where the centre of mass stands; the value is what a sentence calls it."""
+    """Position of the centre of mass relative to the support; the value is its name in text."""
 
     INSIDE = "inside"
     ON_EDGE = "on the edge"
@@ -43,21 +41,21 @@ class Balance(Enum):
 
 @dataclass(frozen=True)
 class Stability:
-    """How a figure stands.
+    """Static stability of a figure in a pose.
 
     Attributes:
-        balance: where the centre of mass stands.
+        balance: position of the centre of mass relative to the support.
         margin: distance of the projected centre of mass to the edge of the support [m]; negative
             outside, minus infinity without support.
         centre: the centre of mass, projected on the ground plane through the world's origin, in
             the world, shape (3,) [m].
         corners: of the support, projected likewise, anticlockwise seen from above, shape (k, 3)
             [m]. One of them is a point, two are a line.
-        sources: which points of support the corners are, shape (k,).
-        pivot: which of the corners the figure would tip over: two for an edge, one for a corner.
-        direction: to which side it would tip, a horizontal unit vector in the world, shape (3,).
-            None without support, and where a point or a line of support stands right under the
-            centre of mass: it may tip to any side of it.
+        sources: indices of the support points that are corners, shape (k,).
+        pivot: indices of the corners that the figure would tip over: two for an edge, one for a
+            corner.
+        direction: of tipping, a horizontal unit vector in the world, shape (3,). None without
+            support, and where a point or line of support is exactly below the centre of mass.
     """
 
     balance: Balance
@@ -78,11 +76,11 @@ class Stability:
 
 
 def stability(centre: ArrayLike, points: ArrayLike, up: ArrayLike = Y_UP) -> Stability:
-    """How what has its centre of mass at `centre` stands on `points`.
+    """Return the static stability of a body with its centre of mass at `centre` on `points`.
 
     Args:
         centre: centre of mass, shape (3,) [m].
-        points: that support, shape (n, 3) [m]; n may be zero.
+        points: of support, shape (n, 3) [m]; n may be zero.
         up: normal of the ground plane, of any length but zero.
 
     Raises:
@@ -117,9 +115,9 @@ def _classify_balance(margin: float) -> Balance:
 
 
 def _hull_indices(points: Array) -> NDArray[np.intp]:
-    """Which of the points (n, 2) are corners of their convex hull, anticlockwise, shape (k,).
+    """Return indices of the corners of the convex hull of points (n, 2), anticlockwise, (k,).
 
-    Two for points in a line, one for points in one place, none for no points.
+    Two for collinear points, one for coincident points, none without points.
     """
     if not len(points):
         return np.zeros(0, dtype=np.intp)
@@ -139,7 +137,7 @@ def _hull_indices(points: Array) -> NDArray[np.intp]:
 
 
 def _separate_corners(corners: Array, thin: float) -> list[int]:
-    """Which corners to keep so that neighbours lie apart: a tiny edge has no sure direction."""
+    """Return indices of corners with neighbours apart: a tiny edge has no definite direction."""
     if np.min(_lengths(np.roll(corners, -1, axis=0) - corners)) > thin:
         return list(range(len(corners)))
     kept = [0]
@@ -152,7 +150,7 @@ def _separate_corners(corners: Array, thin: float) -> list[int]:
 
 
 def _nearest_edge(c: Array, corners: Array) -> tuple[float, tuple[int, ...], Array | None]:
-    """Margin of a point [m], the corners it is nearest to, and the way out there."""
+    """Return margin of a point [m], the corners nearest to it, and the outward direction there."""
     if not len(corners):
         return -np.inf, (), None
     following = np.roll(corners, -1, axis=0)
@@ -178,7 +176,7 @@ def _nearest_edge(c: Array, corners: Array) -> tuple[float, tuple[int, ...], Arr
 
 
 def _outward_normal(edge: Array) -> Array:
-    """The unit normal of an edge (2,) that points out of a polygon with its corners in order."""
+    """Return the outward unit normal of an edge (2,) of an anticlockwise polygon."""
     return np.array([edge[1], -edge[0]]) / np.hypot(edge[0], edge[1])
 
 
@@ -191,7 +189,7 @@ def _cross(one: Array, other: Array) -> Array:
 
 
 HEIGHT_TOLERANCE = 1e-9
-"""By how much the rounding of a pose may lift a face over the height it lies at [m]."""
+"""Rounding error of the height of a face in a pose [m]."""
 
 Poses = Mapping[str, Array]
 """Of the segments in the world, shape (4, 4) each."""
@@ -199,12 +197,12 @@ Poses = Mapping[str, Array]
 
 @dataclass(frozen=True)
 class Points:
-    """Points of support in one pose.
+    """Support points in one pose.
 
     Attributes:
         positions: in the world, shape (n, 3) [m].
-        names: what each belongs to, `SEGMENT:FACE` or `SEGMENT.SITE`; of the faces that meet in a
-            point the first.
+        names: face or site of each, `SEGMENT:FACE` or `SEGMENT.SITE`; the first of the faces that
+            meet in a point.
         sources: all faces and sites that support, each once.
     """
 
@@ -214,22 +212,22 @@ class Points:
 
 
 class Support(Protocol):
-    """What carries a figure, prepared for any pose."""
+    """Support of a figure in any pose."""
 
     def points_in_pose(self, poses: Poses) -> Points:
-        """The points of support in a pose."""
+        """Return the support points in a pose."""
         ...
 
 
 @dataclass(frozen=True)
 class Patch:
-    """Points on one segment, each of them once.
+    """Distinct points on one segment.
 
     Attributes:
         segment: its name.
         points_in_segment: shape (k, 3) [m].
-        names: what each point belongs to, shape (k,).
-        sources: the faces or the site that they are of.
+        names: face or site of each point, shape (k,).
+        sources: all faces, or the site.
     """
 
     segment: str
@@ -239,7 +237,7 @@ class Patch:
 
 
 def patch_from_site(figure: Figure, ref: SiteRef) -> Patch:
-    """The point of a site. Raises UsageError when the figure has none such."""
+    """Return the point of a site. Raises UsageError when the figure does not have it."""
     segment = _find_segment(figure, ref.segment)
     if ref.site not in segment.sites:
         hint = spelling_hint(ref.site, segment.sites)
@@ -249,7 +247,7 @@ def patch_from_site(figure: Figure, ref: SiteRef) -> Patch:
 
 
 def patch_from_faces(figure: Figure, name: str, numbers: Sequence[int] | None = None) -> Patch:
-    """The corners of faces of a segment, by their numbers from 1 in its psurf; else of all.
+    """Return the corners of faces of a segment, by number from 1 in its psurf [default: all].
 
     Raises:
         UsageError: the figure has no such segment, or its psurf no such face.
@@ -275,10 +273,10 @@ def patch_from_faces(figure: Figure, name: str, numbers: Sequence[int] | None = 
 
 
 class FixedSupport:
-    """Chosen points, which carry the figure in every pose."""
+    """Support by the same points in every pose."""
 
     def __init__(self, patches: Iterable[Patch]) -> None:
-        """Gather the points of each segment."""
+        """Collect the points of each segment."""
         by_segment: dict[str, list[Patch]] = {}
         for patch in patches:
             by_segment.setdefault(patch.segment, []).append(patch)
@@ -299,14 +297,14 @@ class FixedSupport:
         )
 
     def points_in_pose(self, poses: Poses) -> Points:
-        """The chosen points in a pose."""
+        """Return the points in a pose."""
         placed = [_transform_points(points, poses[name]) for name, points in self._points.items()]
         positions = np.concatenate([np.zeros((0, 3)), *placed])
         return Points(positions, self._names, self._sources)
 
 
 class LowFaces:
-    """All faces of the figure's own segments that lie at or below a height in the pose."""
+    """Support by all faces of the figure's own segments at or below a height in the pose."""
 
     def __init__(self, figure: Figure, height: float, up: ArrayLike = Y_UP) -> None:
         """Read the psurfs of the figure's own segments.
@@ -335,7 +333,7 @@ class LowFaces:
         }
 
     def points_in_pose(self, poses: Poses) -> Points:
-        """The corners of the faces that are low enough in a pose."""
+        """Return the corners of the faces at or below the height in a pose."""
         positions, names = [np.zeros((0, 3))], list[str]()
         for name, surface in self._surfaces.items():
             pose = poses[name]

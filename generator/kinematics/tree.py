@@ -1,13 +1,9 @@
-"""The figure as a tree hung from the ground, with the joints that close its loops.
-
-A joint of the tree that a figure is hung up as.
-
-The kinematics of a tree, prepared once, so that a pose costs a few products of matrices.
+"""The kinematic tree of a figure, rooted in the ground, and the joints that close its loops.
 
 Every factor of every chain is the exponential of a constant generator G, a 4x4 matrix: with
-displacement v it is `1 + sin(v) G + (1 - cos(v)) G^2` for a turn and `1 + v G` for a slide. All of
-them are made at once. A branch that is hung the other way round takes its factors in the opposite
-order, with opposite generators.
+displacement v it is `1 + sin(v) G + (1 - cos(v)) G^2` for a rotation and `1 + v G` for a
+translation. All of them are evaluated at once. A joint whose child is inboard takes its factors in
+the opposite order, with opposite generators.
 """
 
 from collections import deque
@@ -26,9 +22,9 @@ from generator.rotations import Array, cross_matrix, inverse_pose, unit_vector
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """A joint of the tree: `outboard` hangs on `inboard`.
+    """A joint of the tree, from the segment `inboard` to the segment `outboard`.
 
-    `parent_is_inboard` tells whether the base is the joint's parent (`connect base to tip`).
+    `parent_is_inboard` is true where the file says `connect INBOARD to OUTBOARD`.
     """
 
     joint: Joint
@@ -39,7 +35,7 @@ class TreeJoint:
 
 @dataclass(frozen=True)
 class _JointTransform:
-    """The way from a base to its tip: a constant pose, the factors of `columns`, a constant one."""
+    """Transform across a joint: a constant pose, the factors of `columns`, a constant pose."""
 
     inboard: str
     outboard: str
@@ -51,17 +47,17 @@ class _JointTransform:
 class Kinematics:
     """Poses and motions of the segments of a tree of m displacements.
 
-    The displacements are those of the branches, one branch after the other, each in the order of
-    its chain. Arrays of them may have leading dimensions: shape (..., m).
+    The displacements are those of the tree's joints, one joint after the other, each in the order
+    of its chain. Arrays of them may have leading dimensions: shape (..., m).
 
     Attributes:
         size: the number m.
-        columns: place of each branch's displacements among the m, by joint name.
+        columns: indices of each joint's displacements among the m, by joint name.
         motion_masks: for each segment, which of the displacements move it, shape (m,).
     """
 
     def __init__(self, figure: Figure, branches: Sequence[TreeJoint]) -> None:
-        """Prepare the branches of a figure, each base before its tip."""
+        """Precompute the transforms of joints in an order from inboard to outboard."""
         self._ground = _ground_poses(figure)
         self._links: list[_JointTransform] = []
         self.columns: dict[str, slice] = {}
@@ -104,16 +100,16 @@ class Kinematics:
         self._rotation_axes = _axes_from_cross_matrices(self._rotation_generators)
 
     def displacement_vector(self, displacements: Mapping[str, Array]) -> Array:
-        """The m displacements of a mapping by joint names, shape (..., m)."""
+        """Return the m displacements of a mapping by joint names, shape (..., m)."""
         parts = [displacements[name] for name in self.columns]
         return np.concatenate(parts, axis=-1, dtype=float) if parts else np.zeros(0)
 
     def poses(self, values: Array) -> dict[str, Array]:
-        """The pose of every segment in the world, shape (..., 4, 4), at `values` (..., m)."""
+        """Return the pose of every segment in the world, (..., 4, 4), at `values` (..., m)."""
         return self._propagate_poses(values)[0]
 
     def twists(self, values: Array) -> Array:
-        """The motion that a unit rate of each displacement gives what it moves, shape (..., m, 6).
+        """Return twists of the outboard segments for unit rates of displacements, (..., m, 6).
 
         Rows are (angular, linear) in world axes; linear is the velocity of the material point that
         is at the world's origin.
@@ -122,18 +118,18 @@ class Kinematics:
         rows = np.zeros((*values.shape, 6))
         if self.size:
             stack = np.stack(frames, axis=-3)
-            turned = stack[..., :3, :3]
-            rows[..., :3] = (turned @ self._rotation_axes[..., None])[..., 0]
-            slid = (turned @ self._translation_generators[:, :3, 3:])[..., 0]
-            rows[..., 3:] = np.cross(stack[..., :3, 3], rows[..., :3]) + slid
+            rotated = stack[..., :3, :3]
+            rows[..., :3] = (rotated @ self._rotation_axes[..., None])[..., 0]
+            translated = (rotated @ self._translation_generators[:, :3, 3:])[..., 0]
+            rows[..., 3:] = np.cross(stack[..., :3, 3], rows[..., :3]) + translated
         return rows
 
     def _propagate_poses(self, values: Array) -> tuple[dict[str, Array], list[Array]]:
-        """Poses of the segments, and for each displacement the frame in the world it acts in."""
+        """Return poses of the segments, and for each displacement the world frame of its axis."""
         steps = self._axis_poses(values)
-        lead = values.shape[:-1]
+        leading_shape = values.shape[:-1]
         poses = {
-            name: np.broadcast_to(pose, (*lead, 4, 4)) if lead else pose
+            name: np.broadcast_to(pose, (*leading_shape, 4, 4)) if leading_shape else pose
             for name, pose in self._ground.items()
         }
         frames = [np.empty(0)] * self.size
@@ -146,22 +142,22 @@ class Kinematics:
         return poses, frames
 
     def _axis_poses(self, values: Array) -> Array:
-        """The pose matrix of every factor, shape (..., m, 4, 4)."""
+        """Return the pose matrix of every factor, shape (..., m, 4, 4)."""
         v = values[..., None, None]
-        turned = (
+        rotated = (
             np.sin(v) * self._rotation_generators
             + (1.0 - np.cos(v)) * self._rotation_generators_squared
         )
-        return np.eye(4) + turned + v * self._translation_generators
+        return np.eye(4) + rotated + v * self._translation_generators
 
 
 def _axes_from_cross_matrices(generators: Array) -> Array:
-    """The vectors, shape (m, 3), of cross matrices in the corners of `generators` (m, 4, 4)."""
+    """Return the vectors (m, 3) of the cross matrices in `generators` (m, 4, 4)."""
     return np.stack([generators[:, 2, 1], generators[:, 0, 2], generators[:, 1, 0]], axis=-1)
 
 
 def _ground_poses(figure: Figure) -> dict[str, Array]:
-    """Poses of the parts of the ground: the root's, and those that rigid joints hold to it."""
+    """Return poses of the ground: the root's segment and those rigidly connected to it."""
     poses = {figure.root.segment: inverse_pose(figure.site(figure.root).pose_in_segment)}
     pending = [joint for joint in figure.joints.values() if not joint.chain]
     while len(poses) < len(figure.ground):
@@ -179,11 +175,11 @@ def _ground_poses(figure: Figure) -> dict[str, Array]:
 
 @dataclass(frozen=True)
 class Tree:
-    """Joints oriented from the root, never by the order within `connect`.
+    """Joints oriented from the root, independent of the order within `connect`.
 
     Attributes:
-        joints: in an order in which every base is placed before its tip.
-        closures: joints whose two segments are placed without them.
+        joints: each after those inboard of it.
+        closures: joints between two segments that the tree already reaches.
         chains: the chain of every joint.
     """
 
@@ -194,15 +190,15 @@ class Tree:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """What places the segments, prepared when it is first asked for."""
+        """Precomputed transforms of the segments."""
         return Kinematics(self.figure, self.joints)
 
 
 def build_tree(figure: Figure) -> Tree:
-    """The tree of a figure, breadth first from the ground, joints in the order of the file.
+    """Return the tree of a figure, breadth first from the ground, joints in the order of the file.
 
     Raises:
-        ModelError: a joint's chain is none that one joint can hold.
+        ModelError: no single joint can have the chain of a joint.
         ValueError: a segment cannot be reached from the root.
     """
     chains = {name: build_chain(joint.chain) for name, joint in figure.joints.items()}

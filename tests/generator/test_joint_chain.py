@@ -103,8 +103,8 @@ def test_the_gap_of_a_hinge_that_is_bent_and_parted() -> None:
         ("Rx Ry Rs", "perpendicular to the next"),
         ("Tx Ty Tx", "not independent"),
         ("Tx Ty Tz Ts", "not independent"),
-        ("Rx Ty Rz", "a translation stands between"),
-        ("Ty Rz Tx", "a translation stands between"),
+        ("Rx Ty Rz", "a translation is between"),
+        ("Ty Rz Tx", "a translation is between"),
     ],
 )
 def test_chains_that_no_joint_can_hold(text, reason) -> None:

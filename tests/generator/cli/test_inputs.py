@@ -405,7 +405,7 @@ def test_a_motion_with_other_axes_is_told(bending, tmp_path):
     text = bending.read_text(encoding="utf-8")
     path.write_text(text.replace("left_knee R(0,-1,0)", "left_knee R(0,1,0)"), encoding="utf-8")
     said = failure("com", "prototype", "--along", path)[1]
-    assert "joint `left_knee` has other axes in the motion than in the figure" in said
+    assert "joint `left_knee` has different axes in the motion and in the figure" in said
 
 
 def test_a_motion_of_the_figure_as_it_was_is_warned_of(bending, tmp_path):

@@ -75,7 +75,7 @@ def test_with_the_signs_the_limb_is_the_mirror_image(part, signs, values, turned
     ],
 )
 def test_joints_that_are_no_pair_are_refused(control, follower):
-    with pytest.raises(ModelError, match=f"`{follower}` is no mirror image of `{control}`"):
+    with pytest.raises(ModelError, match=f"`{follower}` is not a mirror image of `{control}`"):
         mirror_signs(FIGURE, FIGURE.joints[control], FIGURE.joints[follower])
 
 
@@ -88,7 +88,7 @@ def test_places_make_a_pair_of_joints_with_other_names():
     figure = renamed(FIGURE, {"left_knee": "knie_links", "right_knee": "knie_rechts"})
     assert mirror_signs(figure, figure.joints["knie_links"], figure.joints["knie_rechts"]) == (1,)
     midway = renamed(FIGURE, {"left_clavicle": "one", "right_clavicle": "other"})
-    with pytest.raises(ModelError, match="no mirror image"):  # both lie in the plane itself
+    with pytest.raises(ModelError, match="not a mirror image"):  # both lie in the plane itself
         mirror_signs(midway, midway.joints["one"], midway.joints["other"])
 
 
@@ -102,5 +102,5 @@ def test_joints_that_are_no_images_are_refused():
         oblique,
         joints={**oblique.joints, "right_elbow": replace(joints["right_elbow"], chain=chain)},
     )
-    with pytest.raises(ModelError, match="freedom 1 of `right_elbow` is no mirror image"):
+    with pytest.raises(ModelError, match="freedom 1 of `right_elbow` is not a mirror image"):
         mirror_signs(oblique, joints["left_elbow"], oblique.joints["right_elbow"])

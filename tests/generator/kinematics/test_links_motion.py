@@ -94,10 +94,10 @@ def test_chains_of_tables_resolve(tmp_path):
         (table("left_elbw", "waist"), 2, "no joint `left_elbw`", "did you mean `left_elbow`?"),
         (table("left_elbow", "waits"), 3, "no joint `waits`", "did you mean `waist`?"),
         (table("left_elbow", "waist"), 2, "has 1 degree of freedom and `waist` 3", "control_dof"),
-        (table("left_elbow", "waist", dof=1), 2, "which of the 3", "`control_dof = 1`, or up to 3"),
+        (table("left_elbow", "waist", dof=1), 2, "one of the 3", "`control_dof = 1`, or up to 3"),
         (table("waist", "left_elbow", dof=4), 4, "has 3 degrees of freedom, not 4", ""),
         (table("waist", "left_hip_joint", offset_deg=3), 4, "an offset belongs to one", "`dof`"),
-        (table("left_knee", "left_elbow", offset_m=3), 4, "left_knee 1 is `offset_deg`", ""),
+        (table("left_knee", "left_elbow", offset_m=3), 4, "1 needs the key `offset_deg`", ""),
         (table("waist", "left_elbow", mirror=True), 2, "`left_elbow` has 1 degree of", "without"),
         (table("left_elbow", "left_elbow"), 2, "left_elbow 1 follows itself", ""),
     ],
@@ -114,7 +114,7 @@ def test_what_does_not_fit_the_figure_is_told(tmp_path, text, line, said, hint):
 
 def test_turns_and_slides_are_not_linked(tmp_path):
     (fault,) = reading_of(tmp_path, table("hinge", "rail"), slides()).diagnostics
-    assert fault.message == "hinge 1 turns and rail 1 slides: a link joins like with like"
+    assert fault.message == "hinge 1 rotates and rail 1 translates: a link needs two of one kind"
     (fault,) = reading_of(tmp_path, table("fixed", "rail"), slides()).diagnostics
     assert fault.message == "joint `fixed` does not move"
 
@@ -131,7 +131,7 @@ def test_a_second_link_is_told_with_the_place_of_the_first(tmp_path):
 def test_a_cycle_of_joints_is_told_once(tmp_path):
     text = table("waist", "left_shoulder") + table("left_shoulder", "waist")
     (fault,) = reading_of(tmp_path, text).diagnostics
-    assert fault.message.startswith("the links go round: ")
+    assert fault.message.startswith("the links form a cycle: ")
     assert "waist 1" in fault.message
     assert "left_shoulder 1" in fault.message
     assert fault.span is not None
@@ -157,7 +157,7 @@ def test_another_figures_links_are_used_with_a_warning(tmp_path):
     reading = reading_of(tmp_path, 'figure = "robot"\n' + table("left_elbow", "right_elbow"))
     assert reading.value is not None
     (fault,) = reading.diagnostics
-    assert fault.message == "these links were written for the figure `robot`"
+    assert fault.message == "this file is for the figure `robot`"
 
 
 def test_factors_beyond_reason_are_refused(tmp_path):

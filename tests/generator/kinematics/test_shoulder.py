@@ -12,7 +12,6 @@ from generator.kinematics.shoulder import (
     RHYTHMS,
     TWIST_SEAM_LONGITUDE,
     arm_orientation,
-    natural_twist,
     shoulder_angles,
 )
 
@@ -31,7 +30,7 @@ def grid(steps):
 
 
 def attitudes(latitude, longitude):
-    return arm_orientation(latitude, longitude, natural_twist(latitude, longitude))
+    return arm_orientation(latitude, longitude, shoulder_angles(latitude, longitude).twist)
 
 
 def turned(one, other):
@@ -80,7 +79,7 @@ def test_clavicle_elevations_worked_by_hand(elevation, frontal, sagittal):
     ],
 )
 def test_twists_worked_by_hand(latitude, longitude, twist):
-    found = natural_twist(np.radians(latitude), np.radians(longitude))
+    found = shoulder_angles(np.radians(latitude), np.radians(longitude)).twist
     off = (np.degrees(found) - twist) / 360.0
     assert off == pytest.approx(np.round(off), abs=1e-12)
 
@@ -114,10 +113,10 @@ def test_the_seam_closes_at_45_deg_and_is_half_a_turn_at_22_and_67():
 def test_on_the_seam_the_twist_is_the_middle_of_its_limits():
     latitude = np.radians(30.0)
     middle = (
-        natural_twist(latitude, TWIST_SEAM_LONGITUDE - 1e-9)
-        + natural_twist(latitude, TWIST_SEAM_LONGITUDE + 1e-9)
+        shoulder_angles(latitude, TWIST_SEAM_LONGITUDE - 1e-9).twist
+        + shoulder_angles(latitude, TWIST_SEAM_LONGITUDE + 1e-9).twist
     ) / 2.0
-    assert natural_twist(latitude, TWIST_SEAM_LONGITUDE) == pytest.approx(middle, abs=1e-6)
+    assert shoulder_angles(latitude, TWIST_SEAM_LONGITUDE).twist == pytest.approx(middle, abs=1e-6)
 
 
 def test_the_printed_clavicle_jumps_where_the_longitude_starts_again_and_at_130_deg():
@@ -177,6 +176,6 @@ def test_arrays_give_what_their_numbers_give(name):
     ],
 )
 def test_what_is_no_direction_is_refused(latitude, longitude, said):
-    for function in (shoulder_angles, natural_twist):
+    for function in (shoulder_angles,):
         with pytest.raises(ModelError, match=said):
             function(latitude, longitude)

@@ -13,7 +13,6 @@ from generator.kinematics.shoulder import (
     arm_direction,
     arm_orientation,
     clavicle_orientation,
-    natural_twist,
     printed_angle_error,
     shoulder_angles,
 )
@@ -61,7 +60,7 @@ def test_a_clavicle_is_raised_and_swung_forwards():
 
 def test_hanging_is_no_turn():
     latitude, longitude = np.pi, np.linspace(-1.5, 4.7, 30)
-    turns = arm_orientation(latitude, longitude, natural_twist(latitude, longitude))
+    turns = arm_orientation(latitude, longitude, shoulder_angles(latitude, longitude).twist)
     assert turns == pytest.approx(np.broadcast_to(np.eye(3), turns.shape), abs=1e-12)
 
 

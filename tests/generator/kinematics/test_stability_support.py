@@ -237,7 +237,7 @@ def test_what_there_is_not_cannot_support(tmp_path):
         patch_from_faces(figure, "body_root")
     with pytest.raises(InputError, match="no such file"):
         LowFaces(replace(figure, path=tmp_path / "moved.fig"), 0.0)
-    with pytest.raises(InputError, match="the figure is in no file"):
+    with pytest.raises(InputError, match="the figure has no file"):
         LowFaces(replace(figure, path=None), 0.0)
     with pytest.raises(InputError, match="no segment of the figure has a psurf"):
         LowFaces(row(2), 0.0)

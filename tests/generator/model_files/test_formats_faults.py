@@ -109,7 +109,7 @@ FAULTS = {
         "no body has the principal moments"
     ),
     mjcf('<body><joint/><inertial mass="-1" diaginertia="1 1 1"/></body>'): (
-        "a body's mass is above zero"
+        "the mass of a body must be above zero"
     ),
     mjcf('<composite type="rope"/>'): "a composite of many bodies (`composite`) is not read",
     mjcf(f"<body><joint/>{GEOM}<bdoy/></body>"): "unknown element `bdoy` in `body`",
