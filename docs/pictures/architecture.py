@@ -158,7 +158,7 @@ def main() -> None:
     picture.subplots_adjust(left=0.0, right=1.0, bottom=0.0, top=1.0)
     picture.canvas.draw()  # places the boxes, at which arrows end
     for room in rooms:
-        for target in drawn.get(room, ()):
+        for target in sorted(drawn.get(room, ())):
             axes.annotate(
                 "",
                 xy=place[target],
