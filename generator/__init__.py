@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from generator.kinematics.placement import forward_kinematics, initial_displacements
     from generator.kinematics.stability import stability
     from generator.kinematics.tree import build_tree
+    from generator.kinematics.tree import build_tree as hang
     from generator.motion_files import ActionFile, read_action, read_npz, write_recording
     from generator.recording import Outcome, Recording
     from generator.simulation.model import ExudynModel
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     Assembly = ExudynModel
     drawn_displacements = initial_displacements
-    hang = build_tree
     place = forward_kinematics
 
 _MODULES = {

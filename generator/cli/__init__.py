@@ -1,1 +1,1 @@
-"""What each command answers: text, data and exit code, without printing any of it."""
+"""The command `mover`: one module for each subcommand."""

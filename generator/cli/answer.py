@@ -1,4 +1,4 @@
-"""The answer of a command, and how columns of text are set."""
+"""Result of a command, and its formatting as text and JSON."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from generator.diagnostics import Diagnostic
 
 
 class ExitCode(IntEnum):
-    """What a command returns to the shell."""
+    """Exit code of the program."""
 
     SUCCESS = 0
     WRONG_INPUT = 1
@@ -21,14 +21,14 @@ class ExitCode(IntEnum):
 
 @dataclass(frozen=True)
 class CommandResult:
-    """What a command has to say.
+    """Result of a command.
 
     Attributes:
         text: for people.
         data: for `--json`; numbers that are not finite become null.
-        diagnostics: warnings found on the way, to be told beside the answer.
+        diagnostics: warnings, printed on the error stream.
         code: exit code.
-        failure: the sentence that says why a run failed.
+        failure: why a run failed, as a sentence.
     """
 
     text: str
@@ -41,7 +41,7 @@ class CommandResult:
 def format_table(rows: Sequence[Sequence[str]], left_columns: int = 1) -> str:
     """Align rows of cells in columns, the first `left_columns` to the left, others to the right.
 
-    Rows may have different lengths; the last cell of a left-set row is not filled up.
+    Rows may have different lengths; lines have no trailing spaces.
     """
     widths: dict[int, int] = {}
     for row in rows:
@@ -58,17 +58,17 @@ def format_table(rows: Sequence[Sequence[str]], left_columns: int = 1) -> str:
 
 
 def format_count(count: int, noun: str) -> str:
-    """`1 joint`, `2 joints`, `no joints`."""
+    """Return a count with its noun: `1 joint`, `2 joints`, `no joints`."""
     return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
 
 
 def finite_or_none(number: float | None) -> float | None:
-    """The number, or None for one that JSON does not have."""
+    """Return the number, or None if it is not finite."""
     return number if number is not None and isfinite(number) else None
 
 
 def json_text(data: object) -> str:
-    """The text of a value in JSON, with null for numbers that it does not have."""
+    """Return a value as JSON, with null for numbers that are not finite."""
     try:
         return json.dumps(data, indent=2, allow_nan=False)
     except ValueError:

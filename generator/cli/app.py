@@ -1,19 +1,19 @@
 """The command `mover`: the table of its commands, and the only module that prints and exits.
 
 A command is a function with the parameters of a typer command that returns a `CommandResult`. Its
-module is imported when it runs: the list of commands must not wait for numpy, scipy and Exudyn.
+module is imported when it runs, so that `mover --help` does not wait for numpy, scipy and Exudyn.
 """
 
 import sys
 from typing import NoReturn
 
-INTERRUPTED = "interrupted before there was anything to write"
+INTERRUPTED = "interrupted before anything was computed"
 
 
 def leave_interrupted(*, as_json: bool) -> NoReturn:
-    """Say that the command was interrupted, and leave the program with the code of a failed run.
+    """Report an interruption and exit with the code of a failed run.
 
-    It needs no import that takes time: Ctrl-C may come while this module is imported.
+    No slow import is needed: Ctrl-C may come while this module is imported.
     """
     try:
         sys.stderr.write(f"error: {INTERRUPTED}\n")
@@ -47,27 +47,27 @@ if TYPE_CHECKING:
 COMMANDS = {
     "simulate": (
         "generator.cli.simulate:simulate",
-        "Let a figure move under gravity, loads and its passive joints.",
+        "Simulate a figure under gravity, loads and passive joint torques.",
     ),
     "convert": (
         "generator.cli.convert:convert",
-        "Write a motion or a figure for other programs, and tell what their formats cannot hold.",
+        "Convert a motion, a figure or a model, and list what the format cannot store.",
     ),
     "check": (
         "generator.cli.check:check",
-        "Report all that is wrong or odd in a figure, its springs and their curves.",
+        "Report errors and doubts about a figure, its springs and their curves.",
     ),
     "describe": (
         "generator.cli.describe:describe",
-        "Show segments, masses, joints and springs of a figure.",
+        "List the segments, masses, joints and springs of a figure.",
     ),
     "cite": (
         "generator.cli.cite:cite",
-        "Show the references of the numbers that a figure uses, or of a published table.",
+        "Cite the sources of the numbers in a figure or in a published table.",
     ),
     "pose": (
         "generator.cli.pose:pose",
-        "Show and keep a pose: displacements of all joints, positions of all sites.",
+        "Show or save a pose: displacements of all joints, positions of all sites.",
     ),
     "com": (
         "generator.cli.com:com",
@@ -75,50 +75,50 @@ COMMANDS = {
     ),
     "stability": (
         "generator.cli.stability:stability",
-        "Test whether the centre of mass stands over the support, in a pose or along a motion.",
+        "Test whether the centre of mass is over the support, in a pose or along a motion.",
     ),
     "shoulder": (
         "generator.cli.shoulder:shoulder",
-        "Position an arm by where its elbow points, with the clavicle and the natural twist.",
+        "Pose an arm by the direction of its elbow, with clavicle and natural twist.",
     ),
     "link": (
         "generator.cli.link:link",
-        "Set joints and let those follow that are linked to them.",
+        "Set joints and move the joints that are linked to them.",
     ),
     "settle": (
         "generator.cli.settle:settle",
-        "Find the pose in which a figure comes to rest under gravity and its springs.",
+        "Find the equilibrium pose of a figure under gravity and its springs.",
     ),
     "mass": (
         "generator.cli.mass:mass",
-        "Weigh the body within a surface: volume, mass, centre of mass, inertia.",
+        "Compute the volume, mass, centre of mass and inertia of a closed surface.",
     ),
     "complete": (
         "generator.cli.complete:complete",
-        "Fill in the masses, inertias and centres of mass that a figure lacks, from its psurfs.",
+        "Estimate missing masses, inertias and centres of mass of a figure from psurfs.",
     ),
     "fit": (
         "plots.commands:fit",
-        "Fit a cubic to measured moments and make it a spring.",
+        "Fit a cubic to measured moments and write it as a spring.",
     ),
     "plots": (
         "plots.commands:plots",
-        "Draw curves and motion, and measure what is claimed of them.",
+        "Draw curves and motions, and check the claims about them.",
     ),
 }
 """The function of each command and the first line of its help, in the order of the help."""
 
 _HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
-_JSON = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
-_QUIET = Annotated[bool, typer.Option("--quiet", help="Say only what went wrong.")]
+_JSON = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+_QUIET = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 
-# Of the parser's errors typer names some only; this is the one that all of them are.
+# The base class of all errors of the parser; typer does not export it.
 _ParserError = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
 
 
 class _Commands(TyperGroup):
-    """All commands; what goes wrong before one of them begins is told as what goes wrong in it."""
+    """All commands. Errors of the parser are printed like those of a command, also as JSON."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         return list(COMMANDS)
@@ -149,7 +149,7 @@ def _load_command(name: str) -> Any:
     """Import the function of a command and make it a command that prints its result.
 
     Every command gets the option `--json`. A function with a keyword `show_progress` gets `--quiet`
-    too, and one with a keyword `as_json` is told of it.
+    too, and one with a keyword `as_json` gets its value.
     """
     module, _, attribute = COMMANDS[name][0].partition(":")
     function = getattr(import_module(module), attribute)
@@ -187,8 +187,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings=_HELP_OPTIONS,
-    help="Human figures and how they move: figure files in, motion out.",
-    epilog="Exit codes: 0 good, 1 the input is wrong, 2 usage, 3 the run failed.",
+    help="Simulate human figures with passive joints: figure files in, motion out.",
+    epilog="Exit codes: 0 success, 1 invalid input, 2 usage error, 3 failed run.",
 )
 
 
@@ -204,7 +204,7 @@ def mover(
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version.")
     ] = False,
 ) -> None:
-    """Human figures and how they move: figure files in, motion out."""
+    """Simulate human figures with passive joints: figure files in, motion out."""
 
 
 def _has_terminal() -> bool:
@@ -244,7 +244,7 @@ def _print_result(make: "Callable[[], CommandResult]", *, as_json: bool, quiet: 
 
 
 def _fail(code: int, text: str, data: object, as_json: bool) -> NoReturn:
-    """Print what is wrong to people, and to programs as well, and exit."""
+    """Print an error, also as JSON if requested, and exit."""
     from generator.cli.answer import json_text
 
     with _error_stream():
@@ -256,7 +256,7 @@ def _fail(code: int, text: str, data: object, as_json: bool) -> NoReturn:
 
 @contextmanager
 def _report_parser_errors(*, as_json: bool) -> Generator[None]:
-    """Report that the parser refuses the command line, or that Ctrl-C came while it was read."""
+    """Report errors of the parser, and Ctrl-C while it runs."""
     try:
         yield
     except KeyboardInterrupt:
@@ -273,7 +273,7 @@ def _report_parser_errors(*, as_json: bool) -> Generator[None]:
 
 @contextmanager
 def _error_stream() -> Generator[None]:
-    """Guard what goes to the error stream: a full one changes no result and no exit code."""
+    """Ignore a full error stream: it changes neither result nor exit code."""
     try:
         yield
     except OSError:
@@ -281,13 +281,13 @@ def _error_stream() -> Generator[None]:
 
 
 def _silence(descriptor: int) -> None:
-    """Send a stream nowhere: what is left in its buffer must not fail once more at the exit."""
+    """Redirect a stream to the null device, so that flushing it at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
 def main() -> None:
     """Run the command: the entry point of the program."""
-    # A file's name may hold what the terminal's encoding does not. There may be no output at all.
+    # File names may not be encodable in the terminal's encoding; stdout may be closed (None).
     with suppress(AttributeError):
         cast("TextIOWrapper", sys.stdout).reconfigure(errors="backslashreplace")
     try:
@@ -295,7 +295,7 @@ def main() -> None:
     except OSError as failure:
         _silence(1)
         with _error_stream():
-            typer.echo(f"error: the answer could not be written: {failure.strerror}", err=True)
+            typer.echo(f"error: the output could not be written: {failure.strerror}", err=True)
         sys.exit(1)
     except KeyboardInterrupt:
         leave_interrupted(as_json="--json" in sys.argv)

@@ -1,4 +1,4 @@
-"""`mover check`: all that is wrong or odd in a figure and its springs, and a verdict.
+"""`mover check`: errors and doubts about a figure and its springs, and a verdict.
 
 Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
@@ -36,21 +36,21 @@ from springs.lint.report import (
 
 
 def format_curve_reports(reports: Sequence[CurveReport], *, include_notes: bool) -> Iterator[str]:
-    """A paragraph for each curve: its joints, then its findings in a table.
+    """Yield a paragraph for each curve: its joints, then its findings in a table.
 
     Args:
         reports: of the curves.
-        include_notes: whether to tell what is no doubt, and curves without any.
+        include_notes: include notes beside doubts, and curves without doubts.
     """
-    told = [report for report in reports if include_notes or report.doubts]
-    for report in told:
+    shown = [report for report in reports if include_notes or report.doubts]
+    for report in shown:
         low, high = (degrees(angle) for angle in report.lint_range)
         motion = f", {report.spring.motion}" if report.spring.motion else ""
         title = f"{', '.join(report.joints)} about {axis_name(report.spring)}{motion}"
         findings = report.findings if include_notes else report.doubts
         rows = [(f"  {finding_severity(f)}", f.kind.value, f.sentence) for f in findings]
         yield f"{title}, from {low:.1f} to {high:.1f} deg\n{format_table(rows, left_columns=3)}"
-    ends = [end for report in told for end in (report.low, report.high) if end is not None]
+    ends = [end for report in shown for end in (report.low, report.high) if end is not None]
     sources = dict.fromkeys(f"  {end.source}: {end.reference}" for end in ends)
     if sources:
         yield "\n".join(["normal ranges of motion:", *sources])
@@ -59,7 +59,7 @@ def format_curve_reports(reports: Sequence[CurveReport], *, include_notes: bool)
 def format_coupled_reports(
     reports: Sequence[CoupledReport], *, include_notes: bool
 ) -> Iterator[str]:
-    """A paragraph for each law over several joints; `include_notes` as for `curves_text`."""
+    """Yield a paragraph for each law over several joints, as `format_curve_reports` does."""
     for report in reports:
         findings = report.findings if include_notes else report.doubts
         if findings:
@@ -72,7 +72,7 @@ def format_coupled_reports(
 def curve_report_counts(
     reports: Sequence[CurveReport], coupled: Sequence[CoupledReport] = ()
 ) -> str:
-    """`8 curves, 1 law over several joints, 12 doubts`."""
+    """Count curves, laws and doubts: `8 curves, 1 law over several joints, 12 doubts`."""
     doubts = sum(len(report.doubts) for report in (*reports, *coupled))
     count = len(coupled)
     laws = [f"{count} law{'' if count == 1 else 's'} over several joints"] if coupled else []
@@ -80,7 +80,7 @@ def curve_report_counts(
 
 
 def curve_findings_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
-    """All findings for `--json`, in the order of the text; angles in deg, values in SI."""
+    """Return the findings for `--json`, in the order of the text; angles in deg, values in SI."""
     return [
         {
             "severity": finding_severity(finding),
@@ -100,7 +100,7 @@ def curve_findings_data(reports: Sequence[CurveReport]) -> list[dict[str, object
 
 
 def coupled_findings_data(reports: Sequence[CoupledReport]) -> list[dict[str, object]]:
-    """All findings about laws over several joints for `--json`, as `curves_data`."""
+    """Return the findings about laws over several joints for `--json`."""
     return [
         {
             "severity": finding_severity(finding),
@@ -117,7 +117,7 @@ def coupled_findings_data(reports: Sequence[CoupledReport]) -> list[dict[str, ob
 
 
 def finding_severity(finding: Finding) -> str:
-    """`doubt` or `note`."""
+    """Return `doubt` or `note`."""
     return "doubt" if finding.is_doubt else "note"
 
 
@@ -134,29 +134,29 @@ def check(
     ],
     springs: SpringsChoice = None,
 ) -> CommandResult:
-    """Report all that is wrong or odd in a figure, its springs and their curves."""
+    """Report errors and doubts about a figure, its springs and their curves."""
     if Path(name).suffix == SPRINGS_SUFFIX:
         if springs is not None:
-            raise UsageError("--springs goes with a figure, not with a springs file")
+            raise UsageError("--springs applies to a figure, not to a springs file")
         return _check_springs_file(name)
     reading = parse_figure_file(name)
-    faults, hindrances, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
+    faults, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
     if reading.value is not None:
         found = parse_springs_option(reading.value, springs)
         faults = (*faults, *found.diagnostics)
         if found.value is not None:
             spring_set, replaced = found.value.springs, found.value.replaced
-        hindrances = simulation_obstacles(reading.value) or loop_closure_errors(reading.value)
-        if not hindrances:
-            hindrances = tuple(_spring_diagnostics(reading.value, spring_set))
-        told = {fault.message for fault in faults}
-        faults = (*faults, *(one for one in hindrances if one.message not in told))
-    verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, hindrances)}"
+        obstacles = simulation_obstacles(reading.value) or loop_closure_errors(reading.value)
+        if not obstacles:
+            obstacles = tuple(_spring_diagnostics(reading.value, spring_set))
+        messages = {fault.message for fault in faults}
+        faults = (*faults, *(one for one in obstacles if one.message not in messages))
+    verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, obstacles)}"
     return _check_result(faults, spring_set, replaced, verdict, include_notes=False)
 
 
 def _spring_diagnostics(figure: Figure, springs: SpringSet) -> Iterator[Diagnostic]:
-    """Springs that a simulation of a figure, sound by itself, would refuse."""
+    """Yield errors of springs that a simulation of the figure does not support."""
     tree = build_tree(figure)
     for refusal in find_unsupported_springs(
         close_loops(tree, initial_displacements(tree)), springs
@@ -182,14 +182,14 @@ def _check_result(
     include_notes: bool,
 ) -> CommandResult:
     reports, coupled = report_curves(springs), report_coupled(springs, replaced)
-    told = [
+    paragraphs = [
         *format_curve_reports(reports, include_notes=include_notes),
         *format_coupled_reports(coupled, include_notes=include_notes),
     ]
     if reports or coupled:
-        told.append(curve_report_counts(reports, coupled))
+        paragraphs.append(curve_report_counts(reports, coupled))
     return CommandResult(
-        text="\n\n".join([*map(str, diagnostics), *told, verdict]),
+        text="\n\n".join([*map(str, diagnostics), *paragraphs, verdict]),
         data={
             **({"error": "the input is wrong"} if select_errors(diagnostics) else {}),
             "verdict": verdict,

@@ -20,24 +20,24 @@ from springs.published.rows import Publication, PublishedCoupledLaw, PublishedCu
 from springs.published.tables import publication, publications
 
 ALL_TABLES = "tables"
-"""`mover cite tables` lists the published tables."""
+"""Name that stands for all published tables."""
 
 
 def is_table(name: str) -> bool:
-    """Whether a name is a published table, a row of one, or asks for all."""
+    """Return whether a name is a published table, a row of one, or `tables`."""
     source, _, row = name.partition("/")
     return name == ALL_TABLES or (source in publications() and (not row or row in _rows(source)))
 
 
 def table_names(typed_name: str) -> tuple[str, ...]:
-    """Names that `mover cite` knows beside figures: rows only of the table that is asked for."""
+    """Return the names of tables, and of the rows of the table that was typed."""
     source = typed_name.partition("/")[0]
     rows = [f"{source}/{row}" for row in _rows(source)] if source in publications() else []
     return (*rows, ALL_TABLES, *publications())
 
 
 def cite_table(name: str) -> CommandResult:
-    """The references of all tables, of one with its rows, or of one row."""
+    """Return the references of all tables, of one table with its rows, or of one row."""
     source, _, row = name.partition("/")
     if name == ALL_TABLES:
         return _all_tables_result()
@@ -88,14 +88,14 @@ def _table_result(table: Publication) -> CommandResult:
 
 
 def _row_result(name: str, row: PublishedCurve | PublishedCoupledLaw) -> CommandResult:
-    held = (f"{one} {angle:.4g} deg" for one, angle in _held_angles_data(row).items())
+    fixed_angles = (f"{one} {angle:.4g} deg" for one, angle in _held_angles_data(row).items())
     rows = [
         ("  motion", _motion(row)),
         ("  formula", row.formula),
         ("  as printed", row.convention),
         ("  turned here", _reversed_quantities(row)),
         ("  range", _format_ranges(row)),
-        ("  held", ", ".join(held)),
+        ("  held", ", ".join(fixed_angles)),
     ]
     if isinstance(row, PublishedCurve) and row.damping is not None:
         rows.append(("  damping", f"{row.damping:g} N m s/rad"))
@@ -106,7 +106,7 @@ def _row_result(name: str, row: PublishedCurve | PublishedCoupledLaw) -> Command
 
 
 def _reversed_quantities(row: PublishedCurve | PublishedCoupledLaw) -> str:
-    """What is printed in another sense than that of our motion and of the torque on the child."""
+    """Name the quantities that are printed with the opposite sign."""
     if isinstance(row, PublishedCoupledLaw):
         names = " and ".join(row.reversed_coordinates)
         return f"angle and moment, so that both are positive in {names}" if names else ""
@@ -190,7 +190,7 @@ def _held_angles_data(row: PublishedCurve | PublishedCoupledLaw) -> dict[str, fl
 
 
 def _ranges_in_degrees(ranges: Iterable[Range | None]) -> Iterator[list[float | None] | None]:
-    """The ends in degrees, None for one that is open."""
+    """Yield the ends in degrees, None for an open one."""
     for known in ranges:
         yield None if known is None else [finite_or_none(degrees(end)) for end in known]
 
@@ -206,7 +206,7 @@ THESIS_FIGURE_USES = {
     "clavicles": "the prototype figure",
     "pendulum": "the pendulum of its figure 3.4",
 }
-"""What the thesis has of shipped figures."""
+"""Parts of the thesis in the shipped figures."""
 
 
 def cite(
@@ -220,12 +220,12 @@ def cite(
     ],
     springs: SpringsChoice = None,
 ) -> CommandResult:
-    """Show the references of the numbers that a figure uses, or of a published table."""
-    # A figure goes before a table of the same name.
+    """Cite the sources of the numbers in a figure or in a published table."""
+    # A figure has precedence over a table of the same name.
     if not _is_figure(name):
         if is_table(name):
             if springs is not None:
-                raise UsageError("--springs goes with a figure, not with a published table")
+                raise UsageError("--springs applies to a figure, not to a published table")
             return cite_table(name)
         raise InputError([_unknown_name_error(name)])
     figure, warnings = load_figure(name)
@@ -251,7 +251,7 @@ def cite(
 
 
 def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
-    """What of a figure is the thesis's."""
+    """Yield the parts of a figure that come from the thesis."""
     yield THESIS_LANGUAGE_USE
     if springs.joints or springs.coupled:
         yield THESIS_LAWS_USE
@@ -261,7 +261,7 @@ def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
 
 
 def _is_figure(name: str) -> bool:
-    """Whether a name is that of a file or of a shipped figure."""
+    """Return whether a name is that of a file or of a shipped figure."""
     try:
         return find_figure(name).exists()
     except OSError:  # longer than any file's name
@@ -269,9 +269,9 @@ def _is_figure(name: str) -> bool:
 
 
 def _unknown_name_error(name: str) -> Diagnostic:
-    """The fault of a name that is neither a figure nor a table."""
+    """Return the error of a name that is neither a figure nor a table."""
     return error(
         f"there is no file `{shorten(name)}`, "
-        "no shipped figure and no published table of that name",
+        "no shipped figure and no published table with this name",
         hint=spelling_hint(name, (*shipped_figures(), *table_names(name))),
     )

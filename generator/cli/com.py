@@ -37,7 +37,7 @@ def com(
     pose: PoseFile = None,
     displacements: JointValues = None,
     segments: Annotated[
-        str | None, typer.Option(metavar="a,b,...", help="Of these segments alone.")
+        str | None, typer.Option(metavar="a,b,...", help="Segments to include. [default: all]")
     ] = None,
     along: MotionFile = None,
     output: TableOutput = None,
@@ -105,7 +105,7 @@ def _pose_result(
 
 
 def _jacobian_data(placement: Placement, masses: Masses) -> list[dict[str, object]]:
-    """How far the centre of mass goes for a degree or a centimetre of each displacement."""
+    """Return the derivatives of the centre of mass for each displacement [cm/deg or cm/cm]."""
     columns = iter(masses.jacobian(placement).T)
     return [
         {
@@ -130,7 +130,7 @@ def _summary(motion: LoadedMotion, masses: Masses, centres: Array) -> str:
 
 
 def _format_csv(motion: LoadedMotion, masses: Masses, centres: Array) -> str:
-    """The centre of mass of every frame, under the header of the motion."""
+    """Format the centre of mass of every frame as CSV, under the header of the motion."""
     lines = [f"# {line}" for line in motion.action.header.lines()]
     lines += [f"# segments {' '.join(masses.segments)}", "time [s],x [cm],y [cm],z [cm]"]
     for time, centre in zip(motion.action.times.tolist(), centres.tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""`mover complete`: a figure with the masses that it lacks, estimated from its psurfs."""
+"""`mover complete`: estimate missing masses of a figure from its psurfs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -19,12 +19,12 @@ def complete(
     name: FigureName,
     density: Density,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="OUT.fig", help="Where the figure goes.")
+        Path, typer.Option("--output", "-o", metavar="OUT.fig", help="Figure file to write.")
     ],
 ) -> CommandResult:
-    """Fill in the masses, inertias and centres of mass that a figure lacks, from its psurfs."""
+    """Estimate missing masses, inertias and centres of mass of a figure from psurfs."""
     check_suffix(output, FIGURE_SUFFIX, "a figure file")
-    meant = density_from_option("--density", density)
+    kg_per_m3 = density_from_option("--density", density)
     reading = parse_figure_file(name)
     if reading.value is None or reading.value.path is None:
         raise InputError(reading.diagnostics)
@@ -32,10 +32,10 @@ def complete(
     psurfs = {segment.psurf for segment in figure.segments.values() if segment.psurf}
     check_writable([output], (path, *(path.parent / psurf for psurf in psurfs)))
     try:
-        done = complete_figure(figure, load_text(path, name)[0], meant)
+        done = complete_figure(figure, load_text(path, name)[0], kg_per_m3)
     except ValueError as failure:
         raise UsageError(f"--density {density}: {failure}") from None
-    # The warnings of what is written: those about masses that are filled in are gone.
+    # The warnings of the completed figure, without those about the masses that were missing.
     remaining = parse_figure(done.text, str(output)).diagnostics
     write_file(output, done.text.replace("\n", _line_ending(path)))
     faults = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
@@ -49,13 +49,13 @@ def _line_ending(path: Path) -> str:
 
 
 def _companion_file_warnings(path: Path, output: Path) -> list[Diagnostic]:
-    """What the new file will not find: psurfs lie beside a figure, springs bear its name."""
+    """Warn that the new figure file will not find its psurfs or its springs."""
     faults: list[Diagnostic] = []
     if output.resolve().parent != path.resolve().parent:
         faults.append(
             warning(
                 f"the psurfs lie beside `{path}`, not beside `{output}`",
-                hint="put the new figure there, or copy them",
+                hint="write the new figure there, or copy the psurfs",
             )
         )
     beside = [path.with_name(path.stem + end) for end in (".springs.toml", ".optional")]
@@ -64,7 +64,7 @@ def _companion_file_warnings(path: Path, output: Path) -> list[Diagnostic]:
         faults.append(
             warning(
                 f"the springs of the figure are in `{springs.name}`, which `{output}` does not use",
-                hint=f"give them by `--springs {springs}`, or copy them under the new name",
+                hint=f"use `--springs {springs}`, or copy them under the new name",
             )
         )
     return faults
@@ -72,7 +72,7 @@ def _companion_file_warnings(path: Path, output: Path) -> list[Diagnostic]:
 
 def _text(name: str, output: Path, additions: tuple[Addition, ...]) -> str:
     if not additions:
-        return f"{name}: nothing was missing that a psurf could tell; {output} is the same text"
+        return f"{name}: nothing that a psurf gives was missing; {output} is an exact copy"
     rows = [["segment", "filled in", "density [kg/m^3]", "mass [kg]"]]
     rows += [
         [a.segment, ", ".join(a.fields), f"{a.density:.6g}", f"{a.body.mass:.6g}"]

@@ -56,22 +56,22 @@ FIGURE_SUFFIX = ".fig"
 
 
 def is_model(source: str) -> bool:
-    """Whether a source is a model of another program: a file by its suffix, or a folder."""
+    """Return whether a source is a model: a file by its suffix, or a folder."""
     path = Path(source)
     return path.suffix.lower() in SUFFIXES or (path.is_dir() and source not in shipped_figures())
 
 
 def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False) -> CommandResult:
-    """Write the figure of a model, with a springs file beside it where it needs one.
+    """Write the figure of a model, with a springs file beside it if it has springs.
 
     Args:
         source: the model.
-        outputs: figure files. A springs file beside one of them is written where the model needs
-            it; named here as well, it may replace another one.
-        separate: whether hinges with springs, damping or limits each become a joint of their own.
+        outputs: figure files. A springs file beside one of them may replace an existing one only
+            if it is listed as well.
+        separate: keep hinges with springs, damping or limits as separate joints.
 
     Raises:
-        UsageError: an output is no figure file.
+        UsageError: an output is not a figure file.
         InputError: the model is wrong, a file cannot be written, or a springs file would be
             replaced that was not named.
     """
@@ -100,7 +100,7 @@ def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False
 def _check_springs_files(
     imported: Imported, figures: Sequence[Path], requested: Sequence[Path]
 ) -> None:
-    """Raise InputError for springs files that are not needed, or are others' and were not named."""
+    """Raise InputError for springs files that are not needed, or exist and are not listed."""
     if imported.springs is None:
         faults = [
             unwritable_file_error(path, "the model needs no springs file") for path in requested
@@ -109,8 +109,8 @@ def _check_springs_files(
         asked = {realpath(path) for path in requested}
         faults = [
             error(
-                f"`{path}` stands already with other springs, and would be replaced",
-                hint=f"move it away, or name it among the outputs: `{figure} {path}`",
+                f"`{path}` exists with other springs and would be replaced",
+                hint=f"move it, or list it among the outputs: `{figure} {path}`",
             )
             for figure in figures
             if (path := springs_path(figure)).exists()
@@ -122,7 +122,7 @@ def _check_springs_files(
 
 
 def _has_text(path: Path, text: str) -> bool:
-    """Whether a file has this text already."""
+    """Return whether a file already has this text."""
     try:
         return path.read_bytes() == text.encode()
     except OSError:
@@ -130,7 +130,7 @@ def _has_text(path: Path, text: str) -> bool:
 
 
 def _output_files(imported: Imported, output: Path) -> list[Path]:
-    """The files that hold the figure."""
+    """Return the files of the figure."""
     return [output] if imported.springs is None else [output, springs_path(output)]
 
 
@@ -171,7 +171,7 @@ def _import_result(source: str, imported: Imported, written: LossesByPath) -> Co
 
 ACTION_SUFFIX, NPZ_SUFFIX = ".action", ".npz"
 READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX)
-"""The formats of motions that can be read."""
+"""Motion formats that can be read."""
 
 
 def convert(
@@ -193,20 +193,20 @@ def convert(
     ],
     figure: Annotated[
         str | None,
-        typer.Option(metavar="FIGURE", help="Of the motion, where it is not the one it names."),
+        typer.Option(metavar="FIGURE", help="Figure of the motion, if not the one named in it."),
     ] = None,
     springs: SpringsChoice = None,
     to: Annotated[
-        str | None, typer.Option(metavar="NAME", help="A format of figures, whatever the suffix.")
+        str | None, typer.Option(metavar="NAME", help="Model format, whatever the suffix.")
     ] = None,
     separate: Annotated[
         bool,
         typer.Option(
-            "--apart", help="Of a model: hinges with springs or limits stay joints of their own."
+            "--apart", help="Keep hinges of a model with springs or limits as separate joints."
         ),
     ] = False,
 ) -> CommandResult:
-    """Write a motion or a figure for other programs, and tell what their formats cannot hold."""
+    """Convert a motion, a figure or a model, and list what the format cannot store."""
     check_distinct_paths(outputs)
     if separate and not is_model(source):
         raise UsageError(f"{source}: --apart is for models of other programs")
@@ -214,7 +214,7 @@ def convert(
     if path.suffix.lower() in MOTION_FORMATS:
         if path.suffix.lower() not in READABLE_SUFFIXES:
             known = ", ".join(READABLE_SUFFIXES)
-            raise UsageError(f"{path}: motions are read from {known}, and only written else")
+            raise UsageError(f"{path}: motions are read from {known}, not from other formats")
         if to is not None or springs is not None:
             raise UsageError(f"{path} is a motion; --to and --springs are for figures")
         return _convert_motion(source, outputs, figure)
@@ -233,7 +233,7 @@ def _convert_motion(source: str, outputs: Sequence[Path], figure_name: str | Non
     for output in outputs:
         if output.suffix.lower() in suffixes():
             raise UsageError(
-                f"{output} is a figure and {path} a motion; give the figure to convert"
+                f"{output} is a figure and {path} a motion; convert the figure instead"
             )
     check_motion_formats(outputs)
     header, motion_of = _read_motion(path)
@@ -251,7 +251,7 @@ def _convert_motion(source: str, outputs: Sequence[Path], figure_name: str | Non
 
 
 def _read_motion(path: Path) -> tuple[Header, Callable[[Figure], FigureMotion]]:
-    """Where the motion in a file is from, and what makes it one of a figure. Raises InputError."""
+    """Read a motion: its header, and its function of the figure. Raises InputError."""
     if path.suffix.lower() == ACTION_SUFFIX:
         action = read_action(path)
         return action.header, lambda figure: motion_from_action(action, figure)
@@ -262,10 +262,10 @@ def _read_motion(path: Path) -> tuple[Header, Callable[[Figure], FigureMotion]]:
 def _figure_of_motion(
     header: Header, path: Path, requested: str | None
 ) -> tuple[Figure, tuple[Diagnostic, ...]]:
-    """The figure that is asked for, else the one that a motion names, with warnings.
+    """Load the requested figure, else the one that the motion names, with warnings.
 
-    The file of that name beside the motion and the shipped one are looked at; the first that is the
-    one the motion was made of is taken, else the first. Raises InputError.
+    Candidates are the file beside the motion and the shipped figure. A file with the checksum in
+    the motion has precedence. Raises InputError.
     """
     if requested is not None:
         return load_figure(requested)
@@ -274,8 +274,8 @@ def _figure_of_motion(
     digests = {each: file_sha256(each) for each in (beside, shipped) if each is not None}
     found = [each for each, digest in digests.items() if digest is not None]
     if not found:
-        said = f"`{path}` is a motion of `{header.figure}`, which does not lie beside it"
-        raise InputError([error(said, hint="name the figure with --figure")])
+        message = f"`{path}` is a motion of `{header.figure}`, which is not beside it"
+        raise InputError([error(message, hint="name the figure with --figure")])
     same = [each for each in found if digests[each] == header.sha256]
     return load_figure(str((same or found)[0]))
 
@@ -302,7 +302,7 @@ def _choose_model_format(source: str, output: Path, format_name: str | None) -> 
     if format_name is None and output.suffix.lower() in MOTION_FORMATS:
         raise UsageError(
             f"{output} is a motion and {source} a figure; "
-            f"`mover simulate {source} -o {output}` makes it move"
+            f"`mover simulate {source} -o {output}` simulates it"
         )
     return model_format(output, format_name)
 

@@ -12,7 +12,7 @@ from springs import SpringSet
 
 
 def describe(name: FigureName, springs: SpringsChoice = None) -> CommandResult:
-    """Show segments, masses, joints and springs of a figure."""
+    """List the segments, masses, joints and springs of a figure."""
     figure, warnings = load_figure(name)
     spring_set, more = springs_from_option(figure, springs)
     return CommandResult(

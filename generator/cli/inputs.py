@@ -1,4 +1,4 @@
-"""What commands read: a figure, its springs, its pose or motion, and what holds its joints.
+"""Inputs of commands: a figure, its springs, its pose or motion, and constraints of its joints.
 
 These are the argument FIGURE and the options `--springs`, `--pose`, `--set`, `--along`, `--links`,
 `--lock` and `--drive`.
@@ -51,7 +51,7 @@ from springs import Joining, SpringSet
 
 
 def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
-    """The figure that a path or name means, with warnings. Raises InputError."""
+    """Load a figure by its path or name, with warnings. Raises InputError."""
     parsed = parse_figure_file(name)
     return parsed.require_value(), parsed.diagnostics
 
@@ -59,7 +59,7 @@ def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
 def parse_springs_option(
     figure: Figure, choice: str | None, joining: Joining | None = None
 ) -> Parsed[LoadedSprings]:
-    """The springs that `--springs` chooses for a figure, with all faults."""
+    """Read the springs that `--springs` chooses for a figure, with diagnostics."""
     path = figure.path
     folder, stem = (None, None) if path is None else (path.parent, path.stem)
     return load_springs(figure, folder, stem, choice, joining)
@@ -68,13 +68,13 @@ def parse_springs_option(
 def springs_from_option(
     figure: Figure, choice: str | None, joining: Joining | None = None
 ) -> tuple[SpringSet, tuple[Diagnostic, ...]]:
-    """The springs that `--springs` chooses for a figure, with warnings. Raises InputError."""
+    """Load the springs that `--springs` chooses for a figure, with warnings. Raises InputError."""
     parsed = parse_springs_option(figure, choice, joining)
     return parsed.require_value().springs, parsed.diagnostics
 
 
 def simulation_obstacles(figure: Figure) -> tuple[Diagnostic, ...]:
-    """What keeps a figure that could be read from being simulated."""
+    """Return the reasons why a figure cannot be simulated."""
     return (
         *simulation_diagnostics(figure),
         *chain_errors(figure),
@@ -88,7 +88,7 @@ def loop_closure_errors(figure: Figure) -> tuple[Diagnostic, ...]:
     try:
         close_loops(tree, initial_displacements(tree))
     except OpenLoopError as failure:
-        return (error(str(failure), hint="other start values by --set may close it"),)
+        return (error(str(failure), hint="set other start values with --set"),)
     return ()
 
 
@@ -96,8 +96,8 @@ def require_simulatable(figure: Figure, warnings: tuple[Diagnostic, ...]) -> Non
     """Raise InputError, with the warnings so far, when the figure cannot be simulated."""
     faults = simulation_obstacles(figure)
     if select_errors(faults):
-        said = {fault.message for fault in faults}
-        raise InputError((*(one for one in warnings if one.message not in said), *faults))
+        messages = {fault.message for fault in faults}
+        raise InputError((*(one for one in warnings if one.message not in messages), *faults))
 
 
 def _no_moving_segment_errors(figure: Figure) -> Iterator[Diagnostic]:
@@ -109,7 +109,7 @@ def _no_moving_segment_errors(figure: Figure) -> Iterator[Diagnostic]:
 
 
 def chain_errors(figure: Figure) -> Iterator[Diagnostic]:
-    """Joints whose chains are none that one joint can hold."""
+    """Yield the errors of joints whose chains no single joint can realise."""
     for joint in figure.joints.values():
         try:
             build_chain(joint.chain)
@@ -121,7 +121,7 @@ def chain_errors(figure: Figure) -> Iterator[Diagnostic]:
 
 
 MAX_DISTANCE = 1e9
-"""Nothing may be farther from the world's origin than this [m], along any axis."""
+"""Largest coordinate in the world [m]."""
 
 DisplacementValues = dict[str, tuple[float, ...]]
 
@@ -134,7 +134,7 @@ class LoadedMotion:
     tree: Tree
 
     def placements(self) -> Iterator[Placement]:
-        """The placements of all frames, many in each. Raises MoverError for one out of reach."""
+        """Yield the placements of all frames in batches. Raises MoverError if out of range."""
         for placement in batched_placements(self.tree, self.action.displacements):
             check_segment_distances(placement)
             yield placement
@@ -143,25 +143,25 @@ class LoadedMotion:
 def placement_from_options(
     figure: Figure, pose: Path | None, sets: Sequence[str]
 ) -> tuple[Placement, tuple[Diagnostic, ...]]:
-    """The figure in its own pose, changed by a pose file and then by `JOINT=a,b,c`, with warnings.
+    """Place a figure: its own pose, changed by a pose file, then by `JOINT=a,b,c`; with warnings.
 
-    Loops are closed. The joints that are set stay as asked, and without any those of the file.
+    Loops are closed; joints of `--set`, or else of the file, keep their values.
 
     Raises:
         UsageError: `--set` cannot be read or does not fit the figure.
-        InputError: the pose file is wrong, or a joint's chain is none.
+        InputError: the pose file is wrong, or a joint's chain is invalid.
         OpenLoopError: the loops cannot be closed.
     """
     check_chains(figure)
     tree = build_tree(figure)
     from_file, faults = _read_pose(figure, pose)
-    given = displacements_from_options("--set", sets, settable_chains(figure))
+    set_values = displacements_from_options("--set", sets, settable_chains(figure))
     asked = {
         **initial_displacements(tree),
         **from_file,
-        **{name: np.array(values, dtype=float) for name, values in given.items()},
+        **{name: np.array(values, dtype=float) for name, values in set_values.items()},
     }
-    placement = close_loops(tree, asked, held=set(given or from_file))
+    placement = close_loops(tree, asked, held=set(set_values or from_file))
     check_segment_distances(placement)
     return placement, faults
 
@@ -169,10 +169,10 @@ def placement_from_options(
 def start_displacements_from_options(
     figure: Figure, pose: Path | None, sets: Sequence[str]
 ) -> tuple[DisplacementValues, tuple[Diagnostic, ...]]:
-    """The displacements that a run of a figure is told to start from [rad or m], with warnings.
+    """Return the initial displacements of a run [rad or m], with warnings.
 
-    With a pose file these are all, its loops closed; without one those that are set, and the run
-    closes the loops. Raises as `placement_asked` does.
+    With a pose file: all joints, with closed loops. Without: the joints of `--set`, and the run
+    closes the loops. Raises as `placement_from_options` does.
     """
     if pose is None:
         return displacements_from_options("--set", sets, settable_chains(figure)), ()
@@ -184,15 +184,15 @@ def start_displacements_from_options(
 def motion_from_options(
     figure: Figure, path: Path, pose: Path | None, sets: Sequence[str]
 ) -> tuple[LoadedMotion, tuple[Diagnostic, ...]]:
-    """The motion in an action file and the tree that it moves, with warnings.
+    """Load the motion in an action file and the tree that it moves, with warnings.
 
     Raises:
-        UsageError: a pose is asked for as well.
-        InputError: the file cannot be read, or a joint's chain is none.
+        UsageError: a pose is set as well.
+        InputError: the file cannot be read, or a joint's chain is invalid.
         OtherMotionError: the motion is one of another figure.
     """
     if pose is not None or sets:
-        raise UsageError("--along takes the poses from the motion, so --pose and --set do not fit")
+        raise UsageError("--along takes its poses from the motion: leave out --pose and --set")
     check_chains(figure)
     action = read_action(path)
     return LoadedMotion(action, tree_for_motion(figure, action.chains)), changed_figure_warnings(
@@ -201,22 +201,22 @@ def motion_from_options(
 
 
 def check_chains(figure: Figure) -> None:
-    """Raise InputError when a joint's chain is none that one joint can hold."""
+    """Raise InputError if no single joint can realise a joint's chain."""
     faults = tuple(chain_errors(figure))
     if select_errors(faults):
         raise InputError(faults)
 
 
 def check_segment_distances(placement: Placement) -> None:
-    """Raise MoverError when a segment is so far away that nothing can be said of it."""
+    """Raise MoverError if a segment is farther than `MAX_DISTANCE` from the origin."""
     for name, pose in placement.poses.items():
         check_distances(f"segment `{name}`", pose[..., :3, 3])
 
 
 def check_distances(what: str, positions: Array) -> None:
-    """Raise MoverError when positions, shape (..., 3) [m], are not all near enough."""
+    """Raise MoverError if positions, shape (..., 3) [m], exceed `MAX_DISTANCE`."""
     if not np.all(np.abs(positions) < MAX_DISTANCE):
-        raise MoverError(f"{what} would be more than {MAX_DISTANCE:.0e} m away from the origin")
+        raise MoverError(f"{what} is more than {MAX_DISTANCE:.0e} m from the origin")
 
 
 def _read_pose(
@@ -229,15 +229,15 @@ def _read_pose(
 
 
 def changed_figure_warnings(figure: Figure, header: Header, path: Path) -> tuple[Diagnostic, ...]:
-    """A warning where the figure's file is not the one that the motion was made of."""
+    """Warn if the figure's file is not the one that the motion was made with."""
     if figure.path is None or header.sha256 is None:
         return ()
     if sha256(figure.path.read_bytes()).hexdigest() == header.sha256:
         return ()
     return (
         warning(
-            f"`{path}` is a motion of {header.figure} as it was; `{figure.path}` differs",
-            hint="its joints are the same, its segments may not be",
+            f"`{path}` is a motion of another version of {header.figure} than `{figure.path}`",
+            hint="its joints agree, its segments may differ",
         ),
     )
 
@@ -277,12 +277,12 @@ class KinematicConstraints:
             ModelError: the links or the drives by themselves cannot be held.
         """
         tree = build_tree(figure)
-        given = displacements_from_options("--set", sets, settable_chains(figure))
+        set_values = displacements_from_options("--set", sets, settable_chains(figure))
         PrescribedMotion(tree, self.links, {}, {})
         PrescribedMotion(tree, Links(), {}, self.drives)
         asked: Displacements = {
             **initial_displacements(tree),
-            **{name: np.array(values) for name, values in given.items()},
+            **{name: np.array(values) for name, values in set_values.items()},
         }
         locked = {name: asked[name] for name in self.locked}
         try:
@@ -290,13 +290,13 @@ class KinematicConstraints:
         except ModelError as failure:
             raise UsageError(str(failure)) from None
         put = prescribed.impose_displacements(asked, start)
-        for name in given:
+        for name in set_values:
             if not all(
                 isclose(one, other, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE)
                 for one, other in zip(asked[name], put[name], strict=True)
             ):
                 raise UsageError(
-                    f"--set {name}: the joint is linked or driven, and starts elsewhere"
+                    f"--set {name}: the joint is linked or driven and starts elsewhere"
                 )
         chains = settable_chains(figure, free_root=free_root)
         try:
@@ -334,7 +334,7 @@ def constraints_from_options(
     drive: Path | None = None,
     driven: Sequence[str] = (),
 ) -> tuple[KinematicConstraints, tuple[Diagnostic, ...]]:
-    """What the options say, with warnings.
+    """Return the constraints of a run, with warnings.
 
     Args:
         figure: whose joints they are.

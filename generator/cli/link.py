@@ -34,13 +34,13 @@ _AGREEMENT_TOLERANCE = 1e-9
 def link(
     name: FigureName,
     links_file: Annotated[
-        Path, typer.Argument(metavar="LINKS.toml", help="A file of links, docs/links.md.")
+        Path, typer.Argument(metavar="LINKS.toml", help="Links file (docs/links.md).")
     ],
     pose: PoseFile = None,
     displacements: JointValues = None,
     output: PoseOutput = None,
 ) -> CommandResult:
-    """Set joints and let those follow that are linked to them.
+    """Set joints and move the joints that are linked to them.
 
     The option --set may be repeated and changes what --pose says.
     """
@@ -53,13 +53,13 @@ def link(
     check_writable(files, (figure.path, links_file, pose))
     placement, more = placement_from_options(figure, pose, displacements or ())
     moved = reading.value.follow(placement.displacements)
-    given = displacements_from_options("--set", displacements or (), settable_chains(figure))
-    _check_followers(figure, reading.value, given, moved)
+    set_values = displacements_from_options("--set", displacements or (), settable_chains(figure))
+    _check_followers(figure, reading.value, set_values, moved)
     linked = {end.joint for one in reading.value.resolved for end in (one.follower, one.control)}
-    moved = close_loops(placement.tree, moved, held=linked | set(given)).displacements
+    moved = close_loops(placement.tree, moved, held=linked | set(set_values)).displacements
     for path in files:
         write_pose_file(path, figure, moved)
-    shown = {one: row for one, row in moved.items() if one in linked or one in given}
+    shown = {one: row for one, row in moved.items() if one in linked or one in set_values}
     return CommandResult(
         text="\n\n".join(
             [
@@ -85,19 +85,22 @@ def _check_followers(
     requested: Mapping[str, Sequence[float]],
     displacements: Displacements,
 ) -> None:
-    """Raise UsageError where a setting says of a follower what does not follow."""
+    """Raise UsageError if a follower is set to another value than its link gives."""
     for one in links.resolved:
         joint, k = one.follower.joint, one.follower.index
         if joint not in requested:
             continue
-        follows, said = float(displacements[joint][k]), requested[joint][k]
-        if not isclose(follows, said, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE):
-            follows_text, said_text = (
-                _format_coordinate(figure, one.follower, value) for value in (follows, said)
+        follows, requested_value = float(displacements[joint][k]), requested[joint][k]
+        if not isclose(
+            follows, requested_value, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE
+        ):
+            follows_text, requested_text = (
+                _format_coordinate(figure, one.follower, value)
+                for value in (follows, requested_value)
             )
             raise UsageError(
                 f"--set {joint}: {one.follower} follows {one.control} and is at {follows_text}, "
-                f"not {said_text}"
+                f"not {requested_text}"
             )
 
 

@@ -32,10 +32,10 @@ FORMULA = (
 )
 
 ROUNDING_TOLERANCE = 1e-14
-"""What is smaller than this, relative to its neighbours, is shown as zero."""
+"""Values smaller than this, relative to their neighbours, are shown as zero."""
 
 MAX_FACES_LISTED = 20
-"""How many turned faces are named."""
+"""Largest number of flipped faces listed."""
 
 
 @dataclass(frozen=True)
@@ -71,21 +71,25 @@ def mass(
     density: Density,
     unit: Annotated[
         str | None,
-        typer.Option(help="What 1 means in the file: mm, cm, m, in, ft. A .pss has cm, a .glb m."),
+        typer.Option(
+            help="Length unit of the file: mm, cm, m, in, ft. Always cm in .pss, m in .glb."
+        ),
     ] = None,
     about: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,Z", help="Inertia about this point too, in the file's unit."),
+        typer.Option(
+            metavar="X,Y,Z", help="Also give the inertia about this point, in the file's unit."
+        ),
     ] = None,
     segment: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="The psurf of this segment, as lines to paste."),
+        typer.Option(metavar="NAME", help="Segment of the figure whose psurf is used."),
     ] = None,
     fix_winding: Annotated[
-        bool, typer.Option("--fix-winding", help="Turn faces that look to the wrong side.")
+        bool, typer.Option("--fix-winding", help="Flip faces that point inward.")
     ] = False,
 ) -> CommandResult:
-    """Weigh the body within a surface: volume, mass, centre of mass, inertia."""
+    """Compute the volume, mass, centre of mass and inertia of a closed surface."""
     kg_per_m3 = density_from_option("--density", density)
     surface, metres = _load_surface(file, segment, unit)
     point = None
@@ -164,7 +168,10 @@ def _summary_text(result: _MassResult) -> str:
         ["density", f"{result.density:.9g} kg/m^3 ({result.density_option}), the same everywhere"],
         ["lengths", f"1 in the file is {float(result.unit):g} m"],
         ["formula", FORMULA],
-        ["surface", f"closed; {format_count(solid.surface.face_count, 'face')}, all look outwards"],
+        [
+            "surface",
+            f"closed; {format_count(solid.surface.face_count, 'face')}, all facing outward",
+        ],
     ]
     if len(solid.flipped):
         turned = solid.flipped[:MAX_FACES_LISTED].tolist()
@@ -186,7 +193,7 @@ def _segment_statements(result: _MassResult) -> str:
 
 
 def _omitted_products_comments(products: ProductsOfInertia) -> Iterable[str]:
-    """Comments that go with moments which are not the whole of the inertia."""
+    """Yield comments on products of inertia that the figure language cannot hold."""
     yield (
         f"# products of inertia of up to {100.0 * products.ratio:.2g} % of the moments are left "
         "out:"
@@ -195,7 +202,7 @@ def _omitted_products_comments(products: ProductsOfInertia) -> Iterable[str]:
 
 
 def _format_position(position: Array, size: float) -> str:
-    """A position [m] of a body of this size, without what is rounding."""
+    """Format a position [m] of a body of this size, with rounding errors as zero."""
     return " ".join(_format_number(value, size) for value in position.tolist())
 
 

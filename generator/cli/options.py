@@ -41,53 +41,57 @@ SpringsChoice = Annotated[
     typer.Option(
         "--springs",
         metavar="FILE|NAME|none|printed",
-        help="Other springs than the figure's own: a .springs.toml or .optional file, the NAME of "
+        help="Springs instead of the figure's own: a .springs.toml or .optional file, the NAME of "
         "FIGURE.NAME.springs.toml beside it, `none`, or `printed` for the values as printed.",
     ),
 ]
 PoseFile = Annotated[
     Path | None,
-    typer.Option("--pose", metavar="FILE.pose", help="A pose, as `mover pose` writes it."),
+    typer.Option("--pose", metavar="FILE.pose", help="Pose file, as written by `mover pose`."),
 ]
 JointValues = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="JOINT=a,b,c", help="Displacements [deg or cm]."),
 ]
 JoiningLaw = Annotated[
-    Joining | None, typer.Option("--law", help="How the axes of a spherical joint join.")
+    Joining | None, typer.Option("--law", help="How the axis laws of a spherical joint combine.")
 ]
 Gravity = Annotated[
     str | None,
-    typer.Option("--gravity", metavar="X,Y,Z", help="[m/s^2], world axes; 0,-9.81,0."),
+    typer.Option(
+        "--gravity", metavar="X,Y,Z", help="Gravity [m/s^2], world axes. [default: 0,-9.81,0]"
+    ),
 ]
 LinksFile = Annotated[
     Path | None,
-    typer.Option("--links", metavar="LINKS.toml", help="Links that hold, docs/links.md."),
+    typer.Option("--links", metavar="LINKS.toml", help="Links between joints (docs/links.md)."),
 ]
 LockedJoints = Annotated[
     list[str] | None,
-    typer.Option("--lock", metavar="JOINT", help="A joint that stays at its displacement."),
+    typer.Option("--lock", metavar="JOINT", help="Joint locked at its displacement."),
 ]
 MotionFile = Annotated[
     Path | None,
-    typer.Option("--along", metavar="MOTION.action", help="A motion, in place of one pose."),
+    typer.Option("--along", metavar="MOTION.action", help="Motion, instead of a single pose."),
 ]
 TableOutput = Annotated[
     Path | None,
-    typer.Option("--output", "-o", metavar="FILE.csv", help="A row for each frame of the motion."),
+    typer.Option("--output", "-o", metavar="FILE.csv", help="Table with one row per frame."),
 ]
 PoseOutput = Annotated[
     Path | None,
-    typer.Option("--output", "-o", metavar="FILE.pose", help="Where the pose goes."),
+    typer.Option("--output", "-o", metavar="FILE.pose", help="Pose file to write."),
 ]
-Density = Annotated[str, typer.Option("--density", metavar="1.05g/cm3", help="With its unit.")]
+Density = Annotated[
+    str, typer.Option("--density", metavar="1.05g/cm3", help="Density with its unit.")
+]
 
 CM = 0.01
 """A centimetre [m]."""
 
 
 def in_display_units(values: Iterable[float], chain: Sequence[JointAxis]) -> list[float]:
-    """Displacements [rad or m] in degrees and cm."""
+    """Convert displacements [rad or m] to degrees and cm."""
     factors = (float(parse_unit(display_unit(factor)).factor) for factor in chain)
     return [float(value) / factor for value, factor in zip(values, factors, strict=True)]
 
@@ -95,7 +99,7 @@ def in_display_units(values: Iterable[float], chain: Sequence[JointAxis]) -> lis
 def displacements_data(
     figure: Figure, displacements: Mapping[str, Iterable[float]]
 ) -> list[dict[str, object]]:
-    """Displacements [rad or m] of all joints for `--json`, in degrees and cm."""
+    """Return the displacements [rad or m] of all joints for `--json`, in degrees and cm."""
     return [
         {
             "name": name,
@@ -107,31 +111,30 @@ def displacements_data(
 
 
 def in_cm(position: Array) -> list[float]:
-    """A position [m] in cm, without minus zeros."""
+    """Convert a position [m] to cm, without negative zeros."""
     return [float(part) / CM + 0.0 for part in position]
 
 
 def format_rounded(number: float, digits: int = 2) -> str:
-    """A number with a fixed count of decimals, without a minus before zero."""
+    """Format a number with fixed decimals, without negative zero."""
     return f"{round(number, digits) + 0.0:.{digits}f}"
 
 
 def xyz_cm(position: Array) -> str:
-    """A position [m] as a sentence tells it in cm: `(1.00, 2.00, 3.00) cm`."""
+    """Format a position [m] in cm: `(1.00, 2.00, 3.00) cm`."""
     return f"({', '.join(map(format_rounded, in_cm(position)))}) cm"
 
 
 MAX_COMPONENT = 1e9
-"""Beyond it a component that a person gives is a slip; see `generator.units.Bound`."""
+"""Largest component of a vector: larger ones are typing errors."""
 
 Chains = Mapping[str, Sequence[JointAxis]]
 
 
 def settable_chains(figure: Figure, *, free_root: bool = False) -> Chains:
-    """The chains that values can be given for, by joint.
+    """Return the chains whose displacements can be set, by joint.
 
-    With a free root those of the figure let go, in which joints named after the segments that fly
-    stand for those to the ground.
+    With a free root, joints named after the detached segments replace those to the ground.
     """
     if free_root:
         figure, _ = detach_root(figure, initial_displacements(build_tree(figure)))
@@ -141,11 +144,11 @@ def settable_chains(figure: Figure, *, free_root: bool = False) -> Chains:
 def displacements_from_options(
     option: str, texts: Iterable[str], chains: Chains
 ) -> dict[str, tuple[float, ...]]:
-    """What `JOINT=a,b,c` says, by joint [rad or m, or their rates]; degrees and cm are written.
+    """Parse `JOINT=a,b,c` in deg and cm, by joint [rad or m, or their rates].
 
-    Raises UsageError for what cannot be read or does not fit a chain.
+    Raises UsageError for text that is invalid or does not fit a chain.
     """
-    given: dict[str, tuple[float, ...]] = {}
+    values_by_joint: dict[str, tuple[float, ...]] = {}
     for text in texts:
         name, equals, values = text.partition("=")
         name = name.strip()
@@ -154,23 +157,23 @@ def displacements_from_options(
         if name not in chains:
             hint = spelling_hint(name, chains)
             raise UsageError(f"{option} {text}: the figure has no joint `{name}`; {hint}")
-        if name in given:
-            raise UsageError(f"{option} {text}: `{name}` was given before")
+        if name in values_by_joint:
+            raise UsageError(f"{option} {text}: `{name}` is set twice")
         parts, chain = values.split(","), chains[name]
         if len(parts) != len(chain):
             units = ",".join(map(display_unit, chain))
             raise UsageError(
                 f"{option} {text}: `{name}` takes {len(chain)} values ({units}), not {len(parts)}"
             )
-        given[name] = tuple(
+        values_by_joint[name] = tuple(
             _displacement_value(option, text, part.strip(), factor)
             for part, factor in zip(parts, chain, strict=True)
         )
-    return given
+    return values_by_joint
 
 
 def vector_from_option(option: str, text: str, largest: float = MAX_COMPONENT) -> Vector:
-    """What `X,Y,Z` says. Raises UsageError unless it is three numbers, none beyond `largest`."""
+    """Parse `X,Y,Z`. Raises UsageError unless it is three numbers of at most `largest`."""
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
@@ -186,7 +189,7 @@ def _displacement_value(option: str, text: str, part: str, factor: JointAxis) ->
     try:
         value = parse_displacement(part, display_unit(factor))
     except (ValueError, OverflowError):
-        raise UsageError(f"{option} {text}: `{part}` is no finite number") from None
+        raise UsageError(f"{option} {text}: `{part}` is not a finite number") from None
     bound = displacement_bound(factor)
     if not bound.contains(value):
         raise UsageError(f"{option} {text}: `{part}` is beyond {bound.text}")
@@ -196,11 +199,11 @@ def _displacement_value(option: str, text: str, part: str, factor: JointAxis) ->
 _QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?)\s*(.*?)\s*")
 
 MIN_DENSITY = 1e-6
-"""Below it a density that a person gives is a slip [kg/m3]."""
+"""Smallest density [kg/m3]: smaller ones are typing errors."""
 
 
 def density_from_option(option: str, text: str) -> float:
-    """The density [kg/m3] that `1.05g/cm3` says; its unit must stand there. Raises UsageError."""
+    """Parse a density [kg/m3] such as `1.05g/cm3`, with its unit. Raises UsageError."""
     density = _quantity_from_option(option, text, Dimension.DENSITY, "1.05g/cm3")
     if not density >= MIN_DENSITY:
         raise UsageError(f"{option} {text}: a density is at least {MIN_DENSITY:g} kg/m3")
@@ -208,12 +211,12 @@ def density_from_option(option: str, text: str) -> float:
 
 
 def length_from_option(option: str, text: str) -> float:
-    """The length [m] that `1cm` says; zero alone needs no unit. Raises UsageError."""
+    """Parse a length [m] such as `1cm`; zero needs no unit. Raises UsageError."""
     return _quantity_from_option(option, text, Dimension.LENGTH, "1cm")
 
 
 def length_unit_from_option(option: str, text: str) -> Fraction:
-    """The length [m] that a unit such as `mm` names. Raises UsageError."""
+    """Parse a unit of length [m] such as `mm`. Raises UsageError."""
     return _unit_factor(option, text, text, Dimension.LENGTH)
 
 
@@ -245,7 +248,7 @@ def _unit_factor(option: str, text: str, unit: str, dimension: Dimension) -> Fra
         raise UsageError(f"{option} {text}: {failure}; {failure.hint}") from None
     if named.powers != DIMENSION_POWERS[dimension]:
         raise UsageError(
-            f"{option} {text}: `{unit}` is no unit of {dimension.value}; "
+            f"{option} {text}: `{unit}` is not a unit of {dimension.value}; "
             f"give one of {UNIT_EXAMPLES[dimension]}"
         )
     return named.factor

@@ -30,16 +30,16 @@ def check_writable(
 
 
 def check_distinct_paths(paths: Sequence[Path]) -> None:
-    """Raise UsageError for one file given twice."""
+    """Raise UsageError for a file listed twice."""
     targets: set[str] = set()
     for path in paths:
         if realpath(path) in targets:
-            raise UsageError(f"{path}: the file was given before")
+            raise UsageError(f"{path}: the file is listed twice")
         targets.add(realpath(path))
 
 
 def check_motion_formats(paths: Sequence[Path]) -> None:
-    """Raise UsageError for a suffix that names no format of motions, and for a file given twice."""
+    """Raise UsageError for a suffix without a motion format, or a file listed twice."""
     for path in paths:
         motion_writer(path)
     check_distinct_paths(paths)
@@ -52,24 +52,24 @@ def check_suffix(path: Path, suffix: str, file_kind: str) -> None:
 
 
 def suffix_fault(path: Path) -> str:
-    """Return the reason why the suffix of a path does not do, as part of a sentence."""
-    return f"`{path.suffix}` is no known suffix" if path.suffix else "the suffix is missing"
+    """Return the reason why a suffix is refused, as part of a sentence."""
+    return f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
 
 
 def check_pose_output(path: Path | None) -> None:
-    """Raise UsageError for a file that is to hold a pose and has another suffix."""
+    """Raise UsageError unless the file has the suffix of pose files."""
     if path is not None:
         check_suffix(path, POSE_SUFFIX, "a pose file")
 
 
 def check_table_output(output: Path | None, along: Path | None) -> None:
-    """Raise UsageError for an output that is no table, or for one of a single pose."""
+    """Raise UsageError unless the output is a table of a motion."""
     if output is None:
         return
     if along is None:
-        raise UsageError("-o writes a row for each frame of a motion, so it goes with --along")
+        raise UsageError("-o writes one row per frame of a motion: add --along")
     if output.suffix.lower() != ".csv":
-        raise UsageError(f"{output}: the table is a file of comma-separated values, .csv")
+        raise UsageError(f"{output}: the table must be a .csv file")
 
 
 def unwritable_file_error(path: Path, reason: str) -> Diagnostic:
@@ -78,13 +78,13 @@ def unwritable_file_error(path: Path, reason: str) -> Diagnostic:
 
 
 def already_written_errors(files: Iterable[Path]) -> Iterator[Diagnostic]:
-    """Name the files that were written before one that could not be."""
-    yield from (error(f"`{file}` was written before and is complete") for file in files)
+    """Yield a message for each file that was written before the failure."""
+    yield from (error(f"`{file}` was already written and is complete") for file in files)
 
 
 @contextmanager
 def writing(path: Path, before: Iterable[Path] = ()) -> Generator[None]:
-    """Turn what keeps a file from being written into an InputError or a MoverError.
+    """Convert errors of writing a file to InputError, and of its format to MoverError.
 
     Args:
         path: the file.
@@ -113,7 +113,7 @@ def write_pose_file(
 
 
 LossesByPath = Mapping[Path, Losses]
-"""What the files that were written do not hold."""
+"""Losses of each written file."""
 
 OutputWriter = Callable[[Path], Losses]
 """Writes a file, or a folder of files, to a path, and returns what was lost."""
@@ -134,15 +134,15 @@ def write_motion(motion: FigureMotion, paths: Sequence[Path]) -> LossesByPath:
 
 
 def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByPath:
-    """Write files, and folders of files, when all of them can be.
+    """Write files, and folders of files: all of them or none.
 
-    Each is made beside its place under a hidden name (`.NAME.xxxxxxxx.part`), and none takes its
-    place before all are made.
+    Each is first written beside its target under a hidden name (`.NAME.xxxxxxxx.part`); all are
+    renamed at the end.
 
     Raises:
-        InputError: a file cannot be written; it names those that stand already, which happens only
-            where the disk fails at the end.
-        MoverError: a format cannot hold what is to be written.
+        InputError: a file cannot be written; it lists the files already in place, if the disk fails
+            at the end.
+        MoverError: a format cannot represent the content.
     """
     parts: dict[Path, Path] = {}
     try:
@@ -156,7 +156,7 @@ def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByP
         ]
         if blocked:
             raise InputError(
-                [unwritable_file_error(path, "it is no directory") for path in blocked]
+                [unwritable_file_error(path, "it is not a directory") for path in blocked]
             )
         files = [file for path, part in parts.items() for file in _output_files(path, part)]
         check_writable([target for target, _ in files if target.parent.exists()], ())
@@ -171,7 +171,7 @@ def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByP
 
 
 def _output_files(path: Path, part: Path) -> Iterator[tuple[Path, Path]]:
-    """Yield the files of an output: where each will stand, and where it was made."""
+    """Yield the target and the temporary path of each file of an output."""
     if part.is_dir():
         yield from ((path / made.name, made) for made in sorted(part.iterdir()))
     else:
@@ -187,7 +187,7 @@ def _remove(part: Path) -> None:
 
 
 def losses_text(written: LossesByPath) -> str:
-    """What the files do not hold, for people; empty where nothing is to be said."""
+    """List the losses of files as text; empty if there are none."""
     parts = [
         "\n".join([f"not in {path}:", *(f"  {loss}" for loss in losses.entries)])
         for path, losses in written.items()
@@ -197,5 +197,5 @@ def losses_text(written: LossesByPath) -> str:
 
 
 def losses_data(written: LossesByPath) -> dict[str, object]:
-    """What the files do not hold, for `--json`, by file."""
+    """Return the losses by file for `--json`."""
     return {str(path): losses.to_json() for path, losses in written.items()}

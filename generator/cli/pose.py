@@ -41,7 +41,7 @@ def pose(
         ),
     ] = None,
 ) -> CommandResult:
-    """Show and keep a pose: displacements of all joints, positions of all sites.
+    """Show or save a pose: displacements of all joints, positions of all sites.
 
     The option --set may be repeated and changes what --pose says.
     """

@@ -46,7 +46,7 @@ def settle(
     locks: LockedJoints = None,
     output: PoseOutput = None,
 ) -> CommandResult:
-    """Find the pose in which a figure comes to rest under gravity and its springs.
+    """Find the equilibrium pose of a figure under gravity and its springs.
 
     The options --set and --lock may be repeated.
     """
@@ -76,7 +76,7 @@ def settle(
         rest = come_to_rest(figure, plan)
     except NoEquilibriumError as failure:
         return CommandResult(
-            text=f"{name} is not at rest, and nothing is written",
+            text=f"{name} has no equilibrium pose; nothing was written",
             data={"figure": name, "error": str(failure)},
             diagnostics=faults,
             code=ExitCode.RUN_FAILED,
@@ -120,11 +120,11 @@ def _pose_text(figure: Figure, rest: "Equilibrium") -> str:
 
 
 def _numbers_text(rest: "Equilibrium") -> str:
-    rows = [["largest force left", f"{rest.residual:.2g} N m or N"]]
+    rows = [["residual force", f"{rest.residual:.2g} N m or N"]]
     if rest.stiffness is not None and rest.slowest_rate_squared is not None:
         rows.append(["smallest stiffness", f"{rest.stiffness:.4g} {rest.stiffness_unit}"])
         rows.append(
-            ["square of the slowest motion's rate", f"{rest.slowest_rate_squared:.4g} 1/s^2"]
+            ["squared rate of the slowest motion", f"{rest.slowest_rate_squared:.4g} 1/s^2"]
         )
     if rest.has_growing_motions:
         rows.append(["small motions grow at a rate of", f"{rest.growth:.4g} 1/s"])

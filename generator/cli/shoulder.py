@@ -45,24 +45,20 @@ class Rhythm(StrEnum):
 
 def shoulder(
     name: FigureName,
-    side: Annotated[Side, typer.Option(help="Which arm.")],
-    latitude: Annotated[float, typer.Option(help="Of the elbow [deg]; 0 overhead, 180 hanging.")],
-    longitude: Annotated[
-        float, typer.Option(help="Of the elbow [deg]; 0 ahead, 90 to the arm's own side.")
-    ],
-    rhythm: Annotated[
-        Rhythm, typer.Option(help="How the clavicle follows the arm.")
-    ] = Rhythm.OTANI,
+    side: Annotated[Side, typer.Option(help="Side of the arm.")],
+    latitude: Annotated[float, typer.Option(help="Elbow latitude [deg]: 0 overhead, 180 hanging.")],
+    longitude: Annotated[float, typer.Option(help="Elbow longitude [deg]: 0 forward, 90 outward.")],
+    rhythm: Annotated[Rhythm, typer.Option(help="Rhythm of the clavicle.")] = Rhythm.OTANI,
     output: PoseOutput = None,
 ) -> CommandResult:
-    """Position an arm by where its elbow points, with the clavicle and the natural twist."""
+    """Pose an arm by the direction of its elbow, with clavicle and natural twist."""
     for option, value in (("--latitude", latitude), ("--longitude", longitude)):
         if not isfinite(value):
             raise UsageError(f"{option} {value}: the number must be finite")
         if not (bound := INPUT_BOUNDS[Dimension.ANGLE]).contains(radians(value)):
             raise UsageError(f"{option} {value:g}: {bound}")
     if not 0.0 <= latitude <= 180.0:
-        raise UsageError(f"--latitude {latitude:g}: it is between 0, overhead, and 180, hanging")
+        raise UsageError(f"--latitude {latitude:g}: must be between 0 (overhead) and 180 (hanging)")
     check_pose_output(output)
     figure, warnings = load_figure(name)
     files = [] if output is None else [output]
@@ -153,7 +149,9 @@ def _jumps_text(jumps: Sequence[Jump]) -> str:
         f"{degrees(jump.distance):.2g} deg away, at {jump.place}"
         for jump in jumps
     ]
-    return "\n".join(["Near a jump, where a small motion of the arm is a large one:", *lines])
+    return "\n".join(
+        ["Near a discontinuity, where a small motion of the arm changes an angle by much:", *lines]
+    )
 
 
 def _rhythm_text(figure: Figure, side: str, rhythm: ShoulderRhythm) -> str:

@@ -49,50 +49,53 @@ if TYPE_CHECKING:
     from generator.simulation.run import Progress
 
 MAX_FRAMES = 1_000_000
-"""A recording of more frames would fill the memory."""
+"""Largest number of frames of a recording, for the memory."""
 
 
 def simulate(
     name: FigureName,
-    stop: Annotated[float | None, typer.Option(help="Time at which the run ends [s]; 1.")] = None,
-    start: Annotated[float | None, typer.Option(help="Time at which it begins [s]; 0.")] = None,
-    frame: Annotated[float | None, typer.Option(help="Interval of frames [s]; 0.02.")] = None,
+    stop: Annotated[float | None, typer.Option(help="End time [s]. [default: 1]")] = None,
+    start: Annotated[float | None, typer.Option(help="Start time [s]. [default: 0]")] = None,
+    frame: Annotated[float | None, typer.Option(help="Frame interval [s]. [default: 0.02]")] = None,
     tolerance: Annotated[
-        float | None, typer.Option(help="Largest joint-angle error asked for [rad]; 1e-3.")
+        float | None, typer.Option(help="Joint-angle error tolerance [rad]. [default: 1e-3]")
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="A fixed step [s], without an error estimate.")
+        float | None, typer.Option(help="Fixed time step [s]; disables error control.")
     ] = None,
     springs: SpringsChoice = None,
     law: JoiningLaw = None,
     gravity: Gravity = None,
     free_root: Annotated[
-        bool, typer.Option("--free-root", help="Let the figure fly: no joints to the ground.")
+        bool, typer.Option("--free-root", help="Remove the joints to the ground.")
     ] = False,
     pose: PoseFile = None,
     displacements: JointValues = None,
     velocities: Annotated[
         list[str] | None,
-        typer.Option("--velocity", metavar="JOINT=a,b,c", help="Initial rates [deg/s or cm/s]."),
+        typer.Option(
+            "--velocity", metavar="JOINT=a,b,c", help="Initial velocities [deg/s or cm/s]."
+        ),
     ] = None,
     loads: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Forces and moments that vary in time.")
+        Path | None, typer.Option(metavar="FILE.csv", help="Time-varying forces and moments.")
     ] = None,
     links: LinksFile = None,
     locks: LockedJoints = None,
     drive: Annotated[
         Path | None,
-        typer.Option(metavar="MOTION.action|.csv", help="A motion that joints follow."),
+        typer.Option(metavar="MOTION.action|.csv", help="Prescribed motion of joints."),
     ] = None,
     driven: Annotated[
         list[str] | None,
-        typer.Option(metavar="JOINT", help="Only these joints of the --drive file; all."),
+        typer.Option(metavar="JOINT", help="Joint to drive from the --drive file. [default: all]"),
     ] = None,
     python_torques: Annotated[
-        bool, typer.Option("--python-torques", help="Torques as Python functions: slower, equal.")
+        bool,
+        typer.Option("--python-torques", help="Evaluate torques in Python: slower, same result."),
     ] = False,
     wall_limit: Annotated[
-        float | None, typer.Option(help="Longest time that the run may take [s]; 600.")
+        float | None, typer.Option(help="Limit of computing time [s]. [default: 600]")
     ] = None,
     outputs: Annotated[
         list[Path] | None,
@@ -100,19 +103,21 @@ def simulate(
             "--output",
             "-o",
             metavar="FILE",
-            help="Where the motion goes: .action .csv .npz .glb .bvh .mot .sto .x3d.",
+            help="Motion file to write: .action .csv .npz .glb .bvh .mot .sto .x3d.",
         ),
     ] = None,
     *,
     show_progress: bool = False,
 ) -> CommandResult:
-    """Let a figure move under gravity, loads and its passive joints.
+    """Simulate a figure under gravity, loads and passive joint torques.
 
     The options --set, --velocity, --lock, --driven and -o may be repeated.
     """
     files = outputs or []
     if step is not None and tolerance is not None:
-        raise UsageError("--step fixes the step, so --tolerance has no meaning beside it")
+        raise UsageError(
+            "--step and --tolerance exclude each other: a fixed step has no error control"
+        )
     numbers = {
         "stop": stop,
         "start": start,
@@ -132,8 +137,7 @@ def simulate(
     )
     if (plan.stop - plan.start) / plan.frame > MAX_FRAMES:
         raise UsageError(
-            f"the run would have more than {MAX_FRAMES:,} frames; "
-            "use a longer --frame or an earlier --stop"
+            f"more than {MAX_FRAMES:,} frames; use a longer --frame or an earlier --stop"
         )
     check_motion_formats(files)
     figure, diagnostics = load_figure(name)
@@ -193,7 +197,7 @@ def simulate(
 def _limit_to_drive_times(
     plan: Plan, start: float | None, stop: float | None, constraints: KinematicConstraints
 ) -> Plan:
-    """The plan from the first to the last time that all drives tell of, unless others are given."""
+    """Limit a plan to the common time range of all drives, unless the user set start or stop."""
     if not constraints.drives:
         return plan
     drives = constraints.drives.values()
@@ -207,7 +211,7 @@ def _limit_to_drive_times(
 
 
 def _replace_plan(plan: Plan, **changes: Any) -> Plan:
-    """The plan with changes. Raises UsageError for a plan that there is not."""
+    """Return the plan with changes. Raises UsageError for invalid values."""
     try:
         return replace(plan, **changes)
     except ValueError as failure:
@@ -215,7 +219,7 @@ def _replace_plan(plan: Plan, **changes: Any) -> Plan:
 
 
 def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> dict[str, object]:
-    """The object that `simulate --json` prints."""
+    """Return the summary of a run for `--json`."""
     accuracy, outcome = recording.accuracy, recording.outcome
     return {
         "figure": figure,
@@ -242,7 +246,7 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
 
 
 def summary_text(recording: Recording, files: Sequence[Path]) -> str:
-    """Outcome, error, energies, drift, times and files, for people."""
+    """Format outcome, error, energies, drift, times and files."""
     energies = [("energy [J]", "first frame", "last frame", "change")]
     energies += [
         (kind, *(f"{value:.6g}" for value in (first, last, last - first)))
@@ -257,7 +261,7 @@ def summary_text(recording: Recording, files: Sequence[Path]) -> str:
 
 
 def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
-    """Why a run failed and what became of its frames; None for a run that is done."""
+    """Return the failure of a run and the fate of its frames; None for a finished run."""
     if recording.outcome.succeeded:
         return None
     kept = f"the frames up to {recording.times[-1]:.4g} s were"
@@ -270,12 +274,12 @@ def _run_statistics(recording: Recording, files: Sequence[Path]) -> list[tuple[s
     accuracy = recording.accuracy
     rows = [
         ("springs", f"{recording.springs}, {recording.law} law"),
-        ("drift", f"{recording.constraint_drift:.2g} m between sites that joints hold together"),
-        ("steps", f"{accuracy.steps} in all, the shortest {1000.0 * accuracy.step:.4g} ms"),
+        ("drift", f"{recording.constraint_drift:.2g} m, largest gap between sites of one joint"),
+        ("steps", f"{accuracy.steps}, the shortest {1000.0 * accuracy.step:.4g} ms"),
         ("time", f"{recording.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),
     ]
     if recording.strayed > 0.0:
-        strayed = f"{recording.strayed:.2g} rad or m in what is locked, linked or driven"
+        strayed = f"{recording.strayed:.2g} rad or m in locked, linked or driven joints"
         rows.insert(2, ("", strayed))
     return rows + [("wrote", str(path)) for path in files]
 
@@ -283,12 +287,12 @@ def _run_statistics(recording: Recording, files: Sequence[Path]) -> list[tuple[s
 def _accuracy(recording: Recording) -> str:
     accuracy = recording.accuracy
     if accuracy.asked is None:
-        return "error not estimated, since the step was fixed"
+        return "error not estimated: the step was fixed"
     estimate, asked = finite_or_none(accuracy.estimate), f"{accuracy.asked:.1e} rad"
     if estimate is None:
-        return f"error not estimated, since too few passes ended; {asked} was asked for"
-    held = f"held until {accuracy.held_until:g} s"
-    return f"estimated error {estimate:.1e} rad; {asked} was asked for and {held}"
+        return f"error not estimated: too few passes finished (tolerance {asked})"
+    met = f"met until {accuracy.held_until:g} s"
+    return f"estimated joint-angle error {estimate:.1e} rad (tolerance {asked}, {met})"
 
 
 def _simulated_time(recording: Recording) -> float:

@@ -63,7 +63,7 @@ _FACES_PATTERN = re.compile(r"(\w+)(?::\s*([0-9]{1,9}(?:\s*,\s*[0-9]{1,9})*))?")
 def support_from_options(
     figure: Figure, texts: Sequence[str], below: float | None, up: Vector
 ) -> Support:
-    """The support that the options ask for.
+    """Return the support that the options define.
 
     Args:
         figure: that stands on it.
@@ -76,7 +76,7 @@ def support_from_options(
         InputError: a psurf is missing or wrong.
     """
     if bool(texts) == (below is not None):
-        raise UsageError("what supports the figure is said by --support or by --below, one of them")
+        raise UsageError("give either --support or --below")
     if below is not None:
         return LowFaces(figure, below, up)
     return FixedSupport([_patch_from_text(figure, text) for text in texts])
@@ -96,12 +96,12 @@ def _patch_from_text(figure: Figure, text: str) -> Patch:
 
 
 MAX_SUPPORTS_LISTED = 3
-"""So many supports are named, more are counted."""
+"""Supports are listed up to this number, else counted."""
 
 
 @dataclass(frozen=True)
 class PoseStability:
-    """How a figure stands in one pose, on what, and where its centre of mass is [m]."""
+    """Stability of a figure in one pose, its supports and its centre of mass [m]."""
 
     centre: Array
     points: Points
@@ -114,23 +114,25 @@ def stability(
         list[str] | None,
         typer.Option(
             metavar="SEGMENT[:FACE,...]|SEGMENT.SITE",
-            help="What carries the figure: faces of a segment's psurf, counted from 1, or all of "
+            help="Support of the figure: faces of a segment's psurf, numbered from 1, or all of "
             "them, or a site. May be repeated.",
         ),
     ] = None,
     below: Annotated[
         str | None,
-        typer.Option(metavar="HEIGHT", help="In its place: all faces at or below, such as 1cm."),
+        typer.Option(
+            metavar="HEIGHT", help="Support on all faces at or below this height, such as 1cm."
+        ),
     ] = None,
     up: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Normal of the ground; 0,1,0.")
+        str | None, typer.Option(metavar="X,Y,Z", help="Normal of the ground. [default: 0,1,0]")
     ] = None,
     pose: PoseFile = None,
     displacements: JointValues = None,
     along: MotionFile = None,
     output: TableOutput = None,
 ) -> CommandResult:
-    """Test whether the centre of mass stands over the support, in a pose or along a motion."""
+    """Test whether the centre of mass is over the support, in a pose or along a motion."""
     check_table_output(output, along)
     normal = _up_direction(up)
     height = None if below is None else length_from_option("--below", below)
@@ -167,28 +169,30 @@ def stability(
 
 
 def stability_sentence(found: Stability) -> str:
-    """How a figure stands, in words."""
+    """Return a sentence on the stability of a figure."""
     distance = f"{format_rounded(abs(found.margin) / CM)} cm"
     shape = {1: "a single point", 2: "a single line"}.get(len(found.corners))
     if found.balance is Balance.UNSUPPORTED:
-        return "not balanced, because nothing supports the figure"
+        return "not balanced, nothing supports the figure"
     if found.balance is Balance.INSIDE:
-        return f"balanced, the centre of mass stands {distance} inside the edge of the support"
+        return f"balanced, the centre of mass is {distance} inside the edge of the support"
     if found.balance is Balance.ON_EDGE:
         if shape is None:
-            return "on the verge, the centre of mass stands on the edge of the support"
-        return f"on the verge, the support is {shape} right under the centre of mass"
+            return "marginal, the centre of mass is on the edge of the support"
+        return f"marginal, the support is {shape} directly below the centre of mass"
     if shape is None:
-        return f"not balanced, the centre of mass stands {distance} outside the support"
-    return f"not balanced, the support is {shape} and the centre of mass stands {distance} off it"
+        return f"not balanced, the centre of mass is {distance} outside the support"
+    return f"not balanced, the support is {shape} and the centre of mass is {distance} off it"
 
 
 def _up_direction(text: str | None) -> Vector:
     up = np.array(Y_UP if text is None else vector_from_option("--up", text, largest=inf))
     largest = np.abs(up).max()
     if largest == 0.0:
-        raise UsageError(f"--up {text}: a direction has a length other than zero")
-    x, y, z = unit_vector(up / largest).tolist()  # the squares of very long vectors are no floats
+        raise UsageError(f"--up {text}: the direction must not be zero")
+    x, y, z = unit_vector(
+        up / largest
+    ).tolist()  # first scaled: squares of large components overflow
     return x, y, z
 
 
@@ -276,7 +280,7 @@ def _summary(motion: LoadedMotion, states: Sequence[PoseStability]) -> str:
 
 
 def _format_csv(motion: LoadedMotion, states: Sequence[PoseStability]) -> str:
-    """Balance, margin and centre of mass of every frame, under the header of the motion."""
+    """Format balance, margin and centre of mass of every frame as CSV, with the motion's header."""
     lines = [f"# {line}" for line in motion.action.header.lines()]
     lines.append("time [s],balance,margin [cm],x [cm],y [cm],z [cm]")
     for time, one in zip(motion.action.times.tolist(), states, strict=True):

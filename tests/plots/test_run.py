@@ -281,5 +281,5 @@ def test_ctrl_c_before_a_plate_is_done(tmp_path: Path):
     said, told = process.communicate()
     assert process.returncode == 3
     assert said == ""
-    assert told == "error: interrupted before there was anything to write\n"
+    assert told == "error: interrupted before anything was computed\n"
     assert [path.name for path in tmp_path.iterdir()] == ["number"]

@@ -299,14 +299,14 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
         (("--stop", "1e9"), "use a longer --frame or an earlier --stop"),
         (("--stop", "soon"), "Invalid value for '--stop'"),
         (("--wall-limit", "0"), "the wall limit must be positive"),
-        (("-o", "a.csv", "-o", "./a.csv"), "a.csv: the file was given before"),
+        (("-o", "a.csv", "-o", "./a.csv"), "a.csv: the file is listed twice"),
         (("--free-root", "--velocity", "shoulder=1,2,3"), "the figure has no joint `shoulder`"),
         (("--stop", "inf"), "--stop inf: the number must be finite"),
         (("--frame", "nan"), "--frame nan: the number must be finite"),
         (("--frame", "0"), "frame must be positive"),
         (("--frame", "1e-9"), "more than 1,000,000 frames"),
         (("--step", "-1"), "the step must be positive"),
-        (("--step", "0.001", "--tolerance", "0.1"), "--step fixes the step"),
+        (("--step", "0.001", "--tolerance", "0.1"), "--step and --tolerance exclude each other"),
         (("--law", "cubic"), "cubic"),
         (("--gravity", "0,-9.81"), "expected three numbers"),
         (("--gravity", "0,0,inf"), "the numbers must be finite"),
@@ -316,9 +316,9 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
             "the figure has no joint `shouldre`; did you mean `shoulder`?",
         ),
         (("--set", "shoulder=1,2"), "`shoulder` takes 3 values (deg,deg,deg), not 2"),
-        (("--set", "shoulder=1,2,x"), "`x` is no finite number"),
-        (("--set", "shoulder=1,2,1e999"), "`1e999` is no finite number"),
-        (("--set", "shoulder=1,2,3", "--set", "shoulder=1,2,3"), "`shoulder` was given before"),
+        (("--set", "shoulder=1,2,x"), "`x` is not a finite number"),
+        (("--set", "shoulder=1,2,1e999"), "`1e999` is not a finite number"),
+        (("--set", "shoulder=1,2,3", "--set", "shoulder=1,2,3"), "`shoulder` is set twice"),
         (("--velocity", "shouldre=1,2,3"), "--velocity shouldre=1,2,3: the figure has no joint"),
         (("--strict",), "--strict"),
     ],
@@ -585,7 +585,7 @@ def test_an_output_that_is_full_is_told(words: str):
         line, shell=True, env=ENVIRONMENT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 1
-    assert done.stderr == "error: the answer could not be written: No space left on device\n"
+    assert done.stderr == "error: the output could not be written: No space left on device\n"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a device that is full")
@@ -634,8 +634,8 @@ def test_ctrl_c_while_modules_are_loaded_is_told(module: str):
         check=False,
     )
     assert done.returncode == 3
-    assert done.stderr == "error: interrupted before there was anything to write\n"
-    assert json.loads(done.stdout) == {"error": "interrupted before there was anything to write"}
+    assert done.stderr == "error: interrupted before anything was computed\n"
+    assert json.loads(done.stdout) == {"error": "interrupted before anything was computed"}
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a shell that closes streams")

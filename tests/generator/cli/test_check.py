@@ -208,7 +208,7 @@ def test_a_springs_file_that_is_not_there(tmp_path: Path):
 def test_springs_of_springs_are_wrong_usage():
     result = mover("check", SPRINGS, "--springs", "none")
     assert result.exit_code == 2
-    assert "--springs goes with a figure" in result.stderr
+    assert "--springs applies to a figure" in result.stderr
 
 
 def test_a_law_over_several_joints_is_told_whole():

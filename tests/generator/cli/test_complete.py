@@ -124,7 +124,7 @@ def test_nothing_missing_is_said_and_the_text_stays(tmp_path):
     output = tmp_path / "same.fig"
     result = mover("complete", "prototype", "--density", "1g/cm3", "-o", output)
     assert result.exit_code == 0
-    assert "nothing was missing" in result.stdout
+    assert "nothing that a psurf gives was missing" in result.stdout
     assert output.read_bytes() == (FIGURES / "prototype.fig").read_bytes()
 
 

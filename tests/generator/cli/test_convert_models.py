@@ -55,7 +55,7 @@ def test_a_springs_file_that_was_not_named_is_kept(tmp_path):
     springs.write_text("# mine\n")
     result = mover("convert", model, figure)
     assert result.exit_code == 1
-    assert f"`{springs}` stands already with other springs" in result.stderr
+    assert f"`{springs}` exists with other springs" in result.stderr
     assert springs.read_text() == "# mine\n"
     assert not figure.exists()
 

@@ -227,18 +227,18 @@ def test_the_standing_figure_is_balanced():
         "right_lower_leg:496",
     }
     text = mover("stability", "prototype", "--below", "0cm").stdout
-    assert "prototype: balanced, the centre of mass stands 5.04 cm inside the edge" in text
+    assert "prototype: balanced, the centre of mass is 5.04 cm inside the edge" in text
 
 
 @pytest.mark.parametrize(
     ("words", "balance", "said"),
     [
-        (["--below=-5 mm"], "unsupported", "not balanced, because nothing supports the figure"),
+        (["--below=-5 mm"], "unsupported", "not balanced, nothing supports the figure"),
         (["--support", "body_root.base"], "outside", "is a single point and the centre of mass"),
         (
             ["--support", "left_lower_leg.distal", "--support", "right_lower_leg.distal"],
             "outside",
-            "is a single line and the centre of mass stands 0.44 cm off it",
+            "is a single line and the centre of mass is 0.44 cm off it",
         ),
         (["--support", "left_lower_leg"], "outside", "cm outside the support"),
         (["--below", "0", "--set", "waist=0,0,-60"], "outside", "cm outside the support"),
@@ -272,7 +272,7 @@ def test_a_point_right_under_the_centre_is_on_the_verge(tmp_path):
     said = answer("stability", figure, "--support", "top.tip")
     assert (said["balance"], said["margin_cm"], said["direction"]) == ("on the edge", 0.0, None)
     assert said["sentence"] == (
-        "on the verge, the support is a single point right under the centre of mass"
+        "marginal, the support is a single point directly below the centre of mass"
     )
     leaning = answer("stability", figure, "--support", "top.tip", "--set", "ball=0,0,90")
     assert leaning["margin_cm"] == pytest.approx(-5.0)
@@ -325,13 +325,22 @@ def test_frames_without_support_have_no_margin(bending, tmp_path):
         (["com", "prototype", "--segments", "waist"], "no segment `waist`"),
         (["com", "prototype", "--segments", ""], "no segment ``"),
         (["com", "prototype", "--segments", "body_root"], "part of the ground"),
-        (["com", "prototype", "-o", "x.csv"], "it goes with --along"),
-        (["com", "prototype", "-o", "x.txt", "--along", "a.action"], "comma-separated"),
-        (["com", "prototype", "--along", "a.action", "--set", "waist=0,0,0"], "do not fit"),
-        (["stability", "prototype"], "by --support or by --below"),
-        (["stability", "prototype", "--below", "1cm", "--support", "a"], "by --support or by"),
+        (["com", "prototype", "-o", "x.csv"], "add --along"),
+        (
+            ["com", "prototype", "-o", "x.txt", "--along", "a.action"],
+            "the table must be a .csv file",
+        ),
+        (
+            ["com", "prototype", "--along", "a.action", "--set", "waist=0,0,0"],
+            "leave out --pose and --set",
+        ),
+        (["stability", "prototype"], "give either --support or --below"),
+        (
+            ["stability", "prototype", "--below", "1cm", "--support", "a"],
+            "give either --support or",
+        ),
         (["stability", "prototype", "--below", "high"], "expected a length such as 1cm"),
-        (["stability", "prototype", "--below", "1kg"], "no unit of a length"),
+        (["stability", "prototype", "--below", "1kg"], "not a unit of a length"),
         (["stability", "prototype", "--below", "1cn"], "unknown unit `cn`"),
         (["stability", "prototype", "--below", "1e999cm"], "a length is at most 1e9 m"),
         (["stability", "prototype", "--below", "1e12cm"], "a length is at most 1e9 m"),
@@ -345,7 +354,7 @@ def test_frames_without_support_have_no_margin(bending, tmp_path):
         (["stability", "prototype", "--support", "left_lower_leg:x"], "expected SEGMENT"),
         (["stability", "prototype", "--support", "left_lower_leg.top"], "no site `top`"),
         (["stability", "prototype", "--support", ""], "expected SEGMENT"),
-        (["stability", "prototype", "--below", "1cm", "--up", "0,0,0"], "other than zero"),
+        (["stability", "prototype", "--below", "1cm", "--up", "0,0,0"], "must not be zero"),
         (["stability", "prototype", "--below", "1cm", "--up", "0,nan,0"], "finite"),
         (["stability", "prototype", "--below", "1cm", "--up", "up"], "X,Y,Z"),
     ],
@@ -415,8 +424,8 @@ def test_a_motion_of_the_figure_as_it_was_is_warned_of(bending, tmp_path):
     result = mover("com", "prototype", "--along", path)
     assert result.exit_code == 0
     assert "warning" in result.stderr
-    assert "as it was" in result.stderr
-    assert "as it was" not in mover("com", "prototype", "--along", bending).stderr
+    assert "another version of" in result.stderr
+    assert "another version of" not in mover("com", "prototype", "--along", bending).stderr
 
 
 def test_a_figure_is_not_written_over():

@@ -63,7 +63,7 @@ def test_the_json_has_what_the_text_says():
     text = ask(90, 0).stdout
     assert f"would miss by {data['printed_miss_deg']:.1f} deg" in text
     assert "21.307,18.000" in text
-    assert "Near a jump" not in text
+    assert "Near a discontinuity" not in text
 
 
 def test_the_table_of_the_page_is_what_the_command_says():
@@ -86,7 +86,7 @@ def test_the_table_of_the_page_is_what_the_command_says():
 
 def test_jumps_near_by_are_told():
     told = ask(40, 224).stdout
-    assert "Near a jump, where a small motion of the arm is a large one:" in told
+    assert "Near a discontinuity, where a small motion of the arm changes an angle by much:" in told
     assert "twist jumps by 40 deg" in told
     assert "the seam behind the back" in told
     (near,) = json.loads(ask(40, 224, "--json").stdout)["near"]
@@ -111,7 +111,7 @@ def test_a_figure_without_clavicles_is_posed_from_the_torso():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((181, 0), "--latitude 181: it is between 0, overhead, and 180, hanging"),
+        ((181, 0), "--latitude 181: must be between 0 (overhead) and 180 (hanging)"),
         (("nan", 0), "--latitude nan: the number must be finite"),
         ((90, "inf"), "--longitude inf: the number must be finite"),
         ((90, "1e300"), "--longitude 1e+300: an angle is at most 1e6 deg"),

@@ -239,7 +239,7 @@ def test_the_command_takes_the_folder_s_name_for_its_format(tmp_path):
     with pytest.raises(InputError, match="turns about two axes"):
         convert("clavicles", [folder])
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be written: it is no directory"):
+    with pytest.raises(InputError, match="cannot be written: it is not a directory"):
         convert("pendulum", [tmp_path / "file"], to="dyspam")
 
 
