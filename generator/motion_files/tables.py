@@ -1,4 +1,9 @@
-"""A motion as a table of comma-separated values, with its header in lines that begin with `#`."""
+"""A motion as a table of displacements: `.csv`, and OpenSim's `.mot` (deg) and `.sto` (rad).
+
+A `.csv` has its header in lines that begin with `#`. In OpenSim's tables a displacement is the
+coordinate `JOINT_k`, k from 1 in the order of the chain, the innermost axis first; times are
+seconds, lengths metres.
+"""
 
 from collections.abc import Iterator
 from functools import partial
