@@ -88,7 +88,7 @@ def test_a_mesh_without_a_unit_is_refused(tmp_path, suffix):
     [
         ("open", "the surface is open: 4 edges belong to one face only: 1-2, 2-3, 3-4, 4-1"),
         ("inside_out", "the surface is inside out: its faces point inwards, and its volume is -1e"),
-        ("turned", "faces 2 (line 11), 5 (line 14) are turned"),
+        ("turned", "faces 2 (line 11), 5 (line 14) are flipped"),
         ("edge_of_four", "touches itself: edges belong to more than two faces: 3-7 to 4"),
         ("not_planar", "face 2 (line 11) is not planar"),
         ("void_outwards", "its volume would count twice"),

@@ -84,7 +84,7 @@ def posed(**moved):
 def standing(support, **moved):
     placement = posed(**moved)
     centre = segment_masses(prototype().figure).centre(placement.poses)
-    return stability(centre, support.at(placement.poses).positions)
+    return stability(centre, support.points_in_pose(placement.poses).positions)
 
 
 def test_the_figure_stands_on_the_lowest_faces_of_its_shanks():
