@@ -233,9 +233,9 @@ def test_a_segment_that_is_asked_for_twice_counts_once():
 
 
 def test_no_mass_has_no_centre():
-    with pytest.raises(MoverError, match="there is no mass"):
+    with pytest.raises(MoverError, match="so there is no centre of mass"):
         segment_masses(figure([ground()], []))
-    with pytest.raises(MoverError, match="there is no mass"):
+    with pytest.raises(MoverError, match="so there is no centre of mass"):
         segment_masses(with_segment(mass=0.0), ["left_lower_leg"])
 
 
