@@ -121,8 +121,8 @@ def write_atomic(path: Path, content: str | bytes) -> None:
     It goes to a temporary file in the same folder, which takes the place of `path` once the
     disk has it all. Who kills the program before that finds the old file, or none, and at worst the
     temporary one (`.NAME.xxxxxxxx.part`). A link is followed, and the file that it names replaced;
-    the new file has the mode of the old one. Only regular files are replaced, and no read-only ones, though
-    the system would let the owner of the folder do it.
+    the new file has the mode of the old one. Only regular files are replaced, and no read-only
+    ones, though the system would let the owner of the folder do it.
 
     Raises OSError when the file cannot be written.
     """

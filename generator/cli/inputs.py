@@ -161,7 +161,7 @@ def placement_from_options(
         **from_file,
         **{name: np.array(values, dtype=float) for name, values in set_values.items()},
     }
-    placement = close_loops(tree, asked, held=set(set_values or from_file))
+    placement = close_loops(tree, asked, fixed=set(set_values or from_file))
     check_segment_distances(placement)
     return placement, faults
 

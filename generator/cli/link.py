@@ -56,7 +56,7 @@ def link(
     set_values = displacements_from_options("--set", displacements or (), settable_chains(figure))
     _check_followers(figure, reading.value, set_values, moved)
     linked = {end.joint for one in reading.value.resolved for end in (one.follower, one.control)}
-    moved = close_loops(placement.tree, moved, held=linked | set(set_values)).displacements
+    moved = close_loops(placement.tree, moved, fixed=linked | set(set_values)).displacements
     for path in files:
         write_pose_file(path, figure, moved)
     shown = {one: row for one, row in moved.items() if one in linked or one in set_values}

@@ -69,7 +69,7 @@ class Surface:
     text: SurfaceText | None = None
 
     def __post_init__(self) -> None:
-        """Refuse vertices that are no points, and faces with too few corners or unknown ones."""
+        """Refuse vertices that are not points, and faces with too few corners or unknown ones."""
         arrays: tuple[tuple[str, NDArray[np.generic]], ...] = (
             ("vertices", np.array(self.vertices, dtype=np.float64)),
             ("corners", np.array(self.corners, dtype=np.int64)),
@@ -181,7 +181,7 @@ class Surface:
         return number if len(self.text.block_starts) == 1 else f"{block + 1}:{number}"
 
     def face_span(self, face: int) -> Span | None:
-        """Where a face is written, for a surface that comes from a text."""
+        """Place of a face in its text, for a surface that comes from a text."""
         if self.text is None:
             return None
         start, end = self.text.face_spans[face].tolist()

@@ -26,17 +26,17 @@ class OpenLoopError(MoverError):
 
 
 def close_loops(
-    tree: Tree, displacements: Displacements, held: Set[str] = frozenset()
+    tree: Tree, displacements: Displacements, fixed: Set[str] = frozenset()
 ) -> Placement:
     """Return the placement at `displacements` with its loops closed.
 
-    Without loops that is the requested pose. Otherwise the joints that are not `held` change as
+    Without loops that is the requested pose. Otherwise the joints that are not `fixed` change as
     little as possible; the displacements of the closing joints follow from the pose.
 
     Args:
         tree: the figure.
         displacements: of all joints [rad or m].
-        held: names of the joints whose displacements must not change.
+        fixed: names of the joints whose displacements must not change.
 
     Raises:
         OpenLoopError: no pose nearby closes the loops; the message names the joint and the gap.
@@ -45,11 +45,11 @@ def close_loops(
     if not tree.closures:
         return placement
     followed = _closing_displacements(placement, displacements)
-    moved = [followed[name] - displacements[name] for name in followed.keys() & held]
+    moved = [followed[name] - displacements[name] for name in followed.keys() & fixed]
     if np.max(np.abs(np.concatenate([_loop_gaps(placement), *moved]))) > MAX_LOOP_GAP:
-        placement = _solve_loops(tree, displacements, held)
+        placement = _solve_loops(tree, displacements, fixed)
         followed = _closing_displacements(placement, displacements)
-    _check_loops_closed(placement, displacements, followed, held)
+    _check_loops_closed(placement, displacements, followed, fixed)
     return Placement(tree, {**placement.displacements, **followed}, placement.poses)
 
 
@@ -73,10 +73,10 @@ def _loop_gaps(placement: Placement) -> Array:
     return np.concatenate(gaps)
 
 
-def _solve_loops(tree: Tree, target: Displacements, held: Set[str]) -> Placement:
+def _solve_loops(tree: Tree, target: Displacements, fixed: Set[str]) -> Placement:
     """Return the placement whose free joints are moved until the loops close."""
-    free = [b.joint for b in tree.joints if b.joint.name not in held and b.joint.chain]
-    fixed_closures = [joint for joint in tree.closures if joint.name in held]
+    free = [b.joint for b in tree.joints if b.joint.name not in fixed and b.joint.chain]
+    fixed_closures = [joint for joint in tree.closures if joint.name in fixed]
     cuts = np.cumsum([joint.degrees_of_freedom for joint in free])[:-1]
 
     def place(values: Array) -> Placement:
@@ -107,9 +107,9 @@ def _solve_loops(tree: Tree, target: Displacements, held: Set[str]) -> Placement
 
 
 def _check_loops_closed(
-    placement: Placement, target: Displacements, closing: Mapping[str, Array], held: Set[str]
+    placement: Placement, target: Displacements, closing: Mapping[str, Array], fixed: Set[str]
 ) -> None:
-    """Raise OpenLoopError when a loop is open or a held closing joint has moved."""
+    """Raise OpenLoopError when a loop is open or a fixed closing joint has moved."""
     for joint in placement.tree.closures:
         gap = placement.tree.chains[joint.name].pose_residual(placement.pose_in_parent(joint))
         if np.max(np.abs(gap)) > MAX_LOOP_GAP:
@@ -118,7 +118,7 @@ def _check_loops_closed(
                 f"{1000.0 * float(np.linalg.norm(gap[3:])):.4g} mm and "
                 f"{round(np.degrees(float(np.linalg.norm(gap[:3]))), 6):.3g} deg apart"
             )
-        if joint.name in held:
+        if joint.name in fixed:
             off = np.max(np.abs(closing[joint.name] - target[joint.name]), initial=0.0)
             if off > 1e-6:
                 raise OpenLoopError(
@@ -126,10 +126,10 @@ def _check_loops_closed(
                 )
 
 
-def consistent_rates(placement: Placement, rates: Displacements, held: Set[str]) -> Array:
+def consistent_rates(placement: Placement, rates: Displacements, fixed: Set[str]) -> Array:
     """Return rates of the tree's displacements that keep loops closed, (n,) [rad/s or m/s].
 
-    Joints that are not `held` change by the least squares. Raises OpenLoopError when the held
+    Joints that are not `fixed` change by the least squares. Raises OpenLoopError when the fixed
     rates open a loop.
     """
     tree = placement.tree
@@ -143,7 +143,7 @@ def consistent_rates(placement: Placement, rates: Displacements, held: Set[str])
         motion = relative_jacobian(placement, maps, joint)
         twists = tree.chains[joint.name].twists(placement.displacements[joint.name])
         twists = _twists_at_child(twists, placement.pose_in_parent(joint)[:3, 3]).T
-        if joint.name in held:
+        if joint.name in fixed:
             rows.append(motion)
             targets.append(twists @ rates[joint.name])
         else:
@@ -152,7 +152,7 @@ def consistent_rates(placement: Placement, rates: Displacements, held: Set[str])
             targets.append(np.zeros(6))
     loops, target = np.vstack(rows), np.concatenate(targets)
     may_change = np.concatenate(
-        [np.full(joint.degrees_of_freedom, joint.name not in held) for joint in joints]
+        [np.full(joint.degrees_of_freedom, joint.name not in fixed) for joint in joints]
     )
     change = np.linalg.lstsq(loops[:, may_change], target - loops @ requested, rcond=1e-10)[0]
     result = requested.copy()

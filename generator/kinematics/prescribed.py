@@ -137,11 +137,13 @@ class PrescribedMotion:
     @cached_property
     def free_coordinates(self) -> tuple[Coordinate, ...]:
         """Displacements that are not prescribed."""
-        held = self._driven_coordinates | self.links.followers
-        return tuple(f for f in self.coordinates if f not in held and f.joint not in self.locked)
+        determined = self._driven_coordinates | self.links.followers
+        return tuple(
+            f for f in self.coordinates if f not in determined and f.joint not in self.locked
+        )
 
     @cached_property
-    def held(self) -> frozenset[str]:
+    def fixed_joints(self) -> frozenset[str]:
         """Names of the joints that are prescribed, at least in part, or control others."""
         linked = {f.joint for one in self.links.resolved for f in (one.follower, one.control)}
         return frozenset({*self.locked, *self.drives, *linked})
@@ -190,7 +192,7 @@ class PrescribedMotion:
 
     def check_free_root(self, joints: Container[str]) -> None:
         """Raise ModelError for a prescribed joint that is not left with a free root."""
-        for name in sorted(self.held):
+        for name in sorted(self.fixed_joints):
             if name not in joints:
                 raise ModelError(
                     f"joint {name} connects the figure to the ground and is removed by a free "
@@ -206,7 +208,7 @@ class PrescribedMotion:
             closing = ", ".join(joint.name for joint in self.tree.closures)
             raise ModelError(
                 f"the loop closed by {closing} is over-constrained: it leaves fewer motions than "
-                f"are prescribed for {', '.join(sorted(self.held))}"
+                f"are prescribed for {', '.join(sorted(self.fixed_joints))}"
             )
 
 

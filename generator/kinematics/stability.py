@@ -87,11 +87,11 @@ def stability(centre: ArrayLike, points: ArrayLike, up: ArrayLike = Y_UP) -> Sta
         ValueError: `up` is zero, or a number is not finite.
     """
     where = np.asarray(centre, dtype=float)
-    given = np.asarray(points, dtype=float).reshape(-1, 3)
-    if not (np.all(np.isfinite(where)) and np.all(np.isfinite(given))):
+    support_points = np.asarray(points, dtype=float).reshape(-1, 3)
+    if not (np.all(np.isfinite(where)) and np.all(np.isfinite(support_points))):
         raise ValueError("positions must be finite")
     plane = rotation_with_z_axis(up)[:, :2]
-    c, flat = where @ plane, given @ plane
+    c, flat = where @ plane, support_points @ plane
     sources = _hull_indices(flat)
     corners = flat[sources]
     margin, pivot, direction = _nearest_edge(c, corners)

@@ -111,11 +111,13 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     }
     prescribed = _build_prescribed_motion(tree, plan, displacements)
     displacements = prescribed.impose_displacements(displacements, plan.start)
-    fixed = set(plan.displacements) | prescribed.held
-    placement = close_loops(tree, displacements, held=fixed)
+    fixed = set(plan.displacements) | prescribed.fixed_joints
+    placement = close_loops(tree, displacements, fixed=fixed)
     if plan.free_root:
         freed, free_displacements = detach_root(figure, placement.displacements)
-        placement = close_loops(build_tree(freed), free_displacements, held=set(free_displacements))
+        placement = close_loops(
+            build_tree(freed), free_displacements, fixed=set(free_displacements)
+        )
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
@@ -194,7 +196,9 @@ def _build_from_initial_state(
     if mbs is None:
         container = exu.SystemContainer()
         mbs = container.AddSystem()
-    rates = consistent_rates(placement, start.rates, held=set(plan.velocities) | prescribed.held)
+    rates = consistent_rates(
+        placement, start.rates, fixed=set(plan.velocities) | prescribed.fixed_joints
+    )
     bodies, _ = add_bodies(mbs, placement, rates, plan.gravity)
     sites = {
         f"{segment.name}.{site.name}": add_marker(

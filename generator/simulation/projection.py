@@ -39,7 +39,7 @@ def constraint_drift(
     return {
         name: np.max(np.abs(imposed[name] - actual[name]), axis=1)
         for name in joints
-        if name in prescribed.held
+        if name in prescribed.fixed_joints
     }
 
 
@@ -172,10 +172,12 @@ def _close_loops_by_frame(
             placement = close_loops(
                 prescribed.tree,
                 {name: rows[k] for name, rows in displacements.items()},
-                held=prescribed.held,
+                fixed=prescribed.fixed_joints,
             )
             speeds[k] = consistent_rates(
-                placement, {name: rows[k] for name, rows in rates.items()}, held=prescribed.held
+                placement,
+                {name: rows[k] for name, rows in rates.items()},
+                fixed=prescribed.fixed_joints,
             )
             values[k] = kinematics.displacement_vector(placement.displacements)
         except OpenLoopError:

@@ -142,14 +142,14 @@ def test_in_a_closed_loop_the_centre_follows_the_rates_that_keep_it_closed():
     tree = build_tree(read_figure(FIGURES / "fourbar.fig"))
     closed = close_loops(tree, initial_displacements(tree))
     rates = {name: np.zeros(1) for name in tree.figure.joints} | {"crank_bearing": np.ones(1)}
-    moving = consistent_rates(closed, rates, held={"crank_bearing"})
+    moving = consistent_rates(closed, rates, fixed={"crank_bearing"})
     by_joint = dict(zip((b.joint.name for b in tree.joints), moving, strict=True))
     order = [by_joint.get(name, 0.0) for name in tree.figure.joints]
     velocity = centre_of_mass_jacobian(closed) @ order
 
     def turned(angle):
         asked = {**closed.displacements, "crank_bearing": np.array([np.pi + angle])}
-        return centre_of_mass(close_loops(tree, asked, held={"crank_bearing"}))
+        return centre_of_mass(close_loops(tree, asked, fixed={"crank_bearing"}))
 
     assert np.allclose(velocity, (turned(1e-5) - turned(-1e-5)) / 2e-5, atol=1e-7)
     assert np.linalg.norm(velocity) > 0.1

@@ -53,7 +53,7 @@ def test_a_closed_pose_stays() -> None:
 @pytest.mark.parametrize("crank", np.radians([150.0, 200.0, 230.0]))
 def test_an_open_pose_is_closed_around_the_held_joint(crank) -> None:
     tree, asked = fourbar(crank_bearing=crank)
-    placement = close_loops(tree, asked, held={"crank_bearing"})
+    placement = close_loops(tree, asked, fixed={"crank_bearing"})
     assert placement.displacements["crank_bearing"] == pytest.approx([crank], abs=1e-12)
     assert gaps(placement) < 1e-9
     far = {
@@ -69,14 +69,14 @@ def test_a_closing_joint_can_be_held() -> None:
     tree, asked = fourbar()
     closing = tree.closures[0].name
     asked[closing] = asked[closing] + 0.2
-    placement = close_loops(tree, asked, held={closing})
+    placement = close_loops(tree, asked, fixed={closing})
     assert placement.displacements[closing] == pytest.approx(asked[closing], abs=1e-8)
     assert gaps(placement) < 1e-9
 
 
 def test_displacements_of_the_closing_joint_follow_from_the_pose() -> None:
     tree, asked = fourbar(crank_bearing=np.radians(200.0))
-    placement = close_loops(tree, asked, held={"crank_bearing"})
+    placement = close_loops(tree, asked, fixed={"crank_bearing"})
     joint = tree.closures[0]
     found = tree.chains[joint.name].pose(placement.displacements[joint.name])
     assert np.allclose(found, placement.pose_in_parent(joint), atol=1e-8)
@@ -91,7 +91,7 @@ def test_a_pose_that_cannot_close_is_refused_with_the_gap() -> None:
     )
     missing = 1000.0 * (np.linalg.norm(rocker - crank) - 0.3)
     with pytest.raises(OpenLoopError, match=r"mm") as caught:
-        close_loops(tree, asked, held={"crank_bearing", "rocker_bearing"})
+        close_loops(tree, asked, fixed={"crank_bearing", "rocker_bearing"})
     told = float(str(caught.value).split(" mm")[0].split()[-1])
     assert told == pytest.approx(missing, rel=0.01)
 
@@ -99,7 +99,7 @@ def test_a_pose_that_cannot_close_is_refused_with_the_gap() -> None:
 def test_a_loop_with_nothing_free_is_refused() -> None:
     tree, asked = fourbar(crank_bearing=np.radians(200.0))
     with pytest.raises(OpenLoopError, match="mm"):
-        close_loops(tree, asked, held=set(asked))
+        close_loops(tree, asked, fixed=set(asked))
 
 
 def test_a_held_closing_joint_that_cannot_stay_is_refused() -> None:
@@ -107,7 +107,7 @@ def test_a_held_closing_joint_that_cannot_stay_is_refused() -> None:
     closing = tree.closures[0].name
     asked[closing] = asked[closing] + 0.2
     with pytest.raises(OpenLoopError, match=closing):
-        close_loops(tree, asked, held={closing, "crank_bearing"})
+        close_loops(tree, asked, fixed={closing, "crank_bearing"})
 
 
 def test_velocities_keep_the_loop_closed() -> None:
@@ -172,7 +172,7 @@ def test_the_order_of_the_joints_does_not_matter() -> None:
     tree, asked = fourbar(crank_bearing=np.radians(200.0))
     other = build_tree(replace(tree.figure, joints=dict(reversed(tree.figure.joints.items()))))
     assert other.closures != tree.closures
-    placements = [close_loops(t, asked, held={"crank_bearing"}) for t in (tree, other)]
+    placements = [close_loops(t, asked, fixed={"crank_bearing"}) for t in (tree, other)]
     # One freedom is held and the linkage has no other: the pose is the same.
     for name in ("crank", "coupler", "rocker"):
         assert np.allclose(placements[0].poses[name], placements[1].poses[name], atol=1e-8)

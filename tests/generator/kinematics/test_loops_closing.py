@@ -20,7 +20,7 @@ def test_no_joint_goes_round_that_need_not(crank) -> None:
     tree = build_tree(FOURBAR)
     drawn = initial_displacements(tree)
     asked = {**drawn, "crank_bearing": np.radians([crank])}
-    placement = close_loops(tree, asked, held={"crank_bearing"})
+    placement = close_loops(tree, asked, fixed={"crank_bearing"})
     for name in ("crank_pin", "rocker_bearing", "rocker_pin"):
         assert abs(placement.displacements[name][0] - drawn[name][0]) <= np.pi + 1e-9
     ends = (
