@@ -3,11 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from generator.rotations import Array
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 MIN_ROW_INTERVAL = 1e-6
 """Smallest interval between rows from which rates can be computed [s]."""
@@ -103,7 +106,9 @@ class Drive:
         return float(self.times[-1])
 
     @cached_property
-    def _splines(self) -> tuple[CubicSpline, CubicSpline]:
+    def _splines(self) -> "tuple[CubicSpline, CubicSpline]":
+        from scipy.interpolate import CubicSpline
+
         spline = CubicSpline(np.asarray(self.times, float), np.asarray(self.values, float))
         return spline, spline.derivative()
 

@@ -10,7 +10,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
@@ -44,6 +43,8 @@ def cross_matrix(vector: ArrayLike) -> Array:
 
 def matrix_from_rotation_vector(vector: ArrayLike) -> Array:
     """Return exp([r]x) for r = angle times axis [rad]; shape (..., 3) to (..., 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
     v = np.asarray(vector, dtype=float)
     flat = Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix()
     return flat.reshape(*v.shape[:-1], 3, 3)
@@ -51,6 +52,8 @@ def matrix_from_rotation_vector(vector: ArrayLike) -> Array:
 
 def rotation_vector_from_matrix(matrix: ArrayLike) -> Array:
     """Return the rotation vector, of length 0 to pi [rad]; shape (..., 3, 3) to (..., 3)."""
+    from scipy.spatial.transform import Rotation
+
     m = np.asarray(matrix, dtype=float)
     flat = Rotation.from_matrix(m.reshape(-1, 3, 3)).as_rotvec()
     return flat.reshape(*m.shape[:-2], 3)

@@ -11,7 +11,6 @@ from typing import cast
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from scipy.optimize import nnls
 
 from springs.backends import Array
 from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, polynomial
@@ -160,6 +159,8 @@ def _fit_restoring(x: Array, torques: Array) -> Array:
     where G R^-1 z >= -G R^-1 Q^T T, and its dual is one of non-negative least squares (Lawson &
     Hanson 1974, chapter 23).
     """
+    from scipy.optimize import nnls
+
     q, r = np.linalg.qr(np.vander(x, 4, increasing=True))
     target = q.T @ torques
     constraints = np.linalg.solve(r.T, _RESTORING_CONSTRAINTS.T)

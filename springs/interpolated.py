@@ -13,7 +13,6 @@ from math import isfinite
 from typing import TypeAlias
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from springs.backends import NUMPY, Operations, Real
 from springs.cubic import Coefficients, antiderivative, polynomial
@@ -77,6 +76,8 @@ class Interpolated:
     @cached_property
     def _pieces(self) -> tuple[_CubicPiece, ...]:
         """The tangent before the first point, the cubics, the tangent after the last point."""
+        from scipy.interpolate import PchipInterpolator
+
         angles, torques = np.array(self.points).T
         curve = PchipInterpolator(angles, torques)
         cubics = [tuple(column[::-1]) for column in np.asarray(curve.c).T.tolist()]

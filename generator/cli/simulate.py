@@ -255,7 +255,10 @@ def summary_text(recording: Recording, files: Sequence[Path]) -> str:
     balance = recording.energy_balance
     kept = [float(balance[0]), float(balance[-1]), float(balance[-1] - balance[0])]
     energies.append(("sum less work", *(f"{value:.6g}" for value in kept)))
-    lines = [recording.outcome.message, _accuracy(recording), "", format_table(energies), ""]
+    lines = [recording.outcome.message]
+    if not recording.outcome.succeeded or finite_or_none(recording.accuracy.estimate) is None:
+        lines.append(_accuracy(recording))
+    lines += ["", format_table(energies), ""]
     lines.append(format_table(_run_statistics(recording, files), left_columns=2))
     return "\n".join(lines)
 

@@ -18,8 +18,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from generator.diagnostics import Source, Span
 from generator.inertia import MassProperties
@@ -289,6 +287,9 @@ def build_edges(surface: Surface) -> Edges:
 
 def component_labels(count: int, links: Indices) -> Indices:
     """The connected component of each of `count` nodes, shape (count,); links have shape (2, n)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     marks = np.ones(links.shape[1], dtype=np.int8)
     graph = coo_array((marks, (links[0], links[1])), (count, count))
     _, labels = connected_components(graph, directed=False)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Set
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from generator.diagnostics import MoverError
 from generator.figure import AxisKind
@@ -75,6 +74,8 @@ def _loop_gaps(placement: Placement) -> Array:
 
 def _solve_loops(tree: Tree, target: Displacements, fixed: Set[str]) -> Placement:
     """Return the placement whose free joints are moved until the loops close."""
+    from scipy.optimize import least_squares
+
     free = [b.joint for b in tree.joints if b.joint.name not in fixed and b.joint.chain]
     fixed_closures = [joint for joint in tree.closures if joint.name in fixed]
     cuts = np.cumsum([joint.degrees_of_freedom for joint in free])[:-1]

@@ -12,7 +12,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import ConvexHull
 
 from generator.diagnostics import InputError, UsageError, error, spelling_hint
 from generator.figure import Figure, Segment, SiteRef
@@ -119,6 +118,8 @@ def _hull_indices(points: Array) -> NDArray[np.intp]:
 
     Two for collinear points, one for coincident points, none without points.
     """
+    from scipy.spatial import ConvexHull
+
     if not len(points):
         return np.zeros(0, dtype=np.intp)
     near = points - np.mean(points, axis=0)

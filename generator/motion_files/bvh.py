@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
 
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, unrepresented
@@ -160,6 +159,8 @@ def _motion(
 
 def _resample(times: Array, bone: Bone, frame_times: Array) -> tuple[Array, Array]:
     """Turns (k, 3, 3) and shifts (k, 3) [m] of a bone at the times of a raster (k,)."""
+    from scipy.spatial.transform import Rotation, Slerp
+
     count = len(frame_times)
     if np.array_equal(times[:count], frame_times):
         return bone.rotations[:count], bone.translations[:count]

@@ -11,7 +11,6 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from generator.figure import Figure, Segment
 from generator.kinematics.placement import forward_kinematics
@@ -28,6 +27,8 @@ def continuous_quaternions(matrices: Array) -> Array:
     has the sign that brings it nearer to the one before, so that what lies between two of them is
     the short way.
     """
+    from scipy.spatial.transform import Rotation
+
     quaternions = np.asarray(Rotation.from_matrix(matrices).as_quat(), dtype=float)
     first = -1.0 if quaternions[0, 3] < 0.0 else 1.0
     products = np.sum(quaternions[1:] * quaternions[:-1], axis=1)
@@ -41,6 +42,8 @@ def axis_angles(matrices: Array) -> Array:
 
     Angles are from 0 to pi; where there is no turn, the axis is y.
     """
+    from scipy.spatial.transform import Rotation
+
     vectors = np.asarray(Rotation.from_matrix(matrices).as_rotvec(), dtype=float)
     angles = np.linalg.norm(vectors, axis=1)
     still = angles == 0.0

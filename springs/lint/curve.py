@@ -11,7 +11,6 @@ from itertools import pairwise
 from math import ceil, degrees, floor, pi, radians
 
 import numpy as np
-from scipy.optimize import brentq
 
 from springs.backends import FLOATS, Array
 from springs.damping import Damping
@@ -85,6 +84,8 @@ class SampledCurve:
     @cached_property
     def sign_intervals(self) -> tuple[SignInterval, ...]:
         """Intervals of one sign, in order, divided at the zeros of the torque."""
+        from scipy.optimize import brentq
+
         signs = np.sign(np.where(np.abs(self.torques) > self.rounding_torque, self.torques, 0.0))
         cuts = np.flatnonzero(np.diff(signs)).tolist()
         edges = [(self.low, self.low)]
