@@ -134,6 +134,10 @@ class JointAxis:
     kind: AxisKind
     axis: Vector
 
+    def __post_init__(self) -> None:
+        """Accept the letter of a kind. Raises ValueError for any other value."""
+        object.__setattr__(self, "kind", AxisKind(self.kind))
+
 
 @dataclass(frozen=True)
 class Joint:
