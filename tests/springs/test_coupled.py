@@ -70,7 +70,7 @@ def test_torques_are_minus_the_gradient_of_energy(law, angles):
 
 def test_torques_that_are_no_gradient_have_no_energy():
     assert not MOTOR.is_conservative
-    with pytest.raises(NotConservativeError, match="about hip flexion, knee flexion are no grad"):
+    with pytest.raises(NotConservativeError, match="hip flexion, knee flexion are not a grad"):
         MOTOR.energy((0.0, 0.0))
 
 

@@ -196,10 +196,10 @@ def test_fans_make_up_the_faces():
 @given(surfaces(), st.integers(0, 255))
 def test_turning_faces_turns_these_faces(surface, bits):
     mask = np.array([bool(bits >> k & 1) for k in range(surface.face_count)])
-    turned = surface.with_turned(mask)
+    turned = surface.with_flipped_faces(mask)
     expected = [f[::-1] if m else f for f, m in zip(surface.faces, mask, strict=True)]
     assert list(turned.faces) == expected
-    assert turned.with_turned(mask).faces == surface.faces
+    assert turned.with_flipped_faces(mask).faces == surface.faces
 
 
 @given(surfaces())

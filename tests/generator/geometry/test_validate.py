@@ -100,7 +100,7 @@ def test_turned_faces_are_named_even_when_they_are_the_most(turned):
     (message,) = refused(with_turned(box(), *turned))
     names = ", ".join(str(k + 1) for k in turned)
     verb = "face {} is" if len(turned) == 1 else "faces {} are"
-    assert message.startswith(verb.format(names) + " turned: ")
+    assert message.startswith(verb.format(names) + " flipped: ")
 
 
 def test_a_void_that_looks_outwards_is_refused():
@@ -126,7 +126,7 @@ def test_all_that_is_wrong_is_told_at_once():
     assert len(told) == 3
     assert told[0].startswith("the surface is inside out in the part of face 1")
     assert told[1].startswith("a shell within a body faces outwards in the part of face 19")
-    assert told[2].startswith("face 9 is turned")
+    assert told[2].startswith("face 9 is flipped")
 
 
 def test_four_faces_at_an_edge_are_refused():
@@ -158,7 +158,7 @@ def test_a_body_pinched_to_a_point_is_used_with_a_warning():
     solid = build_solid(surface(cells(filled)))
     assert solid.volume == pytest.approx(25.0)
     (warning,) = solid.warnings
-    assert "in a point: vertex (2 2 2)" in warning.message
+    assert "at a point: vertex (2 2 2)" in warning.message
 
 
 def test_a_face_off_its_plane_is_refused():

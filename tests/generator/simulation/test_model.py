@@ -164,7 +164,7 @@ def test_a_figure_in_which_nothing_moves() -> None:
 
 
 def test_a_chain_that_no_joint_holds() -> None:
-    with pytest.raises(ModelError, match="translation stands between"):
+    with pytest.raises(ModelError, match="translation is between"):
         build_model(one_body(chain("Rx Ty Rz")), Plan(), NONE)
 
 

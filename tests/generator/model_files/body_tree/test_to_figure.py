@@ -34,6 +34,7 @@ AXES = st.sampled_from(
         (0.48, 0.6, 0.64),
     ]
 )
+KINDS = [AxisKind.ROTATION, AxisKind.ROTATION, AxisKind.TRANSLATION]
 POINTS = st.sampled_from([(0.0, 0.0, 0.0), (0.1, -0.2, 0.3), (0.0, 0.0, 0.4)])
 VALUES = st.floats(-pi, pi)
 VECTORS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
@@ -46,7 +47,7 @@ def rows(draw):
     freedoms = tuple(
         DegreeOfFreedom(
             f"q{k}",
-            draw(st.sampled_from("RRT")),
+            draw(st.sampled_from(KINDS)),
             draw(AXES),
             draw(POINTS),
             stiffness=draw(st.sampled_from([0.0, 3.0])),
