@@ -178,7 +178,7 @@ def _summary_text(result: _MassResult) -> str:
         names = ", ".join(solid.surface.face_name(face) for face in turned)
         more = len(solid.flipped) - len(turned)
         names += f" and {more} more" if more else ""
-        rows.append(["turned", f"{format_count(len(solid.flipped), 'face')}: {names}"])
+        rows.append(["flipped", f"{format_count(len(solid.flipped), 'face')}: {names}"])
     if solid.merged_vertex_count:
         rows.append(["joined", f"vertices at the place of others: {solid.merged_vertex_count}"])
     return f"{name}: {count}, {format_count(voids, 'void')}\n" + format_table(rows, left_columns=2)

@@ -200,7 +200,9 @@ def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
         )
     if chain.translations:
         return error(
-            f"{who} cannot be written for DYSPAM: it is prismatic", place, _SUPPORTED_JOINTS_HINT
+            f"{who} cannot be written for DYSPAM: it has a translation",
+            place,
+            _SUPPORTED_JOINTS_HINT,
         )
     if len(chain.rotations) == 2:
         return error(

@@ -114,7 +114,7 @@ def test_faults_are_told_to_programs_as_well():
 def test_turned_faces_are_mended_and_named():
     result = mover("mass", FAULTS / "psurf" / "turned.pss", *DENSITY, "--fix-winding")
     assert result.exit_code == 0
-    assert "turned   2 faces: 2 (line 11), 5 (line 14)" in result.stdout
+    assert "flipped  2 faces: 2 (line 11), 5 (line 14)" in result.stdout
     said = json.loads(
         mover("mass", FAULTS / "psurf" / "turned.pss", *DENSITY, "--fix-winding", "--json").stdout
     )

@@ -130,8 +130,8 @@ def test_what_is_lost_of_springs_that_are_written(tmp_path):
 
 
 REFUSED = [
-    ("Tx", "is prismatic"),
-    ("Rx Tx", "is prismatic"),
+    ("Tx", "has a translation"),
+    ("Rx Tx", "has a translation"),
     ("Rx Ry", "turns about two axes"),
     ("", "is rigid"),
     ("Rx Rs Ry", "each rotation axis must be perpendicular"),
