@@ -3,12 +3,15 @@
 `[[curve]]`, `[[coupled]]`, `[[rhythm]]` and `[[range]]` are its rows; `[defaults]` stands in for
 keys that a row leaves out. Units, senses and ranges are named beside the numbers and turned here
 into radians, N m, and torques on the child in the sense of our angles.
+
+The tables are our own: misspelt and missing keys are reported, types of values are not checked.
 """
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from itertools import chain
 from math import inf, radians
-from typing import Any, cast
+from typing import Any, TypeVar
 
 from springs.coupled import CoupledExponential, CoupledTerm
 from springs.elastic import Range
@@ -28,6 +31,9 @@ from springs.published.shoulder_rhythm import (
     Regression,
 )
 
+_Row = Mapping[str, Any]
+_Parsed = TypeVar("_Parsed")
+
 _SHARED_KEYS = ("reference", "doi", "sureness", "place", "note", "formula", "convention")
 _ROW_KEYS = {
     "curve": (
@@ -42,9 +48,8 @@ _ROW_KEYS = {
     "rhythm": ("name", "bone", "plane", "coefficients", "points_deg", "lines_deg", "minus_deg"),
     "range": ("motion", "deg", "at_least", "deviation_deg", "moment_Nm", "age"),
 }
-_MUSCLE_FORMULA = "M = -gradient of sum of exp(rates . angles - |first rate| slack)/|first rate|"
-_SUM_FORMULA = "M = constant + sum of sign exp(c + hip h + knee k + ankle a)"
 _REGRESSION_NAMES = ("c", "y", "z", "r", "rest")
+_SIGNS = {+1: +1, -1: -1}
 
 
 class PublishedError(ValueError):
@@ -61,266 +66,187 @@ def parse_publication(text: str, name: str = "<text>") -> Publication:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as failure:
         raise PublishedError(f"{name}: this is not TOML: {failure}") from failure
-    file = _TableRow(name, document)
-    defaults = file.table("defaults")
-    head = {key: document[key] for key in _SHARED_KEYS if key in document}
-    whole = _TableRow(name, head)
-    whole.check_keys({*document} - {"defaults", *_ROW_KEYS}, _SHARED_KEYS)
+    head = {key: value for key, value in document.items() if key not in ("defaults", *_ROW_KEYS)}
+    all_keys = chain(_SHARED_KEYS, *_ROW_KEYS.values())
+    defaults = _parse_row(f"{name}, defaults", document.get("defaults", {}), all_keys, dict)
 
-    def rows(kind: str) -> Iterable[_TableRow]:
-        for content in file.tables(kind):
-            label = content.get("name", content.get("motion", ""))
-            row = _TableRow(
-                f"{name}, {kind} {label}".strip(), {**head, "note": "", **defaults, **content}
-            )
-            row.check_keys(content, (*_ROW_KEYS[kind], *_SHARED_KEYS))
-            yield row
+    def parse_rows(kind: str, parse: Callable[[_Row], _Parsed]) -> list[_Parsed]:
+        known, parsed = (*_ROW_KEYS[kind], *_SHARED_KEYS), list[_Parsed]()
+        for row in document.get(kind, []):
+            label = f"{name}, {kind} {row.get('name', row.get('motion', ''))}".rstrip()
+            shared = {key: value for key, value in defaults.items() if key in known}
+            parsed.append(_parse_row(label, {**head, "note": "", **shared, **row}, known, parse))
+        return parsed
 
     return Publication(
         name,
-        whole.reference(),
-        whole.text("note", ""),
-        {row.text("name"): _parse_curve(row) for row in rows("curve")},
-        {row.text("name"): _parse_coupled_law(row) for row in rows("coupled")},
-        {row.text("name"): _parse_rhythm(row) for row in rows("rhythm")},
-        tuple(_parse_motion_range(row) for row in rows("range")),
+        _parse_row(name, head, _SHARED_KEYS, _parse_reference),
+        head.get("note", ""),
+        {row.name: row for row in parse_rows("curve", _parse_curve)},
+        {row.name: row for row in parse_rows("coupled", _parse_coupled_law)},
+        {row.name: row for row in parse_rows("rhythm", _parse_rhythm)},
+        tuple(parse_rows("range", _parse_motion_range)),
     )
 
 
-class _TableRow:
-    """The keys of one row, each asked for by the kind of its value."""
+def _parse_row(
+    label: str, row: _Row, known: Iterable[str], parse: Callable[[_Row], _Parsed]
+) -> _Parsed:
+    """Parse a row of which the keys are known; errors begin with its label."""
+    try:
+        _refuse_unknown(row, known)
+        return parse(row)
+    except KeyError as failure:
+        raise PublishedError(f"{label}: there is no `{failure.args[0]}`") from failure
+    except ValueError as failure:
+        raise PublishedError(f"{label}: {failure}") from failure
 
-    def __init__(self, label: str, content: Mapping[str, Any]) -> None:
-        self.label = label
-        self.content = content
 
-    def error(self, message: str) -> PublishedError:
-        return PublishedError(f"{self.label}: {message}")
+def _refuse_unknown(names: Iterable[str], known: Iterable[str]) -> None:
+    words = list(known)
+    unknown = [name for name in names if name not in words]
+    if unknown:
+        raise ValueError(f"unknown `{unknown[0]}`; known are {', '.join(words)}")
 
-    def check_keys(self, keys: Iterable[str], known: Iterable[str]) -> None:
-        unknown = sorted(set(keys) - set(known))
-        if unknown:
-            raise self.error(f"unknown key `{unknown[0]}`; known are {', '.join(known)}")
 
-    def text(self, key: str, default: str | None = None) -> str:
-        value = self.content.get(key, default)
-        if not isinstance(value, str):
-            raise self.error(f"`{key}` is a text")
-        return value
+def _parse_reference(row: _Row) -> Reference:
+    return Reference(
+        row["reference"], Sureness(row["sureness"]), row.get("doi", ""), row.get("place", "")
+    )
 
-    def number(self, key: str, default: float | None = None) -> float:
-        return self._number(key, self.content.get(key, default))
 
-    def optional_number(self, key: str) -> float | None:
-        return self.number(key) if key in self.content else None
-
-    def numbers(self, key: str) -> dict[str, float]:
-        """A table of numbers by name; empty where it is left out."""
-        table = self.table(key)
-        return {name: self._number(f"{key}.{name}", one) for name, one in table.items()}
-
-    def table(self, key: str) -> dict[str, Any]:
-        value = self.content.get(key, {})
-        if not isinstance(value, dict):
-            raise self.error(f"`{key}` is a table")
-        return cast("dict[str, Any]", value)
-
-    def tables(self, key: str) -> list[dict[str, Any]]:
-        values = self.items(key)
-        if not all(isinstance(value, dict) for value in values):
-            raise self.error(f"`{key}` is a list of tables")
-        return cast("list[dict[str, Any]]", values)
-
-    def pairs(self, key: str) -> tuple[tuple[float, float], ...]:
-        return tuple(self._pair(key, one) for one in self.items(key))
-
-    def items(self, key: str) -> list[Any]:
-        value = self.content.get(key, [])
-        if not isinstance(value, list):
-            raise self.error(f"`{key}` is a list")
-        return cast("list[Any]", value)
-
-    def optional_pair(self, key: str) -> Range | None:
-        return self._pair(key, self.content[key]) if key in self.content else None
-
-    def choice(self, key: str, known: Mapping[str, Any], default: str | None = None) -> str:
-        value = self.text(key, default)
-        if value not in known:
-            raise self.error(f"unknown {key} `{value}`; known are {', '.join(known)}")
-        return value
-
-    def numbers_named(self, key: str, names: Iterable[str]) -> dict[str, float]:
-        """A table of numbers with just these names."""
-        found = self.numbers(key)
-        if set(found) != set(names):
-            raise self.error(f"`{key}` has the names {', '.join(names) or 'none'}")
-        return found
-
-    def sign(self, key: str) -> int:
-        value = self.number(key, 1.0)
-        if value not in (-1.0, 1.0):
-            raise self.error(f"`{key}` is +1 or -1")
-        return int(value)
-
-    def reference(self) -> Reference:
-        sureness = self.choice("sureness", {kind.value: kind for kind in Sureness})
-        return Reference(
-            self.text("reference"), Sureness(sureness), self.text("doi", ""), self.text("place", "")
-        )
-
-    def range_key(self) -> str:
-        """Key of the range in which the row is valid."""
-        if "measured_deg" in self.content and "usable_deg" in self.content:
-            raise self.error("a range is measured or usable, not both")
-        return "measured_deg" if "measured_deg" in self.content else "usable_deg"
-
-    def _number(self, key: str, value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.error(f"`{key}` is a number")
-        return float(value)
-
-    def _pair(self, key: str, value: Any) -> tuple[float, float]:
-        if not isinstance(value, list) or len(cast("list[Any]", value)) != 2:
-            raise self.error(f"`{key}` holds pairs of numbers")
-        first, second = cast("list[Any]", value)
-        return self._number(key, first), self._number(key, second)
+def _range_key(row: _Row) -> str:
+    """Key of the range in which the row is valid."""
+    if "measured_deg" in row and "usable_deg" in row:
+        raise ValueError("a range is measured or usable, not both")
+    return "measured_deg" if "measured_deg" in row else "usable_deg"
 
 
 def _range_in_radians(pair: Range | None) -> Range | None:
-    return pair and (radians(pair[0]), radians(pair[1]))
+    if pair is None:
+        return None
+    lower, upper = pair
+    return radians(lower), radians(upper)
 
 
-def _parse_curve(row: _TableRow) -> PublishedCurve:
-    formula = row.choice("formula", FORMULAS)
-    angle = ANGLE_UNITS[row.choice("angle_unit", ANGLE_UNITS)]
-    moment = MOMENT_UNITS[row.choice("moment_unit", MOMENT_UNITS)]
-    points = row.pairs("points")
-    known = _range_in_radians(row.optional_pair(row.range_key()))
+def _parse_curve(row: _Row) -> PublishedCurve:
+    formula, coefficients = row["formula"], row.get("coefficients", {})
+    _refuse_unknown(coefficients, FORMULAS[formula].coefficient_names)
+    angle = ANGLE_UNITS[row["angle_unit"]]
+    points = tuple((float(x), float(y)) for x, y in row.get("points", ()))
+    known = _range_in_radians(row.get(_range_key(row)))
     if points:
         known = (points[0][0] * angle, points[-1][0] * angle)
-    printed = PrintedCurve(
-        row.numbers_named("coefficients", FORMULAS[formula].coefficient_names),
-        points,
-        row.optional_pair("dead_zone"),
-        angle,
-        moment,
-        known,
-    )
-    made = PublishedCurve(
-        name=row.text("name"),
-        motion=row.text("motion"),
+    moment = MOMENT_UNITS[row["moment_unit"]]
+    printed = PrintedCurve(coefficients, points, row.get("dead_zone"), angle, moment, known)
+    curve = PublishedCurve(
+        name=row["name"],
+        motion=row["motion"],
         formula=formula,
         printed=printed,
-        reference=row.reference(),
-        convention=row.text("convention", ""),
-        angle_sign=row.sign("angle_sign"),
-        moment_sign=row.sign("moment_sign"),
-        range_is_measured=bool(points) or "measured_deg" in row.content,
-        held_angles={name: radians(angle) for name, angle in row.numbers("held_deg").items()},
-        damping=row.optional_number("damping_Nms_rad"),
-        note=row.text("note"),
+        reference=_parse_reference(row),
+        convention=row.get("convention", ""),
+        angle_sign=_SIGNS[row.get("angle_sign", 1)],
+        moment_sign=_SIGNS[row.get("moment_sign", 1)],
+        range_is_measured=bool(points) or "measured_deg" in row,
+        held_angles={name: radians(angle) for name, angle in row.get("held_deg", {}).items()},
+        damping=row.get("damping_Nms_rad"),
+        note=row["note"],
     )
-    try:
-        _ = made.law
-    except ValueError as failure:
-        raise row.error(str(failure)) from failure
-    return made
+    _ = curve.law  # checks itself when made
+    return curve
 
 
-def _parse_coupled_law(row: _TableRow) -> PublishedCoupledLaw:
-    coordinates = tuple(map(str, row.items("coordinates")))
+def _parse_coupled_law(row: _Row) -> PublishedCoupledLaw:
+    coordinates = tuple(row["coordinates"])
     joints = [coordinate.partition(" ")[0] for coordinate in coordinates]
-    formula = row.choice(
-        "formula", {_SUM_FORMULA: _parse_sum_term, _MUSCLE_FORMULA: _parse_muscle_term}
-    )
-    unit = ANGLE_UNITS[row.choice("angle_unit", ANGLE_UNITS)]
-    term = _parse_sum_term if formula == _SUM_FORMULA else _parse_muscle_term
-    terms = [
-        term(_TableRow(f"{row.label}, term {number}", content), joints, unit)
-        for number, content in enumerate(row.tables("term"), start=1)
-    ]
-    constants = row.numbers("constants")
-    key = row.range_key()
-    ranges = _TableRow(f"{row.label}, {key}", row.table(key))
-    against = row.items("turned")
+    parse_term = _TERM_PARSERS[row["formula"]]
+    unit = ANGLE_UNITS[row["angle_unit"]]
+    constants, ranges = row.get("constants", {}), row.get(_range_key(row), {})
+    against = row.get("turned", [])
+    _refuse_unknown([*constants, *ranges, *against], joints)
     turned = tuple(c for c, joint in zip(coordinates, joints, strict=True) if joint in against)
     law = CoupledExponential(
         coordinates,
-        tuple(terms),
+        tuple(parse_term(term, joints, unit) for term in row["term"]),
         tuple(constants.get(joint, 0.0) for joint in joints),
-        tuple(_range_in_radians(ranges.optional_pair(joint)) for joint in joints),
+        tuple(_range_in_radians(ranges.get(joint)) for joint in joints),
     ).mirrored(*turned)
     return PublishedCoupledLaw(
-        name=row.text("name"),
+        name=row["name"],
         law=law,
-        formula=formula,
-        reference=row.reference(),
-        convention=row.text("convention", ""),
+        formula=row["formula"],
+        reference=_parse_reference(row),
+        convention=row.get("convention", ""),
         reversed_coordinates=turned,
-        range_is_measured=key == "measured_deg",
-        note=row.text("note"),
+        range_is_measured="measured_deg" in row,
+        note=row["note"],
     )
 
 
-def _parse_sum_term(row: _TableRow, joints: list[str], unit: float) -> CoupledTerm:
+def _parse_sum_term(term: _Row, joints: list[str], unit: float) -> CoupledTerm:
     """One exponential of one moment (Riener & Edrich)."""
-    row.check_keys(row.content, ("moment", "sign", "c", *joints))
-    moment, sign = row.choice("moment", dict.fromkeys(joints)), row.sign("sign")
+    _refuse_unknown(term, ("moment", "sign", "c", *joints))
+    moment, sign = term["moment"], float(_SIGNS[term["sign"]])
+    _refuse_unknown([moment], joints)
     return CoupledTerm(
-        tuple(float(sign) if joint == moment else 0.0 for joint in joints),
-        tuple(row.number(joint, 0.0) / unit for joint in joints),
-        row.number("c"),
+        tuple(sign if joint == moment else 0.0 for joint in joints),
+        tuple(term.get(joint, 0.0) / unit for joint in joints),
+        term["c"],
     )
 
 
-def _parse_muscle_term(row: _TableRow, joints: list[str], unit: float) -> CoupledTerm:
+def _parse_muscle_term(term: _Row, joints: list[str], unit: float) -> CoupledTerm:
     """One muscle, with its moments about all joints that it spans (Silder et al.)."""
-    row.check_keys(row.content, ("muscle", "first", "rates", "slack_deg"))
-    printed = row.numbers("rates")
-    rates = tuple(printed.get(joint, 0.0) / unit for joint in joints)
-    first = rates[joints.index(row.choice("first", dict.fromkeys(joints)))]
-    slack = radians(row.number("slack_deg"))
-    return CoupledTerm(tuple(-rate / abs(first) for rate in rates), rates, -first * slack)
+    _refuse_unknown(term, ("muscle", "first", "rates", "slack_deg"))
+    _refuse_unknown(term["rates"], joints)
+    rates = tuple(term["rates"].get(joint, 0.0) / unit for joint in joints)
+    first = term["rates"][term["first"]] / unit
+    amplitudes = tuple(-rate / abs(first) for rate in rates)
+    return CoupledTerm(amplitudes, rates, -first * radians(term["slack_deg"]))
 
 
-def _parse_rhythm(row: _TableRow) -> PublishedRhythm:
-    return PublishedRhythm(
-        name=row.text("name"),
-        bone=row.text("bone"),
-        plane=row.text("plane", ""),
-        law=_parse_bone_angle(row),
-        reference=row.reference(),
-        note=row.text("note"),
-    )
+_TERM_PARSERS: Mapping[str, Callable[[_Row, list[str], float], CoupledTerm]] = {
+    "M = constant + sum of sign exp(c + hip h + knee k + ankle a)": _parse_sum_term,
+    "M = -gradient of sum of exp(rates . angles - |first rate| slack)/|first rate|": (
+        _parse_muscle_term
+    ),
+}
 
 
-def _parse_bone_angle(row: _TableRow) -> BoneAngle:
+def _parse_rhythm(row: _Row) -> PublishedRhythm:
+    law, reference = _parse_bone_angle(row), _parse_reference(row)
+    plane = row.get("plane", "")
+    return PublishedRhythm(row["name"], row["bone"], plane, law, reference, row["note"])
+
+
+def _parse_bone_angle(row: _Row) -> BoneAngle:
     """A regression, straight pieces, or points: what the row has."""
-    if "coefficients" in row.content:
-        n = row.numbers_named("coefficients", _REGRESSION_NAMES)
+    if "coefficients" in row:
+        n = row["coefficients"]
+        _refuse_unknown(n, _REGRESSION_NAMES)
         return Regression(radians(n["c"]), n["y"], n["z"], n["r"], radians(n["rest"]))
-    if "lines_deg" in row.content:
-        minus = row.number("minus_deg", 0.0)
+    if "lines_deg" in row:
+        minus = row.get("minus_deg", 0.0)
         pieces: list[tuple[float, float, float]] = []
-        for content in row.tables("lines_deg"):
-            line = _TableRow(f"{row.label}, lines_deg", content)
-            line.check_keys(content, ("to", "slope", "at_zero"))
-            zero = radians(line.number("at_zero") - minus)
-            pieces.append((radians(line.number("to", inf)), line.number("slope"), zero))
+        for line in row["lines_deg"]:
+            _refuse_unknown(line, ("to", "slope", "at_zero"))
+            end, zero = radians(line.get("to", inf)), radians(line["at_zero"] - minus)
+            pieces.append((end, line["slope"], zero))
         return PiecewiseLinear(tuple(pieces))
-    if "points_deg" in row.content:
-        return DigitisedPoints(tuple((radians(x), radians(y)) for x, y in row.pairs("points_deg")))
-    raise row.error("a rhythm has `coefficients`, `lines_deg` or `points_deg`")
+    if "points_deg" in row:
+        return DigitisedPoints(tuple((radians(x), radians(y)) for x, y in row["points_deg"]))
+    raise ValueError("a rhythm has `coefficients`, `lines_deg` or `points_deg`")
 
 
-def _parse_motion_range(row: _TableRow) -> MotionRange:
-    deviation = row.optional_number("deviation_deg")
+def _parse_motion_range(row: _Row) -> MotionRange:
+    deviation = row.get("deviation_deg")
     return MotionRange(
-        motion=row.text("motion"),
-        limit=radians(row.number("deg")),
-        reference=row.reference(),
-        at_least=bool(row.content.get("at_least", False)),
+        motion=row["motion"],
+        limit=radians(row["deg"]),
+        reference=_parse_reference(row),
+        at_least=row.get("at_least", False),
         deviation=None if deviation is None else radians(deviation),
-        moment=row.optional_number("moment_Nm"),
-        age=row.optional_number("age"),
+        moment=row.get("moment_Nm"),
+        age=row.get("age"),
     )

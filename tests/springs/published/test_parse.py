@@ -24,6 +24,11 @@ constants = { hip = 1.5 }
 usable_deg = { hip = [-10.0, 90.0], knee = [0.0, 120.0] }
 term = [{ moment = "knee", sign = -1, c = 0.2, hip = 0.5, knee = 2.0 }]
 """
+MUSCLE = """
+formula = "M = -gradient of sum of exp(rates . angles - |first rate| slack)/|first rate|"
+angle_unit = "rad"
+term = [{ muscle = "flexors", first = "hip", rates = { hip = -5.1 }, slack_deg = 19.5 }]
+"""
 RHYTHM = """
 [[rhythm]]
 name = "clavicle"
@@ -91,34 +96,38 @@ def test_numbers_may_be_whole_and_a_limit_may_be_a_least_value():
     assert (row.at_least, row.age, row.moment) == (True, 30.0, None)
 
 
+NO_FORMULA = HEAD + CURVE.partition("formula")[0]
+SUM, MUSCLES = HEAD + COUPLED, HEAD + COUPLED.partition("formula")[0] + MUSCLE
 FAULTS = [
     ("x = ", "this is not TOML"),
-    ('sureness = "P"', "`reference` is a text"),
-    ('reference = "A"\nsureness = "sure"', "unknown sureness `sure`; known are C2, C1, P, C1"),
-    (HEAD + "colour = 1", "unknown key `colour`; known are reference,"),
-    (HEAD + CURVE + "colour = 1", "curve knee: unknown key `colour`"),
-    (HEAD + CURVE.replace("B1 exp(k1", "B1 sin(k1"), "unknown formula `B1 sin"),
-    (HEAD + CURVE.replace('"rad"', '"grad"'), "unknown angle_unit `grad`; known are rad, deg"),
-    (HEAD + CURVE.replace('"N m"', '"Nm"'), "unknown moment_unit `Nm`; known are N m, dyn cm"),
-    (HEAD + CURVE.replace("B1 = 2.0, ", ""), "`coefficients` has the names B1, k1, B2, k2"),
-    (HEAD + CURVE.replace("2.0", '"two"'), "`coefficients.B1` is a number"),
-    (HEAD + CURVE.replace("2.0", "true"), "`coefficients.B1` is a number"),
-    (HEAD + CURVE.replace("{ B1", "[{ B1").replace("0.5 }", "0.5 }]"), "`coefficients` is a table"),
-    (HEAD + CURVE + "angle_sign = 2", "`angle_sign` is \\+1 or -1"),
-    (HEAD + CURVE + "measured_deg = [1, 2, 3]", "`measured_deg` holds pairs of numbers"),
+    ('sureness = "P"', "there is no `reference`"),
+    ('reference = "A"\nsureness = "sure"', "'sure' is not a valid Sureness"),
+    (HEAD + "colour = 1", "unknown `colour`; known are reference,"),
+    (HEAD + CURVE + "colour = 1", "curve knee: unknown `colour`"),
+    (HEAD + "[defaults]\ncolour = 1\n" + CURVE, "defaults: unknown `colour`"),
+    (HEAD + CURVE.replace("B1 exp(k1", "B1 sin(k1"), "curve knee: there is no `B1 sin"),
+    (HEAD + CURVE.replace('"rad"', '"grad"'), "there is no `grad`"),
+    (HEAD + CURVE.replace('"N m"', '"Nm"'), "there is no `Nm`"),
+    (HEAD + CURVE.replace("B1 = 2.0, ", ""), "there is no `B1`"),
+    (HEAD + CURVE.replace("B1 = 2.0, ", "B1 = 2.0, B3 = 2.0, "), "unknown `B3`; known are B1, k1,"),
+    (HEAD + CURVE + "angle_sign = 2", "there is no `2`"),
+    (HEAD + CURVE + "measured_deg = [1, 2, 3]", "too many values"),
     (HEAD + CURVE + "measured_deg = [0, 1]\nusable_deg = [0, 1]", "measured or usable, not both"),
-    (HEAD + CURVE + "points = 3", "`points` is a list"),
     (
-        HEAD + '[[curve]]\nname = "a"\nmotion = "b"\nformula = "points"\nangle_unit = "deg"\n'
-        'moment_unit = "N m"\npoints = [[0, 1], [0, 2]]',
-        "curve a: the angles of a curve increase",
+        NO_FORMULA + 'formula = "points"\nangle_unit = "deg"\nmoment_unit = "N m"\n'
+        "points = [[0, 1], [0, 2]]",
+        "curve knee: the angles of a curve increase",
     ),
-    (HEAD + COUPLED.replace('moment = "knee"', 'moment = "toe"'), "unknown moment `toe`"),
-    (HEAD + COUPLED.replace("sign = -1", "sine = -1"), "leg, term 1: unknown key `sine`"),
+    (SUM.replace('moment = "knee"', 'moment = "toe"'), "coupled leg: unknown `toe`"),
+    (SUM.replace("sign = -1", "sine = -1"), "coupled leg: unknown `sine`"),
+    (SUM.replace("hip = 1.5", "toe = 1.5"), "coupled leg: unknown `toe`"),
+    (MUSCLES.replace("slack_deg", "slack"), "coupled leg: unknown `slack`"),
+    (MUSCLES.replace("{ hip", "{ toe"), "coupled leg: unknown `toe`"),
+    (MUSCLES.replace('"hip"', '"ankle"'), "coupled leg: there is no `ankle`"),
     (HEAD + RHYTHM.replace("points_deg = [[0, 1], [90, 10]]", ""), "a rhythm has `coefficients`,"),
-    (HEAD + COUPLED.replace("term = [{", "term = [3, {"), "`term` is a list of tables"),
-    (HEAD + "curve = 3", "`curve` is a list"),
-    (HEAD + RANGE.replace("deg = 140", ""), "range knee flexion: `deg` is a number"),
+    (HEAD + RHYTHM + "coefficients = { d = 1 }", "rhythm clavicle: unknown `d`"),
+    (HEAD + RHYTHM + "lines_deg = [{ slop = 1 }]", "rhythm clavicle: unknown `slop`"),
+    (HEAD + RANGE.replace("deg = 140", ""), "range knee flexion: there is no `deg`"),
 ]
 
 
