@@ -19,6 +19,7 @@ from generator.input_files.links import parse_links_source
 from generator.input_files.loads import parse_loads_file
 from generator.input_files.moments import parse_moments_file
 from generator.input_files.pose import parse_pose_file
+from generator.springs_file.read import load_springs
 from generator.text_io import parse_file
 from tests.paths import FAULTS
 
@@ -26,6 +27,16 @@ from tests.paths import FAULTS
 @cache
 def prototype() -> Figure:
     return read_figure("prototype")
+
+
+@cache
+def joints() -> Figure:
+    """A figure of joints with one, two and three axes and none."""
+    return read_figure(FAULTS / "joints.fig")
+
+
+def parse_springs(path: Path) -> Parsed:
+    return load_springs(joints(), choice=path)
 
 
 def parse_body(path: Path) -> Parsed:
@@ -44,6 +55,8 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "loads": lambda path: parse_loads_file(path, prototype()),
     "drives": lambda path: parse_drives_file(path, prototype()),
     "moments": parse_moments_file,
+    "springs": parse_springs,
+    "optional": parse_springs,
     "links": lambda path: parse_file(path, parse_links_source),
 }
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from generator.diagnostics import select_errors
 from generator.figure import Figure
 from generator.figure_file import parse_figure
-from generator.springs_file.parse import SpringsFile, parse_springs
+from generator.springs_file.parse import parse_springs
 from generator.springs_file.read import load_springs
 from springs import AxisSpring, Damping, total_torque
 from springs.published.tables import curve, publication, publications
@@ -52,18 +52,6 @@ def hung(body: str) -> AxisSpring:
 
 def torque(body: str, degrees: float) -> float:
     return float(total_torque(hung(body).elastic, radians(degrees)))
-
-
-def content(body: str) -> SpringsFile:
-    reading = parse_springs(spring(body))
-    assert reading.diagnostics == ()
-    assert reading.value is not None
-    return reading.value
-
-
-def said(text: str) -> list[str]:
-    faults = [fault.as_dict() for fault in parse_springs(text).diagnostics]
-    return [f"{f['line']}:{f['column']} {f['message']}" for f in faults]
 
 
 # torques by hand
@@ -177,189 +165,6 @@ def test_the_range_of_a_row_is_told_where_its_law_does_not_know_it():
 
 
 # what is wrong
-
-E = "exponentials_Nm_1_rad = [[3, -4]]\n"
-L = "limits_deg = [0, 90]\nlimit_stiffness_Nm_rad = [9, 9]\n"
-UP = "increasing_points_deg_Nm = [[0, 1], [90, -1]]\n"
-DOWN = "decreasing_points_deg_Nm = [[0, 2], [90, 0]]\n"
-BROKEN = {
-    "no pairs": (
-        "exponentials_Nm_1_rad = [3, -4]",
-        ["3:25 `exponentials_Nm_1_rad` must be a list of pairs of numbers"],
-    ),
-    "no list": (
-        'points_deg_Nm = "0"',
-        ["3:17 `points_deg_Nm` must be a list of pairs of numbers"],
-    ),
-    "no exponential": (
-        "exponentials_Nm_1_rad = []",
-        ["3:25 `exponentials_Nm_1_rad` has 0 pairs and needs 1 at least"],
-    ),
-    "three numbers, and one": (
-        "exponentials_Nm_1_rad = [[3, -4, 1], [2, 1], [1]]",
-        ["3:26 a pair has two numbers, not 3 numbers", "3:46 a pair has two numbers, not 1 number"],
-    ),
-    "no numbers": (
-        'exponentials_Nm_1_rad = [["3", -4], [nan, 1e999]]',
-        [
-            "3:27 a number is expected here",
-            "3:38 this number is not finite",
-            "3:43 this number is too large",
-        ],
-    ),
-    "rate zero": (
-        "exponentials_Nm_1_rad = [[3, -4], [1, 0]]",
-        ["3:39 the rate of an exponential must not be zero"],
-    ),
-    "measured reversed": (
-        E + "measured_deg = [90, 0]",
-        ["4:16 `measured_deg` ends before it begins"],
-    ),
-    "constant alone": (
-        "stiffness_Nm_rad = 1\nconstant_Nm = 2",
-        ["4:15 `constant_Nm` belongs to exponentials"],
-    ),
-    "measured of a cubic": (
-        "stiffness_Nm_rad = 1\nmeasured_deg = [0, 1]",
-        ["4:16 `measured_deg` belongs to exponentials or limits"],
-    ),
-    "one point": (
-        "points_deg_Nm = [[0, 1]]",
-        ["3:17 `points_deg_Nm` has 1 pair and needs 2 at least"],
-    ),
-    "points out of order": (
-        "points_deg_Nm = [[0, 1], [20, 0], [10, 0], [10, 1]]",
-        [
-            "3:35 the points of a curve are not in order: 10 deg comes after 20 deg",
-            "3:44 the points of a curve are not in order: 10 deg comes after 10 deg",
-        ],
-    ),
-    "points too steep": (
-        "points_deg_Nm = [[0, 0], [1e-300, 1e300]]",
-        ["3:17 this curve is too steep for numbers"],
-    ),
-    "points not finite": (
-        "points_deg_Nm = [[0, inf], [20, 0]]",
-        ["3:22 this number is not finite"],
-    ),
-    "limits alone": (
-        "limits_deg = [0, 90]",
-        [
-            "3:14 `limits_deg` needs `limit_stiffness_Nm_rad` beside it",
-            "3:14 `limits_deg` needs `transition_deg` beside it",
-        ],
-    ),
-    "limits wrong": (
-        "limits_deg = [90, 0]\nlimit_stiffness_Nm_rad = [1, -9]\ntransition_deg = 0",
-        [
-            "3:14 `limits_deg` ends before it begins",
-            "4:30 a limit's stiffness must not be below zero",
-            "5:18 `transition_deg` must be above zero",
-        ],
-    ),
-    "one curve of two": (
-        DOWN,
-        ["3:28 `decreasing_points_deg_Nm` needs `increasing_points_deg_Nm` beside it"],
-    ),
-    "curves exchanged": (
-        UP.replace("increasing", "decreasing") + DOWN.replace("decreasing", "increasing"),
-        [
-            "4:28 the curve of the growing angle lies above that of the falling one, "
-            "at 0 deg by 1 N m: a cycle there would feed energy"
-        ],
-    ),
-    "curves apart": (
-        UP + "decreasing_points_deg_Nm = [[90, 2], [120, 0]]",
-        ["4:28 the two curves have no stretch of angles in common"],
-    ),
-    "hysteresis beside two curves": (
-        UP + DOWN + "hysteresis_Nm = 1",
-        ["5:17 `hysteresis_Nm` belongs to a law of one curve"],
-    ),
-    "hysteresis negative": (
-        E + "hysteresis_Nm = -1",
-        ["4:17 `hysteresis_Nm` must not be below zero"],
-    ),
-    "slip alone": (
-        E + "slip_rad_s = 0.1",
-        ["4:14 `slip_rad_s` belongs to a law that depends on the direction"],
-    ),
-    "slip zero": (
-        E + "hysteresis_Nm = 1\nslip_rad_s = 0",
-        ["5:14 `slip_rad_s` must be above zero"],
-    ),
-    "scale negative": (E + "scale = -1", ["4:9 `scale` must not be below zero"]),
-    "scale of nothing": (
-        "viscous_Nms_rad = 1\nscale = 2\noffset_deg = 1\nhysteresis_Nm = 1",
-        [
-            "4:9 `scale` belongs to an elastic law",
-            "5:14 `offset_deg` belongs to an elastic law",
-            "6:17 `hysteresis_Nm` belongs to an elastic law",
-        ],
-    ),
-    "two laws": (
-        E + "points_deg_Nm = [[0, 1], [1, 0]]",
-        ["4:17 a spring is exponentials or a curve through points, not both"],
-    ),
-    "unknown table": (
-        'published = "saul_2051/elbow_flexion"',
-        ["3:13 there is no published table `saul_2051`"],
-    ),
-    "unknown row": (
-        'published = "saul_2015/elbow"',
-        ["3:13 `saul_2015` has no curve `elbow`"],
-    ),
-    "table without row": ('published = "saul_2015"', ["3:13 `saul_2015` is a table"]),
-    "a table without curves": (
-        'published = "riener_edrich_1999/leg"',
-        ["3:13 `riener_edrich_1999` has no curve `leg`"],
-    ),
-    "published is a number": ("published = 3", ["3:13 `published` must be a text"]),
-    "published sense": (
-        'published = "davy_audu_1987/knee"\npublished_sense = 0',
-        ["4:19 `published_sense` must be -1 or +1"],
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BROKEN)
-def test_what_is_wrong_is_said_with_its_place(name: str):
-    body, expected = BROKEN[name]
-    assert said(spring(body)) == expected
-    assert select_errors(parse_springs(spring(body)).diagnostics)
-
-
-@pytest.mark.parametrize(
-    ("body", "hint"),
-    [
-        ('published = "saul_2051/elbow_flexion"', "did you mean `saul_2015`?"),
-        ('published = "saul_2015/elbow_flexon"', "did you mean `elbow_flexion`?"),
-        ('published = "saul_2015"', "name one of its rows, as in `saul_2015/elbow_flexion`"),
-        ('published = "riener_edrich_1999/leg"', "it has no curve at all"),
-        (E + "scale = -1", "a passive joint feeds no energy"),
-        ("exponentials = [[3, -4]]\n" + E, "did you mean `exponentials_Nm_1_rad`?"),
-        ("point_deg_Nm = [[3, -4]]\n" + E, "did you mean `points_deg_Nm`?"),
-    ],
-)
-def test_hints_name_what_is_near(body: str, hint: str):
-    assert [fault.hint for fault in parse_springs(spring(body)).diagnostics] == [hint]
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        "exponentials_Nm_1_rad = [[1, 400]]",
-        "exponentials_Nm_1_rad = [[1e300, 40]]\nscale = 1e300",
-        "coefficients_Nm_rad = [0, 1, 0, 1e308]",
-    ],
-)
-def test_a_torque_beyond_all_numbers_is_an_error_and_no_traceback(body: str, tmp_path: Path):
-    path = tmp_path / "own.springs.toml"
-    path.write_text(spring(body), encoding="utf-8")
-    (fault,) = load_springs(figure(), None, None, path).diagnostics
-    assert "of `left_knee` is too large for a number within a turn" in fault.message
-    assert fault.span is not None
-    assert fault.span.line == 3
 
 
 DEGREES = st.integers(-360_000, 360_000).map(lambda angle: angle / 1000.0)

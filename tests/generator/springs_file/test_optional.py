@@ -24,7 +24,6 @@ FIGURE_4_1 = """\
 0.0 0.0 1.553
 """
 GOOD = "1 1\n1 2 3 4\n0 0\n0 0 0\n"
-FORM = "joint and axis number; c0 c1 c2 c3; b_v b_coul; alpha_0 alpha_l alpha_u"
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 positive = st.floats(min_value=0.0, allow_infinity=False)
@@ -110,69 +109,6 @@ def test_line_ends_comments_blanks_and_fortran_exponents_do_not_matter(text):
     reading = parse_optional(text)
     assert reading.diagnostics == ()
     assert reading.value == parse_optional(GOOD).value
-
-
-BROKEN = {
-    "empty": ("", ["1:1 there is no record in this file"]),
-    "only a comment": ("# nothing\n", ["1:1 there is no record in this file"]),
-    "a coefficient short": ("1 1\n1 2 3\n0 0\n0 0 0\n", ["2:1 3 values instead of 4"]),
-    "a lost damping line": (
-        "1 1\n1 2 3 4\n0 0 0\n" + GOOD.replace("1 1", "1 2"),
-        ["3:1 the line `b_v b_coul` is missing before this one"],
-    ),
-    "a lost last line": (
-        GOOD + "1 2\n1 2 3 4\n0 0\n",
-        ["7:1 the last record ends before its line `alpha_0 alpha_l alpha_u`"],
-    ),
-    "a lost third line in the middle": (
-        "1 1\n1 2 3 4\n0 0\n" + GOOD.replace("1 1", "1 2"),
-        ["4:1 the line `alpha_0 alpha_l alpha_u` is missing before this one"],
-    ),
-    "a lost head": (
-        GOOD + "1 2 3 4\n0 0\n0 0 0\n",
-        ["5:1 the line `joint and axis number` is missing before this one"],
-    ),
-    "several at once": (
-        "1 4\nnan 1e999 3 x\n-1 -2\n0 inf 0\n",
-        [
-            "1:3 the axis number is `4`",
-            "2:1 `nan` is not a number",
-            "2:5 `1e999` is too large",
-            "2:13 `x` is not a number",
-            "3:1 damping is negative",
-            "3:4 friction is negative",
-            "4:3 `inf` is not a number",
-        ],
-    ),
-    "counts": (
-        "1.5 0\n1 2 3 4\n0 0\n0 0 0\n",
-        ["1:1 the joint number is `1.5`", "1:5 the axis number is `0`"],
-    ),
-    "no joint": ("0 1\n1 2 3 4\n0 0\n0 0 0\n", ["1:1 the joint number is `0`"]),
-    "twice": (GOOD + GOOD, ["5:1 a second record of joint 1, axis 1"]),
-    "units": (GOOD.replace("1 2 3 4", "1 2 3 4Nm"), ["2:7 `4Nm` is not a number"]),
-    "other letters": ("1 ١\n1 2 3 4\n0 0\n0 0 0\n", ["1:3 `١` is not a number"]),
-}
-
-
-@pytest.mark.parametrize("name", BROKEN)
-def test_what_is_wrong_is_said_with_its_place(name):
-    text, expected = BROKEN[name]
-    faults = [fault.as_dict() for fault in parse_optional(text).diagnostics]
-    assert [f"{f['line']}:{f['column']} {f['message']}" for f in faults] == expected
-    assert {f["severity"] for f in faults} == {"error"}
-
-
-def test_a_fault_shows_the_line_a_mark_and_what_helps():
-    (fault,) = parse_optional("1 1\n1 2 3\n0 0\n0 0 0\n", "my.optional").diagnostics
-    assert str(fault) == (
-        "my.optional:2:1: error: 3 values instead of 4\n"
-        "    2 | 1 2 3\n"
-        "      | ^^^^^\n"
-        "  hint: this line is `c0 c1 c2 c3`"
-    )
-    (fault,) = parse_optional(GOOD + "2 1\n1 2 3 4\n").diagnostics
-    assert fault.hint == f"a record has four lines: {FORM}"
 
 
 def test_a_record_beside_a_broken_one_is_read():

@@ -407,14 +407,6 @@ def test_what_a_springs_file_states_wins_over_the_rule(tmp_path):
     assert law("").dead_zone == pytest.approx((-1.0, 1.0))
 
 
-def test_a_sense_that_drives_the_joint_is_told(tmp_path):
-    whole = figure(knee="type = R(0,1,0);")
-    table = 'joints = ["knee"]\ncoefficients_Nm_rad = [0, 1, 0, 1]\nsense = +1'
-    reading = toml(tmp_path, whole, table)
-    assert said(reading) == ["4:9 in this sense the cubic drives the joint away at both ends"]
-    assert reading.diagnostics[0].hint == "the sense that restores is -1"
-
-
 def test_joints_that_share_a_curve_are_mirror_images_by_their_declared_axes(tmp_path):
     right = "type = R(0,0,-1)*R(-1,0,0)*R(0,1,0);"
     whole = figure(left=f"type = {CHAIN};", right=right)
@@ -455,114 +447,6 @@ JOINTS = {
     "rail": "type = T(1,0,0);",
 }
 K = "stiffness_Nm_rad = 1"
-BROKEN_TOML = {
-    "no such joint": (['joints = ["left_kne"]\n' + K], ["2:11 the figure has no joint `left_kne`"]),
-    "one of two joints": (
-        ['joints = ["left_knee", "knee"]\n' + K],
-        ["2:24 the figure has no joint `knee`"],
-    ),
-    "axis left out": (
-        ['joints = ["left_hip"]\n' + K],
-        ["2:11 joint `left_hip` turns about 3 axes"],
-    ),
-    "axis of a revolute": (
-        ['joints = ["left_knee"]\naxis = "z"\n' + K],
-        ["3:8 joint `left_knee` does not turn about z"],
-    ),
-    "axis of two": (
-        ['joints = ["wrist"]\naxis = "z"\n' + K],
-        ["3:8 joint `wrist` does not turn about z"],
-    ),
-    "a slide": (['joints = ["rail"]\n' + K], ["2:11 joint `rail` does not turn"]),
-    "the same axis twice": (
-        ['joints = ["left_knee"]\n' + K, 'joints = ["left_hip", "left_knee"]\naxis = "y"\n' + K],
-        ["5:23 a second spring about one axis of `left_knee`"],
-    ),
-    "the same joint twice in a list": (
-        ['joints = ["left_knee", "left_knee"]\n' + K],
-        ["2:24 a second spring about one axis of `left_knee`"],
-    ),
-    "form and meaning at once": (
-        ['joints = ["knee"]\nstiffness_Nm_rad = -1', 'joints = ["left_hip"]\naxis = "joint"\n' + K],
-        [
-            "2:11 the figure has no joint `knee`",
-            "3:20 `stiffness_Nm_rad` must not be below zero",
-            "6:8 joint `left_hip` turns about 3 axes",
-        ],
-    ),
-}
-BROKEN_OPTIONAL = {
-    "no such joint": ([f"5 1 | {CUBIC}"], ["1:1 there is no joint number 5"]),
-    "axis of a revolute": (
-        [f"1 2 | {CUBIC}"],
-        ["1:1 joint `left_knee` turns about one axis, and that has the number 3"],
-    ),
-    "axis of two": ([f"3 3 | {CUBIC}"], ["1:1 joint `wrist` does not turn about z"]),
-    "a slide": ([f"4 3 | {CUBIC}"], ["1:1 joint `rail` does not turn"]),
-    "dead zone reversed": (
-        [f"1 3 | {CUBIC} | 0 1 -1"],
-        ["4:1 the dead zone ends before it begins"],
-    ),
-    "a constant": (
-        ["2 1 | 1 0 0 0"],
-        [
-            "2:1 no sense makes this cubic of `left_hip` restoring: only c0 is not zero: "
-            "a constant moment restores nowhere"
-        ],
-    ),
-    "form and meaning at once": (
-        [f"9 1 | {CUBIC}", "1 3 | 1 2 x 4"],
-        ["1:1 there is no joint number 9", "6:5 `x` is not a number"],
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BROKEN_TOML)
-def test_what_is_wrong_in_a_springs_file_is_said_with_its_place(tmp_path, name):
-    tables, expected = BROKEN_TOML[name]
-    reading = toml(tmp_path, figure(**JOINTS), *tables)
-    assert reading.value is None
-    assert said(reading) == expected
-
-
-@pytest.mark.parametrize("name", BROKEN_OPTIONAL)
-def test_what_is_wrong_in_an_optional_file_is_said_with_its_place(tmp_path, name):
-    records, expected = BROKEN_OPTIONAL[name]
-    reading = optional(tmp_path, figure(**JOINTS), *records)
-    assert reading.value is None
-    assert said(reading) == expected
-
-
-def test_a_file_that_is_no_toml_is_refused_with_its_place(tmp_path):
-    assert said(toml(tmp_path, figure(**JOINTS), "joints = [")) == ["2:10 invalid value"]
-
-
-def test_hints_say_what_there_is(tmp_path):
-    whole = figure(**JOINTS)
-
-    def hint(reading: Parsed[LoadedSprings]) -> str:
-        (fault,) = reading.diagnostics
-        return fault.hint
-
-    near = toml(tmp_path, whole, 'joints = ["left_kne"]\n' + K)
-    assert hint(near) == "did you mean `left_knee`?"
-    turns = toml(tmp_path, whole, 'joints = ["wrist"]\naxis = "z"\n' + K)
-    assert hint(turns) == "it turns about (1, 0, 0) and (0, 1, 0)"
-    assert hint(optional(tmp_path, whole, f"7 1 | {CUBIC}")) == (
-        "the figure has 4 joints, counted from 1"
-    )
-    twice = toml(tmp_path, whole, 'joints = ["left_knee", "left_knee"]\n' + K)
-    assert hint(twice) == "the first is in line 2"
-
-
-def test_a_fault_names_the_file_the_line_and_the_place(tmp_path):
-    (fault,) = toml(tmp_path, figure(**JOINTS), 'joints = ["left_kne"]\n' + K).diagnostics
-    assert str(fault) == (
-        f"{tmp_path}/my.springs.toml:2:11: error: the figure has no joint `left_kne`\n"
-        '    2 | joints = ["left_kne"]\n'
-        "      |           ^^^^^^^^^^\n"
-        "  hint: did you mean `left_knee`?"
-    )
 
 
 def test_springs_for_another_figure_are_used_with_a_warning(tmp_path):
