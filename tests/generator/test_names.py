@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import generator
 from tests.paths import ROOT
 
 SENTENCE = (
@@ -51,3 +52,10 @@ def test_a_folder_of_figures_hides_nothing(tmp_path: Path) -> None:
     (tmp_path / "fall.py").write_text("import generator, sys; print('numpy' in sys.modules)\n")
     done = run(tmp_path, "fall.py")
     assert (done.returncode, done.stdout, done.stderr) == (0, "False\n", "")
+
+
+def test_the_names_that_the_package_offers() -> None:
+    assert set(generator.__all__) <= set(dir(generator))
+    assert all(getattr(generator, name) is not None for name in generator.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        _ = generator.simulat

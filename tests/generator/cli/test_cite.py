@@ -1,25 +1,17 @@
 """`mover cite` of published tables, and of figures whose springs take them."""
 
-import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
-from generator.cli.app import app
 from generator.figure_file import shipped_figures
 from springs.published.tables import coupled_law, curve, publication, publications
+from tests.command import answer, mover, run
 from tests.paths import FIGURES
 
 
-def mover(*words: object) -> Result:
-    """Run the command in this process."""
-    return CliRunner().invoke(app, [str(word) for word in words])
-
-
 def test_all_tables_are_listed_with_their_references():
-    plain, said = mover("cite", "tables"), json.loads(mover("cite", "tables", "--json").stdout)
-    assert plain.exit_code == 0
+    plain, said = run("cite", "tables"), answer("cite", "tables")
     assert [one["table"] for one in said["tables"]] == list(publications())
     for name in publications():
         assert str(publication(name).reference) in plain.stdout
@@ -27,24 +19,22 @@ def test_all_tables_are_listed_with_their_references():
 
 @pytest.mark.parametrize("name", publications())
 def test_every_table_and_every_row_can_be_cited(name: str):
-    said = json.loads(mover("cite", name, "--json").stdout)
+    said = answer("cite", name)
     table = publication(name)
     assert [row["row"] for row in said["rows"]] == [
         f"{name}/{row}" for row in (*table.curves, *table.coupled_laws)
     ]
     for row in said["rows"]:
-        one = mover("cite", row["row"])
-        assert one.exit_code == 0
-        assert row["formula"] in one.stdout
-        assert json.loads(mover("cite", row["row"], "--json").stdout) == row
+        assert row["formula"] in run("cite", row["row"]).stdout
+        assert answer("cite", row["row"]) == row
 
 
 def test_a_row_tells_its_place_its_range_and_what_was_held():
-    plain = mover("cite", "silder_2007/hip_knee_15").stdout
+    plain = run("cite", "silder_2007/hip_knee_15").stdout
     assert str(curve("silder_2007/hip_knee_15").reference) in plain
     assert "measured -15 .. 80 deg" in plain
     assert "knee 15 deg" in plain
-    leg = json.loads(mover("cite", "riener_edrich_1999/leg", "--json").stdout)
+    leg = answer("cite", "riener_edrich_1999/leg")
     assert leg["doi"] == coupled_law("riener_edrich_1999/leg").reference.doi
     assert leg["sureness"] == "C2"
     assert leg["range_is_measured"] is False
@@ -67,17 +57,28 @@ def test_a_row_tells_its_place_its_range_and_what_was_held():
     ],
 )
 def test_what_is_printed_in_another_sense_is_told(row: str, turned: str):
-    plain = mover("cite", row).stdout
+    plain = run("cite", row).stdout
     assert ("turned here" in plain) is bool(turned)
     assert turned in plain
-    assert json.loads(mover("cite", row, "--json").stdout)["turned"] == turned
+    assert answer("cite", row)["turned"] == turned
 
 
 def test_an_equation_is_not_digitised():
-    leg = json.loads(mover("cite", "silder_2007/leg", "--json").stdout)
+    leg = answer("cite", "silder_2007/leg")
     assert leg["place"] == "the equations, with the mean parameters of the subjects"
-    points = json.loads(mover("cite", "silder_2007/hip_knee_15", "--json").stdout)
+    points = answer("cite", "silder_2007/hip_knee_15")
     assert points["place"] == "digitised from the published curves"
+
+
+def test_a_figure_cites_the_thesis_and_its_springs():
+    said = answer("cite", "prototype")["references"]
+    texts = [entry["reference"] for entry in said]
+    assert texts[0].startswith("E. M. Otani")
+    assert any("Engin" in text for text in texts)
+    assert len(set(texts)) == len(texts)
+    assert sum("left_knee -y" in entry["used_for"] for entry in said) == 1
+    plain = run("cite", "prototype").stdout
+    assert all(text in plain for text in texts)
 
 
 @pytest.mark.parametrize(
@@ -92,8 +93,7 @@ def test_an_equation_is_not_digitised():
     ],
 )
 def test_what_of_a_figure_is_the_thesis_s(figure: str, used: list[str]):
-    said = json.loads(mover("cite", figure, "--json").stdout)
-    assert said["references"][0]["used_for"] == used
+    assert answer("cite", figure)["references"][0]["used_for"] == used
 
 
 def test_a_figure_of_a_shipped_name_is_not_the_shipped_one(
@@ -102,24 +102,8 @@ def test_a_figure_of_a_shipped_name_is_not_the_shipped_one(
     bars = shipped_figures()["fourbar"].read_text(encoding="utf-8")
     (tmp_path / "prototype").write_text(bars, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    said = json.loads(mover("cite", "prototype", "--json").stdout)
-    assert said["references"][0]["used_for"] == ["the figure language"]
-
-
-@pytest.mark.parametrize(
-    ("name", "hint"),
-    [
-        ("riener_1999", "did you mean `riener_edrich_1999`?"),
-        ("saul_2015/elbow_flexoin", "did you mean `saul_2015/elbow_flexion`?"),
-        ("prototyp", "did you mean `prototype`?"),
-        ("table", "did you mean `tables`?"),
-    ],
-)
-def test_a_name_that_is_neither_figure_nor_table(name: str, hint: str):
-    result = mover("cite", name)
-    assert result.exit_code == 1
-    assert f"there is no file `{name}`, no shipped figure and no published table" in result.stderr
-    assert hint in result.stderr
+    (reference,) = answer("cite", "prototype")["references"]
+    assert reference["used_for"] == ["the figure language"]
 
 
 def test_a_name_longer_than_any_files():
@@ -128,19 +112,15 @@ def test_a_name_longer_than_any_files():
     assert "Traceback" not in result.output
 
 
-def test_springs_of_a_table_are_wrong_usage():
-    assert mover("cite", "saul_2015", "--springs", "none").exit_code == 2
-
-
 def test_a_figure_of_a_tables_name_goes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     pendulum = FIGURES / "pendulum.fig"
     (tmp_path / "tables").write_text(pendulum.read_text(encoding="utf-8"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert mover("cite", "tables").stdout.startswith("E. M. Otani")
+    assert run("cite", "tables").stdout.startswith("E. M. Otani")
 
 
 def test_a_figure_cites_the_tables_of_its_coupled_laws():
-    said = json.loads(mover("cite", "prototype", "--springs", "coupled", "--json").stdout)
+    said = answer("cite", "prototype", "--springs", "coupled")
     used = {one["reference"]: one["used_for"] for one in said["references"]}
     reference = str(coupled_law("riener_edrich_1999/leg").reference)
     assert used[reference] == [

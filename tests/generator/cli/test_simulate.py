@@ -1,20 +1,170 @@
-"""`simulate --links --lock --drive`: from files to a motion."""
+"""`mover simulate`: what reaches the run, and what is written and printed of it."""
 
 import json
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from typer.testing import Result
 
 from generator import read_action
-from generator.cli.app import app
+from generator.motion_files import MOTION_FORMATS
+from generator.motion_files.action import ActionFile
+from generator.recording import ENERGY_KINDS, Ending
+from tests.command import answer, mover, run
 
-TABLE = """time [s], left_knee [deg], left_shoulder.1 [deg]
-0.1, 0, 0
-0.2, 10, 5
-0.3, 20, -5
-"""
+
+class Fall(NamedTuple):
+    files: tuple[Path, Path]
+    result: Result
+    data: Any
+
+
+@pytest.fixture(scope="module")
+def fall(tmp_path_factory: pytest.TempPathFactory) -> Fall:
+    """The prototype falls for 0.1 s, into an action file and a table."""
+    folder = tmp_path_factory.mktemp("fall")
+    files = folder / "fall.action", folder / "fall.csv"
+    result = run("simulate", "prototype", "--stop", 0.1, "--json", "-o", files[0], "-o", files[1])
+    return Fall(files, result, json.loads(result.stdout))
+
+
+def swing(tmp_path: Path, *words: object) -> ActionFile:
+    """Two frames of the pendulum without springs and gravity."""
+    path = tmp_path / "swing.action"
+    words = ("--stop", 0.02, "--step", 0.01, "--springs", "none", "--gravity", "0,0,0", *words)
+    run("simulate", "pendulum", *words, "--quiet", "-o", path)
+    return read_action(path)
+
+
+def test_an_action_file_holds_the_run(fall: Fall):
+    action = read_action(fall.files[0])
+    assert action.times.tolist() == pytest.approx(np.arange(6) * 0.02)
+    assert sum(part.shape[1] for part in action.displacements.values()) == 22
+    assert action.header.outcome is Ending.DONE
+    assert action.header.springs == "prototype.springs.toml"
+    assert action.header.law == "conservative"
+
+
+def test_the_json_of_a_run(fall: Fall):
+    said = fall.data
+    assert said["figure"] == "prototype"
+    assert said["outcome"] == "done"
+    assert said["simulated_s"] == said["held_until_s"] == pytest.approx(0.1)
+    assert said["wall_s"] > 0.0
+    assert said["build_s"] > 0.0
+    assert said["steps"] > 0
+    assert 0.0 < said["step_s"] <= 0.02
+    assert said["tolerance_rad"] == 1e-3
+    assert 0.0 < said["error_estimate_rad"] <= 1e-3
+    assert set(said["energy"]) == set(ENERGY_KINDS)
+    assert all(set(ends) == {"first", "last"} for ends in said["energy"].values())
+    assert said["energy"]["gravity"]["last"] < said["energy"]["gravity"]["first"]
+    assert 0.0 <= said["constraint_drift_m"] < 1e-4
+    assert said["files"] == [str(path) for path in fall.files]
+    assert all(path.stat().st_size > 0 for path in fall.files)
+
+
+def test_warnings_go_to_the_error_stream_and_progress_to_a_terminal_only(fall: Fall):
+    assert "warning: total mass 49.28 kg" in fall.result.stderr
+    assert "pass" not in fall.result.stderr
+
+
+def test_every_format_is_written_and_its_losses_are_listed(tmp_path: Path):
+    paths = [tmp_path / f"swing{suffix}" for suffix in MOTION_FORMATS]
+    outputs = [word for path in paths for word in ("-o", path)]
+    result = run("simulate", "pendulum", "--stop", 0.04, "--step", 0.01, *outputs)
+    assert result.stdout.startswith("Finished 0.04 s")
+    assert "energy [J]" in result.stdout
+    for path in paths:
+        assert path.stat().st_size > 0
+        assert f"not in {path}:\n" in result.stdout
+
+
+def test_a_quiet_run_prints_nothing(tmp_path: Path):
+    path = tmp_path / "fall.csv"
+    result = run("simulate", "prototype", "--stop", 0.02, "--step", 0.01, "--quiet", "-o", path)
+    assert (result.stdout, result.stderr) == ("", "")
+    assert path.exists()
+
+
+def test_a_fixed_step_has_no_error_estimate():
+    said = answer("simulate", "pendulum", "--stop", 0.1, "--step", 0.001)
+    assert (said["step_s"], said["steps"]) == (0.001, 100)
+    assert said["error_estimate_rad"] is None
+    assert said["tolerance_rad"] is None
+
+
+def test_set_and_velocity_are_in_degrees(tmp_path: Path):
+    words = ("--set", "shoulder=30,0,-45", "--velocity", "shoulder=100,0,0")
+    (moved,) = swing(tmp_path, *words).displacements.values()
+    assert moved[0] == pytest.approx(np.radians([30.0, 0.0, -45.0]), abs=1e-12)
+    assert moved[1, 0] - moved[0, 0] == pytest.approx(np.radians(2.0), rel=1e-3)
+
+
+def test_a_free_figure_has_a_row_named_after_its_segment(tmp_path: Path):
+    action = swing(tmp_path, "--free-root", "--velocity", "link1=0,0,0,0,50,0")
+    ((name, moved),) = action.displacements.items()
+    assert (name, moved.shape[1]) == ("link1", 6)
+    assert moved[-1, 4] - moved[0, 4] == pytest.approx(0.01, abs=1e-9)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(1.0, 1.04), (-0.06, -0.02)])
+def test_start_law_and_python_torques_reach_the_run(start: float, stop: float, tmp_path: Path):
+    words = ("--start", start, "--stop", stop, "--law", "weighted", "--python-torques")
+    action = swing(tmp_path, *words)
+    assert action.times.tolist() == pytest.approx([start, start + 0.02, stop])
+    assert action.header.law == "weighted"
+
+
+def test_a_run_starts_from_a_pose(tmp_path: Path):
+    path = tmp_path / "bent.pose"
+    path.write_text("joint shoulder { displacement = (10deg,20deg,30deg); }", encoding="utf-8")
+    (moved,) = swing(tmp_path, "--pose", path).displacements.values()
+    assert moved[0] == pytest.approx(np.radians([10.0, 20.0, 30.0]), abs=1e-12)
+    words = ("--pose", path, "--set", "shoulder=0,20,0")
+    (moved,) = swing(tmp_path, *words).displacements.values()
+    assert moved[0] == pytest.approx(np.radians([0.0, 20.0, 0.0]), abs=1e-12)
+
+
+def test_loads_do_work(tmp_path: Path):
+    loads = tmp_path / "push.csv"
+    loads.write_text(
+        "site,kind,time [s],x [N],y [N],z [N]\n"
+        "link1.CM,globalforce,0,5,5,5\nlink1.CM,globalforce,1,5,5,5\n",
+        encoding="utf-8",
+    )
+    said = answer("simulate", "pendulum", "--stop", 0.1, "--step", 0.01, "--loads", loads)
+    assert abs(said["energy"]["work"]["last"]) > 1e-6
+
+
+def test_a_failed_run_writes_what_was_simulated(tmp_path: Path):
+    path = tmp_path / "snap.action"
+    words = ("--springs", "printed", "--stop", 0.5, "--step", 0.002, "-o", path)
+    result = mover("simulate", "prototype", *words)
+    assert result.exit_code == 3
+    assert "the frames up to" in result.stderr
+    action = read_action(path)
+    assert action.header.outcome in (Ending.TURNED_OVER, Ending.SOLVER_FAILED)
+    assert 0.0 < action.times[-1] < 0.5
+    assert action.header.message.split()[1] in action.displacements
+
+
+def test_a_run_that_takes_too_long_ends(tmp_path: Path):
+    path = tmp_path / "long.csv"
+    words = ("--stop", 5, "--step", 0.001, "--wall-limit", 0.2, "--json", "-o", path)
+    result = mover("simulate", "prototype", *words)
+    assert result.exit_code == 3
+    said = json.loads(result.stdout)
+    assert said["outcome"] == "wall time used up"
+    assert said["simulated_s"] < 5.0
+    assert path.exists()
+
+
+# --drive, --links, --lock
+
+TABLE = "time [s], left_knee [deg], left_shoulder.1 [deg]\n0.1, 0, 0\n0.2, 10, 5\n0.3, 20, -5\n"
 LINKS = """
 [[link]]
 joints = ["right_knee"]
@@ -27,26 +177,15 @@ control = "left_shoulder"
 """
 
 
-def mover(*words):
-    return CliRunner().invoke(app, [str(word) for word in words])
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("knee.csv").write_text(TABLE, encoding="utf-8")
-    Path("links.toml").write_text(LINKS, encoding="utf-8")
-    return tmp_path
-
-
-def test_a_run_goes_over_its_table_with_all_that_follows(folder) -> None:
-    words = ("--drive", "knee.csv", "--links", "links.toml", "--lock", "waist", "--json")
-    done = mover("simulate", "prototype", *words, "-o", "out.action")
-    assert done.exit_code == 0
-    data = json.loads(done.stdout)
+def test_a_run_follows_its_table_its_links_and_its_locks(tmp_path: Path):
+    table, links, path = (tmp_path / name for name in ("knee.csv", "links.toml", "out.action"))
+    table.write_text(TABLE, encoding="utf-8")
+    links.write_text(LINKS, encoding="utf-8")
+    words = ("--drive", table, "--links", links, "--lock", "waist", "-o", path)
+    data = answer("simulate", "prototype", *words)
     assert data["simulated_s"] == pytest.approx(0.2)
     assert 0.0 <= data["strayed_rad_or_m"] < 1e-6
-    action = read_action("out.action")
+    action = read_action(path)
     q = {name: np.degrees(rows) for name, rows in action.displacements.items()}
     assert action.times[[0, -1]] == pytest.approx([0.1, 0.3])
     assert q["left_knee"][[0, 5, 10], 0] == pytest.approx([0.0, 10.0, 20.0], abs=1e-6)
@@ -56,86 +195,27 @@ def test_a_run_goes_over_its_table_with_all_that_follows(folder) -> None:
     assert np.ptp(q["waist"], axis=0) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_motion_from_an_action_file_is_driven_again(folder) -> None:
+def test_a_motion_from_an_action_file_is_driven_again(tmp_path: Path):
     """All of its joints, or those that are chosen."""
-    words = ("--stop", "0.1", "--frame", "0.0025", "--quiet")
-    assert mover("simulate", "prototype", *words, "-o", "one.action").exit_code == 0
-    words = ("--drive", "one.action", *words)
-    assert mover("simulate", "prototype", *words, "-o", "two.action").exit_code == 0
+    one, two, three = (tmp_path / f"{name}.action" for name in ("one", "two", "three"))
+    words = ("--stop", "0.05", "--frame", "0.0025", "--quiet", "-o")
+    run("simulate", "prototype", *words, one)
+    run("simulate", "prototype", "--drive", one, *words, two)
     chosen = ("--driven", "left_knee", "--driven", "waist")
-    assert mover("simulate", "prototype", *words, *chosen, "-o", "three.action").exit_code == 0
-    one, two, three = (read_action(f"{name}.action") for name in ("one", "two", "three"))
-    assert two.times == pytest.approx(one.times)
-    for name, rows in one.displacements.items():
-        assert two.displacements[name] == pytest.approx(rows, abs=1e-9)
+    run("simulate", "prototype", "--drive", one, *chosen, *words, three)
+    first, second, third = map(read_action, (one, two, three))
+    assert second.times == pytest.approx(first.times)
+    for name, rows in first.displacements.items():
+        assert second.displacements[name] == pytest.approx(rows, abs=1e-9)
         # The others fall as they fell, but for the accelerations of splines at their ends.
-        assert three.displacements[name] == pytest.approx(rows, abs=2e-3)
-    assert three.displacements["waist"] == pytest.approx(one.displacements["waist"], abs=1e-9)
+        assert third.displacements[name] == pytest.approx(rows, abs=2e-3)
+    assert third.displacements["waist"] == pytest.approx(first.displacements["waist"], abs=1e-9)
 
 
-REFUSED = [
-    (("--drive", "knee.csv", "--stop", "0.5"), 2, "the run goes from 0.1 s to 0.5 s, but the"),
-    (("--drive", "knee.csv", "--start", "0"), 2, "the run goes from 0 s to 0.3 s, but the drive"),
-    (("--drive", "knee.csv", "--lock", "left_knee"), 2, "left_knee is both locked and driven"),
-    (("--links", "links.toml", "--lock", "right_knee"), 2, "right_knee 1 follows left_knee 1 and"),
-    (("--drive", "knee.csv", "--set", "left_knee=4"), 2, "--set left_knee: the joint is linked or"),
-    (("--links", "links.toml", "--set", "right_knee=4"), 2, "--set right_knee: the joint is"),
-    (("--lock", "waist", "--velocity", "waist=1,0,0"), 2, "--velocity waist: the joint is locked"),
-    (("--drive", "knee.csv", "--velocity", "left_knee=500"), 2, "--velocity left_knee: the joint"),
-    (("--drive", "knee.csv", "--start", "0.6"), 2, "but the drives are from 0.1 s to 0.3 s"),
-    (("--lock", "left_kne"), 2, "has no joint `left_kne`; did you mean `left_knee`?"),
-    (("--driven", "left_knee"), 2, "--driven chooses joints of the --drive file, which is missing"),
-    (
-        ("--drive", "knee.csv", "--driven", "waist"),
-        1,
-        "knee.csv: joint `waist` is not driven there",
-    ),
-    (("--drive", "none.csv"), 1, "none.csv"),
-    (("--drive", "none.action"), 1, "none.action"),
-    (("--free-root", "--lock", "root_torso"), 2, "root_torso connects the figure to the ground"),
-    (
-        ("--drive", "knee.csv", "-o", "knee.csv"),
-        1,
-        "`knee.csv` cannot be written: the run reads it",
-    ),
-]
-
-
-@pytest.mark.parametrize(("words", "code", "said"), REFUSED)
-def test_what_is_refused(folder, words, code, said) -> None:
-    done = mover("simulate", "prototype", *words)
-    assert done.exit_code == code
-    assert said in done.stderr
-
-
-def test_an_action_file_of_another_figure_is_refused(folder) -> None:
-    """Joints that it does not have, and joints of other axes."""
-    assert mover("simulate", "fourbar", "--stop", "0.05", "-o", "bar.action").exit_code == 0
-    done = mover("simulate", "prototype", "--drive", "bar.action")
-    assert done.exit_code == 1
-    assert "bar.action: the figure has no joint `crank_bearing`" in done.stderr
-    text = Path("bar.action").read_text(encoding="utf-8")
-    Path("turned.action").write_text(text.replace("R(0,0,1)", "R(0,1,0)"), encoding="utf-8")
-    done = mover("simulate", "fourbar", "--drive", "turned.action")
-    assert done.exit_code == 1
-    assert "has other axes than in the figure" in done.stderr
-
-
-JUMP = "time [s], left_knee [deg]\n0,0\n0.1,0\n0.12,90\n0.2,90\n0.4,90\n"
-
-
-def test_a_spline_that_leaves_its_rows_is_told(folder) -> None:
-    """Of a table with the place; of an action file by its name."""
-    Path("jump.csv").write_text(JUMP, encoding="utf-8")
+def test_a_spline_that_overshoots_its_rows_is_a_warning(tmp_path: Path):
+    table = tmp_path / "jump.csv"
+    table.write_text("time [s], left_knee [deg]\n0,0\n0.1,0\n0.12,90\n0.2,90\n0.4,90\n", "utf-8")
     words = ("--stop", "0.02", "--step", "0.001")
-    done = mover("simulate", "prototype", "--drive", "jump.csv", *words)
+    done = run("simulate", "prototype", "--drive", table, *words)
     assert "jump.csv:2:3: warning: between this row and the next the spline takes" in done.stderr
     assert "to -221.1 deg at 0.04097 s, though the rows are from 0 to 90 deg" in done.stderr
-
-
-def test_rows_of_an_action_file_that_are_too_near(folder) -> None:
-    words = ("--stop", "2e-7", "--frame", "1e-7", "--step", "1e-7", "-o", "near.action")
-    assert mover("simulate", "fourbar", *words).exit_code == 0
-    done = mover("simulate", "fourbar", "--drive", "near.action", "--driven", "crank_bearing")
-    assert done.exit_code == 1
-    assert "near.action: joint `crank_bearing`: rows of a drive must be" in done.stderr

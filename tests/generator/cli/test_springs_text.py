@@ -2,12 +2,9 @@
 
 import json
 from math import radians
-from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from generator.cli.app import app
 from generator.cli.springs_text import coupled_law_data, coupled_law_lines
 from generator.springs_file.laws import describe_law, law_data
 from springs import Elastic, Linear
@@ -100,28 +97,3 @@ def test_a_coupled_law_in_words():
     published = coupled_law("riener_edrich_1999/leg").law
     assert coupled_law_data(published)["conservative"] is False
     assert "; not conservative; " in list(coupled_law_lines(published))[-1]
-
-
-def test_the_coupled_springs_of_a_figure_are_described(tmp_path: Path):
-    words = ["describe", "prototype", "--springs", "coupled"]
-    plain = CliRunner().invoke(app, words).stdout
-    assert "hip flexion at left_hip_joint y, knee flexion at left_knee -y" in plain
-    said = json.loads(CliRunner().invoke(app, [*words, "--json"]).stdout)["springs"]
-    left, right = said["coupled"]
-    assert [axis["joint"] for axis in right["axes"]] == ["right_hip_joint", "right_knee"]
-    assert left["coordinates"] == ["hip flexion", "knee flexion"]
-    assert left["conservative"] is True
-    assert said["joints"]["left_knee"]["axes"][0]["laws"] == []
-
-
-def test_springs_that_are_coupled_only_are_described(tmp_path: Path):
-    path = tmp_path / "own.springs.toml"
-    path.write_text(
-        '[[coupled]]\njoints = ["shoulder", "shoulder"]\naxes = ["x", "y"]\n'
-        'coordinates = ["a", "b"]\n'
-        "terms = [{ amplitudes_Nm = [-1, -1], rates_1_rad = [1, 1] }]\n",
-        encoding="utf-8",
-    )
-    plain = CliRunner().invoke(app, ["describe", "pendulum", "--springs", str(path)])
-    assert plain.exit_code == 0
-    assert "a at shoulder x, b at shoulder y" in plain.stdout

@@ -1,0 +1,64 @@
+"""`mover describe`: segments, joints and springs of a figure."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.command import answer, run
+from tests.paths import FIGURES
+
+
+def test_the_prototype_is_described():
+    said = answer("describe", "prototype")
+    assert said["degrees_of_freedom"] == 22
+    assert said["total_mass_kg"] == pytest.approx(49.278, abs=1e-3)
+    assert len(said["segments"]) == 11
+    assert [s["name"] for s in said["segments"] if s["ground"]] == ["body_root"]
+    kinds = [joint["kind"] for joint in said["joints"]]
+    assert (kinds.count("spherical"), kinds.count("revolute")) == (6, 4)
+    knee = said["springs"]["joints"]["left_knee"]["axes"][0]
+    assert knee["axis"] == "-y"
+    assert knee["viscous"] == pytest.approx(0.08)
+    (law,) = knee["laws"]
+    assert law["law"] == "cubic"
+    assert law["sense"] == -1
+    assert law["dead_zone_deg"] == pytest.approx([0.0, 89.0], abs=0.1)
+    assert "root_torso" not in said["springs"]["joints"]
+
+
+def test_stiffness_and_limits_are_described(tmp_path: Path):
+    limits = "llimit = (-10deg,-20deg,-30deg); ulimit = (10deg,20deg,30deg); damp = (1,1,1);"
+    text = (FIGURES / "pendulum.fig").read_text(encoding="utf-8")
+    path = tmp_path / "limited.fig"
+    path.write_text(text.replace("type = ", limits + " type = "), encoding="utf-8")
+    plain = run("describe", path).stdout
+    assert plain.startswith(f"{path}: 1 moving segment, 1 joint, 3 degrees of freedom, 0.025 kg\n")
+    assert "40 deg 20 deg" in plain
+    assert "spherical" in plain
+    assert "linear " in plain
+    assert "stops at -20 deg .. 20 deg" in plain
+    (shoulder,) = answer("describe", path)["springs"]["joints"].values()
+    assert [law["law"] for law in shoulder["axes"][0]["laws"]] == ["linear", "stop"]
+
+
+def test_the_coupled_springs_of_a_figure_are_described():
+    words = ("describe", "prototype", "--springs", "coupled")
+    assert "hip flexion at left_hip_joint y, knee flexion at left_knee -y" in run(*words).stdout
+    said = answer(*words)["springs"]
+    left, right = said["coupled"]
+    assert [axis["joint"] for axis in right["axes"]] == ["right_hip_joint", "right_knee"]
+    assert left["coordinates"] == ["hip flexion", "knee flexion"]
+    assert left["conservative"] is True
+    assert said["joints"]["left_knee"]["axes"][0]["laws"] == []
+
+
+def test_springs_that_are_coupled_only_are_described(tmp_path: Path):
+    path = tmp_path / "own.springs.toml"
+    path.write_text(
+        '[[coupled]]\njoints = ["shoulder", "shoulder"]\naxes = ["x", "y"]\n'
+        'coordinates = ["a", "b"]\n'
+        "terms = [{ amplitudes_Nm = [-1, -1], rates_1_rad = [1, 1] }]\n",
+        encoding="utf-8",
+    )
+    plain = run("describe", "pendulum", "--springs", path).stdout
+    assert "a at shoulder x, b at shoulder y" in plain
