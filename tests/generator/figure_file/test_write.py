@@ -5,7 +5,7 @@ import string
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.figure import (
@@ -140,7 +140,6 @@ def _order(figure):
     ]
 
 
-@settings(max_examples=200)
 @given(figure=figures())
 def test_any_figure_reads_back_equal_and_in_order(figure):
     text = write_figure(figure)
