@@ -43,7 +43,7 @@ OBLIQUE = (
     AxisSpring((0.6, 0.8, 0.0), (Cubic((1.0, 30.0, -8.0, 40.0)),)),
     AxisSpring((0.0, -0.6, 0.8), (Linear(25.0, 0.3), Stop(-0.4, 0.9))),
 )
-JOINTS = {"left": LEFT_HIP, "right": RIGHT_HIP, "oblique": OBLIQUE}
+JOINTS = {"left": LEFT_HIP, "oblique": OBLIQUE}
 LAWS = {Joining.CONSERVATIVE: conservative_torque, Joining.WEIGHTED: weighted_torque}
 
 components = st.floats(-1.6, 1.6)

@@ -4,12 +4,9 @@ from itertools import product
 from math import exp, radians
 from pathlib import Path
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from generator.diagnostics import Parsed, select_errors
+from generator.diagnostics import Parsed
 from generator.figure_file import read_figure
 from generator.springs_file.parse import parse_springs
 from generator.springs_file.read import LoadedSprings, load_springs, springs_names
@@ -21,7 +18,6 @@ from springs.published.tables import coupled_law
 from tests.paths import FIGURES
 
 PROTOTYPE = read_figure("prototype")
-FOLDER = FIGURES
 PUBLISHED = coupled_law("riener_edrich_1999/leg").law
 POSES = [(radians(h), radians(k)) for h, k in product((-15, 20, 60, 100), (0, 40, 135))]
 
@@ -54,11 +50,6 @@ def springs_of(text: str, tmp_path: Path) -> SpringSet:
 def law_of(text: str, tmp_path: Path) -> CoupledExponential:
     (spring, *_) = springs_of(text, tmp_path).coupled
     return spring.law
-
-
-def said(text: str) -> list[str]:
-    faults = [fault.as_dict() for fault in parse_springs(text).diagnostics]
-    return [f"{f['line']}:{f['column']} {f['message']}" for f in faults]
 
 
 def test_a_published_law_is_held_at_the_angles_that_are_left(tmp_path: Path):
@@ -132,14 +123,14 @@ def test_the_nearest_conservative_law_takes_the_place_of_the_published(tmp_path:
 
 
 def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
-    assert springs_names(FOLDER, "prototype") == ("coupled",)
+    assert springs_names(FIGURES, "prototype") == ("coupled",)
     plain, other = (
-        load_springs(PROTOTYPE, FOLDER, "prototype", choice) for choice in (None, "coupled")
+        load_springs(PROTOTYPE, FIGURES, "prototype", choice) for choice in (None, "coupled")
     )
     assert plain.value is not None
     assert other.value is not None
     assert other.diagnostics == plain.diagnostics
-    assert load_springs(PROTOTYPE, FOLDER, "prototype", "prototype.coupled") == other
+    assert load_springs(PROTOTYPE, FIGURES, "prototype", "prototype.coupled") == other
     legs = {"left_hip_joint", "right_hip_joint", "left_knee", "right_knee"}
     for name, joint in plain.value.springs.joints.items():
         mine = other.value.springs.joints[name]
@@ -158,7 +149,7 @@ def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
 
 
 def test_a_straight_knee_keeps_the_hip_from_flexing():
-    springs = load_springs(PROTOTYPE, FOLDER, "prototype", "coupled").value.springs
+    springs = load_springs(PROTOTYPE, FIGURES, "prototype", "coupled").value.springs
     assert springs is not None
     law = springs.coupled[0].law
     straight, bent = (law.torques((radians(90.0), radians(k)))[0] for k in (0.0, 90.0))
@@ -168,96 +159,46 @@ def test_a_straight_knee_keeps_the_hip_from_flexing():
 
 @pytest.mark.parametrize("choice", ["couplde", "", "no such", "x" * 5000])
 def test_a_name_that_is_none_lists_what_there_is(choice: str):
-    (fault,) = load_springs(PROTOTYPE, FOLDER, "prototype", choice).diagnostics
+    (fault,) = load_springs(PROTOTYPE, FIGURES, "prototype", choice).diagnostics
     assert "beside the figure `prototype`" in fault.message
     assert fault.hint == "there are coupled, none, printed; else name a file"
 
 
 @pytest.mark.parametrize("held", ["20", "-20", "0.0", "19.999999999"])
 def test_within_the_known_range_a_coordinate_is_held_without_a_word(held: str):
-    assert said(LEG.replace("[10]", f"[{held}]")) == []
+    assert parse_springs(LEG.replace("[10]", f"[{held}]")).diagnostics == ()
 
 
-def test_a_coordinate_of_another_joint_is_a_warning():
-    turned = OWN.replace('"hip flexion", "knee flexion"', '"knee flexion", "hip flexion"')
-    reading = parse_springs(turned)
-    assert select_errors(reading.diagnostics) == ()
-    assert said(turned) == [
-        "2:11 the joint of `knee flexion` is `left_hip_joint`",
-        "2:29 the joint of `hip flexion` is `left_knee`",
-    ]
-    assert said(OWN.replace('"hip flexion", "knee flexion"', '"one", "two"')) == []
-    assert said(OWN.replace('"left_hip_joint", "left_knee"', '"first", "second"')) == []
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"hip flexion", "knee flexion"', '"one", "two"'),
+        ('"left_hip_joint", "left_knee"', '"first", "second"'),
+    ],
+)
+def test_names_without_a_known_joint_are_not_doubted(old: str, new: str):
+    assert parse_springs(OWN.replace(old, new)).diagnostics == ()
 
 
-def test_two_laws_over_the_same_axes_are_a_warning(tmp_path: Path):
-    reading = read(LEG + OWN, tmp_path)
-    (fault,) = reading.diagnostics
-    assert not select_errors(reading.diagnostics)
-    assert fault.message == (
-        "a second law over the same axes of `left_hip_joint` and `left_knee`: the two add"
-    )
-    assert reading.value is not None
-    assert len(reading.value.springs.coupled) == 2
+def test_two_laws_over_the_same_axes_add(tmp_path: Path):
+    loaded = read(LEG + OWN, tmp_path).value
+    assert loaded is not None
+    assert len(loaded.springs.coupled) == 2
 
 
 def test_one_law_on_two_sides_in_two_tables_is_right(tmp_path: Path):
     assert read(LEG + LEG.replace("left_", "right_"), tmp_path).diagnostics == ()
 
 
+def test_a_law_may_have_six_coordinates():
+    text = (
+        '[[coupled]]\njoints = ["a", "b", "c", "d", "e", "f"]\n'
+        'coordinates = ["u", "v", "w", "x", "y", "z"]\n'
+        f"terms = [{{ amplitudes_Nm = {[-1] * 6}, rates_1_rad = {[1] * 6} }}]\n"
+    )
+    assert parse_springs(text).diagnostics == ()
+
+
 def test_a_law_that_is_scaled_to_nothing_can_be_checked(tmp_path: Path):
     (one,) = report_coupled(springs_of(LEG + "scale = 0\n", tmp_path))
     assert not [f for f in one.doubts if f.kind is not FindingKind.SYMMETRY]
-
-
-def test_six_coordinates_can_be_checked(tmp_path: Path):
-    joints = [
-        *("left_hip_joint", "left_knee", "right_hip_joint"),
-        *("right_knee", "left_elbow", "right_elbow"),
-    ]
-    text = (
-        f"[[coupled]]\njoints = {joints}\naxes = {['y', 'joint'] * 2 + ['joint'] * 2}\n"
-        f"coordinates = {list('abcdef')}\n"
-        f"terms = [{{ amplitudes_Nm = {[-1] * 6}, rates_1_rad = {[1] * 6} }}]\n"
-    )
-    (one,) = report_coupled(springs_of(text, tmp_path))
-    assert one.findings
-
-
-@given(st.text(max_size=40))
-def test_any_text_after_a_law_gives_faults_and_no_traceback(text: str):
-    for whole in (LEG + text, OWN + text, HEAD + text):
-        for fault in parse_springs(whole).diagnostics:
-            assert str(fault).startswith("<text>:")
-
-
-VALUES = st.recursive(
-    st.sampled_from(["1", "-2.5", "nan", '"x"', "true", "[]", "{}", "{a = 1}"]),
-    lambda inner: st.lists(inner, max_size=3).map(lambda items: f"[{', '.join(items)}]"),
-    max_leaves=6,
-)
-KEYS = st.sampled_from(
-    [
-        *("joints", "axes", "senses", "coordinates", "published", "held", "held_deg", "terms"),
-        *("constants_Nm", "measured_deg", "conservative", "scale", "offsets_deg", "reference"),
-    ]
-)
-
-
-@given(st.dictionaries(KEYS, VALUES, max_size=5))
-def test_values_of_any_kind_give_faults_and_no_traceback(table: dict[str, str]):
-    body = "\n".join(f"{key} = {value}" for key, value in table.items())
-    reading = parse_springs(f"[[coupled]]\n{body}\n")
-    assert select_errors(reading.diagnostics)
-    for fault in reading.diagnostics:
-        assert str(fault).startswith("<text>:")
-
-
-def test_torques_of_the_shipped_pair_by_the_published_formula():
-    """The published torques that the shipped law is near to, from the printed numbers."""
-    law = PUBLISHED.hold_coordinate("ankle dorsiflexion", 0.0)
-    hip, knee = 60.0, 40.0
-    by_hand = exp(1.4655 - 0.0034 * knee - 0.0750 * hip) - exp(
-        1.3403 - 0.0226 * knee + 0.0305 * hip
-    )
-    assert law.torques(np.radians([hip, knee]))[0] == pytest.approx(by_hand + 8.072, rel=1e-12)

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import Source, select_errors
+from generator.springs_file.coupled import COUPLED_KEYS
 from generator.springs_file.laws import CubicEntry
-from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
+from generator.springs_file.parse import SPRING_KEYS, SpringEntry, SpringsFile, parse_springs
 from generator.springs_file.toml_spans import locate_keys
 from springs import Damping, Joining, Linear
 
@@ -138,11 +139,41 @@ def test_enormous_nonsense_is_refused_quickly(text):
     assert len(reading.diagnostics) <= 101
 
 
+COUPLED = """\
+[[coupled]]
+joints = ["left_hip_joint", "left_knee"]
+axes = ["y", "joint"]
+coordinates = ["hip flexion", "knee flexion"]
+"""
+TERMS = "terms = [{ amplitudes_Nm = [-0.5, 0.25], rates_1_rad = [2.0, -1.0] }]\n"
+
+
 @given(st.text(max_size=60))
 def test_any_text_gives_faults_and_no_traceback(text):
-    for whole in (text, FULL + text, spring(text)):
+    for whole in (text, FULL + text, spring(text), COUPLED + text, COUPLED + TERMS + text):
         reading = parse_springs(whole)
         assert reading.value is not None or select_errors(reading.diagnostics)
+        for fault in reading.diagnostics:
+            assert str(fault).startswith("<text>:")
+
+
+VALUES = st.recursive(
+    st.sampled_from(["1", "-2.5", "nan", '"x"', "true", "[]", "{}", "{a = 1}"]),
+    lambda inner: st.lists(inner, max_size=3).map(lambda items: f"[{', '.join(items)}]"),
+    max_leaves=6,
+)
+
+
+def tables(keys):
+    return st.dictionaries(st.sampled_from(keys), VALUES, max_size=5)
+
+
+@given(tables(SPRING_KEYS), tables(COUPLED_KEYS))
+def test_values_of_any_kind_give_faults_and_no_traceback(own, coupled):
+    for head, table in ((spring(""), own), ("[[coupled]]\n", coupled)):
+        lines = [f"{key} = {value}\n" for key, value in table.items() if key not in head]
+        reading = parse_springs(head + "".join(lines))
+        assert (reading.value is None) is bool(select_errors(reading.diagnostics))
         for fault in reading.diagnostics:
             assert str(fault).startswith("<text>:")
 

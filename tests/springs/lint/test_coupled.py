@@ -130,6 +130,11 @@ def test_a_range_that_is_not_known_is_said():
     assert "the range of a is not known; checked over -90 .. 90 deg" in one.sentence
 
 
+def test_six_coordinates_can_be_checked():
+    term = CoupledTerm((-1.0,) * 6, (1.0,) * 6)
+    assert lint_coupled(CoupledExponential(tuple("abcdef"), (term,), (0.0,) * 6, (None,) * 6))
+
+
 def report(*springs: CoupledSpring, joints: dict[str, JointSprings] | None = None) -> CoupledReport:
     (one,) = report_coupled(SpringSet(joints or {}, coupled=springs))
     return one
