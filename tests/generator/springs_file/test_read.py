@@ -31,6 +31,7 @@ PAIRS = ("shoulder", "hip_joint")
 CHAIN = "R(0,0,1)*R(1,0,0)*R(0,1,0)"
 ZYZ = "R(0,0,1)*R(0,1,0)*R(0,0,1)"
 CUBIC = "1e7 2e7 3e7 4e7"  # 1 2 3 4 in N m
+CURVE = passive_cubic((1.0, 2.0, 3.0, 4.0))
 
 
 def figure(**joints: str) -> Figure:
@@ -209,7 +210,7 @@ def test_springs_are_looked_for_beside_the_figure(tmp_path):
     assert found().joints["knee"].axes[0].elastic == (Linear(3.0),)
     (tmp_path / "my.optional").write_text(f"1 3\n{CUBIC}\n0 0\n0 0 0\n")
     assert found().origin == "my.optional"
-    assert found().joints["knee"].axes[0].elastic == (passive_cubic((1.0, 2.0, 3.0, 4.0)),)
+    assert found().joints["knee"].axes[0].elastic == (CURVE,)
     (tmp_path / "my.springs.toml").write_text('[[spring]]\njoints=["knee"]\nstiffness_Nm_rad=5\n')
     assert found().origin == "my.springs.toml"
     assert found().joints["knee"].axes[0].elastic == (Linear(5.0),)
@@ -320,53 +321,57 @@ def test_negative_damping_is_refused_with_its_place():
 # How files and figure combine
 
 
-def test_a_record_replaces_stiff_rest_and_damp_on_its_axis_only(tmp_path):
-    whole = figure(hip=f"type = {CHAIN}; stiff = (1e7,2e7,3e7); damp = (1e7,1e7,1e7);")
+LIMITS = "llimit = (-1 rad,-2 rad,-3 rad); ulimit = (1 rad,2 rad,3 rad);"
+
+
+COMBINED = {
+    "a record replaces stiff on its axis only": (
+        f"type = {CHAIN}; stiff = (1e7,2e7,3e7);",
+        f"1 1 | {CUBIC}",
+        [(Z, (Linear(1.0),)), (X, (CURVE,)), (Y, (Linear(3.0),))],
+    ),
+    "stops are added to every axis": (
+        f"type = {CHAIN}; {LIMITS}",
+        f"1 1 | {CUBIC}",
+        [(Z, (Stop(-1.0, 1.0),)), (X, (CURVE, Stop(-2.0, 2.0))), (Y, (Stop(-3.0, 3.0),))],
+    ),
+    "stops of all factors about an axis": (
+        "type = R(0,0,1)*R(0,1,0)*R(0,0,-1); llimit = (-1 rad,0,-2 rad); ulimit = (1 rad,0,3 rad);",
+        f"1 3 | {CUBIC}",
+        [(Z, (CURVE, Stop(-1.0, 1.0), Stop(-3.0, 2.0))), (Y, (Stop(0.0, 0.0),))],
+    ),
+    "an axis that the chain does not name": (
+        f"type = {ZYZ}; stiff = (0,2e7,0);",
+        f"1 1 | {CUBIC}",
+        [(Y, (Linear(2.0),)), (X, (CURVE,))],
+    ),
+    "a revolute's declared axis, not negated": (
+        "type = R(0,-1,0);",
+        f"1 3 | {CUBIC} | 0.5 -0.2 0.3",
+        [((0.0, -1.0, 0.0), (Cubic((1.0, 2.0, 3.0, 4.0), -1, (-0.2, 0.3), 0.5),))],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", COMBINED)
+def test_the_record_of_an_axis_and_the_fields_of_its_joint(tmp_path, name):
+    fields, record, axes = COMBINED[name]
+    (joint,) = good(optional(tmp_path, figure(joint=fields), record)).joints.values()
+    assert [(axis.direction, axis.elastic) for axis in joint.axes] == axes
+
+
+def test_a_record_replaces_damp_on_its_axis_only(tmp_path):
+    whole = figure(hip=f"type = {CHAIN}; damp = (1e7,1e7,1e7);")
     axes = good(optional(tmp_path, whole, f"1 1 | {CUBIC}")).joints["hip"].axes
-    assert [axis.direction for axis in axes] == [Z, X, Y]
-    assert [axis.elastic for axis in axes] == [
-        (Linear(1.0),),
-        (passive_cubic((1.0, 2.0, 3.0, 4.0)),),
-        (Linear(3.0),),
-    ]
     assert [axis.damping.viscous for axis in axes] == [1.0, 0.08, 1.0]
 
 
-def test_stops_are_added_to_whatever_law_an_axis_has(tmp_path):
-    limits = "llimit = (-1 rad,-2 rad,-3 rad); ulimit = (1 rad,2 rad,3 rad);"
-    whole = figure(hip=f"type = {CHAIN}; {limits}")
-    cubic = passive_cubic((1.0, 2.0, 3.0, 4.0))
-    axes = good(optional(tmp_path, whole, f"1 1 | {CUBIC}")).joints["hip"].axes
-    assert axes[1].elastic == (cubic, Stop(-2.0, 2.0))
-    assert axes[0].elastic == (Stop(-1.0, 1.0),)
+def test_a_table_states_stiffness_and_onset_of_its_stops(tmp_path):
     table = 'joints = ["hip"]\naxis = "y"\nviscous_Nms_rad = 1\nstop_stiffness_Nm_rad = 50'
-    axes = good(toml(tmp_path, whole, table + "\nstop_onset_deg = 2")).joints["hip"].axes
-    assert axes[2].elastic == (Stop(-3.0, 3.0, 50.0, radians(2.0)),)
-
-
-def test_a_given_spring_collects_the_stops_of_all_factors_about_its_axis(tmp_path):
-    whole = figure(
-        ball="type = R(0,0,1)*R(0,1,0)*R(0,0,-1); llimit = (-1 rad,0,-2 rad);"
-        "ulimit = (1 rad,0,3 rad);"
+    reading = toml(
+        tmp_path, figure(hip=f"type = {CHAIN}; {LIMITS}"), table + "\nstop_onset_deg = 2"
     )
-    axes = good(optional(tmp_path, whole, f"1 3 | {CUBIC}")).joints["ball"].axes
-    cubic = passive_cubic((1.0, 2.0, 3.0, 4.0))
-    assert [axis.direction for axis in axes] == [Z, Y]
-    assert axes[0].elastic == (cubic, Stop(-1.0, 1.0), Stop(-3.0, 2.0))
-
-
-def test_a_spherical_joint_may_have_a_spring_about_an_axis_that_its_chain_does_not_name(tmp_path):
-    whole = figure(ball=f"type = {ZYZ}; stiff = (0,2e7,0);")
-    axes = good(optional(tmp_path, whole, f"1 1 | {CUBIC}")).joints["ball"].axes
-    assert [axis.direction for axis in axes] == [Y, X]
-    assert axes[1].elastic == (passive_cubic((1.0, 2.0, 3.0, 4.0)),)
-
-
-def test_a_revolute_s_record_is_about_its_declared_axis_and_not_negated(tmp_path):
-    whole = figure(knee="type = R(0,-1,0);")
-    (axis,) = good(optional(tmp_path, whole, f"1 3 | {CUBIC} | 0.5 -0.2 0.3")).joints["knee"].axes
-    assert axis.direction == (0.0, -1.0, 0.0)
-    assert axis.elastic == (Cubic((1.0, 2.0, 3.0, 4.0), -1, (-0.2, 0.3), 0.5),)
+    assert good(reading).joints["hip"].axes[2].elastic == (Stop(-3.0, 3.0, 50.0, radians(2.0)),)
 
 
 def test_a_revolute_without_a_dead_zone_of_its_own_takes_that_of_the_roots(tmp_path):
@@ -378,13 +383,12 @@ def test_a_revolute_without_a_dead_zone_of_its_own_takes_that_of_the_roots(tmp_p
     assert law.rest == 0.5
 
 
-def test_rest_and_dead_zone_of_a_spherical_axis_are_ignored_with_a_warning(tmp_path):
+def test_rest_and_dead_zone_of_a_spherical_axis_are_ignored(tmp_path):
     whole = figure(hip=f"type = {CHAIN};")
     reading = optional(tmp_path, whole, f"1 1 | {CUBIC} | 0.5 -0.2 0.3")
-    assert said(reading) == ["4:1 rest and dead zone of `hip` are not used"]
     assert reading.value is not None
     (axis,) = reading.value.springs.joints["hip"].axes
-    assert axis.elastic == (passive_cubic((1.0, 2.0, 3.0, 4.0)),)
+    assert axis.elastic == (CURVE,)
 
 
 def test_what_a_springs_file_states_wins_over_the_rule(tmp_path):
@@ -420,32 +424,25 @@ def test_joints_that_share_a_curve_are_mirror_images_by_their_declared_axes(tmp_
 
 
 def test_a_parabola_needs_limits_on_both_sides(tmp_path):
-    bounded = "type = R(0,1,0); llimit = (-1 rad); ulimit = (1 rad);"
-    whole = figure(free="type = R(0,1,0);", half="type = R(0,1,0); ulimit = (1 rad);", both=bounded)
-    parabola = "coefficients_Nm_rad = [0, 1, 2, 0]"
-    reading = toml(tmp_path, whole, f'joints = ["free", "half", "both"]\n{parabola}')
-    message = "restoring: c3 is zero and c2 is not: it pushes the same way at both ends"
-    assert said(reading) == [
-        f"3:23 no sense makes this cubic of `{name}` {message}" for name in ("free", "half")
-    ]
-    springs = good(toml(tmp_path, whole, f'joints = ["both"]\n{parabola}'))
-    (axis,) = springs.joints["both"].axes
-    assert axis.elastic == (Cubic((0.0, 1.0, 2.0, 0.0), -1), Stop(-1.0, 1.0))
-    assert axis.why.startswith("No sense restores at both ends; the limits bound the range")
-    assert said(optional(tmp_path, whole, "1 3 | 0 1e7 2e7 0")) == [
-        f"2:1 no sense makes this cubic of `free` {message}"
-    ]
-    assert not select_errors(optional(tmp_path, whole, "3 3 | 0 1e7 2e7 0").diagnostics)
+    limits = ("", "ulimit = (1 rad);", "llimit = (-1 rad); ulimit = (1 rad);")
+    whole = figure(**{f"j{k}": f"type = R(0,1,0); {text}" for k, text in enumerate(limits, 1)})
+    for number in (1, 2, 3):
+        table = f'joints = ["j{number}"]\ncoefficients_Nm_rad = [0, 1, 2, 0]'
+        for reading in (
+            toml(tmp_path, whole, table),
+            optional(tmp_path, whole, f"{number} 3 | 0 1e7 2e7 0"),
+        ):
+            if number < 3:
+                assert reading.value is None
+                continue
+            (axis,) = good(reading).joints["j3"].axes[:1]
+            assert axis.elastic == (Cubic((0.0, 1.0, 2.0, 0.0), -1), Stop(-1.0, 1.0))
+            assert axis.why.startswith("No sense restores at both ends; the limits bound the range")
 
 
 # What is wrong
 
-JOINTS = {
-    "left_knee": "type = R(0,1,0);",
-    "left_hip": f"type = {CHAIN};",
-    "wrist": "type = R(1,0,0)*R(0,1,0);",
-    "rail": "type = T(1,0,0);",
-}
+KNEE = "type = R(0,1,0);"
 K = "stiffness_Nm_rad = 1"
 
 
@@ -453,14 +450,14 @@ def test_springs_for_another_figure_are_used_with_a_warning(tmp_path):
     (tmp_path / "my.springs.toml").write_text(
         'figure = "other"\n[[spring]]\njoints = ["left_knee"]\n' + K
     )
-    reading = load_springs(figure(**JOINTS), tmp_path, "my")
+    reading = load_springs(figure(left_knee=KNEE), tmp_path, "my")
     assert said(reading) == ["1:10 these springs were written for the figure `other`"]
     assert reading.value is not None
     assert list(reading.value.springs.joints) == ["left_knee"]
 
 
 def test_printed_values_need_an_optional_file(tmp_path):
-    whole = figure(**JOINTS)
+    whole = figure(left_knee=KNEE)
     (fault,) = load_springs(whole, tmp_path, "my", "printed").diagnostics
     assert fault.message == "there is no `my.optional` beside the figure"
     (fault,) = load_springs(whole, None, None, "printed").diagnostics
@@ -469,7 +466,7 @@ def test_printed_values_need_an_optional_file(tmp_path):
 
 @pytest.mark.parametrize("name", ["my.springs.toml", "my.optional", "my"])
 def test_files_that_are_no_text_are_refused(tmp_path, name):
-    whole, path = figure(**JOINTS), tmp_path / name
+    whole, path = figure(left_knee=KNEE), tmp_path / name
     (missing,) = load_springs(whole, choice=path).diagnostics
     assert "cannot be read" in missing.message
     path.write_bytes(b"\xff\xfe\0\0")
@@ -482,7 +479,7 @@ def test_files_that_are_no_text_are_refused(tmp_path, name):
 
 
 def test_many_faults_end_with_the_hundredth(tmp_path):
-    whole = figure(**JOINTS)
+    whole = figure(left_knee=KNEE)
     reading = toml(tmp_path, whole, *['joints = ["knee"]\n' + K] * 150)
     assert len(reading.diagnostics) == 100
     assert reading.value is None
