@@ -1,12 +1,17 @@
-"""Motions that formats are tested with: what was simulated, and where its sites truly are."""
+"""Motions that formats are tested with, simulated or not."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from generator import Plan, read_figure, simulate
 from generator.figure import Figure
+from generator.kinematics.free_root import detach_root
 from generator.motion_files import FigureMotion, motion_from_recording
+from generator.motion_files.motion import Header, first_frame_interval
+from generator.recording import Ending
+from generator.rotations import Array
 from tests.chains import BALL, at, body, chain, figure, ground, joint
 from tests.paths import FIGURES
 
@@ -38,32 +43,51 @@ def slides() -> Figure:
 
 @cache
 def clip(name: str) -> FigureMotion:
-    """A motion of one second."""
-    match name:
-        case "slides":
-            made = slides()
-            return motion_from_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
-        case "flying":
-            made = read_figure(FIGURES / "prototype.fig")
-            spun = {"lower_torso": (1.0, 2.0, -3.0, 0.5, 1.0, 0.2)}
-            plan = Plan(stop=1.0, tolerance=1e-4, free_root=True, velocities=spun)
-            return motion_from_recording(simulate(made, plan), made)
-        case _:
-            made = read_figure(FIGURES / f"{name}.fig")
-            return motion_from_recording(simulate(made, Plan(stop=1.0, tolerance=1e-4)), made)
+    """A simulated motion of 0.4 s, with its run."""
+    made = slides() if name == "slides" else read_figure(FIGURES / f"{FILES.get(name, name)}.fig")
+    plan = Plan(stop=0.4, tolerance=1e-4)
+    if name == "flying":
+        spun = {"lower_torso": (1.0, 2.0, -3.0, 0.5, 1.0, 0.2)}
+        plan = replace(plan, free_root=True, velocities=spun)
+    return motion_from_recording(simulate(made, plan), made)
 
 
-def ten_frames(motion: FigureMotion) -> list[int]:
-    """The numbers of ten frames, the first and the last among them."""
-    return np.linspace(0, motion.times.size - 1, 10).round().astype(int).tolist()
+FILES = {"flying": "prototype"}
 
 
-def site(motion: FigureMotion, segment: str, name: str, frames: list[int]) -> np.ndarray:
-    """Places of a site in the world as they were simulated, shape (frames, 3) [m]."""
-    pose = motion.figure.segments[segment].sites[name].pose_in_segment
-    return (motion.poses[segment][frames] @ pose)[:, :3, 3]
+def header_of(times: Array) -> Header:
+    start, stop, frame = float(times[0]), float(times[-1]), first_frame_interval(times)
+    return Header("leg.fig", None, start, stop, frame, "none", "weighted", Ending.DONE, "done")
 
 
-def all_sites(motion: FigureMotion) -> list[tuple[str, str]]:
-    """Every segment with each of its sites."""
-    return [(s.name, name) for s in motion.figure.segments.values() for name in s.sites]
+EVEN_TIMES = np.array([0.0, 0.02, 0.04])
+
+
+def any_motion(
+    made: Figure, times: Array = EVEN_TIMES, seed: int = 0, *, is_free: bool = False
+) -> FigureMotion:
+    """A motion of any displacements, which was not simulated; with `is_free` nothing holds it."""
+    joints = made.joints
+    if is_free:
+        joints = detach_root(made, start_of(made))[0].joints
+    rng = np.random.default_rng(seed)
+    chains = {name: one.chain for name, one in joints.items()}
+    values = {name: rng.uniform(-7.0, 7.0, (len(times), len(c))) for name, c in chains.items()}
+    return FigureMotion(made, header_of(times), chains, times, values)
+
+
+def standing(made: Figure) -> FigureMotion:
+    """Two frames of the pose in which a figure is drawn."""
+    times = np.array([0.0, 0.02])
+    chains = {name: one.chain for name, one in made.joints.items()}
+    values = {name: np.array([start, start]) for name, start in start_of(made).items()}
+    return FigureMotion(made, header_of(times), chains, times, values)
+
+
+def start_of(made: Figure) -> dict[str, Array]:
+    return {name: np.array(one.displacement, dtype=float) for name, one in made.joints.items()}
+
+
+@cache
+def shipped(name: str) -> Figure:
+    return read_figure(FIGURES / f"{name}.fig")

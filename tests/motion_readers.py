@@ -1,0 +1,221 @@
+"""Readers of the motion formats that the packages only write, by the formats' specifications."""
+
+import json
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from generator.rotations import Array
+
+Poses = dict[str, Array]
+"""Poses in the world by name, shape (frames, 4, 4)."""
+
+
+def poses_of(turns: Array, shifts: Array) -> Array:
+    """Poses of rotations (n or 1, 3, 3) and translations (n or 1, 3), shape (n, 4, 4)."""
+    made = np.tile(np.eye(4), (max(len(turns), len(shifts)), 1, 1))
+    made[:, :3, :3], made[:, :3, 3] = turns, shifts
+    return made
+
+
+def compose(local: Mapping[str, Array], parents: Mapping[str, str]) -> Poses:
+    """Poses in the world from those in the parents."""
+
+    def world(name: str) -> Array:
+        return world(parents[name]) @ local[name] if name in parents else local[name]
+
+    return {name: world(name) for name in local}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of OpenSim: header, column labels, and rows."""
+
+    header: dict[str, str]
+    labels: list[str]
+    rows: Array
+
+
+def read_table(path: Path) -> Table:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    end = lines.index("endheader")
+    rows = np.array([line.split("\t") for line in lines[end + 2 :]], dtype=float)
+    header = dict(line.split("=", 1) for line in lines[1:end])
+    return Table(header, lines[end + 1].split("\t"), rows)
+
+
+class Glb:
+    """A binary glTF 2.0 file (sections 3.5.3 and 4.4 of the specification)."""
+
+    def __init__(self, path: Path) -> None:
+        data = path.read_bytes()
+        assert struct.unpack_from("<4sII", data) == (b"glTF", 2, len(data))
+        size, kind = struct.unpack_from("<I4s", data, 12)
+        assert (kind, size % 4) == (b"JSON", 0)
+        self.document: dict[str, Any] = json.loads(data[20 : 20 + size])
+        assert data[24 + size : 28 + size] == b"BIN\0"
+        self.blob = data[28 + size :]
+        self.nodes: list[dict[str, Any]] = self.document["nodes"]
+        (animation,) = self.document["animations"]
+        self.channels = {
+            (channel["target"]["node"], channel["target"]["path"]): animation["samplers"][
+                channel["sampler"]
+            ]
+            for channel in animation["channels"]
+        }
+        self.times = self.numbers(next(iter(self.channels.values()))["input"])[:, 0]
+
+    def numbers(self, accessor: int) -> Array:
+        held = self.document["accessors"][accessor]
+        assert held["componentType"] == 5126
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[held["type"]]
+        start = self.document["bufferViews"][held["bufferView"]].get("byteOffset", 0)
+        flat = np.frombuffer(self.blob, "<f4", held["count"] * width, start)
+        return flat.reshape(held["count"], width).astype(float)
+
+    def values(self, node: int, path: str) -> Array:
+        """Rotations (quaternions, x first) or translations of a node, shape (frames, 4 or 3)."""
+        if (node, path) in self.channels:
+            return self.numbers(self.channels[node, path]["output"])
+        default = [0.0, 0.0, 0.0, 1.0] if path == "rotation" else [0.0, 0.0, 0.0]
+        return np.array([self.nodes[node].get(path, default)] * len(self.times))
+
+    def poses(self, resample: Callable[[Array], Array] = np.asarray) -> Poses:
+        """Poses of the nodes; `resample` makes quaternions and translations of other frames."""
+        local, parents = {}, {}
+        for k, node in enumerate(self.nodes):
+            turns = Rotation.from_quat(resample(self.values(k, "rotation")))
+            shifts = resample(self.values(k, "translation"))
+            local[node["name"]] = poses_of(turns.as_matrix(), shifts)
+            parents |= {
+                self.nodes[child]["name"]: node["name"] for child in node.get("children", ())
+            }
+        return compose(local, parents)
+
+
+class X3d:
+    """An X3D file, with the kinematics of HAnimJoint: T C R -C (ISO/IEC 19774-1, 6.3)."""
+
+    def __init__(self, path: Path) -> None:
+        self.root = ElementTree.parse(path).getroot()
+        self.parents = {child: each for each in self.root.iter() for child in each}
+        self.named = {each.attrib["DEF"]: each for each in self.root.iter() if each.get("DEF")}
+        routes = [route.attrib for route in self.root.iter("ROUTE")]
+        clocked = {r["toNode"]: r["fromNode"] for r in routes if r["toField"] == "set_fraction"}
+        self.driven = {
+            (r["toNode"], r["toField"]): self.named[r["fromNode"]]
+            for r in routes
+            if r["fromField"] == "value_changed" and clocked[r["fromNode"]] == "clock"
+        }
+
+    @property
+    def meta(self) -> dict[str, str]:
+        return {each.attrib["name"]: each.attrib["content"] for each in self.root.iter("meta")}
+
+    @cached_property
+    def times(self) -> Array:
+        """Times of the key frames [s]; zero without a clock."""
+        if "clock" not in self.named:
+            return np.zeros(1)
+        source, *others = self.driven.values()
+        keys = numbers(source, "key", 1)[:, 0]
+        assert all(np.array_equal(numbers(other, "key", 1)[:, 0], keys) for other in others)
+        return keys * float(self.named["clock"].attrib["cycleInterval"])
+
+    def values(self, joint: ElementTree.Element, field: str, width: int) -> Array:
+        """Values of a field over the key frames, or its own, shape (frames or 1, width)."""
+        source = self.driven.get((joint.attrib["DEF"], field))
+        return (
+            numbers(joint, field, width) if source is None else numbers(source, "keyValue", width)
+        )
+
+    def displacement(self, element: ElementTree.Element) -> Array:
+        """What carries an element from the default pose to where it is, shape (n, 4, 4)."""
+        above = self.parents.get(element)
+        outer = np.eye(4) if above is None else self.displacement(above)
+        if element.tag != "HAnimJoint":
+            return outer
+        centre = numbers(element, "center", 3)
+        turn = axis_angle_matrices(self.values(element, "rotation", 4))
+        shift = self.values(element, "translation", 3) + centre - (turn @ centre[0])
+        return outer @ poses_of(turn, shift)
+
+    def pose(self, name: str) -> Array:
+        """Pose of a site in the world, shape (n, 4, 4)."""
+        element = self.named[name]
+        turn = axis_angle_matrices(numbers(element, "rotation", 4))
+        rest = poses_of(turn, numbers(element, "translation", 3))
+        return self.displacement(element) @ rest
+
+
+def numbers(element: ElementTree.Element, field: str, width: int) -> Array:
+    default = "0 0 0" if width == 3 else "0 1 0 0"
+    return np.array(element.get(field, default).split(), dtype=float).reshape(-1, width)
+
+
+def axis_angle_matrices(values: Array) -> Array:
+    return Rotation.from_rotvec(values[:, :3] * values[:, 3:]).as_matrix()
+
+
+class Bvh:
+    """A BVH file; lengths in centimetres, and channels that act from left to right."""
+
+    def __init__(self, path: Path) -> None:
+        text = path.read_text(encoding="utf-8")
+        hierarchy, _, motion = text.partition("MOTION\n")
+        self.offsets: dict[str, list[float]] = {}
+        self.channels: dict[str, list[str]] = {}
+        self.parents: dict[str, str] = {}
+        self._parse_hierarchy(iter(hierarchy.split("\n")))
+        count, interval, *rows = motion.splitlines()
+        self.rows = np.array([row.split() for row in rows], dtype=float)
+        self.interval = float(interval.removeprefix("Frame Time:"))
+        assert len(self.rows) == int(count.removeprefix("Frames:"))
+        assert self.rows.shape[1] == sum(map(len, self.channels.values()))
+
+    def _parse_hierarchy(self, lines: Iterator[str]) -> None:
+        """Fill offsets, channels and parents; the end of joint `a` is called `a end`."""
+        open_blocks: list[str] = []
+        name = ""
+        for line in lines:
+            match line.split():
+                case ["ROOT" | "JOINT", name]:
+                    pass
+                case ["End", "Site"]:
+                    name = f"{open_blocks[-1]} end"
+                case ["{"]:
+                    if open_blocks:
+                        self.parents[name] = open_blocks[-1]
+                    open_blocks.append(name)
+                case ["OFFSET", *offset]:
+                    self.offsets[open_blocks[-1]] = list(map(float, offset))
+                case ["CHANNELS", count, *channels]:
+                    assert len(channels) == int(count)
+                    self.channels[open_blocks[-1]] = channels
+                case ["}"]:
+                    open_blocks.pop()
+        assert not open_blocks
+
+    def poses(self) -> Poses:
+        """Poses of joints and ends in the world [m]."""
+        column, local = 0, {}
+        for name, offset in self.offsets.items():
+            here = poses_of(np.eye(3)[None], np.tile(offset, (len(self.rows), 1)))
+            for channel in self.channels.get(name, ()):
+                axis, values = np.eye(3)["XYZ".index(channel[0])], self.rows[:, column, None]
+                if channel.endswith("position"):
+                    step = poses_of(np.eye(3)[None], values * axis)
+                else:
+                    turn = Rotation.from_rotvec(np.radians(values) * axis).as_matrix()
+                    step = poses_of(turn, np.zeros((1, 3)))
+                here, column = here @ step, column + 1
+            here[:, :3, 3] /= 100.0
+            local[name] = here
+        return compose(local, self.parents)
