@@ -91,3 +91,9 @@ def start_of(made: Figure) -> dict[str, Array]:
 @cache
 def shipped(name: str) -> Figure:
     return read_figure(FIGURES / f"{name}.fig")
+
+
+def site(motion: FigureMotion, segment: str, name: str) -> Array:
+    """Places of a site in the world, shape (frames, 3) [m]."""
+    pose = motion.figure.segments[segment].sites[name].pose_in_segment
+    return (motion.poses[segment] @ pose)[:, :3, 3]
