@@ -5,11 +5,12 @@
 
 from collections.abc import Callable
 from functools import cache
+from os import sep
 from pathlib import Path
 
 import pytest
 
-from generator.diagnostics import Parsed, select_errors
+from generator.diagnostics import Parsed, Source, select_errors
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file, read_figure
 from generator.geometry import parse_psurf_file
@@ -19,6 +20,8 @@ from generator.input_files.links import parse_links_source
 from generator.input_files.loads import parse_loads_file
 from generator.input_files.moments import parse_moments_file
 from generator.input_files.pose import parse_pose_file
+from generator.model_files.formats import parse_model
+from generator.motion_files import parse_action
 from generator.springs_file.read import load_springs
 from generator.text_io import parse_file
 from tests.paths import FAULTS
@@ -58,6 +61,10 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "springs": parse_springs,
     "optional": parse_springs,
     "links": lambda path: parse_file(path, parse_links_source),
+    "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),
+    "model": lambda path: parse_model(
+        Source(str(path), path.read_text(encoding="utf-8")), path.parent
+    ),
 }
 
 FILES = sorted(path for path in FAULTS.glob("*/*") if path.suffix != ".expected")
@@ -73,7 +80,7 @@ def test_every_kind_has_files_and_every_answer_its_file():
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureRequest):
     parsed = PARSERS[path.parent.name](path)
-    text = "\n".join(map(str, parsed.diagnostics)).replace(str(path), path.name) + "\n"
+    text = "\n".join(map(str, parsed.diagnostics)).replace(f"{path.parent}{sep}", "") + "\n"
     expected = path.with_suffix(".expected")
     if request.config.getoption("--update-expected"):
         expected.write_text(text, "utf-8")
