@@ -1,8 +1,5 @@
 """Tables that drive joints: what they say, and every fault with its place."""
 
-from importlib.resources import files
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,22 +7,11 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.drive import Drive
-from generator.input_files.drives import parse_drives, parse_drives_file
+from generator.input_files.drives import parse_drives
 from tests.chains import chain, one_body
 
-PROTOTYPE = read_figure(Path(str(files("figures"))) / "prototype.fig")
+PROTOTYPE = read_figure("prototype")
 HEADER = "time [s], left_knee [deg], left_shoulder.3 [rad], left_shoulder.1 [deg]\n"
-
-
-def faults(text, figure=PROTOTYPE, only=()):
-    """`line:column message; hint` of every fault."""
-    reading = parse_drives(text, figure, only)
-    assert not reading.value
-    told = []
-    for fault in reading.diagnostics:
-        line, column = fault.span.source.line_and_column(fault.span.start)
-        told.append(f"{line}:{column} {fault.message}; {fault.hint}")
-    return told
 
 
 def test_columns_of_joints_and_of_their_displacements() -> None:
@@ -49,30 +35,6 @@ def test_some_joints_of_a_table() -> None:
     assert not parse_drives(text, PROTOTYPE, ["right_knee"]).value
 
 
-@given(
-    st.lists(
-        st.tuples(st.floats(0.05, 2.0), st.floats(-400.0, 400.0), st.floats(-7.0, 7.0)),
-        min_size=2,
-        max_size=20,
-    )
-)
-def test_what_is_written_is_driven(rows) -> None:
-    """Every number of a table is met at its time."""
-    times = np.cumsum([gap for gap, *_ in rows])
-    lines = [
-        f"{time!r},{degrees!r},{radians!r}"
-        for time, (_, degrees, radians) in zip(times.tolist(), rows, strict=True)
-    ]
-    text = "time [s],left_knee [deg],waist.2 [rad]\n" + "\n".join(lines)
-    drives = parse_drives(text, PROTOTYPE).value
-    assert drives["left_knee"].displacements(times)[:, 0] == pytest.approx(
-        np.radians([degrees for _, degrees, _ in rows]), abs=1e-9
-    )
-    assert drives["waist"].displacements(times)[:, 0] == pytest.approx(
-        [radians for *_, radians in rows], abs=1e-9
-    )
-
-
 @given(st.text(alphabet="time [s],left_knee.1[deg]\n0123456789.-+eNaN#;\t", max_size=120))
 def test_any_text_is_read_or_refused(text) -> None:
     """Drives come without errors, and errors without drives."""
@@ -85,15 +47,9 @@ def test_any_text_is_read_or_refused(text) -> None:
 def test_slides_are_refused() -> None:
     made = one_body(chain("Tx"))
     text = "time [s],pin [cm]\n0,1\n1,2\n"
-    assert faults(text, made) == [
-        "1:10 `pin` is a translation: only rotations can be driven in a simulation; "
-    ]
-
-
-def test_a_file_that_is_not_there(tmp_path) -> None:
-    reading = parse_drives_file(tmp_path / "none.csv", PROTOTYPE)
-    assert not reading.value
-    assert len(reading.diagnostics) == 1
+    (fault,) = parse_drives(text, made).diagnostics
+    assert "`pin` is a translation: only rotations can be driven in a simulation" in str(fault)
+    assert (fault.span.line, fault.span.column) == (1, 10)
 
 
 def test_splines_that_leave_the_range_of_their_rows_are_told() -> None:

@@ -8,7 +8,6 @@ import pytest
 from generator.diagnostics import InputError
 from generator.input_files.moments import (
     parse_moments,
-    parse_moments_file,
     read_moments,
 )
 
@@ -44,11 +43,6 @@ def test_an_angle_may_be_measured_twice():
     assert len(moments.angles) == 5
 
 
-def test_all_faults_are_told():
-    reading = parse_moments(HEADER + "a,b\n10,c\n5,1\n4,1\n")
-    assert [fault.span.line for fault in reading.diagnostics if fault.span] == [2, 2, 3, 5]
-
-
 def test_a_file(tmp_path: Path):
     path = tmp_path / "elbow.csv"
     path.write_text(HEADER + ROWS, encoding="utf-8")
@@ -56,4 +50,3 @@ def test_a_file(tmp_path: Path):
     path.write_bytes(b"\x00\x01")
     with pytest.raises(InputError, match="binary"):
         read_moments(path)
-    assert "no such file" in parse_moments_file(tmp_path / "none.csv").diagnostics[0].message
