@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -157,44 +157,13 @@ def test_round_a_closed_loop_the_conservative_law_does_no_work(joint):
     assert abs(sum(done)) < 1e-10
 
 
-@settings(max_examples=10, deadline=None)
-@given(st.lists(rotation_vectors, min_size=3, max_size=4))
-def test_round_any_closed_loop_the_conservative_law_does_no_work(points):
-    path = loop(points)
-    assume(all(np.linalg.norm(turn) < 2.5 for _, turn in path))
-    grid = np.linspace(0.0, 1.0, 41)
-    longest = max(np.linalg.norm(along(edge, s)) for edge in path for s in grid)
-    assume(longest < 2.8)  # at half a turn the rotation vector is not defined
-    smooth = (
-        AxisSpring(X, (Cubic((1.0, 30.0, -8.0, 40.0)),)),
-        AxisSpring(Y, (Linear(25.0, 0.3),)),
-        AxisSpring((0.0, 0.6, -0.8), (Cubic((-2.0, 10.0, 20.0, 30.0), -1, None, 0.2),)),
-    )
-    total = 0.0
-    for start, turn in path:  # short pieces, so that few nodes are exact
-        for k in range(8):
-            piece = (start @ matrix_from_rotation_vector(k / 8.0 * turn), turn / 8.0)
-            total += work(conservative_torque, smooth, piece, 16)
-    assert abs(total) < 1e-10
-
-
 def test_round_a_closed_loop_the_weighted_law_does_work():
     coarse, fine = (
         sum(work(weighted_torque, LEFT_HIP, path, nodes) for path in TRIANGLE)
-        for nodes in (60, 120)
+        for nodes in (24, 48)
     )
     assert abs(fine) > 1.0
     assert coarse == pytest.approx(fine, rel=1e-2)
-
-
-def test_unscaled_the_gradient_would_do_work_too():
-    def unscaled(axes, r):
-        return sum(
-            np.array(axis.direction) * total_torque(axis.elastic, np.dot(axis.direction, r))
-            for axis in axes
-        )
-
-    assert abs(sum(work(unscaled, LEFT_HIP, path, 24) for path in TRIANGLE)) > 0.1
 
 
 @pytest.mark.parametrize("joining", Joining)

@@ -33,7 +33,7 @@ from springs.lint.curve import (
 )
 from springs.lint.finding import Finding, FindingKind
 from springs.lint.report import CurveReport, report_curves
-from springs.published.range_of_motion import RangeEnd, normal_range
+from springs.published.range_of_motion import RangeEnd
 from springs.published.reference import Reference, Sureness
 from springs.smooth_limit import SmoothLimit
 from tests.paths import FIGURES
@@ -290,16 +290,6 @@ def test_what_a_cycle_stores_and_loses():
     assert lost == pytest.approx(2.0 * pi**2 * 0.08 * amplitude**2 + 2.0 * amplitude, rel=1e-9)
 
 
-def test_the_loss_is_that_of_the_damping_law():
-    """The same by summing torque times rate over a cycle of one second."""
-    damping, amplitude = Damping(0.08, 0.5), pi / 2.0
-    times = (np.arange(200_000) + 0.5) / 200_000
-    rates = amplitude * 2.0 * pi * np.cos(2.0 * pi * times)
-    spent = -float(np.mean(np.asarray(damping.torque(rates)) * rates))
-    (energy,) = notes(lint_curve(AxisSpring(Z, (Linear(1.0),), damping)), FindingKind.ENERGY)
-    assert energy.values[1] == pytest.approx(spent, rel=1e-3)
-
-
 # normal ranges
 
 
@@ -356,37 +346,6 @@ def test_the_lower_end_mirrors_the_upper():
         its = sorted(f.angles for f in doubts(down, kind))
         for one, other in zip(mine, its, strict=True):
             assert one == pytest.approx(other, abs=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("joint", "motion", "low", "high"),
-    [
-        ("left_elbow", "flexion", -0.8, 144.6),
-        ("right_knee", "flexion", -1.0, 137.7),
-        ("left_hip_joint", "flexion", -17.4, 130.4),
-        ("left_hip_joint", "medial rotation", -41.8, 35.2),
-        ("left_shoulder", "flexion", -62.0, 168.8),
-        ("waist", "twist to the left", -45.0, 45.0),
-        ("waist", "lateral bend to the right", -35.0, 35.0),
-    ],
-)
-def test_normal_ranges(joint: str, motion: str, low: float, high: float):
-    ends = normal_range(joint, motion)
-    assert all(end is not None and end.reference.text for end in ends)
-    assert [degrees(end.angle) for end in ends if end] == pytest.approx([low, high])
-
-
-def test_a_range_known_at_one_end_only():
-    low, high = normal_range("shoulder", "abduction")
-    assert low is None
-    assert high is not None
-
-
-@pytest.mark.parametrize(
-    ("joint", "motion"), [("left_ankle", "flexion"), ("knee", ""), ("hinge", "swing")]
-)
-def test_where_no_range_is_known(joint: str, motion: str):
-    assert normal_range(joint, motion) == (None, None)
 
 
 # left and right
