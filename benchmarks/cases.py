@@ -48,7 +48,7 @@ REACHING = {
 POSES = {"standing": STANDING, "striding": STRIDING, "reaching": REACHING}
 """Starts of the prototype [deg], at rest; in the last a knee is beyond its dead zone."""
 
-_BENT = {
+BENT = {
     "waist": (10.0, 20.0, -15.0),
     "root_torso": (5.0, -10.0, 8.0),
     "left_shoulder": (20.0, 40.0, -30.0),
@@ -86,13 +86,13 @@ def prototype(pose: str) -> Case:
     figure = read_figure("prototype")
     start = _radians(POSES[pose])
     tree = tree_model(figure, start)
-    return Case(figure, start, tree, CurveLaw(tree, figure, _SPRINGS))
+    return Case(figure, start, tree, CurveLaw.from_file(tree, figure, _SPRINGS))
 
 
 def reference() -> Case:
     """The prototype, all joints bent, each with (20 + 60 a^2) r and 0.08 N m s/rad."""
     figure = read_figure("prototype")
-    start, law = _radians(_BENT), RadialLaw()
+    start, law = _radians(BENT), RadialLaw()
     return Case(figure, start, tree_model(figure, start), law, law)
 
 

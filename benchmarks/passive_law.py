@@ -11,9 +11,10 @@ on the tip, in the tip's own axes.
 """
 
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -68,9 +69,16 @@ class RadialLaw:
 class CurveLaw:
     """Cubics with dead zones about the axes of joints (eq. 4.5), from a springs file's numbers."""
 
-    def __init__(self, model: TreeModel, figure: Figure, name: str) -> None:
-        """Gather the curves of `figures/NAME`; every axis must have the same damping in a joint."""
+    @classmethod
+    def from_file(cls, model: TreeModel, figure: Figure, name: str) -> "CurveLaw":
+        """Gather the curves of `figures/NAME`."""
         document = tomllib.loads((files("figures") / name).read_text(encoding="utf-8"))
+        return cls(model, figure, document["spring"])
+
+    def __init__(
+        self, model: TreeModel, figure: Figure, springs: Sequence[Mapping[str, Any]]
+    ) -> None:
+        """Gather the curves; every axis must have the same damping in a joint."""
         links = [*model.balls, *model.hinges]
         slots = [3] * len(model.balls) + [1] * len(model.hinges)
         first = dict(zip([link.joint for link in links], np.cumsum([0, *slots]), strict=False))
@@ -82,7 +90,7 @@ class CurveLaw:
         self._axes = np.zeros((len(model.balls), 3, 3))
         by_joint = {link.joint: link for link in links}
         used = dict.fromkeys(first, 0)
-        for spring in document["spring"]:
+        for spring in springs:
             if spring["coulomb_Nm"]:
                 raise ValueError("this law has no friction")
             for joint in spring["joints"]:
@@ -153,9 +161,11 @@ class CurveLaw:
         return a * (c[0] + a * (c[1] / 2.0 + a * (c[2] / 3.0 + a * c[3] / 4.0)))
 
 
-def _declared(figure: Figure, link: Link, axis: str) -> Array:
+def _declared(figure: Figure, link: Link, axis: str | tuple[float, ...]) -> Array:
     """The axis that a springs file names, as the joint declares it, for turns of the tip."""
     chain = figure.joints[link.joint].chain
+    if isinstance(axis, tuple):
+        return link.sign * np.array(axis)
     if axis == "joint":
         return link.sign * np.array(chain[0].axis)
     place = "xyz".index(axis)

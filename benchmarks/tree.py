@@ -5,7 +5,7 @@ here a second time. A joint's frame is its site: in the zero pose the sites of b
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -34,6 +34,8 @@ class Link:
         mass: [kg].
         centre: of mass, in the segment, shape (3,) [m].
         inertia: principal moments about it along the segment's axes, shape (3,) [kg m^2].
+        is_free: whether the joint is left out, so that the segment floats. Its turns are those of a
+            ball, and `in_base` is the place of the joint's frame at the start, not turned.
     """
 
     name: str
@@ -46,21 +48,26 @@ class Link:
     mass: float
     centre: Array
     inertia: Array
+    is_free: bool = False
 
 
 @dataclass(frozen=True)
 class TreeModel:
-    """A tree and where it starts, at rest.
+    """A tree and where it starts.
 
     Attributes:
         links: every base before its tips.
         turns: rotation of the tip's site in the base's at the start, by joint, shape (3, 3).
         angles: of the hinges at the start, of the tip's turn about the link's axis [rad].
+        spins: of the balls at the start, in the tips' axes, shape (3,) [rad/s].
+        rates: of the hinges at the start [rad/s].
     """
 
     links: tuple[Link, ...]
     turns: Mapping[str, Array]
     angles: Mapping[str, float]
+    spins: Mapping[str, Array]
+    rates: Mapping[str, float]
 
     @property
     def balls(self) -> list[Link]:
@@ -74,11 +81,13 @@ class TreeModel:
 
     @property
     def start(self) -> Array:
-        """The state: quaternions of the balls (w, x, y, z), angles, and zeros for the rates."""
+        """The state: quaternions of the balls (w, x, y, z), angles, spins and rates."""
         quaternions = [quaternion(self.turns[link.joint]) for link in self.balls]
         angles = [self.angles[link.joint] for link in self.hinges]
-        count = 3 * len(self.balls) + len(self.hinges)
-        return np.concatenate([*quaternions, angles, np.zeros(count)])
+        spins = [self.spins[link.joint] for link in self.balls]
+        return np.concatenate(
+            [*quaternions, angles, *spins, [self.rates[link.joint] for link in self.hinges]]
+        )
 
     def parts(self, state: Array) -> tuple[Array, Array, Array, Array]:
         """Quaternions (.., b, 4), angles (.., h), spins in the tips (.., b, 3), rates (.., h)."""
@@ -101,27 +110,52 @@ class TreeModel:
         return made
 
 
-def tree_model(figure: Figure, displacements: Values | None = None) -> TreeModel:
-    """The tree of a figure with the joints at the displacements given [rad], else at its own."""
+def tree_model(
+    figure: Figure,
+    displacements: Values | None = None,
+    velocities: Values | None = None,
+    *,
+    free_root: bool = False,
+) -> TreeModel:
+    """The tree of a figure.
+
+    Args:
+        figure: a tree of balls and hinges.
+        displacements: by joint, in place of the figure's own [rad].
+        velocities: rates of displacements by joint [rad/s]; 0 for the others.
+        free_root: whether the joint to the ground is left out. Its velocities are then the angular
+            velocity of the tip in the world's axes.
+    """
     start = {name: joint.displacement for name, joint in figure.joints.items()}
     start.update({name: tuple(values) for name, values in (displacements or {}).items()})
     links: list[Link] = []
     places = {figure.root.segment: -1}
     turns: dict[str, Array] = {}
     angles: dict[str, float] = {}
+    spins: dict[str, Array] = {}
+    rates: dict[str, float] = {}
     waiting = list(figure.joints.values())
     while waiting:
         joint = next(j for j in waiting if {e.segment for e in j.ends} & places.keys())
         waiting.remove(joint)
         forward = joint.parent.segment in places
         link = _link(figure, joint, *(joint.ends if forward else joint.ends[::-1]), places)
+        moving = np.zeros(len(joint.chain))
+        moving = np.asarray((velocities or {}).get(joint.name, moving), dtype=float)
+        turn, spin = _turned(joint, start[joint.name], moving)
+        turn, spin = (turn, turn.T @ spin) if forward else (turn.T, -spin)
+        if free_root and link.base < 0:
+            turn = link.in_base[:3, :3] @ turn
+            spin = turn.T @ moving
+            place = np.eye(4)
+            place[:3, 3] = link.in_base[:3, 3]
+            link = replace(link, in_base=place, is_free=True)
         places[link.name] = len(links)
         links.append(link)
-        turn = _turned(joint, start[joint.name])
-        turns[joint.name] = turn if forward else turn.T
+        turns[joint.name], spins[joint.name] = turn, spin
         if link.axis is not None:
-            angles[joint.name] = float(start[joint.name][0])
-    return TreeModel(tuple(links), turns, angles)
+            angles[joint.name], rates[joint.name] = float(start[joint.name][0]), float(moving[0])
+    return TreeModel(tuple(links), turns, angles, spins, rates)
 
 
 def _link(
@@ -152,12 +186,17 @@ def _link(
     )
 
 
-def _turned(joint: Joint, displacement: Sequence[float]) -> Array:
-    """Rotation of the child in the parent; the first factor of the chain is innermost."""
-    turn = np.eye(3)
-    for factor, angle in zip(joint.chain, displacement, strict=True):
-        turn = Rotation.from_rotvec(angle * np.array(factor.axis)).as_matrix() @ turn
-    return turn
+def _turned(joint: Joint, displacement: Sequence[float], rates: Array) -> tuple[Array, Array]:
+    """Rotation of the child in the parent, and its angular velocity in the parent's axes.
+
+    The first factor of the chain is innermost.
+    """
+    turn, spin = np.eye(3), np.zeros(3)
+    for factor, angle, rate in zip(joint.chain, displacement, rates, strict=True):
+        axis = np.array(factor.axis)
+        outer = Rotation.from_rotvec(angle * axis).as_matrix()
+        turn, spin = outer @ turn, outer @ spin + rate * axis
+    return turn, spin
 
 
 def quaternion(turn: Array) -> Array:

@@ -58,6 +58,10 @@ class MuJoCo:
                 quat=_text(quaternion(turned[:3, :3])),
             )
             given = {"name": link.joint}
+            if link.is_free:
+                ElementTree.SubElement(body, "freejoint", **given)
+                bodies[number], in_body[number] = body, turned
+                continue
             if native is not None:
                 given["stiffness"] = f"{native.linear!r} 0 {native.cubic!r}"
                 given["damping"] = repr(native.viscous)
@@ -72,12 +76,22 @@ class MuJoCo:
         at = {link.joint: self.model.joint(link.joint) for link in tree.links}
         balls = [at[link.joint] for link in tree.balls]
         hinges = [at[link.joint] for link in tree.hinges]
+        # Of a free joint the place comes first.
+        past = [3 * link.is_free for link in tree.balls]
         self._places = _Places(
-            np.array([j.qposadr[0] + np.arange(4) for j in balls]),
-            np.array([j.dofadr[0] + np.arange(3) for j in balls]),
+            np.array([j.qposadr[0] + k + np.arange(4) for j, k in zip(balls, past, strict=True)]),
+            np.array([j.dofadr[0] + k + np.arange(3) for j, k in zip(balls, past, strict=True)]),
             np.array([j.qposadr[0] for j in hinges], dtype=int),
             np.array([j.dofadr[0] for j in hinges], dtype=int),
         )
+
+    def start(self) -> Any:
+        """The state at the start."""
+        data, at = mujoco.MjData(self.model), self._places
+        q, angles, spins, rates = self.tree.parts(self.tree.start)
+        data.qpos[at.ball_q], data.qpos[at.hinge_q] = q, angles
+        data.qvel[at.ball_v], data.qvel[at.hinge_v] = spins, rates
+        return data
 
     def fall(
         self,
@@ -96,9 +110,7 @@ class MuJoCo:
         model, at = self.model, self._places
         model.opt.timestep = step
         model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
-        data = mujoco.MjData(model)
-        q, angles, _, _ = self.tree.parts(self.tree.start)
-        data.qpos[at.ball_q], data.qpos[at.hinge_q] = q, angles
+        data = self.start()
         frames = 1 if frame is None else round(stop / frame)
         steps = round(stop / step / frames)
         states, book = [self.tree.start], []

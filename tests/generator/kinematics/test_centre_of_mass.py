@@ -22,7 +22,6 @@ from generator.kinematics.loops import close_loops, consistent_rates
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.simulation.plan import Plan
-from springs import SpringSet
 from tests.chains import at, body, chain, figure, ground, joint, two_bodies
 
 FIGURES = Path(str(files("figures")))
@@ -180,20 +179,21 @@ def test_a_run_has_the_same_centre():
 @pytest.mark.parametrize("seed", range(3))
 def test_mujoco_has_the_same_centre_and_the_same_slopes(seed):
     mujoco = pytest.importorskip("mujoco")
-    from tests.mujoco_twin import Twin
+    from benchmarks.engines.mujoco_engine import MuJoCo
+    from benchmarks.tree import tree_model
 
     random = np.random.default_rng(seed)
     sizes = {name: j.degrees_of_freedom for name, j in prototype().figure.joints.items()}
     values, rates = (
         {name: random.uniform(-1.2, 1.2, size) for name, size in sizes.items()} for _ in range(2)
     )
-    twin = Twin(prototype().figure, SpringSet(), values, rates)
-    data = twin.start()
-    mujoco.mj_forward(twin.model, data)
+    engine = MuJoCo(tree_model(prototype().figure, values, rates))
+    data = engine.start()
+    mujoco.mj_forward(engine.model, data)
     placement = forward_kinematics(prototype(), values)
     assert np.allclose(centre_of_mass(placement), data.subtree_com[0], atol=1e-12)
-    slopes = np.zeros((3, twin.model.nv))
-    mujoco.mj_jacSubtreeCom(twin.model, data, slopes, 0)
+    slopes = np.zeros((3, engine.model.nv))
+    mujoco.mj_jacSubtreeCom(engine.model, data, slopes, 0)
     velocity = centre_of_mass_jacobian(placement) @ np.concatenate(list(rates.values()))
     assert np.allclose(velocity, slopes @ data.qvel, atol=1e-12)
 
