@@ -14,7 +14,7 @@ from tests.chains import BALL, chain, row
 FIGURE = row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05)
 """Its springs have no corners."""
 
-PLAN = Plan(stop=0.6)
+PLAN = Plan(stop=0.3)
 
 LONGEST = 4e-3
 

@@ -76,18 +76,10 @@ def test_a_conservative_law_s_energy_is_a_function_of_the_pose() -> None:
 
 
 def test_the_prototype_falls_at_its_default_tolerance() -> None:
-    """From its drawn pose, for which both sides do the same."""
-    figure = read_figure(PROTOTYPE)
-    own = resolve_springs(figure, Plan(joining=Joining.CONSERVATIVE))
-    with_legs = replace(own, coupled=legs(PUBLISHED))
-    run, without = (
-        simulate(figure, Plan(stop=0.5, springs=springs)) for springs in (with_legs, own)
-    )
+    run = prototype(PUBLISHED, stop=0.2)
     assert run.outcome.succeeded
     assert run.accuracy.estimate <= 1e-3
     assert unbalance(run) < 1e-4 * np.ptp(run.energy["gravity"])
-    moved = run.displacements["left_knee"] - without.displacements["left_knee"]
-    assert np.max(np.abs(moved)) > 0.1
 
 
 STIFF = CoupledExponential(
@@ -106,19 +98,24 @@ def test_energy_is_kept_whatever_the_joints(text, reverse) -> None:
         coupled=(CoupledSpring(STIFF, (CoupledAxis("ball", X), CoupledAxis("tested", SKEW))),)
     )
     assert STIFF.is_conservative
-    run = simulate(figure, Plan(stop=0.4, step=2.5e-4, springs=springs))
+    run = simulate(figure, Plan(stop=0.2, step=2.5e-4, springs=springs))
     assert run.outcome.succeeded
     assert np.ptp(run.energy["spring"]) > 0.5
     assert unbalance(run) < 1e-4 * np.ptp(run.energy["kinetic"])
 
 
+SOFT = CoupledExponential(
+    ("one", "two"), (CoupledTerm((-0.1, -0.1), (0.1, 0.1)),), (0.0, 0.0), (None, None)
+)
+
+
+def soft_springs(axis) -> SpringSet:
+    axes = (CoupledAxis("joint0", axis), CoupledAxis("joint1", SKEW))
+    return SpringSet(coupled=(CoupledSpring(SOFT, axes),))
+
+
 def test_a_ball_of_a_coupled_law_ends_its_run_at_half_a_turn() -> None:
-    soft = CoupledExponential(
-        ("one", "two"), (CoupledTerm((-0.1, -0.1), (0.1, 0.1)),), (0.0, 0.0), (None, None)
-    )
-    springs = SpringSet(
-        coupled=(CoupledSpring(soft, (CoupledAxis("joint0", X), CoupledAxis("joint1", SKEW))),)
-    )
+    springs = soft_springs(X)
     figure = row(2, (BALL, chain("Rs")))
     run = simulate(figure, Plan(stop=2.0, springs=springs, velocities={"joint0": (20.0, 0.0, 0.0)}))
     assert run.outcome.ending is Ending.TURNED_OVER
@@ -127,14 +124,8 @@ def test_a_ball_of_a_coupled_law_ends_its_run_at_half_a_turn() -> None:
 
 
 def test_a_hinge_of_a_coupled_law_may_go_round() -> None:
-    soft = CoupledExponential(
-        ("one", "two"), (CoupledTerm((-0.1, -0.1), (0.1, 0.1)),), (0.0, 0.0), (None, None)
-    )
-    springs = SpringSet(
-        coupled=(CoupledSpring(soft, (CoupledAxis("joint0", SKEW), CoupledAxis("joint1", SKEW))),)
-    )
     figure = row(2, (chain("Rs"),))
-    plan = Plan(stop=0.6, step=2.5e-4, springs=springs, velocities={"joint0": (30.0,)})
+    plan = Plan(stop=0.6, step=2.5e-4, springs=soft_springs(SKEW), velocities={"joint0": (30.0,)})
     run = simulate(figure, plan)
     assert run.outcome.succeeded
     assert run.displacements["joint0"][-1, 0] > 4.0 * np.pi

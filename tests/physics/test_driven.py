@@ -25,7 +25,7 @@ def integral(run, values):
     return Drive(run.times, values[:, None])._splines[0].antiderivative()(run.times)[:, 0]
 
 
-@pytest.mark.parametrize("axis", [Z, X, negative(Z), SKEW])
+@pytest.mark.parametrize("axis", [Z, negative(SKEW)])
 def test_a_driven_pendulum_needs_the_torque_of_its_motion(axis) -> None:
     """Inertia times acceleration, less gravity's torque; from the first frame on."""
     made = one_body((JointAxis(AxisKind.ROTATION, axis),), (0.0,))
@@ -95,14 +95,14 @@ def test_a_motion_that_is_driven_again_is_the_same_and_needs_no_torque() -> None
     made = row(3, (BALL, chain("Rz")), bend=0.4)
     largest = []
     for frame in (0.01, 0.005):
-        plan = Plan(stop=0.4, frame=frame, springs=NONE, tolerance=1e-6)
+        plan = Plan(stop=0.24, frame=frame, springs=NONE, tolerance=1e-6)
         free = simulate(made, plan)
         drives = {name: Drive(free.times, rows) for name, rows in free.displacements.items()}
         again = simulate(made, replace(plan, drives=drives))
         for name, pose in free.poses.items():
             assert np.max(np.abs(again.poses[name] - pose)) < 1e-9
         torques = np.concatenate(list(again.drive_torques.values()), axis=1)
-        largest.append(np.max(np.abs(torques)[np.abs(free.times - 0.2) < 0.11]))
+        largest.append(np.max(np.abs(torques)[np.abs(free.times - 0.12) < 0.05]))
     weights = 9.81 * 0.3 * sum(body.mass for body in made.bodies.values())
     assert largest[1] < 0.01 * weights
     assert largest[0] / largest[1] == pytest.approx(4.0, rel=0.2)

@@ -27,17 +27,16 @@ def shuffled(figure, seed):
     return replace(figure, segments=mixed(figure.segments), joints=mixed(figure.joints))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
     ("figure", "start"),
     [(read_figure("prototype"), BENT), (row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {})],
     ids=["prototype", "row"],
 )
-def test_the_order_of_segments_and_joints_does_not_matter(figure, start, seed) -> None:
+def test_the_order_of_segments_and_joints_does_not_matter(figure, start) -> None:
     """Beyond what Newton's method leaves undone, of which another order leaves another part."""
-    other = shuffled(figure, seed)
+    other = shuffled(figure, 1)
     assert list(other.joints) != list(figure.joints)
-    plan = Plan(stop=0.3, tolerance=1e-5, displacements=start)
+    plan = Plan(stop=0.2, tolerance=1e-5, displacements=start)
     one, two = simulate(figure, plan), simulate(other, plan)
     assert one.outcome.succeeded
     assert one.accuracy.steps == two.accuracy.steps

@@ -5,7 +5,6 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation as ScipyRotation
 
 from generator import read_figure
@@ -112,16 +111,9 @@ def mirrored_springs(springs: SpringSet) -> SpringSet:
     return replace(springs, joints=joints, coupled=tuple(coupled))
 
 
-LEG = published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate("ankle dorsiflexion", 0.0)
-LEGS = tuple(
-    CoupledSpring(
-        LEG,
-        (
-            CoupledAxis(f"{s}_hip_joint", (0.0, 1.0, 0.0)),
-            CoupledAxis(f"{s}_knee", (0.0, -1.0, 0.0)),
-        ),
-    )
-    for s in ("left", "right")
+LEG = CoupledSpring(
+    published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate("ankle dorsiflexion", 0.0),
+    (CoupledAxis("left_hip_joint", (0.0, 1.0, 0.0)), CoupledAxis("left_knee", (0.0, -1.0, 0.0))),
 )
 
 POSE = {
@@ -137,15 +129,17 @@ POSE = {
 RATES = {"left_hip_joint": (1.0, 2.0, -1.0), "right_elbow": (2.0,), "waist": (0.5, -0.4, 1.0)}
 
 
-@pytest.mark.parametrize("coupled", [(), LEGS[:1]])
-def test_the_mirror_image_of_the_prototype(coupled) -> None:
-    """Within 1e-8 over 1 s; centres of mass off the middle are reflected with their segments."""
+def test_the_mirror_image_of_the_prototype() -> None:
+    """Within 1e-8 over 0.5 s, with a coupled law on one side.
+
+    Centres of mass off the middle are reflected with their segments.
+    """
     figure = read_figure(PROTOTYPE)
     image = mirrored(figure)
     assert image != figure
     springs = resolve_springs(figure, Plan(joining=Joining.CONSERVATIVE))
-    springs = replace(springs, coupled=coupled)
-    common = {"stop": 1.0, "step": 1e-3}
+    springs = replace(springs, coupled=(LEG,))
+    common = {"stop": 0.5, "step": 1e-3}
     run = simulate(figure, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
     reflected = simulate(
         image,

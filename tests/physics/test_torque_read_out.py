@@ -150,7 +150,7 @@ rotation_vectors = st.tuples(
     vectors=st.lists(rotation_vectors, min_size=len(BALLS) + 1, max_size=len(BALLS) + 1),
     bend=st.floats(-2.6, 2.6),
 )
-@settings(max_examples=25)
+@settings(max_examples=10)
 def test_turns_about_any_axis_read_the_joined_law(joining, python, vectors, bend) -> None:
     pose = {
         name: turned(PROTOTYPE.joints[name], vector)

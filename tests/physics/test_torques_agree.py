@@ -81,7 +81,7 @@ def test_a_short_run(joining) -> None:
         simulate(
             made,
             Plan(
-                stop=0.05,
+                stop=0.02,
                 step=1e-3,
                 joining=joining,
                 python_torques=python,

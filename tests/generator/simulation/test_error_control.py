@@ -41,11 +41,11 @@ RUNS = {
     ),
     "chain": (lambda: row(3, (BALL, chain("Rz"))), {"stop": 1.0, "springs": NONE}),
     "sprung chain": (lambda: row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {"stop": 1.0}),
-    "prototype": (lambda: read_figure(PROTOTYPE), {"stop": 1.0}),
+    "prototype": (lambda: read_figure(PROTOTYPE), {"stop": 0.4}),
     "bent prototype": (
         lambda: read_figure(PROTOTYPE),
         {
-            "stop": 0.6,
+            "stop": 0.3,
             "displacements": {
                 "left_hip_joint": (0.3, 0.2, 0.5),
                 "right_elbow": (1.7,),
@@ -61,7 +61,7 @@ def reference(name: str):
     """The figure of a run, and the run at a tolerance that makes its error small beside others'."""
     make, plan = RUNS[name]
     figure = make()
-    return figure, simulate(figure, Plan(tolerance=1e-8 if "proto" in name else 1e-10, **plan))
+    return figure, simulate(figure, Plan(tolerance=1e-10 if "pendulum" in name else 1e-8, **plan))
 
 
 def differences(figure, one, other) -> np.ndarray:
@@ -123,17 +123,6 @@ def test_a_run_cut_short_says_that_it_knows_nothing() -> None:
     run = simulate(row(3), Plan(stop=20.0, tolerance=1e-6, springs=NONE, wall_limit=0.5))
     assert run.accuracy.estimate is None or run.accuracy.estimate > 1e-6
     assert run.accuracy.held_until < 20.0
-
-
-def test_a_smaller_tolerance_gives_a_smaller_error() -> None:
-    figure, fine = reference("chain")
-    plan = RUNS["chain"][1]
-    errors = [
-        np.max(differences(figure, simulate(figure, Plan(tolerance=t, **plan)), fine))
-        for t in (1e-3, 1e-5, 1e-7)
-    ]
-    assert all(e <= t for e, t in zip(errors, (1e-3, 1e-5, 1e-7), strict=True))
-    assert errors[2] < errors[0]
 
 
 def test_a_run_that_fails_ends_where_its_finest_pass_does() -> None:
