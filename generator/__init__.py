@@ -11,8 +11,23 @@ from os.path import basename, dirname, realpath, splitext
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from generator.conversion import convert
+    from generator.diagnostics import InputError, ModelError, MoverError, UsageError
+    from generator.figure import (
+        Attribute,
+        AxisKind,
+        Figure,
+        Joint,
+        JointAxis,
+        Location,
+        Rotation,
+        Segment,
+        Site,
+        SiteRef,
+        Translation,
+    )
     from generator.figure_file import read_figure
-    from generator.figure_file.write import write_pose
+    from generator.figure_file.write import write_figure, write_pose
     from generator.input_files.pose import read_pose
     from generator.kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
     from generator.kinematics.placement import forward_kinematics, initial_displacements
@@ -20,8 +35,9 @@ if TYPE_CHECKING:
     from generator.kinematics.tree import build_tree
     from generator.kinematics.tree import build_tree as hang
     from generator.motion_files import ActionFile, read_action, read_npz, write_recording
-    from generator.recording import Outcome, Recording
-    from generator.simulation.model import ExudynModel
+    from generator.named_mapping import UnknownNameError, by_name
+    from generator.recording import Ending, Outcome, Recording
+    from generator.simulation.model import ExudynModel, build_model
     from generator.simulation.plan import Plan
     from generator.simulation.run import Progress, simulate
     from generator.simulation.statics import static_torques
@@ -33,14 +49,34 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "ActionFile": "generator.motion_files",
+    "Attribute": "generator.figure",
+    "AxisKind": "generator.figure",
+    "Ending": "generator.recording",
     "ExudynModel": "generator.simulation.model",
+    "Figure": "generator.figure",
+    "InputError": "generator.diagnostics",
+    "Joint": "generator.figure",
+    "JointAxis": "generator.figure",
+    "Location": "generator.figure",
+    "ModelError": "generator.diagnostics",
+    "MoverError": "generator.diagnostics",
     "Outcome": "generator.recording",
     "Plan": "generator.simulation.plan",
     "Progress": "generator.simulation.run",
     "Recording": "generator.recording",
+    "Rotation": "generator.figure",
+    "Segment": "generator.figure",
+    "Site": "generator.figure",
+    "SiteRef": "generator.figure",
+    "Translation": "generator.figure",
+    "UnknownNameError": "generator.named_mapping",
+    "UsageError": "generator.diagnostics",
+    "build_model": "generator.simulation.model",
     "build_tree": "generator.kinematics.tree",
+    "by_name": "generator.named_mapping",
     "centre_of_mass": "generator.kinematics.centre_of_mass",
     "centre_of_mass_jacobian": "generator.kinematics.centre_of_mass",
+    "convert": "generator.conversion",
     "forward_kinematics": "generator.kinematics.placement",
     "initial_displacements": "generator.kinematics.placement",
     "read_action": "generator.motion_files",
@@ -51,6 +87,7 @@ _MODULES = {
     "simulate": "generator.simulation.run",
     "stability": "generator.kinematics.stability",
     "static_torques": "generator.simulation.statics",
+    "write_figure": "generator.figure_file.write",
     "write_pose": "generator.figure_file.write",
     "write_recording": "generator.motion_files",
 }
@@ -66,14 +103,34 @@ _EARLIER_NAMES = {
 __all__ = [
     "ActionFile",
     "Assembly",
+    "Attribute",
+    "AxisKind",
+    "Ending",
     "ExudynModel",
+    "Figure",
+    "InputError",
+    "Joint",
+    "JointAxis",
+    "Location",
+    "ModelError",
+    "MoverError",
     "Outcome",
     "Plan",
     "Progress",
     "Recording",
+    "Rotation",
+    "Segment",
+    "Site",
+    "SiteRef",
+    "Translation",
+    "UnknownNameError",
+    "UsageError",
+    "build_model",
     "build_tree",
+    "by_name",
     "centre_of_mass",
     "centre_of_mass_jacobian",
+    "convert",
     "drawn_displacements",
     "forward_kinematics",
     "hang",
@@ -87,6 +144,7 @@ __all__ = [
     "simulate",
     "stability",
     "static_torques",
+    "write_figure",
     "write_pose",
     "write_recording",
 ]
@@ -118,7 +176,11 @@ def __getattr__(name: str) -> object:
     """Import a public name from the module that defines it."""
     target = _EARLIER_NAMES.get(name, name)
     if target not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from difflib import get_close_matches
+
+        near = get_close_matches(name, _MODULES, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
     value = getattr(import_module(_MODULES[target]), target)
     globals()[name] = value
     return value

@@ -291,6 +291,11 @@ def _append_hint(first: str, second: str) -> str:
     return f"{first}; {second}" if first else second
 
 
+def format_count(count: int, noun: str) -> str:
+    """Return a count with its noun: `1 joint`, `2 joints`, `no joints`."""
+    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+
+
 def shorten(word: str) -> str:
     """`word` as a sentence quotes it: cut when it is long."""
     return word if len(word) <= 40 else word[:37] + "..."

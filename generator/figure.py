@@ -1,23 +1,56 @@
 """The figure: segments, sites and joints in SI units and radians, with their places in the file.
 
-Values are frozen; origins do not take part in equality.
+Values are frozen; origins do not take part in equality. Each value checks its own numbers when it
+is made and raises ModelError; what concerns several of them, such as a joint's sites, is checked
+when a figure is read, written or simulated (`generator.figure_file.check`).
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property, reduce
+from math import degrees, hypot, inf, isfinite
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
-from generator.diagnostics import Span
+from generator.diagnostics import ModelError, Span, format_count, shorten
+from generator.named_mapping import Named, NamedMapping
+from generator.notebook import html_table
 from generator.rotations import Array, matrix_from_xyz, pose_matrix
 
 Vector = tuple[float, float, float]
 
+N = TypeVar("N", bound=Named)
+
 CENTRE_OF_MASS_SITE = "CM"
 """The site name that Peabody reserves for the centre of mass."""
+
+ROUNDED_AXIS_TOLERANCE = 1e-12
+"""Above this difference from one an axis is scaled to length one; below it is taken as it is."""
+
+
+def _set_vector(value: object, name: str, owner: str) -> None:
+    """Convert a field to three finite floats; None stays. Raises ModelError."""
+    numbers = getattr(value, name)
+    if numbers is None:
+        return
+    vector = tuple(float(number) for number in numbers)
+    if len(vector) != 3 or not all(map(isfinite, vector)):
+        raise ModelError(f"{owner}: `{name}` needs three finite numbers, not {vector}")
+    object.__setattr__(value, name, vector)
+
+
+def _named_mapping(values: Mapping[str, N], subject: str) -> NamedMapping[N]:
+    """Return values by their names. Raises ModelError for one under another name."""
+    for name, value in values.items():
+        if value.name != name:
+            raise ModelError(
+                f"`{shorten(value.name)}` is listed as `{shorten(name)}`; "
+                "`by_name` makes a mapping from names"
+            )
+    return NamedMapping(values, subject)
 
 
 @dataclass(frozen=True)
@@ -25,6 +58,10 @@ class Rotation:
     """`xyz(a, b, c)`: intrinsic X-Y-Z angles [rad]."""
 
     angles: Vector
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _set_vector(self, "angles", "a rotation")
 
     @property
     def matrix(self) -> Array:
@@ -37,6 +74,10 @@ class Translation:
     """`trans(x, y, z)`: a translation [m]."""
 
     offset: Vector
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _set_vector(self, "offset", "a translation")
 
     @property
     def matrix(self) -> Array:
@@ -53,6 +94,11 @@ class Location:
     """
 
     factors: tuple[Rotation | Translation, ...] = ()
+
+    @classmethod
+    def at(cls, x: float, y: float, z: float) -> "Location":
+        """Return a translation [m]: a site with the axes of its segment."""
+        return cls((Translation((x, y, z)),))
 
     @cached_property
     def pose_in_segment(self) -> Array:
@@ -71,6 +117,11 @@ class Site:
     global_moment: Vector | None = None
     local_moment: Vector | None = None
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Check the loads."""
+        for name in ("global_force", "local_force", "global_moment", "local_moment"):
+            _set_vector(self, name, f"site `{shorten(self.name)}`")
 
     @property
     def pose_in_segment(self) -> Array:
@@ -92,6 +143,17 @@ class Segment:
     attributes: tuple[str, ...] = ()
     sites: Mapping[str, Site] = field(default_factory=dict[str, Site])
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Check the numbers and the names of the sites."""
+        owner = f"segment `{shorten(self.name)}`"
+        _set_vector(self, "inertia", owner)
+        if self.mass is not None:
+            object.__setattr__(self, "mass", float(self.mass))
+            if not isfinite(self.mass):
+                raise ModelError(f"{owner}: the mass must be finite, not {self.mass}")
+        sites = _named_mapping(self.sites, f"{owner} has no site")
+        object.__setattr__(self, "sites", sites)
 
     @property
     def centre_of_mass(self) -> Array | None:
@@ -135,8 +197,18 @@ class JointAxis:
     axis: Vector
 
     def __post_init__(self) -> None:
-        """Accept the letter of a kind. Raises ValueError for any other value."""
+        """Accept the letter of a kind, and scale the axis to length one.
+
+        Raises ValueError for another kind, and ModelError for the zero vector.
+        """
         object.__setattr__(self, "kind", AxisKind(self.kind))
+        _set_vector(self, "axis", "a joint axis")
+        length = hypot(*self.axis)
+        if length == 0.0:
+            raise ModelError("the zero vector is not a joint axis")
+        if abs(length - 1.0) > ROUNDED_AXIS_TOLERANCE:
+            x, y, z = self.axis
+            object.__setattr__(self, "axis", (x / length, y / length, z / length))
 
 
 @dataclass(frozen=True)
@@ -145,8 +217,9 @@ class Joint:
 
     `parent` and `child` are the sites as written after `connect` and `to`; either may be nearer to
     the root. The chain's first factor is innermost, next to the child.
-    `displacement` has a value for each factor [rad or m]; `stiff` [N m/rad or N/m], `rest` [rad or
-    m], `damp` [N m s/rad or N s/m] and the limits [rad or m] have one for each factor, or are None.
+    `displacement` has a value for each factor [rad or m], zeros when it is left out; `stiff`
+    [N m/rad or N/m], `rest` [rad or m], `damp` [N m s/rad or N s/m] and the limits [rad or m] have
+    one for each factor, or are None. Raises ModelError for another number of values.
     """
 
     name: str
@@ -161,6 +234,28 @@ class Joint:
     upper_limit: tuple[float, ...] | None = None
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        """Check the number of values of each field, and that they are finite."""
+        if not self.displacement:
+            object.__setattr__(self, "displacement", (0.0,) * len(self.chain))
+        for name in ("displacement", "stiff", "rest", "damp", "lower_limit", "upper_limit"):
+            self._set_values(name, getattr(self, name))
+
+    def _set_values(self, name: str, numbers: Sequence[float] | None) -> None:
+        """Convert a field to floats, one for each factor. Raises ModelError."""
+        if numbers is None:
+            return
+        values = tuple(float(number) for number in numbers)
+        if len(values) != len(self.chain):
+            raise ModelError(
+                f"joint `{shorten(self.name)}`: `{name}` has {format_count(len(values), 'value')}, "
+                f"but the joint has {format_count(len(self.chain), 'degree')} of freedom"
+            )
+        open_limit = {"lower_limit": -inf, "upper_limit": inf}.get(name)
+        if not all(isfinite(value) or value == open_limit for value in values):
+            raise ModelError(f"joint `{shorten(self.name)}`: `{name}` must be finite, not {values}")
+        object.__setattr__(self, name, values)
+
     @property
     def ends(self) -> tuple[SiteRef, SiteRef]:
         """The parent's and the child's site."""
@@ -170,6 +265,14 @@ class Joint:
     def degrees_of_freedom(self) -> int:
         """Number of factors in the chain."""
         return len(self.chain)
+
+
+def _format_displacements(joint: Joint) -> str:
+    """Format the displacements in degrees and centimetres."""
+    return ", ".join(
+        f"{degrees(value):.4g} deg" if axis.kind is AxisKind.ROTATION else f"{100.0 * value:.4g} cm"
+        for axis, value in zip(joint.chain, joint.displacement, strict=True)
+    )
 
 
 @dataclass(frozen=True)
@@ -187,7 +290,8 @@ class Attribute:
 class Figure:
     """An articulated figure: segments joined at sites, one site fixed to the world.
 
-    The mappings keep the order of the file, which is the order of joints in an action file. `path`
+    The mappings keep the order of the file, which is the order of joints in an action file; an
+    unknown name raises UnknownNameError, a KeyError that states the nearest one. `path`
     is the file, beside which psurfs and springs are looked for; None when there is no file.
     """
 
@@ -199,8 +303,55 @@ class Figure:
     path: Path | None = field(default=None, compare=False, repr=False)
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        """Check that every part is listed under its own name."""
+        for name, kind in (
+            ("segments", "segment"),
+            ("joints", "joint"),
+            ("attributes", "attribute"),
+        ):
+            parts = _named_mapping(getattr(self, name), f"the figure has no {kind}")
+            object.__setattr__(self, name, parts)
+
+    def __repr__(self) -> str:
+        """Name and size, in a line."""
+        name = self.name or (self.path.stem if self.path else "without a name")
+        return (
+            f"<Figure {name}: {format_count(len(self.segments), 'segment')}, "
+            f"{format_count(len(self.joints), 'joint')}, "
+            f"{format_count(self.degrees_of_freedom, 'degree')} of freedom, "
+            f"{self.total_mass:.4g} kg>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Tables of the segments and the joints, for notebooks."""
+        segments = [
+            (name, "ground" if name in self.ground else segment.mass, ", ".join(segment.sites))
+            for name, segment in self.segments.items()
+        ]
+        joints = [
+            (name, joint.parent, joint.child, _format_displacements(joint))
+            for name, joint in self.joints.items()
+        ]
+        return html_table(
+            str(self).strip("<>"), ("segment", "mass [kg]", "sites"), segments
+        ) + html_table("", ("joint", "parent", "child", "displacements"), joints)
+
+    def with_parts(self, *parts: "Segment | Joint | Attribute") -> "Figure":
+        """Return the figure with parts in place of those of the same names, or added to them.
+
+        `figure.with_parts(replace(figure.joints["waist"], damp=(1.0, 1.0, 1.0)))` changes a joint.
+        """
+        changed: dict[str, dict[str, Any]] = {"segments": {}, "joints": {}, "attributes": {}}
+        kinds = {Segment: "segments", Joint: "joints", Attribute: "attributes"}
+        for part in parts:
+            changed[kinds[type(part)]][part.name] = part
+        return replace(
+            self, **{name: {**getattr(self, name), **new} for name, new in changed.items()}
+        )
+
     def site(self, ref: SiteRef) -> Site:
-        """The site that `ref` names. Raises KeyError for an unknown one."""
+        """The site that `ref` names. Raises UnknownNameError for an unknown one."""
         return self.segments[ref.segment].sites[ref.site]
 
     @property

@@ -6,7 +6,10 @@ from enum import Enum
 
 import numpy as np
 
-from generator.figure import JointAxis
+from generator.diagnostics import format_count
+from generator.figure import AxisKind, JointAxis
+from generator.named_mapping import NamedMapping
+from generator.notebook import html_table
 from generator.rotations import Array
 
 
@@ -67,6 +70,26 @@ ENERGY_KINDS = ("kinetic", "gravity", "spring", "dissipated", "work")
 """Kinds of energy in a recording; kinetic + gravity + spring + dissipated - work is constant."""
 
 
+_MAPPINGS = (
+    "poses",
+    "chains",
+    "displacements",
+    "velocities",
+    "rotation_vectors",
+    "reactions",
+    "passive_torques",
+    "energy",
+    "drive_torques",
+)
+
+
+def _format_range(kind: AxisKind, values: Array) -> tuple[str, ...]:
+    """Format the first, smallest, largest and last value in deg or cm, and the unit."""
+    scale, unit = (np.degrees(1.0), "deg") if kind is AxisKind.ROTATION else (100.0, "cm")
+    numbers = (values[0], np.min(values), np.max(values), values[-1])
+    return (*(f"{scale * number:.2f}" for number in numbers), unit)
+
+
 @dataclass(frozen=True)
 class Recording:
     """A motion. n frames; SI units and radians; joints and segments in figure order.
@@ -118,6 +141,31 @@ class Recording:
     build_time: float = 0.0
     springs: str = "none"
     law: str = "conservative"
+
+    def __post_init__(self) -> None:
+        """Give the mappings errors that state the nearest name."""
+        subjects = {"poses": "segment", "energy": "energy"}
+        for name in _MAPPINGS:
+            subject = f"the recording has no {subjects.get(name, 'joint')}"
+            object.__setattr__(self, name, NamedMapping(getattr(self, name), subject))
+
+    def __repr__(self) -> str:
+        """Size and outcome, in a line."""
+        return (
+            f"<Recording: {format_count(self.times.size, 'frame')}, "
+            f"{self.times[0]:g} to {self.times[-1]:g} s, "
+            f"{format_count(len(self.displacements), 'joint')}. {self.outcome.message}>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of the joints with the range of their displacements, for notebooks."""
+        rows = (
+            (name, k + 1, *_format_range(self.chains[name][k].kind, values[:, k]))
+            for name, values in self.displacements.items()
+            for k in range(values.shape[1])
+        )
+        columns = ("joint", "displacement", "first", "smallest", "largest", "last", "unit")
+        return html_table(str(self).strip("<>"), columns, rows)
 
     @property
     def energy_balance(self) -> Array:

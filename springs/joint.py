@@ -135,6 +135,14 @@ class SpringSet:
     origin: str = "none"
     coupled: tuple[CoupledSpring, ...] = ()
 
+    def __repr__(self) -> str:
+        """Origin and size, in a line."""
+        coupled = f", {len(self.coupled)} over several joints" if self.coupled else ""
+        return (
+            f"<SpringSet {self.origin}: joints with springs: {len(self.joints)}{coupled}, "
+            f"{self.joining.value}>"
+        )
+
     @property
     def references(self) -> tuple[str, ...]:
         """The references of all springs, each once, in order of appearance."""

@@ -20,6 +20,7 @@ VALUES = "generator/*.py"
 WHAT: Mapping[str, str] = {
     "plots": "claims and pictures",
     "generator/cli": "one module a command",
+    "generator/conversion.py": "motions, figures and models",
     "generator/simulation": "model, steps, error control",
     "generator/motion_files": "action csv npz glb bvh mot x3d",
     "generator/model_files": "MJCF URDF OpenSim DYSPAM",
@@ -37,6 +38,7 @@ COLUMN: Mapping[str, float] = {
     "plots": 0.0,
     "matplotlib": -2.1,
     "generator/cli": 0.0,
+    "generator/conversion.py": 1.2,
     "generator/simulation": -2.1,
     "generator/motion_files": 2.1,
     "generator/model_files": 0.0,
@@ -59,8 +61,8 @@ def room_of(name: str) -> str | None:
         return parts[0]
     if parts[0] != "generator" or len(parts) == 1:
         return None
-    folder = ROOT / "generator" / parts[1]
-    return f"generator/{parts[1]}" if folder.is_dir() else VALUES
+    room = f"generator/{parts[1]}"
+    return room if (ROOT / room).is_dir() else f"{room}.py" if f"{room}.py" in WHAT else VALUES
 
 
 def imported_names(source: str) -> Iterator[str]:

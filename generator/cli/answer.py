@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Any, cast
 
 from generator.diagnostics import Diagnostic
+from generator.diagnostics import format_count as format_count
 
 
 class ExitCode(IntEnum):
@@ -55,11 +56,6 @@ def format_table(rows: Sequence[Sequence[str]], left_columns: int = 1) -> str:
         for row in rows
     )
     return "\n".join(lines)
-
-
-def format_count(count: int, noun: str) -> str:
-    """Return a count with its noun: `1 joint`, `2 joints`, `no joints`."""
-    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
 
 
 def finite_or_none(number: float | None) -> float | None:

@@ -29,12 +29,18 @@ from generator.cli.outputs import (
     write_all_or_none,
     writing,
 )
+from generator.conversion import (
+    ACTION_SUFFIX,
+    READABLE_SUFFIXES,
+    find_motion_figure,
+    is_model,
+)
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
-from generator.figure_file import shipped_figures
+from generator.figure_file.read import FIGURE_SUFFIX
 from generator.kinematics.placement import Placement
 from generator.losses import Losses
-from generator.model_files.formats import SUFFIXES, ModelFormat, model_format, read_model, suffixes
+from generator.model_files.formats import ModelFormat, model_format, read_model, suffixes
 from generator.model_files.imported import (
     Imported,
     format_imported_springs,
@@ -50,15 +56,7 @@ from generator.motion_files import (
     read_action,
     read_npz,
 )
-from generator.motion_files.motion import Header, file_sha256
-
-FIGURE_SUFFIX = ".fig"
-
-
-def is_model(source: str) -> bool:
-    """Return whether a source is a model: a file by its suffix, or a folder."""
-    path = Path(source)
-    return path.suffix.lower() in SUFFIXES or (path.is_dir() and source not in shipped_figures())
+from generator.motion_files.motion import Header
 
 
 def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False) -> CommandResult:
@@ -169,11 +167,6 @@ def _import_result(source: str, imported: Imported, written: LossesByPath) -> Co
     )
 
 
-ACTION_SUFFIX, NPZ_SUFFIX = ".action", ".npz"
-READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX)
-"""Motion formats that can be read."""
-
-
 def convert(
     source: Annotated[
         str,
@@ -264,20 +257,9 @@ def _figure_of_motion(
 ) -> tuple[Figure, tuple[Diagnostic, ...]]:
     """Load the requested figure, else the one that the motion names, with warnings.
 
-    Candidates are the file beside the motion and the shipped figure. A file with the checksum in
-    the motion has precedence. Raises InputError.
+    Raises InputError.
     """
-    if requested is not None:
-        return load_figure(requested)
-    beside = path.parent / header.figure
-    shipped = {each.name: each for each in shipped_figures().values()}.get(header.figure)
-    digests = {each: file_sha256(each) for each in (beside, shipped) if each is not None}
-    found = [each for each, digest in digests.items() if digest is not None]
-    if not found:
-        message = f"`{path}` is a motion of `{header.figure}`, which is not beside it"
-        raise InputError([error(message, hint="name the figure with --figure")])
-    same = [each for each in found if digests[each] == header.sha256]
-    return load_figure(str((same or found)[0]))
+    return load_figure(str(find_motion_figure(header, path)) if requested is None else requested)
 
 
 def _convert_figure(

@@ -1,13 +1,18 @@
 """Checks of a figure: references, limits, masses and inertias, and the path from the root."""
 
 from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
+    InputError,
     Span,
+    TooManyErrors,
     error,
+    select_errors,
     shorten,
     spelling_hint,
     warning,
@@ -47,7 +52,8 @@ def check_figure(
                 "write `root = SEGMENT.SITE;`: that site is held at the origin of the world",
             )
         return None
-    root_found = _check_site(draft.root, draft.origins.get("root"), draft, diagnostics)
+    root_place = draft.origins.get("root")
+    root_found = _check_site(draft.root, "the root", root_place, draft, diagnostics)
     if not root_found or diagnostics.is_incomplete:
         return None
     figure = draft.build_figure(draft.root)
@@ -63,6 +69,42 @@ def check_figure(
     _check_centre_of_mass_frames(figure, diagnostics)
     _check_total_mass(figure, draft.span, diagnostics)
     return None if diagnostics.has_errors else figure
+
+
+def require_valid_figure(figure: Figure, *, to_simulate: bool = False) -> None:
+    """Check a figure that was made or changed in Python as a file is checked.
+
+    The errors have no place in a file, since the values may be other than those that it states.
+
+    Args:
+        figure: the figure.
+        to_simulate: whether missing masses of moving segments are errors.
+
+    Raises:
+        InputError: with all errors.
+    """
+    draft = FigureDraft(
+        None,
+        figure.name,
+        {name: _without_origins(segment) for name, segment in figure.segments.items()},
+        {name: replace(joint, origins={}) for name, joint in figure.joints.items()},
+        dict(figure.attributes),
+        figure.root,
+    )
+    diagnostics = Diagnostics()
+    with suppress(TooManyErrors):
+        check_figure(draft, None, diagnostics)
+    errors = select_errors(diagnostics.entries)
+    if to_simulate and not errors:
+        errors = simulation_diagnostics(draft.build_figure(figure.root))
+    if errors:
+        raise InputError(errors)
+
+
+def _without_origins(segment: Segment) -> Segment:
+    """Return a segment without places in a file."""
+    sites = {name: replace(site, origins={}) for name, site in segment.sites.items()}
+    return replace(segment, sites=sites, origins={})
 
 
 def simulation_diagnostics(figure: Figure) -> tuple[Diagnostic, ...]:
@@ -96,17 +138,27 @@ def _check_attributes(segment: Segment, draft: FigureDraft, diagnostics: Diagnos
     for name in segment.attributes:
         if name not in draft.attributes:
             diagnostics.error(
-                f"there is no attribute `{shorten(name)}`",
-                origin_span(segment.origins, f"attribute {name}"),
+                _with_owner(
+                    f"there is no attribute `{shorten(name)}`",
+                    f"segment `{shorten(segment.name)}`",
+                    place := origin_span(segment.origins, f"attribute {name}"),
+                ),
+                place,
                 spelling_hint(name, draft.attributes) or "the figure defines no attributes",
             )
+
+
+def _with_owner(message: str, owner: str, place: Span | None) -> str:
+    """Name the owner of a wrong reference in front of its message, where no place shows it."""
+    return message if place is not None else f"{owner}: {message}"
 
 
 def _check_joint(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics) -> None:
     """Check the ends, limits and springs of a joint."""
     for end in ("parent", "child"):
         ref = joint.parent if end == "parent" else joint.child
-        _check_site(ref, joint.origins.get(end), draft, diagnostics)
+        owner = f"{end} of joint `{shorten(joint.name)}`"
+        _check_site(ref, owner, joint.origins.get(end), draft, diagnostics)
     if joint.parent.segment == joint.child.segment:
         diagnostics.error(
             f"joint `{shorten(joint.name)}` joins `{shorten(joint.parent.segment)}` to itself",
@@ -129,7 +181,7 @@ def _check_joint(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics) -> 
 
 
 def _check_site(
-    ref: SiteRef, span: Span | None, draft: FigureDraft, diagnostics: Diagnostics
+    ref: SiteRef, owner: str, span: Span | None, draft: FigureDraft, diagnostics: Diagnostics
 ) -> bool:
     """Return whether the site exists; report it missing unless parts could not be read."""
     if _has_site(ref, draft):
@@ -139,13 +191,14 @@ def _check_site(
     segment = draft.segments.get(ref.segment)
     if segment is None:
         diagnostics.error(
-            f"there is no segment `{shorten(ref.segment)}`",
+            _with_owner(f"there is no segment `{shorten(ref.segment)}`", owner, span),
             span,
             spelling_hint(ref.segment, draft.segments),
         )
     else:
+        message = f"segment `{shorten(ref.segment)}` has no site `{shorten(ref.site)}`"
         diagnostics.error(
-            f"segment `{shorten(ref.segment)}` has no site `{shorten(ref.site)}`",
+            _with_owner(message, owner, span),
             span,
             spelling_hint(ref.site, segment.sites) or "it has no sites at all",
         )
@@ -255,7 +308,7 @@ def _check_centre_of_mass_frames(figure: Figure, diagnostics: Diagnostics) -> No
             )
 
 
-def _check_total_mass(figure: Figure, span: Span, diagnostics: Diagnostics) -> None:
+def _check_total_mass(figure: Figure, span: Span | None, diagnostics: Diagnostics) -> None:
     """Warn of a light figure with a person's build.
 
     A person's build is eight moving segments or more with four free ends or more.

@@ -31,12 +31,14 @@ from generator.units import Dimension
 
 @dataclass
 class FigureDraft:
-    """The parts of a figure. `span` is its keyword or name; `root` is None while unknown.
+    """The parts of a figure. `span` is its keyword or name, None for a figure made in Python.
+
+    `root` is None while unknown.
 
     `joints` holds those with a readable `connect`; `segments` holds all that are named.
     """
 
-    span: Span
+    span: Span | None
     name: str | None = None
     segments: dict[str, Segment] = field(default_factory=dict[str, Segment])
     joints: dict[str, Joint] = field(default_factory=dict[str, Joint])
@@ -83,9 +85,10 @@ _JOINT_FIELD_DIMENSIONS: Mapping[str, tuple[Dimension, Dimension]] = {
 
 def resolve_figure(tree: Block, diagnostics: Diagnostics) -> FigureDraft:
     """The parts of the figure that `tree` describes; errors go to `diagnostics`."""
-    draft = FigureDraft(tree.name.span if tree.name else tree.kind.span)
+    place = tree.name.span if tree.name else tree.kind.span
+    draft = FigureDraft(place)
     draft.name = tree.name.text if tree.name else None
-    draft.origins["name"] = draft.span
+    draft.origins["name"] = place
     taken: dict[tuple[str, str], Word] = {}
     for block in _blocks(tree.body):
         if block.name is None or not _is_new(taken, block.kind.text, block.name, diagnostics):

@@ -22,9 +22,6 @@ from generator.units import (
 UNIT_AXIS_TOLERANCE = 1e-6
 """Largest difference from one that the length of a printed unit axis may have."""
 
-ROUNDED_AXIS_TOLERANCE = 1e-12
-"""Above this difference an axis is scaled to length one; below it is taken as it is."""
-
 
 def resolve_number(node: Value, dimension: Dimension, diagnostics: Diagnostics) -> float | None:
     """One number in SI; None, with an error reported, if `node` has another dimension."""
@@ -153,7 +150,7 @@ def axis_dimension(kind: AxisKind, rotation: Dimension, translation: Dimension) 
 
 
 def _resolve_axis(call: Call, diagnostics: Diagnostics) -> Vector | None:
-    """The axis of one degree of freedom, of length one."""
+    """The axis of one degree of freedom, as printed: of length one but for its rounding."""
     axis = resolve_vector(call.arguments, Dimension.NUMBER, diagnostics)
     if axis is None:
         return None
@@ -173,7 +170,7 @@ def _resolve_axis(call: Call, diagnostics: Diagnostics) -> Vector | None:
             f"in this direction: `{call.name.text}({x:.9g},{y:.9g},{z:.9g})`",
         )
         return None
-    return axis if abs(length - 1.0) <= ROUNDED_AXIS_TOLERANCE else (x, y, z)
+    return axis
 
 
 def _factors(node: Value) -> Sequence[Value]:

@@ -14,6 +14,7 @@ from generator.figure import (
     Site,
     SiteRef,
 )
+from generator.figure_file.check import require_valid_figure
 from generator.figure_file.lexer import MAX_WORD_LENGTH
 from generator.figure_file.values import axis_dimension
 from generator.units import Dimension, format_quantity
@@ -24,9 +25,11 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 def write_figure(figure: Figure) -> str:
     """The text of a figure file; reading it gives a figure equal to `figure`, to the last bit.
 
-    Raises ValueError for what the language cannot say: a name with odd characters, a quote in a
-    string, a number that is not finite.
+    Raises InputError, with all errors, for a figure made in Python that is wrong, and ValueError
+    for what the language cannot say: a name with odd characters, a quote in a string, a number that
+    is not finite.
     """
+    require_valid_figure(figure)
     lines = [f"figure {_checked_name(figure.name)} {{" if figure.name is not None else "figure {"]
     for attribute in figure.attributes.values():
         lines += _block(f"attribute {_checked_name(attribute.name)}", _attribute(attribute))

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from generator.diagnostics import ModelError
 from generator.figure import Joint
 from generator.kinematics.tree import Tree
+from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_matrix, inverse_pose
 
 MAX_FRAMES_PER_PLACEMENT = 2000
@@ -52,10 +54,23 @@ def forward_kinematics(tree: Tree, displacements: Displacements) -> Placement:
 
     The root's site is the world's origin. `displacements` needs the joints of the tree.
     With a leading dimension, shape (frames, n) per joint, poses have shape (frames, 4, 4).
+
+    Raises UnknownNameError for a joint that the figure does not have, and ModelError for a joint of
+    the tree that is missing.
     """
+    for name in displacements.keys() - tree.figure.joints.keys():
+        _ = tree.figure.joints[name]
+    missing = tree.kinematics.columns.keys() - displacements.keys()
+    if missing:
+        raise ModelError(f"the displacements of joint `{min(missing)}` are missing")
     kinematics = tree.kinematics
     return Placement(
-        tree, displacements, kinematics.poses(kinematics.displacement_vector(displacements))
+        tree,
+        displacements,
+        NamedMapping(
+            kinematics.poses(kinematics.displacement_vector(displacements)),
+            "the figure has no segment",
+        ),
     )
 
 

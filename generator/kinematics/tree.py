@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator.figure import AxisKind, Figure, Joint
+from generator.figure_file.check import require_valid_figure
 from generator.joint_chain import Chain, build_chain
 from generator.rotations import Array, cross_matrix, inverse_pose, unit_vector
 
@@ -198,9 +199,10 @@ def build_tree(figure: Figure) -> Tree:
     """Return the tree of a figure, breadth first from the ground, joints in the order of the file.
 
     Raises:
+        InputError: the figure was made in Python and is wrong; it holds all errors.
         ModelError: no single joint can have the chain of a joint.
-        ValueError: a segment cannot be reached from the root.
     """
+    require_valid_figure(figure)
     chains = {name: build_chain(joint.chain) for name, joint in figure.joints.items()}
     reached = set(figure.ground)
     branches: list[TreeJoint] = []
@@ -223,8 +225,5 @@ def build_tree(figure: Figure) -> Tree:
             reached.add(tip)
             waiting.append(tip)
             branches.append(TreeJoint(joint, base, tip, parent_is_inboard=ends[0] == base))
-    missing = [name for name in figure.segments if name not in reached]
-    if missing:
-        raise ValueError(f"no joint leads from the root to {', '.join(missing)}")
     closures = tuple(joint for name, joint in figure.joints.items() if name not in used)
     return Tree(figure, tuple(branches), closures, chains)

@@ -9,6 +9,7 @@ import numpy as np
 
 from generator.diagnostics import ModelError
 from generator.figure import Figure
+from generator.figure_file.check import require_valid_figure
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops as close_loops
 from generator.kinematics.loops import consistent_rates
@@ -16,6 +17,7 @@ from generator.kinematics.placement import Displacements, Placement, initial_dis
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
+from generator.named_mapping import NamedMapping
 from generator.simulation.bodies import add_bodies, add_loads, add_marker, constant_site_loads
 from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
 from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring, check_coupled
@@ -100,7 +102,8 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     """Compute the initial state of a run.
 
     Raises:
-        ModelError: the plan names an unknown joint, joints cannot be locked, linked or driven as it
+        UnknownNameError: the plan names an unknown joint.
+        ModelError: joints cannot be locked, linked or driven as it
             asks, or the chain of a joint is not supported.
         OpenLoopError: the pose opens a loop that cannot be closed.
     """
@@ -146,9 +149,7 @@ def _checked_joint_values(figure: Figure, values: Mapping[str, Any]) -> dict[str
     """Return the values as arrays after checking them against the joints."""
     checked: dict[str, Any] = {}
     for name, numbers in values.items():
-        joint = figure.joints.get(name)
-        if joint is None:
-            raise ModelError(f"the figure has no joint {name}")
+        joint = figure.joints[name]
         array = np.asarray(numbers, dtype=float)
         if array.shape != (joint.degrees_of_freedom,):
             raise ModelError(
@@ -176,8 +177,10 @@ def build_model(
         mbs: a system to build into, which the caller assembles; None creates one and assembles it.
 
     Raises:
+        InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure or the plan cannot be built; the message says why.
     """
+    require_valid_figure(figure, to_simulate=True)
     check_coupled(figure, springs.coupled)
     if plan.joining is not None:
         springs = replace(springs, joining=plan.joining)
@@ -250,10 +253,10 @@ def _build_from_initial_state(
         mbs,
         container,
         placement,
-        bodies,
-        sites,
-        joints,
-        connectors,
+        NamedMapping(bodies, "the model has no segment"),
+        NamedMapping(sites, "the model has no site"),
+        NamedMapping(joints, "the model has no joint"),
+        NamedMapping(connectors, "the model has no springs at joint"),
         coupled,
         constraints,
         prescribed,

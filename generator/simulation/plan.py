@@ -1,7 +1,7 @@
 """Parameters of a run that are not part of the figure, and its choice of springs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from math import isfinite
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from generator.drive import Drive
 from generator.figure import Figure
 from generator.kinematics.links import Links
 from generator.loads import TimedLoad
-from generator.springs_file.read import load_springs
+from generator.springs_file.read import read_springs
 from springs import Joining, SpringSet
 
 Vector = tuple[float, float, float]
@@ -66,6 +66,16 @@ class Plan:
     python_torques: bool = False
     wall_limit: float = 600.0
 
+    def __repr__(self) -> str:
+        """The fields that differ from their defaults, in a line."""
+        standard = Plan()
+        changed = (
+            f"{each.name}={value!r}"
+            for each in fields(self)
+            if (value := getattr(self, each.name)) != getattr(standard, each.name)
+        )
+        return f"Plan({', '.join(changed)})"
+
     def __post_init__(self) -> None:
         """Check the values. Raises ValueError."""
         values = {"start": self.start, "stop": self.stop, "frame": self.frame}
@@ -101,9 +111,8 @@ def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:
 
     Raises:
         InputError: the springs' file is missing or has errors, all of which are listed.
+        ModelError: the file replaces a `stiff`, `rest` or `damp` that was changed in Python.
     """
     if plan.springs is not None:
         return plan.springs
-    folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    loaded = load_springs(figure, folder, stem, plan.spring_choice, plan.joining)
-    return loaded.require_value().springs
+    return read_springs(plan.spring_choice, figure, plan.joining)

@@ -1,14 +1,16 @@
 """The springs of a figure, from a file beside it or a chosen one, and from its own fields."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import assert_never
 
 from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
+    ModelError,
     Parsed,
     Source,
     TooManyErrors,
@@ -16,7 +18,12 @@ from generator.diagnostics import (
     shorten,
 )
 from generator.figure import AxisKind, Figure, Joint, Vector
-from generator.figure_file.read import FIGURE_SUFFIX, parse_figure_file, shipped_figures
+from generator.figure_file.read import (
+    FIGURE_SUFFIX,
+    parse_figure,
+    parse_figure_file,
+    shipped_figures,
+)
 from generator.figure_file.resolve import origin_span
 from generator.springs_file.axes import parallel_sign, unit_axis
 from generator.springs_file.bind import (
@@ -182,7 +189,9 @@ def load_springs(
     return Parsed(LoadedSprings(springs, replaced), diagnostics.sorted_by_position())
 
 
-def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
+def read_springs(
+    path_or_name: str | Path | None, figure: Figure, joining: Joining | None = None
+) -> SpringSet:
     """Read a springs file and bind it to the joints of a figure.
 
     Joints that the file does not name keep the figure's own `stiff`, `rest` and `damp`, and all
@@ -190,14 +199,68 @@ def read_springs(path_or_name: str | Path, figure: Figure) -> SpringSet:
 
     Args:
         path_or_name: of the file, or what `--springs` takes: NAME for `FIGURE.NAME.springs.toml`
-            beside the figure's file, "printed" or "none".
+            beside the figure's file, "printed" or "none"; None for the springs that a run of the
+            figure has without a choice.
         figure: to which they are bound.
+        joining: how the axes of a spherical joint join; None for what the file says.
 
     Raises:
         InputError: anything is wrong; it holds all faults. Warnings pass.
+        ModelError: the file replaces a `stiff`, `rest` or `damp` that was changed in Python.
     """
-    folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    return load_springs(figure, folder, stem, path_or_name).require_value().springs
+
+    def load(figure: Figure) -> SpringSet:
+        file = figure.path
+        folder, stem = (None, None) if file is None else (file.parent, file.stem)
+        return load_springs(figure, folder, stem, path_or_name, joining).require_value().springs
+
+    springs = load(figure)
+    if figure.path is not None and springs.origin not in (NO_SPRINGS, FIGURE_ORIGIN):
+        _check_changed_joints(figure, springs, load)
+    return springs
+
+
+def _check_changed_joints(
+    figure: Figure, springs: SpringSet, load: Callable[[Figure], SpringSet]
+) -> None:
+    """Raise ModelError for a spring of a joint that was changed in Python without effect.
+
+    Args:
+        figure: read from a file, and perhaps changed since.
+        springs: of the figure, from a file of springs.
+        load: loads the springs of another version of the figure.
+    """
+    for joint in figure.joints.values():
+        written = _joint_as_read(joint)
+        for name in ("stiff", "rest", "damp"):
+            values, former = getattr(joint, name), getattr(written, name, None)
+            for k in range(joint.degrees_of_freedom):
+                value = 0.0 if values is None else values[k]
+                before = 0.0 if former is None else former[k]
+                if value == before:
+                    continue
+                others = values or (0.0,) * joint.degrees_of_freedom
+                unchanged = replace(joint, **{name: (*others[:k], before, *others[k + 1 :])})
+                versions = (figure, figure.with_parts(unchanged))
+                own = [load_springs(each).require_value().springs for each in versions]
+                has_effect = own[0] != own[1]
+                if has_effect and load(versions[1]) == springs:
+                    raise ModelError(
+                        f"`{name}` of joint `{joint.name}` was changed in Python, but the springs "
+                        f"of {springs.origin} replace it: change them instead, as Plan(springs=...)"
+                    )
+
+
+def _joint_as_read(joint: Joint) -> Joint | None:
+    """Return the joint of this name in the file from which a joint was read; None without one."""
+    span = joint.origins.get("name")
+    return None if span is None else _joints_in(span.source).get(joint.name)
+
+
+@lru_cache(maxsize=16)
+def _joints_in(source: Source) -> Mapping[str, Joint]:
+    """Return the joints of a figure's text."""
+    return parse_figure(source.text).require_value().joints
 
 
 def _bind_file(

@@ -1,9 +1,10 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from generator.diagnostics import Source, Span
+from generator.diagnostics import ModelError, Source, Span
 from generator.figure import (
     AxisKind,
     Figure,
@@ -123,3 +124,57 @@ def test_the_loop_of_the_four_bar_linkage_is_closed():
     turned = on_coupler @ Rotation((0.0, 0.0, pin.displacement[0])).matrix
     assert turned == pytest.approx(on_rocker, abs=1e-15)
     assert on_rocker[:3, 3] == pytest.approx([-0.2, 0.3, 0.0], abs=1e-15)
+
+
+def test_each_value_checks_its_own_numbers():
+    with pytest.raises(ModelError, match="the zero vector is not a joint axis"):
+        JointAxis(AxisKind.ROTATION, (0.0, 0.0, 0.0))
+    with pytest.raises(ModelError, match="`stiff` has 2 values, but the joint has 1 degree of"):
+        replace(_joint("hinge", "a", "b", Z), stiff=(1.0, 2.0))
+    with pytest.raises(ModelError, match="`rest` must be finite"):
+        replace(_joint("hinge", "a", "b", Z), rest=(math.nan,))
+    with pytest.raises(ModelError, match="segment `a`: `inertia` needs three finite numbers"):
+        _segment("a", inertia=(1.0, 1.0))
+    with pytest.raises(ModelError, match="site `o`: `local_force` needs three finite numbers"):
+        Site("o", local_force=(0.0, math.inf, 0.0))
+    with pytest.raises(ModelError, match="a translation: `offset` needs three finite numbers"):
+        Location.at(math.nan, 0.0, 0.0)
+
+
+def test_numbers_of_any_kind_become_floats():
+    assert JointAxis("R", (0, 0, 2)) == Z
+    hinge = Joint("hinge", SiteRef("a", "o"), SiteRef("b", "o"), (Z,), stiff=np.array([3]))
+    assert hinge.displacement == (0.0,)
+    assert hinge.stiff == (3.0,)
+    assert type(hinge.stiff[0]) is float
+    assert _segment("a", np.float64(2.0)).mass == 2.0
+    assert Location.at(0, -1, 0) == Location((Translation((0.0, -1.0, 0.0)),))
+
+
+def test_an_absent_limit_may_be_infinite_on_its_side_only():
+    hinge = _joint("hinge", "a", "b", Z)
+    assert replace(hinge, upper_limit=(math.inf,)).upper_limit == (math.inf,)
+    with pytest.raises(ModelError, match="`lower_limit` must be finite"):
+        replace(hinge, lower_limit=(math.inf,))
+
+
+def test_parts_are_replaced_or_added():
+    figure = _figure([_segment("floor"), _segment("arm")], [_joint("hinge", "floor", "arm", Z)])
+    changed = figure.with_parts(
+        _segment("arm", 3.0), _segment("hand"), _joint("wrist", "arm", "hand")
+    )
+    assert list(changed.segments) == ["floor", "arm", "hand"]
+    assert changed.segments["arm"].mass == 3.0
+    assert list(changed.joints) == ["hinge", "wrist"]
+    assert figure.segments["arm"].mass == 1.0
+
+
+def test_a_figure_is_shown_in_a_line_and_as_tables():
+    figure = read_figure("prototype")
+    line = "Figure prototype: 11 segments, 10 joints, 22 degrees of freedom, 49.28 kg"
+    assert repr(figure) == f"<{line}>"
+    page = figure._repr_html_()
+    assert page.startswith(f"<p>{line}</p><table>")
+    assert "<td>left_knee</td><td>left_upper_leg.distal</td>" in page
+    assert page.count("<tr>") == 2 + 11 + 10
+    assert "<td>&lt;b&gt;</td>" in _figure([_segment("<b>")], [], "<b>")._repr_html_()

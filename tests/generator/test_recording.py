@@ -1,8 +1,12 @@
 """Recordings: what they add up, and how they ended."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from generator.figure import AxisKind, JointAxis
+from generator.named_mapping import UnknownNameError
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
 
 
@@ -38,3 +42,33 @@ def test_the_balance_counts_what_loads_brought_in():
 @pytest.mark.parametrize("ending", Ending)
 def test_only_a_run_that_is_done_has_succeeded(ending: Ending):
     assert Outcome(ending, "", 0.0).succeeded == (ending is Ending.DONE)
+
+
+def test_a_recording_is_shown_in_a_line_and_as_a_table():
+    chains = {
+        "knee": (JointAxis(AxisKind.ROTATION, (0, 1, 0)),),
+        "slide": (JointAxis(AxisKind.TRANSLATION, (0, 1, 0)),),
+    }
+    moved = replace(
+        recording({kind: [0.0] * 3 for kind in ENERGY_KINDS}),
+        chains=chains,
+        displacements={"knee": np.radians([[0], [-90], [45]]), "slide": np.array([[1], [2], [3]])},
+    )
+    line = "Recording: 3 frames, 0 to 2 s, 2 joints. done"
+    assert repr(moved) == f"<{line}>"
+    page = moved._repr_html_()
+    assert page.startswith(f"<p>{line}</p><table>")
+    row = ["knee", "1", "0.00", "-90.00", "45.00", "45.00", "deg"]
+    assert "".join(f"<td>{cell}</td>" for cell in row) in page
+    assert "<td>300.00</td><td>300.00</td><td>cm</td>" in page
+
+
+def test_a_wrong_name_in_a_recording_raises_with_the_nearest():
+    moved = replace(
+        recording({kind: [0.0] for kind in ENERGY_KINDS}),
+        displacements={"left_knee": np.zeros((1, 1))},
+    )
+    with pytest.raises(UnknownNameError, match="no joint `left_kne`; did you mean `left_knee`"):
+        _ = moved.displacements["left_kne"]
+    with pytest.raises(UnknownNameError, match="no energy `kinetics`; did you mean `kinetic`"):
+        _ = moved.energy["kinetics"]

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.diagnostics import InputError
 from generator.figure import (
     Attribute,
     AxisKind,
@@ -240,5 +241,10 @@ def test_strings_that_the_language_has_not_are_refused(text):
 
 @pytest.mark.parametrize("mass", [math.nan, math.inf])
 def test_numbers_that_are_not_finite_are_refused(mass):
-    with pytest.raises(ValueError, match="cannot write"):
-        write_figure(replace(FIGURE, segments={"floor": replace(BARE, mass=mass)}))
+    with pytest.raises(ValueError, match="segment `floor`: the mass must be finite"):
+        replace(BARE, mass=mass)
+
+
+def test_a_figure_that_would_not_be_read_is_not_written():
+    with pytest.raises(InputError, match="the root: segment `floor` has no site `tap`"):
+        write_figure(replace(FIGURE, root=SiteRef("floor", "tap")))

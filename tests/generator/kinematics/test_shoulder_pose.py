@@ -171,7 +171,11 @@ def test_what_is_no_arm_is_refused():
     nameless = replace(
         figure,
         joints={
-            ("left_shouldr" if k == "left_shoulder" else k): v for k, v in figure.joints.items()
+            each.name: each
+            for joint in figure.joints.values()
+            for each in [
+                replace(joint, name="left_shouldr") if joint.name == "left_shoulder" else joint
+            ]
         },
     )
     with pytest.raises(ModelError, match="no joint `left_shoulder`; did you mean `left_should"):
@@ -190,7 +194,13 @@ def test_what_is_no_arm_is_refused():
 def test_a_joint_that_cannot_reach_is_named():
     figure = FIGURES["clavicles"]
     hinge = with_joint(
-        figure, "left_shoulder", chain=(JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),)
+        figure,
+        "left_shoulder",
+        chain=(JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),),
+        displacement=(0.0,),
+        stiff=None,
+        rest=None,
+        damp=None,
     )
     with pytest.raises(
         ModelError, match=r"`left_shoulder` cannot reach this orientation: it is off by .* deg"

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from generator.diagnostics import ModelError
+from generator.diagnostics import InputError, ModelError
 from generator.kinematics.tree import build_tree
 from tests.chains import BALL, at, body, chain, figure, ground, joint, row, two_bodies
 
@@ -58,7 +58,7 @@ def test_a_segment_out_of_reach_is_named() -> None:
     made = figure(
         [ground(), body("a"), body("lost")], [joint("one", "ground.base", "a.near", BALL)]
     )
-    with pytest.raises(ValueError, match="lost"):
+    with pytest.raises(InputError, match="no joints lead from the root to segment `lost`"):
         build_tree(made)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.diagnostics import ModelError, MoverError
+from generator.diagnostics import InputError, ModelError, MoverError
 from generator.figure import SiteRef
 from generator.kinematics.loops import OpenLoopError
 from generator.loads import LoadKind, constant_load
@@ -133,13 +133,13 @@ def test_springs_of_the_plan_or_the_figure() -> None:
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        ({"displacements": {"knee": (0.1,)}}, "no joint knee"),
+        ({"displacements": {"knee": (0.1,)}}, "no joint `knee`; known here: pin"),
         ({"displacements": {"pin": (0.1,)}}, "3 displacements, not 1"),
         ({"displacements": {"pin": (0.1, float("nan"), 0.0)}}, "not finite"),
-        ({"velocities": {"knee": (0.1,)}}, "no joint knee"),
+        ({"velocities": {"knee": (0.1,)}}, "no joint `knee`; known here: pin"),
         ({"velocities": {"pin": (0.1, 0.2)}}, "3 displacements, not 2"),
-        ({"velocities": {"link": (0.0,) * 6}}, "no joint link"),
-        ({"velocities": {"pin": (0.0,) * 3}, "free_root": True}, "no joint pin"),
+        ({"velocities": {"link": (0.0,) * 6}}, "no joint `link`; known"),
+        ({"velocities": {"pin": (0.0,) * 3}, "free_root": True}, "no joint `pin`; known"),
     ],
 )
 def test_plans_that_do_not_fit_the_figure(given, reason) -> None:
@@ -148,13 +148,13 @@ def test_plans_that_do_not_fit_the_figure(given, reason) -> None:
 
 
 @pytest.mark.parametrize("missing", ["mass", "inertia", "CM"])
-def test_a_segment_without_what_it_needs(missing) -> None:
+def test_a_segment_without_what_it_needs(missing: str) -> None:
     link = body("link")
     if missing == "CM":
         link = replace(link, sites={"near": link.sites["near"]})
     else:
         link = replace(link, **{missing: None})
-    with pytest.raises(ModelError, match="segment link cannot be simulated"):
+    with pytest.raises(InputError, match=f"segment `link` .* no .*{missing}"):
         build_model(one_body(BALL, segment=link), Plan(), NONE)
 
 

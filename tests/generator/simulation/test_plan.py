@@ -1,8 +1,14 @@
 """What a plan may ask for."""
 
+import re
+from dataclasses import replace
+
 import pytest
 
-from generator.simulation.plan import Plan
+from generator import read_figure, read_springs
+from generator.diagnostics import ModelError
+from generator.simulation.plan import Plan, resolve_springs
+from springs import Linear, SpringSet
 
 
 def test_defaults() -> None:
@@ -41,3 +47,46 @@ def test_what_makes_no_run(given, reason) -> None:
 
 def test_a_run_may_start_before_zero_and_take_all_day() -> None:
     assert Plan(start=-1.0, stop=0.0, wall_limit=float("inf")).start == -1.0
+
+
+def test_a_plan_is_shown_by_what_is_not_standard() -> None:
+    assert repr(Plan()) == "Plan()"
+    plan = Plan(stop=2.0, velocities={"left_knee": (1.0,)})
+    assert repr(plan) == "Plan(stop=2.0, velocities={'left_knee': (1.0,)})"
+    assert repr(SpringSet()) == "<SpringSet none: joints with springs: 0, conservative>"
+
+
+KNEE = read_figure("prototype").joints["left_knee"]
+
+
+@pytest.mark.parametrize(("field", "value"), [("stiff", 500.0), ("rest", 0.3), ("damp", 2.0)])
+def test_a_spring_changed_in_python_is_never_replaced_in_silence(field: str, value: float) -> None:
+    figure = read_figure("prototype").with_parts(replace(KNEE, **{field: (value,)}))
+    sentence = (
+        f"`{field}` of joint `left_knee` was changed in Python, but the springs of "
+        "prototype.springs.toml replace it: change them instead, as Plan"
+    )
+    with pytest.raises(ModelError, match=re.escape(sentence)):
+        resolve_springs(figure, Plan())
+    with pytest.raises(ModelError, match=re.escape(sentence)):
+        read_springs(None, figure)
+
+
+def test_changes_that_have_an_effect_pass() -> None:
+    figure = read_figure("prototype")
+    assert resolve_springs(figure, Plan()) == read_springs(None, figure)
+    limited = figure.with_parts(replace(KNEE, upper_limit=(0.5,)))
+    assert resolve_springs(limited, Plan()) != resolve_springs(figure, Plan())
+    stiff = figure.with_parts(replace(KNEE, stiff=(500.0,)))
+    assert resolve_springs(stiff, Plan(spring_choice="none")).joints == {}
+    own = replace(stiff, path=None)
+    (spring,) = resolve_springs(own, Plan()).joints["left_knee"].axes
+    assert spring.elastic[0] == Linear(500.0, 0.0)
+    springs = read_springs(None, figure)
+    assert resolve_springs(stiff, Plan(springs=springs)) is springs
+
+
+def test_the_fields_of_a_file_are_replaced_as_its_page_says() -> None:
+    figure = read_figure("clavicles")
+    assert figure.joints["left_knee"].stiff == (1e-7,)
+    assert resolve_springs(figure, Plan()).origin == "clavicles.springs.toml"

@@ -117,7 +117,7 @@ def test_a_plan_is_not_needed() -> None:
 
 
 def test_what_cannot_be_built_says_why() -> None:
-    with pytest.raises(MoverError, match="no joint elbow"):
+    with pytest.raises(MoverError, match="no joint `elbow`; known here: pin"):
         simulate(one_body(BALL), Plan(displacements={"elbow": (0.1,)}))
 
 

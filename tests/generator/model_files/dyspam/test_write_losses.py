@@ -9,7 +9,7 @@ import pytest
 from generator import read_figure
 from generator.cli.convert import convert
 from generator.diagnostics import InputError
-from generator.figure import CENTRE_OF_MASS_SITE, Figure, Segment, Site
+from generator.figure import CENTRE_OF_MASS_SITE, Attribute, Figure, Segment, Site
 from generator.figure_file.write import write_figure
 from generator.losses import Losses
 from generator.model_files.dyspam import read as dyspam_reader
@@ -65,7 +65,7 @@ def test_everything_of_a_figure_that_goes_is_told(tmp_path):
     base = replace(floor.sites["base"], local_force=(1.0, 0.0, 0.0))
     floor = replace(floor, sites={**floor.sites, "base": base})
     pin = joint("pin", "ground.base", "link.near", chain("R-y"), (0.1,), lower_limit=(-1.0,))
-    given = figure([floor, link], [pin])
+    given = figure([floor, link], [pin]).with_parts(Attribute("red"))
     lost = written(given, own_springs(given), tmp_path)
     del lost["names, in place of which are numbers"]
     assert lost == {

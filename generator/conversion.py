@@ -1,0 +1,126 @@
+"""Conversion of motions, figures and other programs' models, as `mover convert` does it."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from generator.diagnostics import InputError, UsageError, error
+from generator.figure import Figure
+from generator.figure_file.read import FIGURE_SUFFIX, read_figure, shipped_figures
+from generator.losses import Losses
+from generator.model_files.formats import SUFFIXES, model_format, read_model
+from generator.model_files.imported import write_imported
+from generator.motion_files import (
+    FigureMotion,
+    motion_from_action,
+    motion_from_recording,
+    motion_writer,
+    read_action,
+    read_npz,
+)
+from generator.motion_files.motion import Header, file_sha256
+from generator.recording import Recording
+from generator.springs_file.read import read_springs
+from springs import SpringSet
+
+ACTION_SUFFIX, NPZ_SUFFIX = ".action", ".npz"
+READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX)
+"""Motion formats that can be read."""
+
+
+def is_model(source: str) -> bool:
+    """Return whether a source is a model: a file by its suffix, or a folder."""
+    path = Path(source)
+    return path.suffix.lower() in SUFFIXES or (path.is_dir() and source not in shipped_figures())
+
+
+def find_motion_figure(header: Header, motion: Path) -> Path:
+    """Return the file of the figure that a motion names: beside it, or shipped.
+
+    A file with the checksum in the motion has precedence. Raises InputError without any.
+    """
+    beside = motion.parent / header.figure
+    shipped = {each.name: each for each in shipped_figures().values()}.get(header.figure)
+    digests = {each: file_sha256(each) for each in (beside, shipped) if each is not None}
+    found = [each for each, digest in digests.items() if digest is not None]
+    if not found:
+        message = f"`{motion}` is a motion of `{header.figure}`, which is not beside it"
+        raise InputError([error(message, hint="name the figure with --figure")])
+    return next((each for each in found if digests[each] == header.sha256), found[0])
+
+
+def convert(
+    source: str | Path | Figure | Recording,
+    *outputs: str | Path,
+    figure: str | Path | Figure | None = None,
+    springs: str | Path | SpringSet | None = None,
+) -> Mapping[Path, Losses]:
+    """Write a motion, a figure or a model in the formats of the outputs' suffixes.
+
+    Args:
+        source: a `Recording`; the path of a motion (`.action`, `.npz`); a `Figure`, its path or the
+            name of a shipped one; or another program's model, which becomes a figure.
+        outputs: paths of files; each is written whole or not at all, one after the other.
+        figure: of the motion; of a motion's file None takes the one that it names.
+        springs: of a figure, as `read_springs` takes them; None for those that a run has.
+
+    Returns:
+        What each file could not hold.
+
+    Raises:
+        UsageError: a format is unknown, or an argument does not fit the source.
+        InputError: a file cannot be read or is wrong.
+        MoverError: a format cannot hold the source.
+        OSError: a file cannot be written.
+    """
+    paths = [Path(output) for output in outputs]
+    motion = _motion(source, figure)
+    if motion is not None:
+        writers = [motion_writer(path) for path in paths]
+        return {path: write(motion, path) for path, write in zip(paths, writers, strict=True)}
+    if figure is not None:
+        raise UsageError("`figure` is for motions")
+    if not isinstance(source, Figure) and is_model(str(source)):
+        return _convert_model(str(source), paths)
+    described = source if isinstance(source, Figure) else read_figure(str(source))
+    if not isinstance(springs, SpringSet):
+        springs = read_springs(springs, described)
+    formats = [model_format(path) for path in paths]
+    return {
+        path: each.write(described, springs, path)
+        for path, each in zip(paths, formats, strict=True)
+    }
+
+
+def _motion(
+    source: str | Path | Figure | Recording, figure: str | Path | Figure | None
+) -> FigureMotion | None:
+    """Return the motion that a source is; None for a figure or a model."""
+    if isinstance(figure, str | Path):
+        figure = read_figure(figure)
+    if isinstance(source, Recording):
+        if figure is None:
+            raise UsageError("a recording does not hold its figure: convert(..., figure=figure)")
+        return motion_from_recording(source, figure)
+    if isinstance(source, Figure):
+        return None
+    path = Path(source)
+    if path.suffix.lower() == ACTION_SUFFIX:
+        action = read_action(path)
+        return motion_from_action(
+            action, figure or read_figure(find_motion_figure(action.header, path))
+        )
+    if path.suffix.lower() == NPZ_SUFFIX:
+        header, recording = read_npz(path)
+        owner = figure or read_figure(find_motion_figure(header, path))
+        return replace(motion_from_recording(recording, owner), header=header)
+    return None
+
+
+def _convert_model(source: str, paths: list[Path]) -> dict[Path, Losses]:
+    """Write the figure of a model, with a springs file beside it if it has springs."""
+    for path in paths:
+        if path.suffix.lower() != FIGURE_SUFFIX:
+            raise UsageError(f"{path}: a model becomes a figure, {FIGURE_SUFFIX}")
+    imported = read_model(source)
+    return {path: write_imported(imported, path) for path in paths}
