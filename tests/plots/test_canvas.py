@@ -18,14 +18,18 @@ from plots.canvas import (
 ANGLES = np.linspace(-40.0, 60.0, 101)
 
 
+with plot_style():
+    _, ((AXES,),) = create_panels(3.0, 1)
+
+
 def drawn(known: tuple[float, float] | None) -> dict[str, np.ndarray]:
     """The angles [deg] of which a curve is drawn, by line style."""
-    with plot_style():
-        _, ((axes,),) = create_panels(3.0, 1)
-        draw_curve(axes, ANGLES, ANGLES**2, known, THESIS_STYLE, "curve")
+    while AXES.lines:
+        AXES.lines[0].remove()
+    draw_curve(AXES, ANGLES, ANGLES**2, known, THESIS_STYLE, "curve")
     return {
         line.get_linestyle(): np.asarray(line.get_xdata())[~np.isnan(np.asarray(line.get_ydata()))]
-        for line in axes.lines
+        for line in AXES.lines
     }
 
 

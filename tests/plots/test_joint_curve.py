@@ -5,10 +5,12 @@ from math import degrees, isnan, radians
 import numpy as np
 import pytest
 
+from plots import joint_curve
 from plots.joint_curve import JointCurve, first_zero_crossing, format_range, read_curve
 from plots.literature import literature_from_points, published_curve
 from springs import AxisSpring, Cubic
 from springs.published.reference import Reference, Sureness
+from tests.plots import drawn
 
 SOURCE = Reference("invented for this test", Sureness.PAGE)
 ANGLES = np.radians(np.arange(-90.0, 91.0, 1.0))
@@ -53,19 +55,27 @@ def test_differences_are_left_out_where_nothing_is_published() -> None:
     assert published.size == less.size == 31
 
 
+@pytest.fixture
+def few_angles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(joint_curve, "SWEEP", np.arange(-60.0, 61.0, 20.0))
+
+
 def test_a_curve_is_read_at_the_edges_of_its_dead_zone_and_of_the_normal_range() -> None:
-    made = read_curve("left_knee", "flexion")
+    made = drawn.curve("knee")
     for angle in (0.0, 1.553, radians(137.7), radians(-1.0)):
         assert np.min(np.abs(made.angles - angle)) < 1e-7
     assert made.simulated.shape == made.angles.shape == made.law_torques.shape
 
 
+@pytest.mark.usefixtures("few_angles")
 def test_the_right_side_may_be_read_as_well() -> None:
     left, right = (read_curve(f"{side}_hip_joint", "medial rotation") for side in ("left", "right"))
     assert np.max(np.abs(left.simulated - right.simulated)) < 1e-9
+    assert np.ptp(right.simulated) > 10.0
     assert right.other_side_torques is None
 
 
+@pytest.mark.usefixtures("few_angles")
 def test_other_joints_may_be_held() -> None:
     made = read_curve("left_hip_joint", "flexion", {"left_knee": 100.0})
     assert made.held_text == "left_knee at 100 deg"
@@ -74,12 +84,12 @@ def test_other_joints_may_be_held() -> None:
 
 
 def test_the_printed_cubic_has_no_dead_zone() -> None:
-    made = read_curve("left_elbow", "flexion")
+    made = drawn.curve("elbow")
     assert made.printed_torques(np.array([0.0, 1.0])) == pytest.approx([-1.014, -238.52215])
 
 
-def test_the_normal_range_is_zero_where_it_is_not_known() -> None:
-    made = read_curve("left_shoulder", "abduction")
+def test_an_unknown_end_of_the_normal_range_is_zero() -> None:
+    made = drawn.curve("shoulder_abduction")
     assert made.low is None
     assert [round(degrees(end), 6) for end in made.normal_range] == [0.0, 184.0]
 

@@ -1,5 +1,6 @@
 """A plate becomes files: pictures of the same bytes each time, and numbers that can be read."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from io import StringIO
 from xml.etree import ElementTree
@@ -8,33 +9,37 @@ import numpy as np
 import pytest
 
 from plots.canvas import draw_plate, render_figure
-from plots.plate import Plate
+from plots.plate import DrawnPlate, Plate
 from tests.tiny_plates import ANGLES, damper, spring
 
 
-def test_the_files_of_a_plate():
-    assert list(draw_plate(spring()).files) == ["spring.svg", "spring.png", "spring.csv"]
-    names = ["damper.svg", "damper.png", "damper.slow.csv", "damper.fast.csv"]
-    assert list(draw_plate(damper()).files) == names
+@pytest.fixture(scope="module")
+def drawn() -> DrawnPlate:
+    return draw_plate(spring())
 
 
-def test_the_pictures_are_pictures():
-    drawn = draw_plate(spring())
+@pytest.fixture(scope="module")
+def tables() -> Mapping[str, str]:
+    return draw_plate(damper()).tables
+
+
+def test_the_files_of_a_plate(drawn: DrawnPlate, tables: Mapping[str, str]):
+    assert list(drawn.files) == ["spring.svg", "spring.png", "spring.csv"]
+    assert list(tables) == ["damper.slow.csv", "damper.fast.csv"]
+
+
+def test_the_pictures_are_pictures(drawn: DrawnPlate):
     assert ElementTree.fromstring(drawn.svg).tag == "{http://www.w3.org/2000/svg}svg"
     assert drawn.png.startswith(b"\x89PNG\r\n\x1a\n")
 
 
-def test_the_same_plate_gives_the_same_bytes():
-    assert draw_plate(spring()) == draw_plate(spring())
-
-
-def test_every_picture_has_its_title():
+def test_every_picture_has_its_title_and_the_same_bytes_each_time(drawn: DrawnPlate):
     plate = spring()
-    once = draw_plate(plate)
+    assert draw_plate(plate) == drawn
     assert plate.figure.get_suptitle() == plate.title
     (above,) = (text for text in plate.figure.texts if text.get_text() == plate.title)
     assert above.get_position()[1] > plate.figure.axes[0].get_position().y1
-    assert draw_plate(plate) == once
+    assert draw_plate(plate) == drawn
 
 
 def test_a_legend_of_the_whole_figure_takes_the_title_in():
@@ -55,12 +60,12 @@ def test_the_last_digits_of_a_layout_do_not_count():
     assert bounds[1] > 0.2  # there is room for the label below: the axes were laid out
 
 
-def test_a_drawn_plate_takes_no_numpy_along():
-    assert {type(claim.measured) for claim in draw_plate(spring()).claims} == {float}
+def test_a_drawn_plate_has_plain_numbers(drawn: DrawnPlate):
+    assert {type(claim.measured) for claim in drawn.claims} == {float}
 
 
-def test_a_table_tells_what_it_is():
-    lines = draw_plate(spring()).tables["spring.csv"].splitlines()
+def test_the_head_of_a_table(drawn: DrawnPlate, tables: Mapping[str, str]):
+    lines = drawn.tables["spring.csv"].splitlines()
     assert lines[:4] == [
         "# A spring <b>& its moment</b>",
         "# M is positive in flexion.",
@@ -68,22 +73,17 @@ def test_a_table_tells_what_it_is():
         'angle [deg],"moment, of the spring [N m]"',
     ]
     assert len(lines) == 4 + len(ANGLES)
-    lines = draw_plate(damper()).tables["damper.slow.csv"].splitlines()
+    lines = tables["damper.slow.csv"].splitlines()
     assert lines[0] == "# A damper: slow"
     assert lines[2] == "# References: none"
 
 
-def test_a_table_is_read_back():
-    text = draw_plate(spring()).tables["spring.csv"]
-    rows = np.loadtxt(StringIO(text), delimiter=",", skiprows=4)
+def test_a_table_is_read_back(drawn: DrawnPlate, tables: Mapping[str, str]):
+    rows = np.loadtxt(StringIO(drawn.tables["spring.csv"]), delimiter=",", skiprows=4)
     assert rows[:, 0] == pytest.approx(ANGLES)
     assert rows[:, 1] == pytest.approx(-2.0 * np.radians(ANGLES), rel=1e-8)
-    named = np.genfromtxt(
-        StringIO(draw_plate(damper()).tables["damper.slow.csv"]),
-        delimiter=",",
-        names=True,
-        skip_header=3,
-    )
+    text = StringIO(tables["damper.slow.csv"])
+    named = np.genfromtxt(text, delimiter=",", names=True, skip_header=3)
     assert named["moment_N_m"] == pytest.approx(0.1 * ANGLES)
 
 

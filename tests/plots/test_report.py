@@ -138,22 +138,24 @@ def test_a_report_of_nothing():
     assert "There are no claims." in page.words
 
 
+def report_of(title: str, text: str, command: str) -> Page:
+    """A report with one plate."""
+    claim = Claim(title, 1.0, at_most=2.0, remark=text)
+    plate = DrawnPlate("a", title, text, text, (claim,), (text,), b"<svg/>", b"", {})
+    return Page(report([plate], (), {"command": command}))
+
+
+USUAL = report_of("x", "x", "x")
+
+
 @given(st.text(min_size=1), st.text())
 def test_no_text_is_taken_for_markup(plain: str, other: str):
-    claim = Claim(f"x{plain}", 1.0, at_most=2.0, remark=other)
-    plate = DrawnPlate("a", f"x{plain}", other, other, (claim,), (other,), b"<svg/>", b"", {})
-    page = Page(report([plate], (), {"command": plain}))
-    usual = Page(report([draw_free()], (), {"command": "x"}))
-    assert page.tags == usual.tags
-    assert len(page.attributes) == len(usual.attributes)
+    page = report_of(f"x{plain}", other, plain)
+    assert page.tags == USUAL.tags
+    assert len(page.attributes) == len(USUAL.attributes)
     assert page.cells[1][0] == f"x{plain}"
     assert page.cells[1][4] == other
     assert page.values("alt") == [f"x{plain}"]
-
-
-def draw_free() -> DrawnPlate:
-    claim = Claim("x", 1.0, at_most=2.0)
-    return DrawnPlate("a", "x", "x", "x", (claim,), ("x",), b"<svg/>", b"", {})
 
 
 @pytest.mark.parametrize(

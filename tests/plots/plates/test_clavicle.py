@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from plots.plates.clavicle import clavicle as plate
 from plots.plates.clavicle import mean_slope, piece_offset
 from springs.published import tables as published
+from tests.plots.drawn import plate
 
-PLATE = plate()
+PLATE = plate("clavicle")
 SLOPES, VALUES, JUMPS = PLATE.claims[:2], PLATE.claims[2:4], PLATE.claims[4:]
 
 

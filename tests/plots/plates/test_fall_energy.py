@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from plots.plates.fall_energy import STEP_SIZES, build_plate, simulate_falls
+from plots.plates.fall_energy import STEP_SIZES
+from tests.plots.drawn import falls, plate
 
 
 @pytest.fixture(scope="module")
 def made():
-    return simulate_falls()
+    return falls()
 
 
 @pytest.fixture(scope="module")
-def drawn(made):
-    return build_plate(made)
+def drawn():
+    return plate("fall_energy")
 
 
 def test_which_claims_hold(drawn) -> None:

@@ -3,16 +3,11 @@
 import numpy as np
 import pytest
 
-from plots.plates.hip_directional import (
-    HYSTERESIS_WIDTH,
-    build_plate,
-    drive_hip,
-    hysteresis_law,
-    simulate_cycle,
-)
+from plots.plates.hip_directional import HYSTERESIS_WIDTH, drive_hip, hysteresis_law
 from springs import Cubic
 from springs.hysteresis import Hysteresis
 from springs.transformed import Transformed
+from tests.plots.drawn import cycle, plate
 
 
 def thesis(angle: np.ndarray) -> np.ndarray:
@@ -21,13 +16,13 @@ def thesis(angle: np.ndarray) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def drawn(made):
-    return build_plate(made)
+def drawn():
+    return plate("hip_directional")
 
 
 @pytest.fixture(scope="module")
 def made():
-    return simulate_cycle()
+    return cycle()
 
 
 def test_all_claims_hold(drawn) -> None:

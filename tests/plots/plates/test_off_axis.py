@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import quad
 
 from plots.plates.off_axis import LOOP, ObliqueHip, printed_torques
-from plots.plates.off_axis import off_axis as plate
 from springs import Joining
+from tests.plots.drawn import plate
 
 TURN = radians(60.0)
 EDGES = radians(-44.189991), radians(46.347789)
@@ -36,7 +36,7 @@ def weighted(x: float, y: float) -> tuple[float, float]:
 
 @pytest.fixture(scope="module")
 def drawn():
-    return plate()
+    return plate("off_axis")
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from plots.plates.two_joint_hip import two_joint_hip as plate
+from tests.plots.drawn import plate
 
 SILDER_EXTENDED = {15: 28.4, 60: 35.0, 90: 47.6, 110: 64.1}
 SILDER_FLEXED = {15: -42.4, 60: -9.2, 90: -6.8, 110: -6.0}
@@ -19,7 +19,7 @@ def hip(h: float, k: float) -> float:
 
 @pytest.fixture(scope="module")
 def drawn():
-    return plate()
+    return plate("two_joint_hip")
 
 
 def test_which_claims_hold(drawn) -> None:

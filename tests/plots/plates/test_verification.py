@@ -4,11 +4,11 @@ import numpy as np
 
 from plots.literature import read_measurements
 from plots.plates.verification import AGREEMENT_TOLERANCE
-from plots.plates.verification import verification as plate
+from tests.plots.drawn import plate
 
 
 def test_all_claims_hold() -> None:
-    claims = plate().claims
+    claims = plate("verification").claims
     assert len(claims) == 7
     assert [claim.sentence for claim in claims if not claim.holds] == []
 

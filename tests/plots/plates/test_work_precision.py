@@ -7,7 +7,7 @@ import pytest
 
 from plots.literature import Measurements, read_measurements
 from plots.plates.work_precision import cheapest_wall_time
-from plots.plates.work_precision import work_precision as plate
+from tests.plots.drawn import plate
 
 COSTS = Measurements(
     {},
@@ -31,7 +31,7 @@ def test_an_error_that_no_run_reaches() -> None:
 
 def test_the_claims_tell_what_was_measured() -> None:
     """Whether they hold is the machine's and the engine's matter; that they are told is ours."""
-    claims = plate().claims
+    claims = plate("work_precision").claims
     assert len(claims) == 8
     assert all(np.isfinite(claim.measured) and claim.measured > 0.0 for claim in claims)
 

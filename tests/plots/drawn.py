@@ -1,0 +1,46 @@
+"""The shipped plates, each made once for all tests."""
+
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from plots import run
+from plots.joint_curve import JointCurve
+from plots.joint_plate import JointPlate
+from plots.plate import Plate
+from plots.plates import fall_energy, hip_directional
+
+
+@cache
+def falls() -> fall_energy.Falls:
+    return fall_energy.simulate_falls()
+
+
+@cache
+def cycle() -> hip_directional.Cycle:
+    return hip_directional.simulate_cycle()
+
+
+def maker(name: str) -> Any:
+    """The function or the row that makes a plate."""
+    path, _, attribute = run.PLATES[name].partition(":")
+    return getattr(import_module(path), attribute)
+
+
+@cache
+def curve(name: str) -> JointCurve:
+    """The curve of a joint's plate, read out of Exudyn."""
+    return maker(name).read_curve()
+
+
+@cache
+def plate(name: str) -> Plate:
+    match maker(name):
+        case JointPlate() as row:
+            return row.draw(curve(name))
+        case fall_energy.fall_energy:
+            return fall_energy.build_plate(falls())
+        case hip_directional.hip_directional:
+            return hip_directional.build_plate(cycle())
+        case make:
+            return make()
