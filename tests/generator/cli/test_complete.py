@@ -6,14 +6,13 @@ import shutil
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
 from generator import read_figure
-from generator.cli.app import app
 from generator.figure_file import simulation_diagnostics
 from generator.geometry import format_psurf, mass_properties, read_psurf
 from generator.geometry.surface import Surface
 from tests.bodies import box
+from tests.command import mover, run
 from tests.paths import FIGURES
 
 FIGURE = """\
@@ -28,11 +27,8 @@ figure {{
   root = floor.top;
 }}
 """
-
-
-def mover(*words: object) -> Result:
-    """Run the command in this process."""
-    return CliRunner().invoke(app, [str(word) for word in words])
+BARE = '    psurf = "brick.pss";'
+DENSITY = ("--density", "2g/cm3")
 
 
 @pytest.fixture
@@ -43,17 +39,16 @@ def folder(tmp_path):
     return tmp_path
 
 
-def completed(folder, arm, density="2g/cm3"):
+def completed(folder, arm):
     """The result, the text before and after, and the figure that came of it."""
     path, output = folder / "arm.fig", folder / "out.fig"
     path.write_text(FIGURE.format(arm=arm))
-    result = mover("complete", path, "--density", density, "-o", output)
-    assert result.exit_code == 0, result.output
+    result = run("complete", path, *DENSITY, "-o", output)
     return result, path.read_text(), output.read_text(), read_figure(output)
 
 
 def test_all_that_is_missing_is_filled_in(folder):
-    result, before, after, figure = completed(folder, '    psurf = "brick.pss";  # a brick')
+    result, before, after, figure = completed(folder, BARE + "  # a brick")
     arm = figure.segments["arm"]
     assert arm.mass == pytest.approx(0.048)
     assert arm.inertia == pytest.approx(0.048 / 12 * np.array([25, 20, 13]) * 1e-4)
@@ -68,31 +63,37 @@ def test_all_that_is_missing_is_filled_in(folder):
     assert [line for line in after.splitlines() if line not in added] == before.splitlines()
     assert "arm" in result.stdout
     assert "mass, inertia, CM" in result.stdout
-
-
-def test_ground_needs_no_mass(folder):
-    _, _, _, figure = completed(folder, '    psurf = "brick.pss";')
+    # The ground needs no mass.
     assert figure.segments["floor"].mass == pytest.approx(-0.001)
     assert figure.segments["floor"].inertia is None
+    # A figure that is complete stays as it is.
+    again = folder / "again.fig"
+    run("complete", folder / "out.fig", *DENSITY, "-o", again)
+    assert again.read_text() == after
 
 
-def test_a_mass_that_is_given_is_kept_and_scales_the_inertia(folder):
-    _, _, after, figure = completed(folder, '    psurf = "brick.pss"; mass = 96g;')
+@pytest.mark.parametrize(
+    ("fields", "mass", "inertia", "centre", "estimates"),
+    [
+        (BARE + " mass = 96g;", 0.096, (200e-7, 160e-7, 104e-7), (0.01, 0.015, 0.02), 2),
+        (
+            "    inertia = (9,8,7);\n" + BARE + "\n    site CM->location = trans(7cm,0,0);",
+            0.048,
+            (9e-7, 8e-7, 7e-7),
+            (0.07, 0.0, 0.0),
+            1,
+        ),
+    ],
+    ids=["mass", "inertia and centre"],
+)
+def test_a_field_that_is_there_is_kept(folder, fields, mass, inertia, centre, estimates):
+    """A mass scales the inertia."""
+    _, _, after, figure = completed(folder, fields)
     arm = figure.segments["arm"]
-    assert arm.mass == 0.096
-    assert arm.inertia == pytest.approx(0.096 / 12 * np.array([25, 20, 13]) * 1e-4)
-    assert "from the psurf for the mass given, 4 g/cm3" in after
-
-
-def test_an_inertia_and_a_centre_that_are_given_are_kept(folder):
-    arm = (
-        '    inertia = (9,8,7);\n    psurf = "brick.pss";\n    site CM->location = trans(7cm,0,0);'
-    )
-    _, _, after, figure = completed(folder, arm)
-    assert figure.segments["arm"].inertia == pytest.approx([9e-7, 8e-7, 7e-7])
-    assert figure.segments["arm"].centre_of_mass == pytest.approx([0.07, 0, 0])
-    assert figure.segments["arm"].mass == pytest.approx(0.048)
-    assert after.count("estimated") == 1
+    assert (arm.mass, arm.inertia) == (pytest.approx(mass), pytest.approx(inertia))
+    assert arm.centre_of_mass == pytest.approx(centre)
+    assert after.count("estimated from the psurf") == estimates
+    assert ("from the psurf for the mass given, 4 g/cm3" in after) is (mass == 0.096)
 
 
 @pytest.mark.parametrize(
@@ -120,12 +121,13 @@ def test_statements_go_where_they_are_read_whatever_the_layout(folder, arm):
     assert read_figure(folder / "arm.fig").joints == figure.joints
 
 
-def test_nothing_missing_is_said_and_the_text_stays(tmp_path):
+def test_a_complete_figure_is_copied_with_a_warning_of_what_the_copy_will_not_find(tmp_path):
     output = tmp_path / "same.fig"
-    result = mover("complete", "prototype", "--density", "1g/cm3", "-o", output)
-    assert result.exit_code == 0
+    result = run("complete", "prototype", "--density", "1g/cm3", "-o", output)
     assert "nothing that a psurf gives was missing" in result.stdout
     assert output.read_bytes() == (FIGURES / "prototype.fig").read_bytes()
+    assert "the psurfs lie beside" in result.stderr
+    assert "prototype.springs.toml" in result.stderr
 
 
 def test_the_prototype_without_its_masses_gets_them_back_from_its_psurfs(tmp_path):
@@ -139,9 +141,8 @@ def test_the_prototype_without_its_masses_gets_them_back_from_its_psurfs(tmp_pat
     ]
     (tmp_path / "bare.fig").write_text("".join(lines), encoding="utf-8")
     output = tmp_path / "full.fig"
-    result = mover(
-        "complete", tmp_path / "bare.fig", "--density", "1.05g/cm3", "-o", output, "--json"
-    )
+    words = ("--density", "1.05g/cm3", "-o", output, "--json")
+    result = run("complete", tmp_path / "bare.fig", *words)
     filled = json.loads(result.stdout)["filled_in"]
     assert len(filled) == 10
     figure, printed = read_figure(output), read_figure("prototype")
@@ -157,110 +158,39 @@ def test_the_prototype_without_its_masses_gets_them_back_from_its_psurfs(tmp_pat
     assert "has no mass" not in result.stderr
 
 
-def test_a_segment_without_a_psurf_is_told_and_the_others_are_filled(folder):
-    arm = '    psurf = "brick.pss";\n  }\n  segment hand {\n    site near { }'
+def test_a_segment_without_a_psurf_is_reported_and_the_others_are_filled(folder):
     path = folder / "two.fig"
-    text = FIGURE.format(arm=arm).replace(
+    text = FIGURE.format(arm=BARE + "\n  }\n  segment hand {\n    site near { }").replace(
         "  root", "  joint w { connect arm.near to hand.near; type = R(1,0,0); }\n  root"
     )
     path.write_text(text)
-    result = mover("complete", path, "--density", "2g/cm3", "-o", folder / "out.fig")
-    assert result.exit_code == 0
+    result = run("complete", path, *DENSITY, "-o", folder / "out.fig")
     assert "`hand` lacks `mass` and `inertia` and `CM`, and has no psurf" in result.stderr
     figure = read_figure(folder / "out.fig")
     assert figure.segments["arm"].mass is not None
     assert figure.segments["hand"].mass is None
 
 
-def test_a_mass_of_zero_is_kept_and_told(folder):
-    path = folder / "arm.fig"
-    path.write_text(FIGURE.format(arm='    psurf = "brick.pss";\n    mass = 0g;'))
-    result = mover("complete", path, "--density", "2g/cm3", "-o", folder / "out.fig")
-    assert result.exit_code == 0
+def test_a_mass_of_zero_is_kept_and_reported(folder):
+    result, before, after, _ = completed(folder, BARE + "\n    mass = 0g;")
     assert "its mass is zero" in result.stderr
-    assert (folder / "out.fig").read_text() == path.read_text()
-
-
-@pytest.mark.parametrize(
-    ("psurf", "said"),
-    [
-        ("none.pss", "cannot be read: no such file"),
-        ("open.pss", "the surface is open"),
-        ("brick.stl", "give the unit"),
-        ("brick.xyz", "not a known suffix"),
-    ],
-)
-def test_a_psurf_that_is_no_body_stops_it_and_nothing_is_written(folder, psurf, said):
-    vertices, faces = box()
-    (folder / "open.pss").write_text(format_psurf(Surface.from_faces(vertices, faces[1:])))
-    path, output = folder / "arm.fig", folder / "out.fig"
-    path.write_text(FIGURE.format(arm=f'    psurf = "{psurf}";'))
-    result = mover("complete", path, "--density", "2g/cm3", "-o", output)
-    assert result.exit_code == 1
-    assert said in result.stderr
-    assert not output.exists()
+    assert after == before
 
 
 def test_ends_of_line_are_kept(folder):
     path, output = folder / "arm.fig", folder / "out.fig"
-    text = FIGURE.format(arm='    psurf = "brick.pss";').replace("\n", "\r\n")
-    path.write_bytes(text.encode())
-    assert mover("complete", path, "--density", "2g/cm3", "-o", output).exit_code == 0
+    path.write_bytes(FIGURE.format(arm=BARE).replace("\n", "\r\n").encode())
+    run("complete", path, *DENSITY, "-o", output)
     assert output.read_bytes().count(b"\r\n") == output.read_bytes().count(b"\n")
 
 
-def test_what_is_complete_stays_as_it_is(folder):
-    _, _, once, _ = completed(folder, '    psurf = "brick.pss";')
-    again = folder / "again.fig"
-    result = mover("complete", folder / "out.fig", "--density", "2g/cm3", "-o", again)
-    assert result.exit_code == 0
-    assert again.read_text() == once
-
-
-@pytest.mark.parametrize("output", ["arm.fig", "./arm.fig", "link.fig", "brick.fig"])
-def test_what_the_command_reads_is_not_written_over(folder, output):
+@pytest.mark.parametrize("target", ["arm.fig", "brick.pss"])
+def test_no_input_is_written_over_through_a_link(folder, target):
     path = folder / "arm.fig"
-    path.write_text(FIGURE.format(arm='    psurf = "brick.pss";'))
-    (folder / "link.fig").symlink_to(path)
-    (folder / "brick.fig").symlink_to(folder / "brick.pss")
+    path.write_text(FIGURE.format(arm=BARE))
+    (folder / "link.fig").symlink_to(folder / target)
     before = {file: file.read_bytes() for file in folder.iterdir()}
-    result = mover("complete", path, "--density", "2g/cm3", "-o", folder / output)
+    result = mover("complete", path, *DENSITY, "-o", folder / "link.fig")
     assert result.exit_code == 1
     assert "cannot be written: the command reads it" in result.stderr
     assert {file: file.read_bytes() for file in folder.iterdir()} == before
-
-
-@pytest.mark.parametrize(
-    ("output", "said"),
-    [
-        ("brick.pss", "`.pss` is not a known suffix; a figure file ends in .fig"),
-        ("out.txt", "`.txt` is not a known suffix"),
-        ("out", "the suffix is missing"),
-    ],
-)
-def test_a_figure_is_written_to_a_figure_file(folder, output, said):
-    path, brick = folder / "arm.fig", (folder / "brick.pss").read_bytes()
-    path.write_text(FIGURE.format(arm='    psurf = "brick.pss";'))
-    result = mover("complete", path, "--density", "2g/cm3", "-o", folder / output)
-    assert result.exit_code == 2
-    assert said in result.stderr
-    assert (folder / "brick.pss").read_bytes() == brick
-    assert sorted(file.name for file in folder.iterdir()) == ["arm.fig", "brick.pss"]
-
-
-def test_what_the_new_file_will_not_find_is_told(tmp_path):
-    result = mover("complete", "prototype", "--density", "1g/cm3", "-o", tmp_path / "a.fig")
-    assert "the psurfs lie beside" in result.stderr
-    assert "prototype.springs.toml" in result.stderr
-
-
-def test_usage(folder):
-    assert mover("complete", "prototype", "--density", "1g/cm3").exit_code == 2
-    words = ("complete", "prototype", "-o", folder / "a.fig")
-    assert mover(*words).exit_code == 2
-    assert mover(*words, "--density", "1").exit_code == 2
-    nowhere = folder / "nowhere" / "a.fig"
-    result = mover("complete", "prototype", "--density", "1g/cm3", "-o", nowhere)
-    assert result.exit_code == 1
-    assert "there is no directory" in result.stderr
-    assert mover("complete", "prototip", "--density", "1g/cm3", "-o", nowhere).exit_code == 1
