@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from generator.simulation.exudyn_api import SYMBOLIC, symbols
@@ -127,6 +127,7 @@ def recording():
 @pytest.mark.usefixtures("recording")
 @every_law
 def test_symbols_of_exudyn_and_floats_agree(law_class: type):
+    @settings(max_examples=50)
     @given(STRATEGIES[law_class], st.lists(ANGLE, min_size=1, max_size=4), RATE)
     def agree(law: Elastic, angles: list[float], rate: float):
         angle, speed = symbols.Real("angle", 0.0), symbols.Real("rate", rate)

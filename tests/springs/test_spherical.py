@@ -159,8 +159,7 @@ def test_round_a_closed_loop_the_conservative_law_does_no_work(joint):
 
 def test_round_a_closed_loop_the_weighted_law_does_work():
     coarse, fine = (
-        sum(work(weighted_torque, LEFT_HIP, path, nodes) for path in TRIANGLE)
-        for nodes in (24, 48)
+        sum(work(weighted_torque, LEFT_HIP, path, nodes) for path in TRIANGLE) for nodes in (24, 48)
     )
     assert abs(fine) > 1.0
     assert coarse == pytest.approx(fine, rel=1e-2)

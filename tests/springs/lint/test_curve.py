@@ -24,6 +24,9 @@ from springs import (
     Stop,
     passive_cubic,
 )
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
 from springs.lint.curve import (
     DEFAULT_RANGE_END,
     FIRM_TORQUE,
@@ -36,6 +39,7 @@ from springs.lint.report import CurveReport, report_curves
 from springs.published.range_of_motion import RangeEnd
 from springs.published.reference import Reference, Sureness
 from springs.smooth_limit import SmoothLimit
+from springs.transformed import Transformed
 from tests.paths import FIGURES
 
 Z = (0.0, 0.0, 1.0)
@@ -375,17 +379,30 @@ def test_unequal_sides_are_found():
         assert finding.values[0] == pytest.approx(2.0 * (1.0 + 2.0 * pi + 3 * pi**2 + 4 * pi**3))
 
 
-def test_another_damping_on_one_side_is_found():
-    one, other = AxisSpring(Z, (Linear(1.0),)), AxisSpring(Z, (Linear(1.0),), Damping(0.1))
-    assert all(doubts(report.findings, FindingKind.SYMMETRY) for report in two_sided(one, other))
+SOFT = AxisSpring(Z, (Linear(1.0),))
 
 
-def test_a_spring_on_one_side_only_is_found():
-    (report,) = two_sided(AxisSpring(Z, (Linear(1.0),)), None)
-    (finding,) = doubts(report.findings, FindingKind.SYMMETRY)
-    assert "`right_knee` has no spring" in finding.sentence
-    reports = two_sided(AxisSpring(Z, (Linear(1.0),)), AxisSpring((1.0, 0.0, 0.0), (Linear(1.0),)))
-    assert all(doubts(report.findings, FindingKind.SYMMETRY) for report in reports)
+def rubbing(width: float) -> AxisSpring:
+    return AxisSpring(Z, (Hysteresis.from_mean_and_width(Linear(1.0), width),))
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "sentence"),
+    [
+        (SOFT, AxisSpring(Z, (Linear(1.0),), Damping(0.1)), "`right_knee` has another damping"),
+        (rubbing(4.0), rubbing(5.0), "`right_knee` has another hysteresis"),
+        (SOFT, None, "`right_knee` has no spring"),
+        (SOFT, AxisSpring((1.0, 0.0, 0.0), SOFT.elastic), "`right_knee` has no spring about this"),
+    ],
+)
+def test_another_spring_on_the_other_side(
+    left: AxisSpring, right: AxisSpring | None, sentence: str
+):
+    reports = two_sided(left, right)
+    assert len(reports) == (1 if right is None else 2)
+    found = [doubts(report.findings, FindingKind.SYMMETRY) for report in reports]
+    assert all(len(findings) == 1 for findings in found)
+    assert found[0][0].sentence.startswith(sentence)
 
 
 def test_a_joint_without_sides_has_no_symmetry():
@@ -398,3 +415,56 @@ def test_a_joint_without_sides_has_no_symmetry():
 def test_an_axis_with_damping_alone_has_no_curve():
     spring = AxisSpring(Z, (), Damping(0.1))
     assert report_curves(SpringSet({"waist": JointSprings("waist", (spring,))})) == ()
+
+
+# known ranges and hysteresis
+
+KNEE = Exponential(
+    (ExponentialTerm(3.0, -4.0), ExponentialTerm(-0.5, 2.0)), valid_range=(0.0, radians(80.0))
+)
+
+
+def found(law: Elastic, kind: FindingKind) -> list[Finding]:
+    return [finding for finding in lint(law) if finding.kind is kind]
+
+
+def test_what_lies_beyond_the_measured_range_is_told_with_its_torques():
+    (one,) = found(KNEE, FindingKind.VALID_RANGE)
+    assert not one.is_doubt
+    assert "extrapolated at -90 .. 0 deg and 80 .. 90 deg" in one.sentence
+    assert one.angles == pytest.approx((radians(-90.0), radians(90.0)))
+    assert one.values == pytest.approx([KNEE.torque(angle) for angle in one.angles])
+
+
+def test_a_moved_curve_is_known_elsewhere():
+    (one,) = found(Transformed(KNEE, offset=radians(10.0)), FindingKind.VALID_RANGE)
+    assert "known for 10 .. 90 deg only" in one.sentence
+
+
+def test_a_range_that_is_not_known_is_said():
+    (one,) = found(Exponential((ExponentialTerm(-0.5, 2.0),)), FindingKind.VALID_RANGE)
+    assert "the range in which this curve was measured is not known" in one.sentence
+
+
+@pytest.mark.parametrize(
+    "law", [Linear(3.0), Cubic((0.0, 1.0, 0.0, 1.0)), Transformed(Linear(3.0))]
+)
+def test_laws_that_no_one_measured_are_passed_over(law: Elastic):
+    assert found(law, FindingKind.VALID_RANGE) == []
+
+
+def test_the_hysteresis_of_a_cycle_is_its_width_times_the_way():
+    (one,) = found(Hysteresis.from_mean_and_width(Linear(3.0), 6.0), FindingKind.HYSTERESIS)
+    assert not one.is_doubt
+    # The way there and back is one range each, and the curves are 6 N m apart.
+    assert one.values == pytest.approx([6.0 * radians(180.0)])
+
+
+def test_curves_that_cross_beyond_their_points_feed_energy_there():
+    up = Interpolated(((0.0, 1.0), (1.0, -1.0)))
+    down = Interpolated(((0.0, 2.0), (1.0, -0.9)))
+    doubts = [one for one in found(Hysteresis(up, down), FindingKind.HYSTERESIS) if one.is_doubt]
+    (one,) = doubts
+    assert one.angles == pytest.approx([radians(90.0)])
+    # Tangents of slopes -2 and -2.9, 0.1 apart at 1 rad.
+    assert one.values == pytest.approx([0.9 * (radians(90.0) - 1.0) - 0.1])
