@@ -12,7 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.cli.options import displacements_from_options, settable_chains
+from generator.cli.options import (
+    displacements_from_options,
+    settable_chains,
+    velocities_from_options,
+)
 from generator.diagnostics import (
     Diagnostic,
     InputError,
@@ -304,7 +308,7 @@ class KinematicConstraints:
         except ModelError as failure:
             raise UsageError(str(failure)) from None
         _check_rates(
-            prescribed, displacements_from_options("--velocity", velocities, chains), start
+            prescribed, velocities_from_options(velocities, figure, free_root=free_root), start
         )
 
 

@@ -5,7 +5,7 @@ displacements are shown in centimetres and degrees.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from math import isfinite
 from pathlib import Path
@@ -19,7 +19,7 @@ from generator.figure_file.values import displacement_bound
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.motion_files.action import display_unit, parse_displacement
+from generator.motion_files.action import LENGTH_UNIT, display_unit, parse_displacement
 from generator.rotations import Array
 from generator.units import (
     DIMENSION_POWERS,
@@ -141,10 +141,31 @@ def settable_chains(figure: Figure, *, free_root: bool = False) -> Chains:
     return {name: joint.chain for name, joint in figure.joints.items()}
 
 
+def velocities_from_options(
+    texts: Iterable[str], figure: Figure, *, free_root: bool = False
+) -> dict[str, tuple[float, ...]]:
+    """Parse the values of `--velocity`, by joint or free segment [rad/s or m/s].
+
+    Joints have deg/s and cm/s; a free segment has an angular velocity [deg/s] and the velocity of
+    its centre of mass [m/s].
+
+    Raises UsageError for text that is invalid or does not fit a chain.
+    """
+    chains = settable_chains(figure, free_root=free_root)
+    free = chains.keys() - figure.joints.keys() if free_root else ()
+    return displacements_from_options("--velocity", texts, chains, free)
+
+
 def displacements_from_options(
-    option: str, texts: Iterable[str], chains: Chains
+    option: str, texts: Iterable[str], chains: Chains, in_metres: Container[str] = ()
 ) -> dict[str, tuple[float, ...]]:
     """Parse `JOINT=a,b,c` in deg and cm, by joint [rad or m, or their rates].
+
+    Args:
+        option: for messages.
+        texts: values of the option.
+        chains: by joint.
+        in_metres: joints with lengths in m.
 
     Raises UsageError for text that is invalid or does not fit a chain.
     """
@@ -160,14 +181,17 @@ def displacements_from_options(
         if name in values_by_joint:
             raise UsageError(f"{option} {text}: `{name}` is set twice")
         parts, chain = values.split(","), chains[name]
+        units = list(map(display_unit, chain))
+        if name in in_metres:
+            units = ["m" if unit == LENGTH_UNIT else unit for unit in units]
         if len(parts) != len(chain):
-            units = ",".join(map(display_unit, chain))
             raise UsageError(
-                f"{option} {text}: `{name}` takes {len(chain)} values ({units}), not {len(parts)}"
+                f"{option} {text}: `{name}` takes {len(chain)} values ({','.join(units)}), "
+                f"not {len(parts)}"
             )
         values_by_joint[name] = tuple(
-            _displacement_value(option, text, part.strip(), factor)
-            for part, factor in zip(parts, chain, strict=True)
+            _displacement_value(option, text, part.strip(), factor, unit)
+            for part, factor, unit in zip(parts, chain, units, strict=True)
         )
     return values_by_joint
 
@@ -185,9 +209,9 @@ def vector_from_option(option: str, text: str, largest: float = MAX_COMPONENT) -
     return x, y, z
 
 
-def _displacement_value(option: str, text: str, part: str, factor: JointAxis) -> float:
+def _displacement_value(option: str, text: str, part: str, factor: JointAxis, unit: str) -> float:
     try:
-        value = parse_displacement(part, display_unit(factor))
+        value = parse_displacement(part, unit)
     except (ValueError, OverflowError):
         raise UsageError(f"{option} {text}: `{part}` is not a finite number") from None
     bound = displacement_bound(factor)

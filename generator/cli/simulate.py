@@ -26,9 +26,8 @@ from generator.cli.options import (
     LockedJoints,
     PoseFile,
     SpringsChoice,
-    displacements_from_options,
-    settable_chains,
     vector_from_option,
+    velocities_from_options,
 )
 from generator.cli.outputs import (
     check_motion_formats,
@@ -69,12 +68,19 @@ def simulate(
     free_root: Annotated[
         bool, typer.Option("--free-root", help="Remove the joints to the ground.")
     ] = False,
+    height: Annotated[
+        float | None,
+        typer.Option(help="Initial height of the lowest point of a free figure [m]."),
+    ] = None,
     pose: PoseFile = None,
     displacements: JointValues = None,
     velocities: Annotated[
         list[str] | None,
         typer.Option(
-            "--velocity", metavar="JOINT=a,b,c", help="Initial velocities [deg/s or cm/s]."
+            "--velocity",
+            metavar="JOINT=a,b,c",
+            help="Initial joint velocities [deg/s or cm/s]. Of a free SEGMENT=wx,wy,wz,vx,vy,vz: "
+            "angular velocity [deg/s], velocity of its centre of mass [m/s], world axes.",
         ),
     ] = None,
     loads: Annotated[
@@ -125,6 +131,7 @@ def simulate(
         "tolerance": tolerance,
         "step": step,
         "wall_limit": wall_limit,
+        "height": height,
     }
     options: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
     for option, value in options.items():
@@ -166,9 +173,7 @@ def simulate(
         springs=spring_set,
         loads=applied,
         displacements=start_displacements,
-        velocities=displacements_from_options(
-            "--velocity", velocities or (), settable_chains(figure, free_root=free_root)
-        ),
+        velocities=velocities_from_options(velocities or (), figure, free_root=free_root),
     )
     check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
     import_exudyn()

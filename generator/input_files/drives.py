@@ -36,8 +36,8 @@ _TIME_COLUMN, _TIME_UNIT = "time", "[s]"
 _ANGLE_UNITS: Mapping[str, float] = {"[deg]": np.pi / 180.0, "[rad]": 1.0}
 OVERSHOOT_HINT = "add rows where the curve bends"
 
-_ENERGY_UNIT = "[J]"
-"""Unit of the energies that a motion's table has beside its displacements."""
+_OTHER_UNITS = ("[J]", "[1]")
+"""Units of the energies and quaternions that a motion's table has beside its displacements."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def _parse_header(
             elif time is not None:
                 diagnostics.error("a second column `time`", cell)
             time = place
-        elif unit != _ENERGY_UNIT:
+        elif unit not in _OTHER_UNITS:
             column = _parse_column(place, cell, figure, joint_names, diagnostics)
             if column is None:
                 continue

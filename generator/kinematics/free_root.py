@@ -2,32 +2,53 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
 from generator.diagnostics import ModelError, spelling_hint
-from generator.figure import AxisKind, Figure, Joint, JointAxis, Site, SiteRef
+from generator.figure import (
+    AxisKind,
+    Figure,
+    Joint,
+    JointAxis,
+    Location,
+    Rotation,
+    Site,
+    SiteRef,
+    Vector,
+)
+from generator.geometry.read import read_segment_surface
 from generator.joint_chain import build_chain
 from generator.kinematics.placement import (
     Displacements,
+    Placement,
     forward_kinematics,
     initial_displacements,
 )
 from generator.kinematics.tree import Tree, build_tree
-from generator.rotations import Array
+from generator.rotations import Array, RotationSequence
 
-_FRAME_SITE = "segment frame"
-"""Site at the segment's own frame; no name in a file contains a blank."""
+_FREE_SITE = "free frame"
+"""Site of a free segment that its joint moves; no name in a file contains a blank."""
 
-FREE_CHAIN = (
-    JointAxis(AxisKind.ROTATION, (1.0, 0.0, 0.0)),
-    JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),
-    JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0)),
-    JointAxis(AxisKind.TRANSLATION, (1.0, 0.0, 0.0)),
-    JointAxis(AxisKind.TRANSLATION, (0.0, 1.0, 0.0)),
-    JointAxis(AxisKind.TRANSLATION, (0.0, 0.0, 1.0)),
-)
-"""Rotation and translation in the world."""
+
+def _free_chain(*axes: Vector) -> tuple[JointAxis, ...]:
+    return (
+        *(JointAxis(AxisKind.ROTATION, axis) for axis in axes),
+        *(JointAxis(AxisKind.TRANSLATION, axis) for axis in (_X, _Y, _Z)),
+    )
+
+
+_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+FREE_CHAINS = (_free_chain(_Z, _Y, _X), _free_chain(_Y, _Z, _X))
+"""Rotation and translation of a free segment in the world, innermost first.
+
+With rotation matrix R the first sequence is singular where R[0, 2] is 1 or -1, a quarter turn about
+the vertical, and the second where R[0, 1] is, a quarter turn about z. Both are in one row of R, so
+that any orientation is at least 45 deg away from the poles of one of them.
+"""
 
 
 def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, dict[str, Array]]:
@@ -35,14 +56,16 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
 
     Each part that was attached gets a joint of three rotations and three translations from the
     root's site to its first segment, named after that segment (with "free " before it where a
-    joint has that name already): its pose in the world.
+    joint has that name already). The rotations are zero where the segment has its orientation in
+    the figure's file; the translations are the position of its frame.
 
     Args:
         figure: attached to the ground.
         displacements: of its joints [rad or m].
     """
-    poses = forward_kinematics(build_tree(figure), displacements).poses
-    world = poses[figure.root.segment] @ figure.site(figure.root).pose_in_segment
+    tree = build_tree(figure)
+    poses = forward_kinematics(tree, displacements).poses
+    file_poses = forward_kinematics(tree, initial_displacements(tree)).poses
     ground_joints = {
         name: joint
         for name, joint in figure.joints.items()
@@ -59,22 +82,107 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
         if first not in loose:
             continue
         loose -= _connected_segments(first, remaining_joints)
-        pose = np.linalg.inv(world) @ poses[first]
-        displacement = build_chain(FREE_CHAIN).displacements(pose)
+        site = _unrotated_site(file_poses[first])
+        pose = poses[first] @ site.pose_in_segment
+        chain = max(FREE_CHAINS, key=lambda chain: _sine_from_pole(chain, pose))
+        displacement = build_chain(chain).displacements(pose)
         name = first
         while name in remaining_joints:
             name = f"free {name}"
         free[name] = Joint(
             name,
             figure.root,
-            SiteRef(first, _FRAME_SITE),
-            FREE_CHAIN,
+            SiteRef(first, _FREE_SITE),
+            chain,
             tuple(float(value) for value in displacement),
         )
-        sites = {**segments[first].sites, _FRAME_SITE: Site(_FRAME_SITE)}
+        sites = {**segments[first].sites, _FREE_SITE: site}
         segments[first] = replace(segments[first], sites=sites)
         moved[name] = displacement
     return replace(figure, segments=segments, joints={**free, **remaining_joints}), moved
+
+
+def free_joints(figure: Figure) -> dict[str, Joint]:
+    """Return the joints that `detach_root` has made, by name."""
+    return {name: joint for name, joint in figure.joints.items() if joint.child.site == _FREE_SITE}
+
+
+def _unrotated_site(pose: Array) -> Site:
+    """Return a site at a segment's origin with the world's axes where the segment is at `pose`."""
+    sequence = RotationSequence((_Z, _Y, _X))
+    angles = sequence.angles(pose[:3, :3].T)[::-1]
+    return Site(_FREE_SITE, Location((Rotation(cast("Vector", tuple(map(float, angles)))),)))
+
+
+def _sine_from_pole(chain: Sequence[JointAxis], pose: Array) -> float:
+    """Sine of the angle between the orientation of a pose and the poles of a free chain.
+
+    Of two equal ones the first chain has a small advantage, so that rounding does not decide.
+    """
+    inner, outer = np.asarray(chain[0].axis), np.asarray(chain[2].axis)
+    cosine = abs(float(outer @ pose[:3, :3] @ inner))
+    return float(np.sqrt(max(0.0, 1.0 - cosine**2))) + (1e-6 if chain == FREE_CHAINS[0] else 0.0)
+
+
+def free_joint_rates(
+    joint: Joint, pose: Array, displacements: Array, centre_of_mass: Array, velocity: Array
+) -> Array:
+    """Return the displacement rates of a free segment with an angular and a linear velocity.
+
+    Args:
+        joint: of the segment, made by `detach_root`.
+        pose: of the segment in the world, shape (4, 4).
+        displacements: of the joint, shape (6,) [rad or m].
+        centre_of_mass: of the segment in its frame, shape (3,) [m].
+        velocity: angular velocity [rad/s] and velocity of the centre of mass [m/s], world axes,
+            shape (6,).
+
+    Returns:
+        Rates, shape (6,) [rad/s or m/s].
+    """
+    angular, linear = velocity[:3], velocity[3:]
+    centre = pose[:3, :3] @ centre_of_mass + pose[:3, 3]
+    at_origin = linear - np.cross(angular, centre)
+    twists = build_chain(joint.chain).twists(displacements)
+    return np.linalg.solve(twists.T, np.concatenate([angular, at_origin]))
+
+
+def lowest_point(placement: Placement, up: Array) -> float:
+    """Height of the lowest point of the moving segments along the unit vector `up` [m].
+
+    A point is a vertex of a segment's psurf, or a site of a segment without one.
+
+    Raises:
+        InputError: a psurf cannot be read.
+    """
+    figure = placement.tree.figure
+    heights: list[float] = []
+    for name, segment in figure.bodies.items():
+        if segment.psurf is None:
+            points = np.array([site.pose_in_segment[:3, 3] for site in segment.sites.values()])
+        else:
+            points = read_segment_surface(figure, segment).vertices
+        pose = placement.poses[name]
+        heights.append(float(np.min((points @ pose[:3, :3].T + pose[:3, 3]) @ up)))
+    return min(heights)
+
+
+def lift_free_segments(placement: Placement, up: Array, height: float) -> dict[str, Array]:
+    """Return displacements that move a detached figure until its lowest point is at `height` [m].
+
+    Args:
+        placement: of a figure that `detach_root` has made.
+        up: unit vector.
+        height: of the lowest point along `up`, from the world's origin [m].
+
+    Raises:
+        InputError: a psurf cannot be read.
+    """
+    shift = (height - lowest_point(placement, up)) * up
+    moved = dict(placement.displacements)
+    for name in free_joints(placement.tree.figure):
+        moved[name] = np.concatenate([moved[name][:3], moved[name][3:] + shift])
+    return moved
 
 
 def _segments_next_to_ground(figure: Figure, ground_joints: dict[str, Joint]) -> list[str]:
@@ -122,6 +230,7 @@ def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
     if _has_chains(tree.figure, chains):
         return tree
     freed, _ = detach_root(figure, initial_displacements(tree))
+    freed = _with_free_chains(freed, chains)
     if _has_chains(freed, chains):
         return build_tree(freed)
     for name in chains:
@@ -134,6 +243,16 @@ def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
         if name in chains and tuple(chains[name]) != joint.chain:
             raise ModelError(f"joint `{name}` has different axes in the motion and in the figure")
     raise ModelError("the joints of the motion are not those of the figure")
+
+
+def _with_free_chains(freed: Figure, chains: JointChains) -> Figure:
+    """Return a detached figure with those of `FREE_CHAINS` that a motion has."""
+    changed = {
+        name: replace(joint, chain=tuple(chains[name]))
+        for name, joint in free_joints(freed).items()
+        if tuple(chains.get(name, ())) in FREE_CHAINS
+    }
+    return replace(freed, joints={**freed.joints, **changed})
 
 
 def _has_chains(figure: Figure, chains: JointChains) -> bool:

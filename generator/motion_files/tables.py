@@ -12,11 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import AxisKind
+from generator.kinematics.free_root import FREE_CHAINS
 from generator.losses import Loss, Losses
 from generator.motion_files.action import display_unit, format_chain, format_displacement
 from generator.motion_files.motion import NO_FIGURE, FigureMotion, unrepresented
+from generator.motion_files.skeleton import continuous_quaternions
 from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.recording import ENERGY_KINDS
+from generator.rotations import matrix_from_chain_angles
 from generator.text_io import write_atomic
 
 NO_ENERGIES = Loss("energies: the motion is not that of a run, which alone has them")
@@ -36,6 +39,9 @@ def write_csv(motion: FigureMotion, path: Path) -> Losses:
 def format_csv(motion: FigureMotion) -> str:
     """The text of the table: `time [s]`, each displacement `JOINT.k`, the energies of a run.
 
+    A free segment has its orientation as a unit quaternion too, `SEGMENT.qw` to `SEGMENT.qz`, which
+    is continuous and has no poles: 1, 0, 0, 0 for the orientation in the figure's file.
+
     Raises ValueError for a displacement that is not finite.
     """
     return "".join(f"{line}\n" for line in _csv_lines(motion))
@@ -51,6 +57,13 @@ def _csv_lines(motion: FigureMotion) -> Iterator[str]:
             titles.append(f"{name}.{k + 1} [{unit}]")
             values = motion.displacements[name][:, k].tolist()
             columns.append([format_displacement(value, unit) for value in values])
+        if chain in FREE_CHAINS:
+            titles += [f"{name}.{part} [1]" for part in ("qw", "qx", "qy", "qz")]
+            turned = matrix_from_chain_angles(
+                [factor.axis for factor in chain[:3]], motion.displacements[name][:, :3]
+            )
+            quaternions = continuous_quaternions(turned)[:, (3, 0, 1, 2)]
+            columns += [[repr(value) for value in part] for part in quaternions.T.tolist()]
     if motion.recording is not None:
         for kind in ENERGY_KINDS:
             titles.append(f"{kind} [J]")

@@ -10,15 +10,31 @@ import numpy as np
 from generator.diagnostics import ModelError
 from generator.figure import Figure
 from generator.figure_file.check import require_valid_figure
-from generator.kinematics.free_root import detach_root
+from generator.kinematics.free_root import (
+    detach_root,
+    free_joint_rates,
+    free_joints,
+    lift_free_segments,
+)
 from generator.kinematics.loops import close_loops as close_loops
 from generator.kinematics.loops import consistent_rates
-from generator.kinematics.placement import Displacements, Placement, initial_displacements
+from generator.kinematics.placement import (
+    Displacements,
+    Placement,
+    forward_kinematics,
+    initial_displacements,
+)
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.named_mapping import NamedMapping
-from generator.simulation.bodies import add_bodies, add_loads, add_marker, constant_site_loads
+from generator.simulation.bodies import (
+    add_bodies,
+    add_loads,
+    add_marker,
+    constant_site_loads,
+    require_centre_of_mass,
+)
 from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
 from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring, check_coupled
 from generator.simulation.exudyn_api import Index, MainSystem, exu
@@ -124,10 +140,10 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
-    rates = {
-        name: np.zeros(j.degrees_of_freedom) for name, j in placement.tree.figure.joints.items()
-    }
-    rates.update(_checked_joint_values(placement.tree.figure, plan.velocities))
+    if plan.height is not None:
+        lifted = lift_free_segments(placement, np.array(plan.up), plan.height)
+        placement = forward_kinematics(placement.tree, lifted)
+    rates = _initial_rates(placement, plan.velocities)
     imposed = prescribed.impose_rates(rates, plan.start)
     for name in plan.velocities:
         if not np.allclose(rates[name], imposed[name], rtol=1e-9, atol=1e-9):
@@ -135,6 +151,38 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
                 f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )
     return InitialState(placement, imposed, prescribed)
+
+
+def _initial_rates(placement: Placement, velocities: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the displacement rates of all joints; free segments have world velocities.
+
+    Raises ModelError for unknown joints, and for rates at a pose where they are undefined.
+    """
+    figure = placement.tree.figure
+    rates: dict[str, Any] = {
+        name: np.zeros(joint.degrees_of_freedom) for name, joint in figure.joints.items()
+    }
+    free = free_joints(figure)
+    for name, values in _checked_joint_values(figure, velocities).items():
+        joint, displacements = figure.joints[name], placement.displacements[name]
+        if name in free:
+            segment = figure.segments[joint.child.segment]
+            centre = require_centre_of_mass(segment)
+            pose = placement.poses[segment.name]
+            rates[name] = free_joint_rates(joint, pose, displacements, centre, values)
+            continue
+        sequence = placement.tree.chains[name].sequence
+        if (
+            sequence is not None
+            and np.any(values)
+            and sequence.is_singular(placement.pose_in_parent(joint)[:3, :3])
+        ):
+            raise ModelError(
+                f"joint {name} starts at a pole of its angles, where two of their rates turn it "
+                "about the same axis: start it elsewhere, or without a velocity"
+            )
+        rates[name] = values
+    return rates
 
 
 def _build_prescribed_motion(

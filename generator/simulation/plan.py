@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from math import isfinite
+from math import hypot, isfinite
 from pathlib import Path
 
 from generator.drive import Drive
@@ -36,8 +36,12 @@ class Plan:
         joining: law that joins the axes of a spherical joint; None uses that of the springs.
         gravity: acceleration in world axes [m/s^2].
         free_root: whether the joints to the ground are removed.
+        height: initial height of the lowest point of a figure with a free root, measured upwards
+            from the world's origin [m]; None leaves the figure where it is.
         displacements: initial displacements by joint, in place of the figure's own [rad or m].
-        velocities: initial displacement rates by joint [rad/s or m/s]; zero for other joints.
+        velocities: initial displacement rates by joint [rad/s or m/s]; zero for other joints. Of a
+            free segment, by its name: angular velocity [rad/s] and velocity of its centre of mass
+            [m/s], both along the world's axes.
         loads: time-dependent forces and moments.
         links: rotations that follow others.
         locked: names of joints that stay at their initial displacement.
@@ -57,6 +61,7 @@ class Plan:
     joining: Joining | None = None
     gravity: Vector = STANDARD_GRAVITY
     free_root: bool = False
+    height: float | None = None
     displacements: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     velocities: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     loads: Sequence[TimedLoad] = ()
@@ -89,6 +94,11 @@ class Plan:
             raise ValueError(
                 f"the stop time {self.stop:g} s is not after the start {self.start:g} s"
             )
+        if self.height is not None:
+            if not isfinite(self.height):
+                raise ValueError(f"the height must be finite, not {self.height:g}")
+            if not self.free_root:
+                raise ValueError("a height needs a free root: other figures hang from the ground")
         for name in ("frame", "tolerance", "wall_limit"):
             if not getattr(self, name) > 0.0:
                 quantity = name.replace("_", " ")
@@ -104,6 +114,15 @@ class Plan:
                     f"the run goes from {self.start:g} s to {self.stop:g} s, but the drive of "
                     f"{name} only from {drive.start:g} s to {drive.stop:g} s"
                 )
+
+    @property
+    def up(self) -> Vector:
+        """Unit vector against gravity; the world's y without gravity."""
+        size = hypot(*self.gravity)
+        if size == 0.0:
+            return (0.0, 1.0, 0.0)
+        x, y, z = self.gravity
+        return (-x / size, -y / size, -z / size)
 
 
 def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:

@@ -1,12 +1,17 @@
 """Free fall: a body that nothing holds goes along a parabola and turns as a free body does."""
 
+import csv
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from generator import read_figure
+from generator.motion_files import motion_from_recording
+from generator.motion_files.tables import format_csv
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import SpringSet
@@ -73,3 +78,26 @@ def test_the_centre_of_mass_of_a_figure_let_go(make) -> None:
     speed = fall[-1] / t[-1]
     assert np.linalg.norm(speed) > 0.5
     assert np.max(np.abs(fall - t * speed)) < 1e-6
+
+
+def test_frames_of_a_tumbling_fall_are_interpolated_by_the_quaternions_of_a_table(tmp_path) -> None:
+    figure = read_figure(PROTOTYPE)
+    plan = Plan(
+        stop=0.6,
+        frame=0.005,
+        free_root=True,
+        spring_choice="none",
+        velocities={"lower_torso": (5.0, 2.0, 3.5, 0.0, 1.0, 0.0)},
+    )
+    run = simulate(figure, plan)
+    text = format_csv(motion_from_recording(run, figure))
+    titles, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
+    columns = [titles.index(f"lower_torso.{part} [1]") for part in ("qw", "qx", "qy", "qz")]
+    quaternions = np.array([[float(row[k]) for k in columns] for row in rows])
+    assert quaternions[0] == pytest.approx([1, 0, 0, 0])
+    spline = CubicSpline(run.times[::4], quaternions[::4])(run.times)
+    home = run.poses["lower_torso"][0, :3, :3]
+    turned = Rotation.from_matrix(run.poses["lower_torso"][:, :3, :3] @ home.T)
+    between = turned.inv() * Rotation.from_quat(spline, scalar_first=True)
+    assert np.max(turned.magnitude()) > 2.0
+    assert np.max(between.magnitude()) < np.radians(0.1)

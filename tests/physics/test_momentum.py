@@ -8,13 +8,12 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure
-from generator.kinematics.free_root import detach_root
+from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import (
     forward_kinematics,
-    initial_displacements,
     segment_jacobians,
 )
-from generator.kinematics.tree import Tree, build_tree
+from generator.kinematics.tree import Tree
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.simulation.plan import Plan
@@ -66,11 +65,7 @@ def flight(step: float | None, *, smooth: bool = False) -> Recording:
 
 
 def freed_tree() -> Tree:
-    tree = build_tree(PROTOTYPE)
-    freed, _ = detach_root(
-        PROTOTYPE, forward_kinematics(tree, initial_displacements(tree)).displacements
-    )
-    return build_tree(freed)
+    return tree_for_motion(PROTOTYPE, flight().chains)
 
 
 def momenta(run: Recording) -> tuple[Array, Array]:

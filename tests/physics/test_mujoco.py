@@ -14,8 +14,6 @@ from benchmarks.passive_law import CurveLaw, RadialLaw, rotation_vectors
 from benchmarks.tree import TreeModel, between, tree_model
 from generator.figure import Figure
 from generator.figure_file import read_figure
-from generator.joint_chain import build_chain
-from generator.kinematics.free_root import FREE_CHAIN
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.recording import Ending
@@ -80,15 +78,14 @@ def tumbling() -> Case:
         build_tree(PROTOTYPE), initial_displacements(build_tree(PROTOTYPE)) | BENT
     )
     pose = placed.poses["lower_torso"]
-    free = build_chain(FREE_CHAIN)
-    turning = np.linalg.solve(free.twists(free.displacements(pose))[:3, :3].T, spin)
-    site = PROTOTYPE.site(PROTOTYPE.joints["root_torso"].child).pose_in_segment
-    moving = -np.cross(spin, pose[:3, :3] @ site[:3, 3])
+    site = PROTOTYPE.site(PROTOTYPE.joints["root_torso"].child).pose_in_segment[:3, 3]
+    arm = PROTOTYPE.segments["lower_torso"].centre_of_mass - site
+    moving = np.cross(spin, pose[:3, :3] @ arm)
     plan = Plan(
         stop=0.3,
         tolerance=2e-5,
         displacements=BENT,
-        velocities={**rates, "lower_torso": (*turning, *moving)},
+        velocities={**rates, "lower_torso": (*spin, *moving)},
         free_root=True,
     )
     tree = tree_model(PROTOTYPE, BENT, {**rates, "root_torso": spin}, free_root=True)
