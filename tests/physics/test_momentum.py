@@ -13,7 +13,6 @@ from generator.kinematics.placement import (
     forward_kinematics,
     segment_jacobians,
 )
-from generator.kinematics.tree import Tree
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.simulation.plan import Plan
@@ -64,16 +63,12 @@ def flight(step: float | None, *, smooth: bool = False) -> Recording:
     return run
 
 
-def freed_tree() -> Tree:
-    return tree_for_motion(PROTOTYPE, flight().chains)
-
-
 def momenta(run: Recording) -> tuple[Array, Array]:
     """Linear [N s], and angular about the centre of mass [N m s], shape (n, 3) each.
 
     Found from the joints' displacements and rates by kinematics alone.
     """
-    tree = freed_tree()
+    tree = tree_for_motion(PROTOTYPE, run.chains)
     linear, angular = [], []
     for k in range(len(run.times)):
         placed = forward_kinematics(tree, {name: row[k] for name, row in run.displacements.items()})

@@ -104,7 +104,7 @@ def test_set_and_velocity_are_in_degrees(tmp_path: Path):
 
 
 def test_a_free_figure_has_a_row_named_after_its_segment(tmp_path: Path):
-    action = swing(tmp_path, "--free-root", "--velocity", "link1=0,0,0,0,50,0")
+    action = swing(tmp_path, "--free-root", "--velocity", "link1=0,0,0,0,0.5,0")
     ((name, moved),) = action.displacements.items()
     assert (name, moved.shape[1]) == ("link1", 6)
     assert moved[-1, 4] - moved[0, 4] == pytest.approx(0.01, abs=1e-9)
