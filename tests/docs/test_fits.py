@@ -5,11 +5,10 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from generator.cli.app import app
 from generator.springs_file.parse import parse_springs
 from springs.lint.finding import FindingKind
+from tests.command import run
 from tests.paths import DOCS
 
 PAGE = (DOCS / "fits.md").read_text(encoding="utf-8")
@@ -27,8 +26,7 @@ def test_the_example_is_fitted_as_it_is_printed(tmp_path: Path, monkeypatch: pyt
     Path("elbow.csv").write_text(block(""), encoding="utf-8")
     words = shlex.split(block("sh"))
     assert words[0] == "mover"
-    result = CliRunner().invoke(app, words[1:])
-    assert result.exit_code == 0, result.output
+    run(*words[1:])
     reading = parse_springs(Path("elbow.springs.toml").read_text(encoding="utf-8"))
     assert reading.diagnostics == ()
     assert reading.value is not None

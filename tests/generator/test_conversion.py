@@ -4,12 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from generator import Plan, Recording, convert, read_figure, read_npz, simulate
-from generator.cli.app import app
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
+from tests.command import run
 
 
 @pytest.fixture(scope="module")
@@ -22,11 +21,6 @@ def swing(pendulum: Figure) -> Recording:
     return simulate(pendulum, Plan(stop=0.04))
 
 
-def run(*words: str) -> None:
-    result = CliRunner().invoke(app, list(words))
-    assert result.exit_code == 0, result.output
-
-
 def test_a_motion_is_that_of_the_command(swing, pendulum, tmp_path: Path) -> None:
     stored = tmp_path / "swing.npz"
     (losses,) = convert(swing, stored, figure=pendulum).values()
@@ -37,7 +31,7 @@ def test_a_motion_is_that_of_the_command(swing, pendulum, tmp_path: Path) -> Non
     for suffix in (".action", ".glb", ".bvh"):
         here, there = tmp_path / f"here{suffix}", tmp_path / f"there{suffix}"
         convert(stored, here)
-        run("convert", str(stored), str(there))
+        run("convert", stored, there)
         assert here.read_bytes() == there.read_bytes()
 
 
@@ -55,11 +49,11 @@ def test_an_action_file_names_its_figure(swing, pendulum, tmp_path: Path) -> Non
 def test_a_figure_becomes_a_model_and_a_model_a_figure(pendulum, tmp_path: Path) -> None:
     losses = convert(pendulum, tmp_path / "here.xml", tmp_path / "here.fig")
     assert [losses[tmp_path / f"here.{suffix}"].format for suffix in ("xml", "fig")]
-    run("convert", "pendulum", str(tmp_path / "there.xml"))
+    run("convert", "pendulum", tmp_path / "there.xml")
     assert (tmp_path / "here.xml").read_bytes() == (tmp_path / "there.xml").read_bytes()
     assert read_figure(tmp_path / "here.fig") == pendulum
     convert(tmp_path / "here.xml", tmp_path / "back.fig")
-    run("convert", str(tmp_path / "here.xml"), str(tmp_path / "again.fig"))
+    run("convert", tmp_path / "here.xml", tmp_path / "again.fig")
     assert (tmp_path / "back.fig").read_bytes() == (tmp_path / "again.fig").read_bytes()
 
 
