@@ -13,9 +13,11 @@ from typing import Any
 
 import pytest
 
+from generator import read_action
 from generator.cli import app as module
 from generator.cli.answer import CommandResult, json_text
 from generator.cli.app import COMMANDS
+from generator.recording import Ending
 from tests.command import mover, run
 from tests.paths import FIGURES, ROOT
 from tests.processes import ENVIRONMENT, on_terminal, read_to_end
@@ -156,7 +158,7 @@ def test_ctrl_c_while_the_command_is_imported_is_reported(tmp_path: Path):
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
 def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
     line = [sys.executable, "-m", "generator.cli.app", "simulate", "prototype"]
-    line += ["--stop", "300", "-o", "fall.csv"]
+    line += ["--stop", "300", "-o", "fall.action"]
     with on_terminal(line, cwd=tmp_path) as (run, terminal):
         seen = b""
         while b"real time" not in seen:
@@ -167,7 +169,9 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
     assert run.returncode == 3
     assert b"pass 1, step" in seen
     assert b"interrupted at" in said
-    assert 0.0 < float((tmp_path / "fall.csv").read_text().splitlines()[-1].split(",")[0]) < 300.0
+    action = read_action(tmp_path / "fall.action")
+    assert action.header.outcome is Ending.INTERRUPTED
+    assert 0.0 < action.times[-1] < 300.0
 
 
 def test_a_reader_that_leaves_early_sees_no_traceback(tmp_path: Path):
