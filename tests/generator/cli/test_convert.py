@@ -33,7 +33,7 @@ def test_an_action_file_becomes_every_format(swing: Path, swing_text: str):
     outputs = [swing.with_name(f"out{suffix}") for suffix in MOTION_FORMATS]
     said = answer("convert", swing, *outputs)
     assert said["files"] == [str(path) for path in outputs]
-    assert said["frames"] == 51
+    assert said["frames"] == clip("fourbar").times.size
     assert all(path.stat().st_size > 100 for path in outputs)
     assert swing.with_name("out.action").read_text(encoding="utf-8") == swing_text
     losses = {
@@ -98,7 +98,8 @@ def test_a_figure_that_changed_is_taken_with_a_warning(swing: Path):
 
 def test_a_motion_whose_figure_is_gone_takes_the_one_that_is_named(swing: Path, swing_text: str):
     swing.write_text(swing_text.replace("figure fourbar.fig", "figure gone.fig"))
-    assert answer("convert", swing, swing.with_name("o.glb"), "--figure", "fourbar")["frames"] == 51
+    said = answer("convert", swing, swing.with_name("o.glb"), "--figure", "fourbar")
+    assert said["frames"] == clip("fourbar").times.size
 
 
 @pytest.mark.parametrize(
