@@ -1,12 +1,15 @@
-"""The table of model formats: every suffix means one format."""
+"""The table of model formats, and figure files as one of them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from generator import read_figure
 from generator.diagnostics import UsageError
-from generator.model_files.formats import MODEL_FORMATS, model_format, suffixes
+from generator.model_files.formats import MODEL_FORMATS, model_format, suffixes, write_fig
 from generator.motion_files import MOTION_FORMATS as MOTIONS
+from tests.generator.model_files.model_cases import own_springs
 
 
 def test_no_suffix_stands_for_two_formats():
@@ -27,3 +30,24 @@ def test_what_is_not_known_is_told_with_what_is():
         model_format(Path("a"))
     with pytest.raises(UsageError, match="did you mean `peabody`"):
         model_format(Path("a.fig"), "peabod")
+
+
+@pytest.mark.parametrize(
+    ("name", "has_curves"),
+    [("prototype", True), ("fourbar", False), ("pendulum", False), ("clavicles", True)],
+)
+def test_a_figure_file_leaves_psurfs_and_curves_behind(name: str, has_curves: bool, tmp_path: Path):
+    figure = read_figure(name)
+    springs = own_springs(figure)
+    losses = write_fig(figure, springs, tmp_path / "out.fig")
+    lost = {loss.what.split()[1]: loss.where for loss in losses.entries}
+    with_psurfs = {s.psurf for s in figure.segments.values() if s.psurf is not None}
+    assert set(lost.get("psurfs,", ())) == with_psurfs
+    assert lost.get("springs") == (tuple(springs.joints) if has_curves else None)
+
+
+def test_a_name_that_the_language_cannot_say_is_refused(tmp_path: Path):
+    figure = read_figure("pendulum")
+    with pytest.raises(ValueError, match="two words"):
+        write_fig(replace(figure, name="two words"), own_springs(figure), tmp_path / "out.fig")
+    assert not (tmp_path / "out.fig").exists()

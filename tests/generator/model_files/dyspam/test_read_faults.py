@@ -13,8 +13,9 @@ from generator.diagnostics import Diagnostics, InputError, Severity, Source, sel
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.tables import Structure, parse_tables
+from springs import SpringSet
 from tests.chains import chain, two_bodies
-from tests.generator.model_files.dyspam_folders import own_springs
+from tests.generator.model_files.model_cases import own_springs
 
 S, N, J, O = dyspam.FILES  # noqa: E741
 PENDULUM = Path(str(files("figures"))) / "pendulum.fig"
@@ -185,10 +186,22 @@ def test_a_second_joint_that_leaves_a_body_alone(tmp_path):
     assert fault.span.text.startswith("2 ")
 
 
+def test_rates_are_those_of_the_displacements(tmp_path):
+    dyspam.write(two_bodies(chain("Ry"), (0.3,)), SpringSet(), tmp_path / "out")
+    path = tmp_path / "out" / dyspam.TABLES
+    lines = path.read_text().splitlines()
+    lines[-2] = " ".join([*lines[-2].split()[:4], "0.1", "0.2", "0.3"])
+    lines[-1] = " ".join([*lines[-1].split()[:2], "-1.5"])
+    path.write_text("\n".join(lines))
+    model = dyspam_reader.parse_dyspam(tmp_path / "out").require_value()
+    assert model.rates == {"joint1": (0.3, 0.2, 0.1), "joint2": (-1.5,)}
+    assert any("rates" in str(loss) for loss in model.losses.entries)
+
+
 WORDS = st.sampled_from(["0", "1", "2", "7", "0.5", ",", "/", "#", "\n", "-", "1e5", "x", "\n\n"])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.lists(WORDS, max_size=60).map(" ".join), st.integers(1, 3), st.integers(1, 3))
 def test_any_text_is_read_or_refused(text, bodies, joints):
     findings = Diagnostics()

@@ -8,7 +8,7 @@ import pytest
 
 from generator import read_figure
 from generator.cli.convert import convert
-from generator.diagnostics import InputError
+from generator.diagnostics import InputError, Parsed
 from generator.figure import CENTRE_OF_MASS_SITE, Attribute, Figure, Segment, Site
 from generator.figure_file.write import write_figure
 from generator.losses import Losses
@@ -34,10 +34,17 @@ from springs import (
 from springs.interpolated import Interpolated
 from springs.published import tables as published
 from tests.chains import BALL, SKEW, X, Y, Z, at, body, chain, figure, ground, joint, one_body
-from tests.generator.model_files.dyspam_folders import own_springs, there_and_back
+from tests.generator.model_files.model_cases import own_springs
 
 SHIPPED = Path(str(files("figures")))
 RESTORING = (0.0, 2.0, 0.0, 3.0)
+
+
+def there_and_back(
+    figure: Figure, springs: SpringSet, folder: Path
+) -> tuple[Parsed[dyspam_reader.DyspamModel], Losses]:
+    losses = dyspam.write(figure, springs, folder)
+    return dyspam_reader.parse_dyspam(folder), losses
 
 
 def sentences(losses: Losses) -> dict[str, tuple[str, ...]]:
