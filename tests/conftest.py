@@ -1,6 +1,9 @@
 """Settings of all tests: how hypothesis draws its examples."""
 
+import inspect
 import os
+import sys
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
@@ -19,3 +22,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="rewrite the expected diagnostics of the files in tests/faults",
     )
+
+
+@pytest.fixture
+def shallow_stack() -> Iterator[int]:
+    """Leave few frames for recursion; return a number of bodies in a row that need more."""
+    limit = sys.getrecursionlimit()
+    depth = len(inspect.stack())
+    sys.setrecursionlimit(depth + 150)
+    yield 250
+    sys.setrecursionlimit(limit)

@@ -92,7 +92,7 @@ def imported(*bodies: Body, apart: bool = False):
 
 
 @given(rows(), poses(), st.booleans())
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=40)
 def test_a_body_moves_as_its_freedoms_say(row, pose, apart):
     freedoms, values = row
     made = imported(Body("b", None, pose, freedoms, weight()), apart=apart)
@@ -102,7 +102,7 @@ def test_a_body_moves_as_its_freedoms_say(row, pose, apart):
 
 
 @given(rows(), rows(), poses(), poses())
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=20)
 def test_a_massless_body_is_a_part_of_the_next_ones_joint(first, second, one, other):
     inner = tuple(
         DegreeOfFreedom(f"p{k}", freedom.kind, freedom.axis, freedom.point)
@@ -116,7 +116,7 @@ def test_a_massless_body_is_a_part_of_the_next_ones_joint(first, second, one, ot
 
 
 @given(rows(), poses(), poses())
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=20)
 def test_a_body_that_is_fixed_becomes_a_part_of_its_parent(row, one, other):
     freedoms, values = row
     made = imported(

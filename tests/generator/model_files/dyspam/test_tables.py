@@ -44,7 +44,9 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
         return tuple((rng.uniform(low, 1e9, count) * 10.0 ** -rng.integers(0, 20)).tolist())
 
     def triad() -> tuple[tuple[float, ...], ...]:
-        rows = np.column_stack([Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), numbers(3)]).tolist()
+        rows = np.column_stack(
+            [Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), numbers(3)]
+        ).tolist()
         return tuple(map(tuple, rows))
 
     def end() -> int:
