@@ -60,24 +60,27 @@ class Pinocchio:
             if frame.type == kind
         }
 
-    def step(self, q: Array, v: Array, damping: Array, h: float) -> tuple[Array, Array]:
-        """One step of the classical Runge-Kutta method."""
 
-        def slope(stage: Array, rate: Array) -> Array:
-            return self.api.aba(self.model, self.data, stage, rate, -damping * rate)
+def runge_kutta_step(
+    api: Any, model: Any, data: Any, q: Array, v: Array, damping: Array, h: float
+) -> tuple[Array, Array]:
+    """One step of the classical Runge-Kutta method."""
 
-        def moved(rate: Array, time: float) -> Array:
-            return self.api.integrate(self.model, q, rate * time)
+    def slope(stage: Array, rate: Array) -> Array:
+        return api.aba(model, data, stage, rate, -damping * rate).copy()
 
-        a = slope(q, v)
-        v2 = v + 0.5 * h * a
-        b = slope(moved(v, 0.5 * h), v2)
-        v3 = v + 0.5 * h * b
-        c = slope(moved(v2, 0.5 * h), v3)
-        v4 = v + h * c
-        d = slope(moved(v3, h), v4)
-        mean = (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
-        return moved(mean, h), v + h * (a + 2.0 * b + 2.0 * c + d) / 6.0
+    def moved(rate: Array, time: float) -> Array:
+        return api.integrate(model, q, rate * time)
+
+    a = slope(q, v)
+    v2 = v + 0.5 * h * a
+    b = slope(moved(v, 0.5 * h), v2)
+    v3 = v + 0.5 * h * b
+    c = slope(moved(v2, 0.5 * h), v3)
+    v4 = v + h * c
+    d = slope(moved(v3, h), v4)
+    mean = (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
+    return moved(mean, h), v + h * (a + 2.0 * b + 2.0 * c + d) / 6.0
 
 
 def difference(path: Path, folder: Path, names: tuple[str, ...], h: float = 1e-3) -> float:
@@ -103,7 +106,7 @@ def difference(path: Path, folder: Path, names: tuple[str, ...], h: float = 1e-3
     steps = round(0.02 / h)
     for k in range(len(recording.times)):
         for _ in range(steps if k else 0):
-            q, v = twin.step(q, v, damping, h)
+            q, v = runge_kutta_step(twin.api, twin.model, twin.data, q, v, damping, h)
         for name in names:
             at = twin.model.joints[twin.model.getJointId(name)]
             theirs = q[at.idx_q] if at.nq == 1 else np.arctan2(q[at.idx_q + 1], q[at.idx_q])
