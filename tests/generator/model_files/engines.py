@@ -39,10 +39,10 @@ class Engine(Protocol):
         ...
 
 
-def moved(engine: Engine) -> Poses:
+def moved(engine: Engine, stop: float = STOP) -> Poses:
     """The motion from the pose of the file, shape (frames, 4, 4)."""
     rows = [engine.poses()]
-    for k in range(1, round(STOP / FRAME) + 1):
+    for k in range(1, round(stop / FRAME) + 1):
         engine.reach(k * FRAME)
         rows.append(engine.poses())
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
