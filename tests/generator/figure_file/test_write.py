@@ -57,7 +57,7 @@ FACTORS = st.builds(JointAxis, st.sampled_from("RT"), AXES)
 
 @st.composite
 def sites(draw):
-    names = draw(st.lists(NAMES | st.just("CM"), min_size=1, max_size=4, unique=True))
+    names = draw(st.lists(NAMES | st.just("CM"), min_size=1, max_size=3, unique=True))
     loads = st.none() | VECTORS
     return {
         name: Site(name, draw(LOCATIONS), draw(loads), draw(loads), draw(loads), draw(loads))
@@ -113,7 +113,7 @@ def figures(draw):
         name: Attribute(name, draw(st.dictionaries(NAMES, values, max_size=3)))
         for name in draw(st.lists(NAMES, max_size=3, unique=True))
     }
-    names = draw(st.lists(NAMES, min_size=1, max_size=5, unique=True))
+    names = draw(st.lists(NAMES, min_size=1, max_size=4, unique=True))
     parts = [
         draw(segments(name, list(attributes), ground=index == 0))
         for index, name in enumerate(names)

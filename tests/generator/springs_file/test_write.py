@@ -21,7 +21,7 @@ from tests.laws import ANGLES, ENTRY_STRATEGIES, POSITIVE
 from tests.paths import FIGURES
 
 HELD = st.floats(min_value=-pi, max_value=pi)
-TEXTS = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\r"), max_size=250)
+TEXTS = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\r"), max_size=120)
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=20)
 SAID = TEXTS.filter(bool)
 TORQUES = st.floats(min_value=-1e6, max_value=1e6)
@@ -99,7 +99,7 @@ def coupled_entries(draw: st.DrawFn) -> CoupledEntry:
 
 FILES = st.builds(
     SpringsFile,
-    entries=st.lists(spring_entries(), min_size=1, max_size=3).map(tuple),
+    entries=st.lists(spring_entries(), min_size=1, max_size=2).map(tuple),
     coupled=st.lists(coupled_entries(), max_size=2).map(tuple),
     figure=st.none() | NAMES,
     joining=st.none() | st.sampled_from(Joining),
