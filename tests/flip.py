@@ -45,7 +45,7 @@ LAWS = "properties/test_laws.py springs/test_{}*.py"
 SPRINGS = "springs properties/test_laws.py"
 KINEMATICS = "generator/kinematics"
 MOTIONS = "generator/motion_files properties/test_round_trips.py"
-MODELS = "generator/model_files"
+MODELS = "generator/model_files properties/test_round_trips.py"
 SIMULATION = "generator/simulation"
 
 FLIPS = (

@@ -32,7 +32,6 @@ from generator.kinematics.placement import Placement, forward_kinematics, initia
 from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind, TimedLoad
 from generator.model_files.body_tree.to_figure import FRAME, WORLD
-from generator.model_files.dyspam.read import DyspamModel, parse_dyspam
 from generator.model_files.formats import MODEL_FORMATS, read_model
 from generator.model_files.imported import Imported
 from generator.motion_files import MOTION_FORMATS, ActionFile, read_action, read_npz
@@ -326,10 +325,11 @@ def tracks(figure: Figure, springs: SpringSet) -> Array:
     )
 
 
-def moves_alike(model: Model, back: DyspamModel) -> None:
+def moves_alike(model: Model, back: tuple[Imported, SpringSet]) -> None:
+    imported, springs = back
     before = tracks(model.figure, model.springs)
     assert np.max(np.ptp(before, axis=1)) > 0.01
-    close(tracks(back.figure, back.springs), before, 1e-7)
+    close(tracks(imported.figure, springs), before, 1e-7)
 
 
 MODELS = (
@@ -338,8 +338,8 @@ MODELS = (
     Format("mjcf", write_model("mjcf"), read_with_springs, same_springs, trees, TWO_BODIES),
     Format("urdf", write_model("urdf"), read_with_springs, same_damping, trees, TWO_BODIES),
     Format("osim", write_model("osim"), read_with_springs, same_bodies, trees, TWO_BODIES),
-    Format("dyspam", write_model("dyspam"), lambda path, _: parse_dyspam(path).require_value(),
-           moves_alike, shipped_figures, spherical_or_revolute()),
+    Format("dyspam", write_model("dyspam"), read_with_springs, moves_alike, shipped_figures,
+           spherical_or_revolute()),
 )  # fmt: skip
 
 

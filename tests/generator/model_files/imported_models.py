@@ -35,6 +35,12 @@ def written_and_read(imported: Imported, folder: Path) -> tuple[Figure, SpringSe
     return figure, reading.value.springs
 
 
+def lost(imported: Imported, word: str) -> tuple[str, ...]:
+    """The places of the one loss whose sentence has a word."""
+    (found,) = [loss for loss in imported.losses.entries if word in loss.what]
+    return found.where
+
+
 def displacements(imported: Imported, values: Values) -> dict[str, Array]:
     """The figure's displacements at values of the model's coordinates; zero where none is given."""
     found = {name: np.zeros(len(joint.chain)) for name, joint in imported.figure.joints.items()}

@@ -9,22 +9,19 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from generator import read_action, read_figure, write_recording
+from generator import read_action, write_recording
 from generator.diagnostics import InputError, UsageError
-from generator.figure import AxisKind, Figure, JointAxis
+from generator.figure import AxisKind, JointAxis
 from generator.motion_files import ActionFile, action_from_recording, format_action, parse_action
 from generator.motion_files.action import format_displacement, parse_displacement
 from generator.motion_files.motion import Header
-from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
+from generator.recording import Ending, Outcome, Recording
+from tests.chains import BALL
+from tests.motions import clip, shipped
 from tests.paths import DOCS, FIGURES
 
 KNEE = (JointAxis(AxisKind.ROTATION, (0.0, -1.0, 0.0)),)
-FREE = (
-    JointAxis(AxisKind.ROTATION, (1.0, 0.0, 0.0)),
-    JointAxis(AxisKind.ROTATION, (0.0, 1.0, 0.0)),
-    JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0)),
-    JointAxis(AxisKind.TRANSLATION, (0.0, 0.6, 0.8)),
-)
+FREE = (*BALL, JointAxis(AxisKind.TRANSLATION, (0.0, 0.6, 0.8)))
 CHAINS = {"hip": FREE, "knee": KNEE, "weld": ()}
 
 HEADER = Header("leg.fig", None, 0.0, 1.0, 0.5, "none", "weighted", Ending.DONE, "done at 1 s")
@@ -42,32 +39,11 @@ def leg(frames: int = 3) -> ActionFile:
     return ActionFile(header, CHAINS, times, moved)
 
 
-def recording_of(figure: Figure) -> Recording:
-    times = np.array([0.1, 0.12, 0.13])
-    moved = {
-        name: np.linspace(-1.0, 1.0, 3 * joint.degrees_of_freedom).reshape(3, -1)
-        for name, joint in figure.joints.items()
-    }
-    return Recording(
-        times=times,
-        poses={},
-        chains={name: joint.chain for name, joint in figure.joints.items()},
-        displacements=moved,
-        velocities={},
-        rotation_vectors={},
-        reactions={},
-        passive_torques={},
-        centre_of_mass=np.zeros((3, 3)),
-        energy={kind: np.zeros(3) for kind in ENERGY_KINDS},
-        outcome=Outcome(Ending.INTERRUPTED, "interrupted\n at 0.13 s", 0.13),
-        accuracy=Accuracy(None, None, 0.13, 0.01, 3, np.zeros(3)),
-        springs="leg.springs.toml",
-        law="weighted",
-    )
-
-
-def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
-    return one.shape == other.shape and one.tobytes() == other.tobytes()
+def interrupted_run() -> Recording:
+    recording = clip("fourbar").recording
+    assert recording is not None
+    outcome = Outcome(Ending.INTERRUPTED, "interrupted\n at 0.13 s", 0.13)
+    return replace(recording, outcome=outcome, springs="leg.springs.toml", law="weighted")
 
 
 @given(value=finite, unit=st.sampled_from(["deg", "cm"]))
@@ -99,37 +75,20 @@ def test_what_is_not_finite_is_not_written(value: float):
 
 
 def test_a_recording_is_written_with_its_origin(tmp_path: Path):
-    figure = read_figure("pendulum")
-    recording = recording_of(figure)
-    path = tmp_path / "swing.action"
-    write_recording(recording, figure, path)
-    action = read_action(path)
-    bytes_of_figure = (FIGURES / "pendulum.fig").read_bytes()
-    assert action.header == Header(
-        "pendulum.fig",
-        sha256(bytes_of_figure).hexdigest(),
-        0.1,
-        0.13,
-        0.02,
-        "leg.springs.toml",
-        "weighted",
-        Ending.INTERRUPTED,
-        "interrupted at 0.13 s",
-    )
-    assert same_bits(action.times, recording.times)
-    for name, moved in recording.displacements.items():
-        assert same_bits(action.displacements[name], moved)
+    write_recording(interrupted_run(), shipped("fourbar"), tmp_path / "swing.action")
+    digest = sha256((FIGURES / "fourbar.fig").read_bytes()).hexdigest()
+    origin = ("fourbar.fig", digest, 0.0, 0.4, 0.02, "leg.springs.toml", "weighted")
+    expected = Header(*origin, Ending.INTERRUPTED, "interrupted at 0.13 s")
+    assert read_action(tmp_path / "swing.action").header == expected
 
 
 @pytest.mark.parametrize(
     ("path", "name"), [(None, "none"), (Path("gone") / "odd \udcff name.fig", "odd ? name.fig")]
 )
 def test_a_figure_whose_file_is_not_there_has_no_sha256(path: Path | None, name: str):
-    figure = replace(read_figure("pendulum"), path=path)
-    back = parse_action(
-        format_action(action_from_recording(recording_of(figure), figure))
-    ).require_value()
-    assert (back.header.figure, back.header.sha256) == (name, None)
+    figure = replace(shipped("fourbar"), path=path, name=None)
+    header = action_from_recording(interrupted_run(), figure).header
+    assert (header.figure, header.sha256) == (name, None)
 
 
 def test_times_are_normalised_to_the_motion():
@@ -184,9 +143,8 @@ def test_a_file_that_is_not_there_is_a_sentence(tmp_path: Path):
 
 @pytest.mark.parametrize("name", ["fall.gif", "fall", "action"])
 def test_an_unknown_suffix_is_refused(tmp_path: Path, name: str):
-    figure = read_figure("pendulum")
     with pytest.raises(UsageError, match=r"known are \.action, \.csv"):
-        write_recording(recording_of(figure), figure, tmp_path / name)
+        write_recording(interrupted_run(), shipped("fourbar"), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 

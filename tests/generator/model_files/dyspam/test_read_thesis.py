@@ -44,21 +44,18 @@ def printed() -> list[list[str]]:
     return rows((PRINTED / dyspam.TABLES).read_text())
 
 
-def test_joint_table_and_triads_are_those_of_figure_3_2_to_the_letter(pendulum, printed):
-    assert pendulum[:9] == printed[:9]
-
-
-def test_points_of_interest_are_those_of_figure_3_2_to_the_letter(pendulum, printed):
-    assert pendulum[10:13] == printed[10:13]
-
-
-def test_body_point_and_mass_are_those_of_figure_3_2(pendulum, printed):
-    assert pendulum[9][:3] == printed[9][:3]
-
-
-def test_springs_stand_on_the_joint_and_the_axes_of_figure_3_2(pendulum, printed):
-    assert [(row[0], row[4]) for row in pendulum[13:16]] == [("1", axis) for axis in "123"]
-    assert [(row[0], row[4]) for row in printed[13:16]] == [("1", axis) for axis in "123"]
+@pytest.mark.parametrize(
+    ("rows", "columns"),
+    [
+        pytest.param(slice(0, 9), slice(None), id="joint table and triads"),
+        pytest.param(slice(9, 10), slice(3), id="point and mass of the body"),
+        pytest.param(slice(10, 13), slice(None), id="points of interest"),
+        pytest.param(slice(13, 16), slice(1), id="joint of each spring"),
+        pytest.param(slice(13, 16), slice(4, 5), id="axis of each spring"),
+    ],
+)
+def test_tables_are_those_of_figure_3_2_to_the_letter(pendulum, printed, rows, columns):
+    assert [row[columns] for row in pendulum[rows]] == [row[columns] for row in printed[rows]]
 
 
 def test_initial_angles_are_those_of_figure_3_2_in_its_six_decimals(pendulum, printed):
@@ -70,15 +67,11 @@ def test_initial_angles_are_those_of_figure_3_2_in_its_six_decimals(pendulum, pr
 
 def test_structure_is_figure_3_1(tmp_path):
     made = written("pendulum", tmp_path / "out", times=Times(0.0, 0.1, 30.0, 0.3))
-    numbers = [
-        [float(word) for word in line.replace(",", " ").replace("/", " ").split()]
-        for line in made[dyspam.STRUCTURE].splitlines()
-    ]
-    told = (PRINTED / dyspam.STRUCTURE).read_text()
-    assert numbers == [
-        [float(word) for word in line.replace(",", " ").replace("/", " ").split()]
-        for line in told.splitlines()
-    ]
+    ours, theirs = (
+        [line.replace(",", " ").replace("/", " ").split() for line in text.splitlines()]
+        for text in (made[dyspam.STRUCTURE], (PRINTED / dyspam.STRUCTURE).read_text())
+    )
+    assert [list(map(float, row)) for row in ours] == [list(map(float, row)) for row in theirs]
 
 
 @pytest.mark.parametrize(

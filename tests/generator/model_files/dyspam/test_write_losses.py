@@ -10,15 +10,9 @@ from generator import read_figure
 from generator.cli.convert import convert
 from generator.diagnostics import InputError, Parsed
 from generator.figure import CENTRE_OF_MASS_SITE, Attribute, Figure, Segment, Site
-from generator.figure_file.write import write_figure
 from generator.losses import Losses
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
-from generator.model_files.dyspam.read import imported_from_dyspam
-from generator.model_files.formats import read_model
-from generator.springs_file.parse import parse_springs
-from generator.springs_file.read import load_springs
-from generator.springs_file.write import write_springs
 from springs import (
     AxisSpring,
     CoupledAxis,
@@ -203,35 +197,6 @@ def test_springs_of_an_older_figure_do_not_stay_behind(tmp_path):
     assert (folder / dyspam.OPTIONAL).read_text() == ""
     assert reading.value is not None
     assert reading.value.springs.joints == {}
-
-
-def test_what_was_read_goes_into_a_figure_file_and_a_springs_file(tmp_path):
-    name = "prototype"
-    made = read_figure(SHIPPED / f"{name}.fig")
-    springs = load_springs(made, SHIPPED, name).value.springs
-    assert springs is not None
-    reading, _ = there_and_back(made, springs, tmp_path / "out")
-    imported = read_model(tmp_path / "out")
-    assert imported == imported_from_dyspam(reading.require_value())
-    assert imported.springs is not None
-    (tmp_path / "back.fig").write_text(write_figure(imported.figure))
-    text = write_springs(imported.springs)
-    assert parse_springs(text).diagnostics == ()
-    (tmp_path / "back.springs.toml").write_text(text)
-    back = read_figure(tmp_path / "back.fig")
-    assert back == reading.value.figure
-    again = load_springs(back, tmp_path, "back").value.springs
-    assert again is not None
-    assert reading.value is not None
-    assert laws_of(again) == laws_of(reading.value.springs)
-    assert len(laws_of(again)) == 9
-
-
-def laws_of(springs: SpringSet) -> dict[str, list[tuple[object, ...]]]:
-    return {
-        name: [(axis.direction, axis.elastic, axis.damping) for axis in joint.axes]
-        for name, joint in springs.joints.items()
-    }
 
 
 def test_the_command_takes_the_folder_s_name_for_its_format(tmp_path):

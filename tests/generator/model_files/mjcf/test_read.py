@@ -12,6 +12,7 @@ from generator.model_files.formats import parse_model, read_model
 from generator.model_files.imported import Imported
 from tests.generator.model_files.imported_models import (
     MODELS,
+    lost,
     placed,
     pose_in_model,
     without_limits,
@@ -29,12 +30,6 @@ def text_of(body: str, before: str = "") -> str:
 
 def parsed(text: str, **choices: bool) -> Imported:
     return parse_model(Source("m.xml", text), None, **choices).require_value()
-
-
-def lost(imported: Imported, word: str) -> tuple[str, ...]:
-    """The places of the one loss whose sentence has a word."""
-    (found,) = [loss for loss in imported.losses.entries if word in loss.what]
-    return found.where
 
 
 @pytest.fixture(params=[HUMANOID, MECHANISM], ids=["humanoid", "mechanism"])

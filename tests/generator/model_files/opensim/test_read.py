@@ -9,12 +9,12 @@ import pytest
 from generator.diagnostics import Source
 from generator.figure import AxisKind
 from generator.model_files.formats import parse_model, read_model
-from generator.model_files.imported import Imported
 from generator.rotations import Array, pose_matrix
 from tests.generator.model_files.imported_models import (
     MODELS,
     coordinate,
     fall,
+    lost,
     placed,
     pose_in_model,
     written_and_read,
@@ -26,12 +26,6 @@ LEG = MODELS / "leg.osim"
 LOCKED = "patella_angle"
 
 WITHOUT_RATES = ("sh_x", "sh_y", "sh_z", "k_rx", "k_ry", "k_rz")
-
-
-def lost(imported: Imported, word: str) -> tuple[str, ...]:
-    """The places of the one loss whose sentence has a word."""
-    (found,) = [loss for loss in imported.losses.entries if word in loss.what]
-    return found.where
 
 
 class OpenSim:

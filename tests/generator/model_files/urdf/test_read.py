@@ -5,9 +5,9 @@ import pytest
 
 from generator.diagnostics import Source
 from generator.model_files.formats import parse_model, read_model
-from generator.model_files.imported import Imported
 from tests.generator.model_files.imported_models import (
     MODELS,
+    lost,
     placed,
     pose_in_model,
     written_and_read,
@@ -21,12 +21,6 @@ from tests.generator.model_files.pinocchio_fall import (
 )
 
 ARM = MODELS / "arm.urdf"
-
-
-def lost(imported: Imported, word: str) -> tuple[str, ...]:
-    """The places of the one loss whose sentence has a word."""
-    (found,) = [loss for loss in imported.losses.entries if word in loss.what]
-    return found.where
 
 
 @pytest.mark.verify
