@@ -9,7 +9,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from generator.simulation.exudyn_api import SYMBOLIC, symbols
-from generator.springs_file.laws import LAW_FORMS, LAWS, describe_law, law_data
+from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
+from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
+from generator.springs_file.write import write_springs
 from springs import FLOATS, Elastic
 from springs.elastic import Frictional, mirror_range, valid_range
 from springs.hysteresis import Hysteresis
@@ -175,3 +177,13 @@ def test_a_law_is_described_in_one_line_and_in_json(
     assert line
     assert "\n" not in line
     assert json.loads(json.dumps(law_data(law), allow_nan=False))["law"]
+
+
+@pytest.mark.parametrize("form", LAW_FORMS, ids=lambda form: form.name)
+@settings(max_examples=25)
+@given(data=st.data())
+def test_a_law_that_is_written_is_read_back(form: LawForm[EntryLaw], data: st.DataObject):
+    law = data.draw(ENTRY_STRATEGIES[form.entry_type], label="law")
+    content = SpringsFile((SpringEntry(("knee",), law=law, motion="x", reference="x", why="x"),))
+    (entry,) = parse_springs(write_springs(content)).require_value().entries
+    assert entry.law == law
