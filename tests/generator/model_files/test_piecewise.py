@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.model_files.piecewise import PiecewiseCubic, piecewise_cubic
@@ -49,6 +49,7 @@ def agree(laws: tuple[Elastic, ...], values: np.ndarray) -> None:
     assert np.abs(given - expected).max() <= 1e-8 * (1.0 + np.abs(expected).max())
 
 
+@settings(max_examples=50)
 @given(st.lists(CUBICS | STOPS | LINEARS, min_size=1, max_size=3))
 def test_the_pieces_add_up_to_the_laws(laws: list[Elastic]) -> None:
     agree(tuple(laws), np.linspace(-3.0, 3.0, 61))
@@ -94,6 +95,7 @@ def test_other_laws_have_no_such_form(laws: tuple[Elastic, ...]) -> None:
     assert piecewise_cubic(laws) is None
 
 
+@settings(max_examples=50)
 @given(st.lists(st.tuples(ANGLE, NUMBER), min_size=2, max_size=8, unique_by=lambda p: p[0]))
 def test_tables_that_cross_zero_are_held(points: list[tuple[float, float]]) -> None:
     points = sorted(points)

@@ -1,7 +1,7 @@
 """Quaternions and axes of orientations: the same orientation, and no jump on the way."""
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
@@ -12,6 +12,7 @@ angle = st.floats(-20.0, 20.0, allow_nan=False)
 walks = st.integers(1, 12).flatmap(lambda n: arrays(float, (n, 3), elements=angle))
 
 
+@settings(max_examples=50)
 @given(walks)
 def test_a_quaternion_is_its_matrix(vectors: np.ndarray):
     matrices = Rotation.from_rotvec(vectors).as_matrix()
@@ -20,6 +21,7 @@ def test_a_quaternion_is_its_matrix(vectors: np.ndarray):
     assert np.allclose(Rotation.from_quat(quaternions).as_matrix(), matrices, atol=1e-9)
 
 
+@settings(max_examples=50)
 @given(walks)
 def test_neighbours_are_on_the_same_side(vectors: np.ndarray):
     quaternions = continuous_quaternions(Rotation.from_rotvec(vectors).as_matrix())
@@ -37,6 +39,7 @@ def test_three_turns_in_small_steps_never_jump():
     assert np.allclose(quaternions[-1], [0.0, 0.0, 0.0, -1.0], atol=1e-9)
 
 
+@settings(max_examples=50)
 @given(walks)
 def test_axis_and_angle_are_their_matrix(vectors: np.ndarray):
     matrices = Rotation.from_rotvec(vectors).as_matrix()

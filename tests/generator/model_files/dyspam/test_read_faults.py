@@ -31,6 +31,20 @@ def good(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.fixture
+def folder(good: Path, tmp_path: Path) -> Path:
+    """A copy of it, to be changed."""
+    return copytree(good, tmp_path / "changed")
+
+
+def change(path: Path, *replaced: tuple[str, str]) -> None:
+    text = path.read_text()
+    for old, new in replaced:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path.write_text(text)
+
+
 BROKEN = [
     (S, "1, 1, 3", "1, 1", 1, "2 values instead of 3"),
     (S, "1, 1, 3", "0, 1, 3", 1, "the number of bodies is `0`"),
@@ -80,13 +94,8 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("file", "old", "new", "line", "message"), BROKEN)
-def test_each_fault_is_a_sentence_with_file_and_line(file, old, new, line, message, good, tmp_path):
-    folder = tmp_path / "broken"
-    copytree(good, folder)
-    text = (folder / file).read_text()
-    changed = text.replace(old, new, 1)
-    assert changed != text
-    (folder / file).write_text(changed)
+def test_each_fault_is_a_sentence_with_file_and_line(file, old, new, line, message, folder):
+    change(folder / file, (old, new))
     faults = select_errors(dyspam_reader.parse_dyspam(folder).diagnostics)
     if message is None:
         assert faults == ()
@@ -99,29 +108,22 @@ def test_each_fault_is_a_sentence_with_file_and_line(file, old, new, line, messa
     assert Path(fault.span.source.name).parent == folder
 
 
-def test_all_faults_of_a_file_are_told_at_once(good, tmp_path):
-    folder = tmp_path / "broken"
-    copytree(good, folder)
-    text = (folder / N).read_text()
-    (folder / N).write_text(text.replace("120.00", "far").replace("1 3 25", "1 9 25"))
+def test_all_faults_of_a_file_are_told_at_once(folder):
+    change(folder / N, ("120.00", "far"), ("1 3 25", "1 9 25"))
     with pytest.raises(InputError) as caught:
         dyspam_reader.parse_dyspam(folder).require_value()
     assert [fault.span.line for fault in caught.value.diagnostics if fault.span] == [4, 10]
 
 
 @pytest.mark.parametrize("file", [S, N, J])
-def test_a_missing_file_is_named(file, good, tmp_path):
-    folder = tmp_path / "broken"
-    copytree(good, folder)
+def test_a_missing_file_is_named(file, folder):
     (folder / file).unlink()
     (fault,) = dyspam_reader.parse_dyspam(folder).diagnostics
     assert fault.message == f"`{folder / file}` cannot be read: no such file or directory"
 
 
 @pytest.mark.parametrize("file", [S, N])
-def test_an_empty_file_is_told_at_its_start(file, good, tmp_path):
-    folder = tmp_path / "broken"
-    copytree(good, folder)
+def test_an_empty_file_is_told_at_its_start(file, folder):
     (folder / file).write_text("")
     (fault,) = dyspam_reader.parse_dyspam(folder).diagnostics
     assert fault.message.startswith("the file ends before ")
@@ -129,9 +131,7 @@ def test_an_empty_file_is_told_at_its_start(file, good, tmp_path):
     assert fault.span.line == 1
 
 
-def test_optional_is_optional(good, tmp_path):
-    folder = tmp_path / "without"
-    copytree(good, folder)
+def test_optional_is_optional(folder):
     (folder / O).unlink()
     reading = dyspam_reader.parse_dyspam(folder)
     assert reading.value is not None
@@ -149,9 +149,7 @@ def test_no_folder_and_a_file_in_place_of_one(tmp_path):
         assert fault.message == f"there is no folder `{tmp_path / name}`"
 
 
-def test_points_need_no_commas(good, tmp_path):
-    folder = tmp_path / "plain"
-    copytree(good, folder)
+def test_points_need_no_commas(folder, good):
     (folder / N).write_text((folder / N).read_text().replace(",", " "))
     assert (
         dyspam_reader.parse_dyspam(folder).value.figure
@@ -159,13 +157,10 @@ def test_points_need_no_commas(good, tmp_path):
     )
 
 
-def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(good, tmp_path):
-    folder = tmp_path / "rounded"
-    copytree(good, folder)
-    text = (folder / N).read_text()
+def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(folder):
     turned = "0.71 0.00 -0.71 0.00\n0.00 1.00 0.00 120.00\n0.71 0.00 0.71 0.00\n"
     old = "0.00 0.00 -1.00 0.00\n0.00 1.00 0.00 120.00\n1.00 0.00 0.00 0.00\n"
-    (folder / N).write_text(text.replace(old, turned))
+    change(folder / N, (old, turned))
     reading = dyspam_reader.parse_dyspam(folder)
     assert [fault.severity for fault in reading.diagnostics] == [Severity.WARNING]
     assert reading.value is not None
