@@ -1,7 +1,5 @@
 """The shipped prototype is appendix A, number by number; this table was typed from the thesis."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -168,53 +166,3 @@ def test_the_reader_remarks_on_the_mass_and_on_nothing_else():
 def test_the_file_is_laid_out_by_the_writer(figure):
     text = shipped_figures()["prototype"].read_text("utf-8")
     assert text[text.index("figure {") :] == write_figure(figure)
-
-
-def test_the_spring_data_are_the_printed_ones():
-    path = Path(shipped_figures()["prototype"]).with_suffix(".optional")
-    lines = path.read_text("utf-8").splitlines()
-    assert len(lines) == 4 * 19
-    heads = [tuple(map(int, line.split())) for line in lines[::4]]
-    three = [(joint, axis) for joint in (1, 3, 4) for axis in (1, 2, 3)]
-    hips = [(joint, axis) for joint in (7, 8) for axis in (1, 2, 3)]
-    assert heads == [*three, (5, 3), (6, 3), *hips, (9, 3), (10, 3)]
-    cubics = [tuple(map(float, line.split())) for line in lines[1::4]]
-    waist = [
-        (-4.27e6, 1.96e8, 6.76e6, -8.6e8),
-        (4.96e8, -1.53e9, -1.2e9, 2.41e9),
-        (-4.65e7, 1.36e9, 2.89e7, -9.26e8),
-    ]
-    shoulder = [
-        (9163170, 86218689, -141554609.8, 52665465.7),
-        (-22066180, 305488491.3, -508802156, 299064608),
-        (16496420, -84232817, -185215934, -94045474),
-    ]
-    elbow = (10140000, 292240000, -61388500, 2144230000)
-    hip = [
-        (1.31e6, -1.36e9, -8.42e7, 2.18e9),
-        (331806720, -1446000000, 1882000000, -827600000),
-        (-2.91e7, -3.83e8, 1.34e8, 1.06e9),
-    ]
-    knee = (-155000000, 845000000, -1240000000, 492000000)
-    expected = [
-        *waist,
-        *shoulder,
-        *_mirrored(shoulder),
-        elbow,
-        elbow,
-        *hip,
-        *_mirrored(hip),
-        knee,
-        knee,
-    ]
-    assert cubics == expected
-    assert set(lines[2::4]) == {"800000 0.0"}
-    ranges = {"5": "0.0 0.0 1.7", "6": "0.0 0.0 1.7", "9": "0.0 0.0 1.553", "10": "0.0 0.0 1.553"}
-    for head, last in zip(lines[::4], lines[3::4], strict=True):
-        assert last == ranges.get(head.split()[0], "0.0 0.0 0.0")
-
-
-def _mirrored(rows):
-    """The printed tables of the other side: the x and z rows with all signs turned."""
-    x, y, z = rows
-    return [tuple(-c for c in x), y, tuple(-c for c in z)]

@@ -11,6 +11,8 @@ from generator.springs_file.optional import (
     parse_records,
     write_optional,
 )
+from springs.published.tables import publication
+from tests.paths import FIGURES
 
 FIGURE_4_1 = """\
 1 1
@@ -60,6 +62,37 @@ def test_records_know_where_they_are_written():
         "damping": (7, "800000 0.0"),
         "dead_zone": (8, "0.0 0.0 1.553"),
     }
+
+
+SPHERICAL = {1: ("waist", 1), 3: ("shoulder", 1), 4: ("shoulder", -1)}
+SPHERICAL |= {7: ("hip", -1), 8: ("hip", 1)}
+"""Joint numbers of the prototype's spherical joints; -1 for a right side."""
+
+REVOLUTES = {5: ("elbow", 1.7), 6: ("elbow", 1.7), 9: ("knee", 1.553), 10: ("knee", 1.553)}
+"""Joint numbers of its revolutes, with the ends of their dead zones [rad]."""
+
+
+def test_the_shipped_file_holds_the_printed_cubics():
+    """A right side has the coefficients of the left about y, and negated ones about x and z."""
+    curves = publication("otani_1989").curves
+
+    def cubic(name: str, sign: int = 1) -> list[float]:
+        printed = curves[name].printed
+        return [sign * printed.moment_unit * c for c in printed.coefficients.values()]
+
+    expected = {
+        (number, axis): (cubic(f"{joint}_{letter}", 1 if letter == "y" else side), (0.0, 0.0))
+        for number, (joint, side) in SPHERICAL.items()
+        for axis, letter in enumerate("xyz", start=1)
+    }
+    expected |= {(n, 3): (cubic(joint), (0.0, end)) for n, (joint, end) in REVOLUTES.items()}
+    shipped = parse_optional((FIGURES / "prototype.optional").read_text()).require_value()
+    assert [(record.joint, record.axis) for record in shipped] == sorted(expected)
+    for record in shipped:
+        coefficients, dead_zone = expected[record.joint, record.axis]
+        assert record.coefficients == pytest.approx(coefficients, rel=1e-12)
+        assert record.dead_zone == dead_zone
+        assert (record.viscous, record.coulomb, record.rest) == (0.08, 0.0, 0.0)
 
 
 @given(records)
