@@ -297,7 +297,7 @@ def test_no_poses_read_nothing() -> None:
 @pytest.mark.parametrize(
     ("pose", "failure", "said"),
     [
-        ({"left_elbw": (0.1,)}, ModelError, "no joint left_elbw"),
+        ({"left_elbw": (0.1,)}, ModelError, "no joint `left_elbw`; did you mean `left_elbow`"),
         ({"left_elbow": (0.1, 0.2)}, ModelError, "1 displacements, not 2"),
         ({"left_elbow": (float("nan"),)}, ModelError, "not finite"),
         ({"waist": (np.pi, 0.0, 0.0)}, ModelError, "waist is at 180 deg"),

@@ -177,7 +177,7 @@ def column(push, inertia, low=0.0, high=0.0):
         [
             ground(),
             body("first", 1.0, first, centre, {"far": at(shift=(0.5, 0.0, 0.0))}),
-            body("second", 1.0, (0.01, 0.02, inertia), centre, {"tip": tip}),
+            body("second", 1.0, (0.01, inertia, inertia), centre, {"tip": tip}),
         ],
         [
             joint("low", "ground.base", "first.near", chain("Rz"), (low,)),
