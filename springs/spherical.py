@@ -47,9 +47,9 @@ def group_torque(f: Vector, r: Vector, ops: Operations = NUMPY) -> Vector:
         ops: functions of the kind of number in both.
 
     Returns:
-        Torque on the child in the half-way frame [N m], shape (..., 3): f with its part across r
-        scaled by (a/2)/sin(a/2), where a = |r|. There the rate of r and the relative angular
-        velocity differ by just that factor across r, and not at all along it. With
+        Torque on the child in the half-way frame [N m], shape (..., 3). It is f with its part
+        across r scaled by (a/2)/sin(a/2), where `a = |r|`. There the rate of r and the relative
+        angular velocity differ by just that factor across r, and not at all along it. With
         e = ((a/2)/sin(a/2) - 1)/a^2 it reads f + e (a^2 f - (r.f) r).
     """
     a = ops.norm(r)
@@ -70,7 +70,7 @@ def conservative_energy(axes: Sequence[AxisSpring], r: Vector, ops: Operations =
 def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Vector:
     """The thesis's directional weighting (eq. 4.4), corrected to a function of the orientation.
 
-    Each axis takes t_i(0) + |A_i| (t_i(sgn(A_i) a) - t_i(0)), t_i being its own torque law and
+    Each axis takes `t_i(0) + |A_i| (t_i(sgn(A_i) a) - t_i(0))`, t_i being its own torque law and
     A = r/a: the law at the full angle, weighted by how far the turn is about that axis. It is
     not a gradient: round a closed loop of orientations it does work.
 

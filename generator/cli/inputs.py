@@ -193,7 +193,7 @@ def motion_from_options(
     Raises:
         UsageError: a pose is set as well.
         InputError: the file cannot be read, or a joint's chain is invalid.
-        OtherMotionError: the motion is one of another figure.
+        ModelError: the motion is one of another figure.
     """
     if pose is not None or sets:
         raise UsageError("--along takes its poses from the motion: leave out --pose and --set")

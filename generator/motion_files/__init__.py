@@ -38,7 +38,7 @@ __all__ = [
 MotionWriter = Callable[[FigureMotion, Path], Losses]
 """Writes a motion to a path, whole or not at all, and returns the losses.
 
-It raises OSError when the path cannot be written, OtherMotionError when the motion is not one of
+It raises OSError when the path cannot be written, ModelError when the motion is not one of
 its figure, MoverError when the format cannot hold it at all.
 """
 
@@ -72,7 +72,7 @@ def write_recording(recording: Recording, figure: Figure, path: str | Path) -> L
     Raises:
         UsageError: the suffix is unknown.
         OSError: the file cannot be written.
-        OtherMotionError: the recording is not one of the figure.
+        ModelError: the recording is not one of the figure.
         MoverError: the format cannot hold the motion.
     """
     return motion_writer(Path(path))(motion_from_recording(recording, figure), Path(path))

@@ -40,7 +40,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
     Raises:
         OSError: the file cannot be written.
-        OtherMotionError: the motion is of another figure.
+        ModelError: the motion is of another figure.
     """
     skeleton = build_skeleton(motion)
     names = plain_names([*(bone.joint for bone in skeleton.bones), _ground_name(motion, skeleton)])

@@ -116,7 +116,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
     Raises:
         OSError: the file cannot be written.
-        OtherMotionError: the motion is of another figure.
+        ModelError: the motion is of another figure.
         MoverError: frames follow each other too closely to be told apart.
     """
     skeleton = build_skeleton(motion)

@@ -116,14 +116,14 @@ class FigureMotion:
 
     @cached_property
     def tree(self) -> Tree:
-        """The tree that moves. Raises OtherMotionError when the motion is of another figure."""
+        """The tree that moves. Raises ModelError when the motion is of another figure."""
         return tree_for_motion(self.figure, self.chains)
 
     @cached_property
     def poses(self) -> Mapping[str, Array]:
         """Poses of the segments in the world, shape (n, 4, 4): the run's, or by kinematics.
 
-        Raises OtherMotionError when the motion is of another figure.
+        Raises ModelError when the motion is of another figure.
         """
         if self.recording is not None:
             return self.recording.poses

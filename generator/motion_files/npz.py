@@ -39,7 +39,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
     Raises:
         OSError: the file cannot be written.
-        OtherMotionError: the motion is of another figure.
+        ModelError: the motion is of another figure.
     """
     arrays: dict[str, Array] = {"times": motion.times}
     arrays |= _prefix_names(POSE_FIELD, motion.poses)

@@ -132,7 +132,7 @@ def bones_with_block_ends(bones: Sequence[Bone]) -> Iterator[tuple[Bone, int]]:
 
 
 def build_skeleton(motion: FigureMotion) -> Skeleton:
-    """The bones of a motion. Raises OtherMotionError when it is one of another figure."""
+    """The bones of a motion. Raises ModelError when it is one of another figure."""
     tree, poses = motion.tree, motion.poses
     rest = _rest_poses(motion.figure)
     world = np.broadcast_to(np.eye(4), (motion.times.size, 4, 4))

@@ -101,7 +101,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
     Raises:
         OSError: the file cannot be written.
-        OtherMotionError: the motion is of another figure.
+        ModelError: the motion is of another figure.
     """
     skeleton = build_skeleton(motion)
     appearances, unseen = segment_appearances(motion.figure)
