@@ -1,4 +1,4 @@
-"""The examples of figures/README.md mean what the page says."""
+"""docs/figure-language.md: its examples mean what the page says; a table lists the files."""
 
 import re
 
@@ -10,9 +10,9 @@ from generator.figure_file.read import parse_figure
 from generator.springs_file.parse import parse_springs
 from generator.springs_file.read import load_springs
 from springs import total_torque
-from tests.paths import FIGURES
+from tests.paths import DOCS, FIGURES
 
-PAGE = (FIGURES / "README.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "figure-language.md").read_text(encoding="utf-8")
 
 
 def block(language: str) -> str:
@@ -22,7 +22,7 @@ def block(language: str) -> str:
 
 
 def double_pendulum() -> Figure:
-    reading = parse_figure(block(""), "README.md")
+    reading = parse_figure(block(""), "figure-language.md")
     assert reading.diagnostics == ()
     assert reading.value is not None
     return reading.value
@@ -47,7 +47,7 @@ def test_its_springs_are_its_own() -> None:
 
 
 def test_the_springs_file_is_read_without_a_fault() -> None:
-    reading = parse_springs(block("toml"), "README.md")
+    reading = parse_springs(block("toml"), "figure-language.md")
     assert reading.diagnostics == ()
     assert reading.value is not None
     (entry,) = reading.value.entries
@@ -58,6 +58,7 @@ def test_the_springs_file_is_read_without_a_fault() -> None:
 
 def test_every_shipped_figure_is_in_the_table() -> None:
     folder = FIGURES
+    page = (folder / "README.md").read_text(encoding="utf-8")
     for path in folder.iterdir():
         if path.suffix in {".fig", ".toml", ".optional"}:
-            assert f"`{path.name}`" in PAGE
+            assert f"`{path.name}`" in page

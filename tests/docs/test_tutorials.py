@@ -1,0 +1,125 @@
+"""Commands, files and code of the tutorials, run in an empty folder as they are printed."""
+
+import re
+import shlex
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from generator import read_figure, read_npz
+from generator.cli.app import app
+from tests.paths import DOCS, ROOT
+
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# ([\w.]+\.\w+)\n")
+
+
+@dataclass
+class Reader:
+    """Somebody who does what a page says: saves its files, types its commands, runs its code."""
+
+    page: str
+    names: dict[str, Any] = field(default_factory=dict)
+    answers: list[str] = field(default_factory=list)
+    shown: list[str] = field(default_factory=list)
+
+    def follow(self) -> None:
+        for language, text in BLOCK.findall(self.page):
+            if language == "sh":
+                for line in text.splitlines():
+                    self.type(line)
+            elif language == "python":
+                with redirect_stdout(StringIO()) as printed:
+                    exec(compile(text, "page", "exec"), self.names)
+                self.answers.append(printed.getvalue())
+            elif found := FILE.match(text):
+                Path(found[1]).write_text(text, encoding="utf-8")
+            else:
+                self.shown.append(text)
+
+    def type(self, line: str) -> str:
+        program, *words = shlex.split(line)
+        assert program == "mover", line
+        result = CliRunner().invoke(app, words)
+        self.answers.append(result.output)
+        assert result.exit_code == 0, f"{line}\n{result.output}"
+        return result.output
+
+
+@pytest.fixture
+def reader(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Reader]:
+    monkeypatch.chdir(tmp_path)
+    page = Reader((DOCS / f"{request.param}.md").read_text(encoding="utf-8"))
+    with mpl.rc_context():
+        page.follow()
+        yield page
+
+
+@pytest.mark.parametrize("reader", ["tutorials/first-figure"], indirect=True)
+def test_my_first_figure(reader: Reader) -> None:
+    for suffix in ("action", "glb", "csv"):
+        assert Path(f"swing.{suffix}").stat().st_size > 0
+    assert read_figure("rod.fig") == reader.names["pendulum"]
+    assert reader.names["elbow"][0] == pytest.approx(10.0)
+    missing, made_in_python = reader.shown
+    wrong = Path("arm.fig").read_text().replace("connect upper_arm", "connect uper_arm")
+    Path("wrong.fig").write_text(wrong)
+    assert missing in CliRunner().invoke(app, ["check", "wrong.fig"]).output
+    assert made_in_python in reader.answers
+
+
+@pytest.mark.parametrize("reader", ["tutorials/measured-limb"], indirect=True)
+def test_from_measured_moments_to_an_animation(reader: Reader) -> None:
+    springs = Path("limb.springs.toml").read_text()
+    assert "viscous_Nms_rad = 0.2\n" in springs
+    (printed,) = reader.shown
+    first, *others = printed.splitlines()
+    assert re.search(re.escape(first).replace(r"\.\.\.", r"\d+"), springs)
+    assert all(line in reader.page for line in others)
+    assert all(line in springs for line in others[:-1])
+    _, recording = read_npz("limb.npz")
+    settled = re.search(r"^elbow +([\d.]+) deg", "".join(reader.answers), re.MULTILINE)
+    assert settled is not None
+    last = np.degrees(recording.displacements["elbow"][-1, 0])
+    assert last == pytest.approx(float(settled[1]), abs=1.0)
+    for name in ("limb.glb", "limb.bvh", "limb.x3d", "limb.mot", "elbow.svg", "torque.png"):
+        assert Path(name).stat().st_size > 0
+    run = reader.type("mover simulate prototype --springs elbows.springs.toml --stop 0.02 --quiet")
+    assert "error" not in run
+
+
+@pytest.mark.parametrize("reader", ["tutorials/own-exudyn-system"], indirect=True)
+def test_your_own_exudyn_system(reader: Reader) -> None:
+    names = reader.names
+    assert names["tension"].max() > 3.0 * 9.81
+    assert names["angle"][0] == pytest.approx(0.5)
+    assert names["free"] == pytest.approx(20.0, abs=1.0)
+    assert np.degrees(names["angle"][-1]) < names["free"] - 3.0
+    assert names["left"].bodies != names["right"].bodies
+
+
+@pytest.mark.parametrize("reader", ["figure-language", "api"], indirect=True)
+def test_pages_with_code(reader: Reader) -> None:
+    assert reader.names["read_figure"] is read_figure
+
+
+def test_the_code_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (code,) = re.findall(
+        r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL
+    )
+    assert code.count("\n") <= 10
+    names: dict[str, Any] = {}
+    exec(compile(code.replace("stop=2.0", "stop=0.04"), "README.md", "exec"), names)
+    assert names["recording"].outcome.succeeded
+    assert Path("fall.glb").stat().st_size > 0
