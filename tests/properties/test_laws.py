@@ -1,7 +1,9 @@
 """The mathematics of every elastic law: a law without a strategy fails the first test."""
 
 import json
+from collections.abc import Callable
 from itertools import pairwise
+from math import nan
 
 import numpy as np
 import pytest
@@ -12,9 +14,12 @@ from generator.simulation.exudyn_api import SYMBOLIC, symbols
 from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
 from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
 from generator.springs_file.write import write_springs
-from springs import FLOATS, Elastic
+from springs import FLOATS, Cubic, Damping, Elastic, Linear, Stop
 from springs.elastic import Frictional, mirror_range, valid_range
+from springs.exponential import ExponentialTerm
 from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
+from springs.smooth_limit import SmoothLimit
 from springs.transformed import Transformed
 from tests.laws import ENTRY_STRATEGIES, STRATEGIES, law_classes
 from tests.slopes import slope
@@ -46,6 +51,47 @@ def size(law: Elastic, *angles: float) -> float:
 def test_every_law_has_a_row_and_a_strategy():
     assert law_classes() == {row.law for row in LAWS} == set(STRATEGIES)
     assert {form.entry_type for form in LAW_FORMS} == set(ENTRY_STRATEGIES)
+
+
+COEFFICIENTS = (0.0, 1.0, 0.0, 1.0)
+RUBBING = Hysteresis.from_mean_and_width(Linear(1.0), 3.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "arguments", "message"),
+    [
+        (Cubic, (COEFFICIENTS, 0), "the sense of a cubic is"),
+        (Cubic, (COEFFICIENTS, 2), "not 2"),
+        (
+            Cubic,
+            (COEFFICIENTS, -1, (0.5, 0.1)),
+            "the dead zone 0.5 .. 0.1 rad ends before it begins",
+        ),
+        (Stop, (1.0, 0.5), "the lower limit 1 is above the upper 0.5"),
+        (Stop, (0.0, 1.0, -1.0), "stiffness is not negative"),
+        (Stop, (0.0, 1.0, 1.0, 0.0), "onset is positive"),
+        (SmoothLimit, (1.0, 0.0, 1.0, 1.0, 1.0), "the lower limit 1 is above the upper 0"),
+        (SmoothLimit, (0.0, 1.0, -1.0, 1.0, 1.0), "not negative"),
+        (SmoothLimit, (0.0, 1.0, 1.0, -1.0, 1.0), "not negative"),
+        (SmoothLimit, (0.0, 1.0, 1.0, 1.0, 0.0), "transition is positive"),
+        (Interpolated, (((0.0, 1.0),),), "two points at least"),
+        (Interpolated, (((0.0, 1.0), (0.0, 2.0)),), "0 rad comes after 0 rad"),
+        (Interpolated, (((0.0, 1.0), (-1.0, 2.0)),), "-1 rad comes after 0 rad"),
+        (Interpolated, (((0.0, 1.0), (1.0, nan)),), "finite numbers"),
+        (ExponentialTerm, (1.0, 0.0), "write a constant instead"),
+        (Damping, (-0.1,), "not negative"),
+        (Damping, (0.0, -0.1), "not negative"),
+        (Damping, (0.0, 1.0, 0.0), "not negative"),
+        (Hysteresis.from_mean_and_width, (Linear(1.0), -1.0), "width of a hysteresis is not neg"),
+        (Hysteresis.from_mean_and_width, (Linear(1.0), 1.0, 0.0), "slip rate of a direct"),
+        (Transformed, (RUBBING, 2.0), "scale the two curves"),
+    ],
+)
+def test_numbers_that_make_no_law_are_refused(
+    make: Callable[..., object], arguments: tuple[object, ...], message: str
+):
+    with pytest.raises(ValueError, match=message):
+        make(*arguments)
 
 
 @every_law

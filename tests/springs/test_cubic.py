@@ -68,16 +68,3 @@ def test_elbow_and_knee_restore_everywhere_outside_their_dead_zones(law):
     below, above = np.linspace(-6.0, low, 500)[:-1], np.linspace(high, 6.0, 500)[1:]
     assert (law.torque(below) > 0.0).all()
     assert (law.torque(above) < 0.0).all()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((0,), "the sense of a cubic is"),
-        ((2,), "not 2"),
-        ((-1, (0.5, 0.1)), "the dead zone 0.5 .. 0.1 rad ends before it begins"),
-    ],
-)
-def test_senseless_cubics_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        Cubic((0.0, 1.0, 0.0, 1.0), *arguments)

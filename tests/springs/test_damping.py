@@ -32,9 +32,3 @@ def test_friction_opposes_velocity_with_its_full_value_beyond_the_slip_rate():
     assert law.torque(DEFAULT_SLIP_RATE) == pytest.approx(-3.0 * tanh(1.0))
     assert law.torque(1.0) == pytest.approx(-3.0, rel=1e-12)
     assert law.torque(-1.0) == pytest.approx(3.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("arguments", [(-0.1,), (0.0, -0.1), (0.0, 1.0, 0.0)])
-def test_damping_that_would_feed_energy_is_refused(arguments):
-    with pytest.raises(ValueError, match="not negative"):
-        Damping(*arguments)

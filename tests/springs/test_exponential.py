@@ -20,8 +20,3 @@ def test_far_outside_the_torque_is_infinite_for_every_kind_of_number():
 
 def test_it_is_smooth():
     assert Exponential((ExponentialTerm(1.0, 1.0),)).breakpoints == ()
-
-
-def test_a_rate_of_zero_is_refused():
-    with pytest.raises(ValueError, match="write a constant instead"):
-        ExponentialTerm(1.0, 0.0)

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from springs import Linear, Stop
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
-from springs.transformed import Transformed
 
 HIP = Exponential(
     (ExponentialTerm(7.0, -4.0), ExponentialTerm(-1.0, 2.5, 0.2)), valid_range=(-0.3, 1.4)
@@ -62,17 +61,3 @@ def test_breakpoints_are_those_of_both_and_the_range_is_common():
     assert law.valid_range is None
     other = Exponential((), valid_range=(-1.0, 1.0))
     assert Hysteresis(HIP, other).valid_range == (-0.3, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("width", "slip", "message"),
-    [(-1.0, 0.1, "width of a hysteresis is not negative"), (1.0, 0.0, "slip rate of a direct")],
-)
-def test_senseless_laws_are_refused(width, slip, message):
-    with pytest.raises(ValueError, match=message):
-        Hysteresis.from_mean_and_width(HIP, width, slip)
-
-
-def test_its_curves_are_scaled_and_not_the_law():
-    with pytest.raises(ValueError, match="scale the two curves"):
-        Transformed(Hysteresis.from_mean_and_width(HIP, 3.0), 2.0)

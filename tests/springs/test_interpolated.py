@@ -1,5 +1,3 @@
-from math import nan
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -53,17 +51,3 @@ def test_a_flat_stretch_stays_flat():
 def test_energy_is_counted_from_the_first_point():
     assert SAMPLE.energy(-0.5) == 0.0
     assert Interpolated(((0.0, 2.0), (1.0, 2.0))).energy(1.0) == pytest.approx(-2.0)
-
-
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        (((0.0, 1.0),), "two points at least"),
-        (((0.0, 1.0), (0.0, 2.0)), "0 rad comes after 0 rad"),
-        (((0.0, 1.0), (-1.0, 2.0)), "-1 rad comes after 0 rad"),
-        (((0.0, 1.0), (1.0, nan)), "finite numbers"),
-    ],
-)
-def test_points_that_make_no_curve_are_refused(points, message):
-    with pytest.raises(ValueError, match=message):
-        Interpolated(points)

@@ -32,17 +32,3 @@ def test_half_way_through_the_transition_half_the_stiffness_acts():
     assert law.torque(0.7) == pytest.approx(-20.0 * 0.2 * 0.5)
     assert law.torque(1.5) == pytest.approx(-20.0 * 1.0)
     assert law.torque(-1.2) == pytest.approx(10.0 * 0.2 * 0.5)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((1.0, 0.0, 1.0, 1.0, 1.0), "the lower limit 1 is above the upper 0"),
-        ((0.0, 1.0, -1.0, 1.0, 1.0), "not negative"),
-        ((0.0, 1.0, 1.0, -1.0, 1.0), "not negative"),
-        ((0.0, 1.0, 1.0, 1.0, 0.0), "transition is positive"),
-    ],
-)
-def test_limits_that_are_none_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        SmoothLimit(*arguments)

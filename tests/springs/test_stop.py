@@ -66,16 +66,3 @@ def test_one_limit_stops_one_way():
     assert Stop(None, 0.5).torque(1.0) < 0.0
     assert Stop(0.5, None).torque(0.0) > 0.0
     assert Stop(0.5, None).mirrored() == Stop(None, -0.5)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((1.0, 0.5), "the lower limit 1 is above the upper 0.5"),
-        ((0.0, 1.0, -1.0), "stiffness is not negative"),
-        ((0.0, 1.0, 1.0, 0.0), "onset is positive"),
-    ],
-)
-def test_what_stops_nothing_is_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        Stop(*arguments)
