@@ -53,18 +53,18 @@ def test_every_law_has_a_row_and_a_strategy():
     assert {form.entry_type for form in LAW_FORMS} == set(ENTRY_STRATEGIES)
 
 
-COEFFICIENTS = (0.0, 1.0, 0.0, 1.0)
+CUBIC = (0.0, 1.0, 0.0, 1.0)
 RUBBING = Hysteresis.from_mean_and_width(Linear(1.0), 3.0)
 
 
 @pytest.mark.parametrize(
     ("make", "arguments", "message"),
     [
-        (Cubic, (COEFFICIENTS, 0), "the sense of a cubic is"),
-        (Cubic, (COEFFICIENTS, 2), "not 2"),
+        (Cubic, (CUBIC, 0), "the sense of a cubic is"),
+        (Cubic, (CUBIC, 2), "not 2"),
         (
             Cubic,
-            (COEFFICIENTS, -1, (0.5, 0.1)),
+            (CUBIC, -1, (0.5, 0.1)),
             "the dead zone 0.5 .. 0.1 rad ends before it begins",
         ),
         (Stop, (1.0, 0.5), "the lower limit 1 is above the upper 0.5"),
