@@ -50,7 +50,8 @@ from generator.motion_files import ActionFile, read_action
 from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import Header
 from generator.rotations import Array
-from generator.springs_file.read import LoadedSprings, load_springs
+from generator.springs_file.parse import EXTENDS_KEY
+from generator.springs_file.read import NO_SPRINGS, LoadedSprings, limp_joints, load_springs
 from springs import Joining, SpringSet
 
 
@@ -66,7 +67,18 @@ def parse_springs_option(
     """Read the springs that `--springs` chooses for a figure, with diagnostics."""
     path = figure.path
     folder, stem = (None, None) if path is None else (path.parent, path.stem)
-    return load_springs(figure, folder, stem, choice, joining)
+    parsed = load_springs(figure, folder, stem, choice, joining)
+    if choice in (None, NO_SPRINGS) or parsed.value is None:
+        return parsed
+    springs = parsed.value.springs
+    limp, moving = limp_joints(figure, springs), sum(bool(j.chain) for j in figure.joints.values())
+    if 2 * len(limp) <= moving:
+        return parsed
+    few = warning(
+        f"{len(limp)} of {moving} joints have no elastic law with the springs of {springs.origin}",
+        hint=f"`{EXTENDS_KEY}` keeps the springs of another file",
+    )
+    return Parsed(parsed.value, (*parsed.diagnostics, few))
 
 
 def springs_from_option(

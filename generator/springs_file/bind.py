@@ -42,7 +42,13 @@ from springs.transformed import Transformed
 class BoundSpring:
     """A spring that a file gives one axis of one joint; the stops are at the figure's limits.
 
-    stop_stiffness [N m/rad], stop_onset [rad].
+    Attributes:
+        joint: its name.
+        spring: its law and damping.
+        span: of its joint in the file.
+        stop_stiffness: [N m/rad].
+        stop_onset: [rad].
+        has_damping: whether the file states the damping.
     """
 
     joint: str
@@ -50,6 +56,7 @@ class BoundSpring:
     span: Span | None
     stop_stiffness: float = DEFAULT_STOP_STIFFNESS
     stop_onset: float = DEFAULT_STOP_ONSET
+    has_damping: bool = True
 
 
 def bind_optional_records(
@@ -112,7 +119,7 @@ def bind_springs_file(
             spring = spring_from_entry(name, entry, direction, diagnostics, bounded=bounded)
             if spring is not None:
                 stop = (entry.stop_stiffness, entry.stop_onset)
-                bound.append(BoundSpring(name, spring, place, *stop))
+                bound.append(BoundSpring(name, spring, place, *stop, entry.damping is not None))
     return drop_duplicates(bound, diagnostics)
 
 
@@ -204,7 +211,12 @@ def spring_from_entry(
         )
         return None
     return AxisSpring(
-        direction, (changed,), entry.damping, entry.motion, entry.reference, why or entry.why
+        direction,
+        (changed,),
+        entry.damping or Damping(),
+        entry.motion,
+        entry.reference,
+        why or entry.why,
     )
 
 
@@ -235,7 +247,8 @@ def _scale_and_shift(law: Elastic, scale: float, offset: float) -> Elastic:
 
 def _damper_from_entry(direction: Vector, entry: SpringEntry) -> AxisSpring:
     """Return the spring of a table without an elastic law."""
-    return AxisSpring(direction, (), entry.damping, entry.motion, entry.reference, entry.why)
+    damping = entry.damping or Damping()
+    return AxisSpring(direction, (), damping, entry.motion, entry.reference, entry.why)
 
 
 def _law_span(entry: SpringEntry) -> Span | None:

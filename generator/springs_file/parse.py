@@ -50,7 +50,9 @@ SPRINGS_SUFFIX = ".springs.toml"
 TEXT_KEYS = ("motion", "reference", "why")
 DAMPING_AND_STOP_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
 SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *DAMPING_AND_STOP_KEYS, *TEXT_KEYS)
-SPRINGS_FILE_KEYS = ("figure", "law", SPRING_TABLE, COUPLED_TABLE)
+EXTENDS_KEY, BASE_KEY = "extends", "base"
+NO_BASE = "none"
+SPRINGS_FILE_KEYS = ("figure", EXTENDS_KEY, BASE_KEY, "law", SPRING_TABLE, COUPLED_TABLE)
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ class SpringEntry:
         offset: shift of the elastic curve towards larger angles [rad].
         hysteresis: difference of the curves of a decreasing and an increasing angle [N m].
         slip_rate: rate at which the hysteresis reaches 76 % of its full value [rad/s].
-        damping: viscous and Coulomb damping.
+        damping: viscous and Coulomb damping; None leaves that of the file that is extended.
         stop_stiffness: of the stops at the figure's limits [N m/rad].
         stop_onset: angle over which they grow [rad].
         motion: name of a positive angle.
@@ -83,7 +85,7 @@ class SpringEntry:
     offset: float = 0.0
     hysteresis: float = 0.0
     slip_rate: float = DEFAULT_SLIP_RATE
-    damping: Damping = field(default_factory=Damping)
+    damping: Damping | None = None
     stop_stiffness: float = DEFAULT_STOP_STIFFNESS
     stop_onset: float = DEFAULT_STOP_ONSET
     motion: str = ""
@@ -94,12 +96,25 @@ class SpringEntry:
 
 @dataclass(frozen=True)
 class SpringsFile:
-    """Content of a springs file: its figure, the law of spherical joints, the springs."""
+    """Content of a springs file.
+
+    Attributes:
+        entries: springs about one axis.
+        figure: the figure that it was written for.
+        joining: law of spherical joints; None for that of the file that is extended.
+        coupled: laws over several joints.
+        extends: name or path of the springs file whose other springs stay; None for the figure's
+            own file.
+        stands_alone: whether no other springs stay (`base = "none"`).
+        origins: spans of the keys.
+    """
 
     entries: tuple[SpringEntry, ...]
     figure: str | None = None
     joining: Joining | None = None
     coupled: tuple[CoupledEntry, ...] = ()
+    extends: str | None = None
+    stands_alone: bool = False
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
 
@@ -128,6 +143,9 @@ def _parse_content(
             diagnostics.error(
                 f"unknown law `{shorten(name)}`", top.span("law"), spelling_hint(name, laws)
             )
+    extends, base = top.text(EXTENDS_KEY), top.choice(BASE_KEY, (NO_BASE,))
+    if extends is not None and base is not None:
+        top.error(BASE_KEY, f"`{BASE_KEY}` excludes `{EXTENDS_KEY}`", "write one of them")
     entries = [_parse_entry(table) for table in _table_readers(document, SPRING_TABLE, top)]
     coupled = [parse_coupled_entry(table) for table in _table_readers(document, COUPLED_TABLE, top)]
     if not entries and not coupled and not diagnostics.has_errors:
@@ -138,6 +156,8 @@ def _parse_content(
         figure,
         law,
         tuple(entry for entry in coupled if entry),
+        extends,
+        base is not None,
         origins,
     )
 
@@ -189,7 +209,7 @@ def _parse_entry(table: TableReader) -> SpringEntry | None:
         offset=offset or 0.0,
         hysteresis=hysteresis or 0.0,
         slip_rate=_parse_slip_rate(table),
-        damping=Damping(viscous or 0.0, coulomb or 0.0),
+        damping=None if viscous is coulomb is None else Damping(viscous or 0.0, coulomb or 0.0),
         stop_stiffness=stop_stiffness or DEFAULT_STOP_STIFFNESS,
         stop_onset=stop_onset or DEFAULT_STOP_ONSET,
         motion=texts["motion"],

@@ -1,6 +1,6 @@
 """The springs of a figure, from a file beside it or a chosen one, and from its own fields."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -38,8 +38,16 @@ from generator.springs_file.bind_coupled import (
     build_coupled_springs,
     replaced_laws,
 )
+from generator.springs_file.extend import FileSprings
 from generator.springs_file.optional import parse_records
-from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile, parse_springs_source
+from generator.springs_file.parse import (
+    BASE_KEY,
+    EXTENDS_KEY,
+    NO_BASE,
+    SPRINGS_SUFFIX,
+    SpringsFile,
+    parse_springs_source,
+)
 from generator.text_io import load_text, parse_file
 from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
 from springs.joint import UNKNOWN_AXIS
@@ -152,11 +160,14 @@ def load_springs(
     stem: str | None = None,
     choice: str | Path | None = None,
     joining: Joining | None = None,
+    *,
+    with_base: bool = True,
 ) -> Parsed[LoadedSprings]:
     """The passive springs of a figure, with all faults; bad input raises nothing.
 
     A spring from a file replaces `stiff`, `rest` and `damp` on its axis; the figure's limits are
-    stops on top of whatever law an axis has.
+    stops on top of whatever law an axis has. A springs file other than the figure's own extends
+    that one, or the file that it names: springs about other axes stay.
 
     Args:
         figure: the figure.
@@ -168,6 +179,7 @@ def load_springs(
             the path of a springs file (`.toml`) or of an `optional` file.
         joining: how the axes of a spherical joint join; None for what the file says, else
             conservative.
+        with_base: whether the springs of an extended file and of the figure's fields stay.
     """
     if choice is not None and str(choice) == NO_SPRINGS:
         none = SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS)
@@ -175,18 +187,17 @@ def load_springs(
     path, missing = find_springs_file(directory, stem, choice)
     if missing is not None:
         return Parsed(None, (missing,))
-    diagnostics, springs, content = Diagnostics(), None, None
+    diagnostics, springs, bound = Diagnostics(), None, FileSprings(FIGURE_ORIGIN)
     with suppress(TooManyErrors):
-        bound_springs = []
         if path is not None:
-            bound_springs, content = _bind_file(
-                figure, path, stem, str(choice) == PRINTED_SPRINGS, diagnostics
-            )
-        springs = _build_spring_set(figure, path, bound_springs, content, joining, diagnostics)
+            own = _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX))
+            binder = _FileBinder(figure, own, stem, str(choice) == PRINTED_SPRINGS, diagnostics)
+            bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
+        fields = figure if with_base else _without_fields(figure)
+        springs = _build_spring_set(fields, bound, joining, diagnostics)
     if diagnostics.has_errors or springs is None:
         return Parsed(None, diagnostics.sorted_by_position())
-    replaced = () if content is None else replaced_laws(content)
-    return Parsed(LoadedSprings(springs, replaced), diagnostics.sorted_by_position())
+    return Parsed(LoadedSprings(springs, bound.replaced), diagnostics.sorted_by_position())
 
 
 def read_springs(
@@ -194,8 +205,8 @@ def read_springs(
 ) -> SpringSet:
     """Read a springs file and bind it to the joints of a figure.
 
-    Joints that the file does not name keep the figure's own `stiff`, `rest` and `damp`, and all
-    joints its limits.
+    Joints that the file does not name keep the springs of the file that it extends, by default the
+    figure's own; then the figure's `stiff`, `rest` and `damp`. All joints keep its limits.
 
     Args:
         path_or_name: of the file, or what `--springs` takes: NAME for `FIGURE.NAME.springs.toml`
@@ -263,40 +274,139 @@ def _joints_in(source: Source) -> Mapping[str, Joint]:
     return parse_figure(source.text).require_value().joints
 
 
-def _bind_file(
-    figure: Figure, path: Path, stem: str | None, use_printed_values: bool, diagnostics: Diagnostics
-) -> tuple[list[BoundSpring], SpringsFile | None]:
-    """Bind the file at `path` to a figure; return its content too if it is a springs file."""
-    source, fault = load_text(path, str(path))
-    if fault is not None:
-        diagnostics.error(fault.message, fault.span, fault.hint)
-        return [], None
-    if path.suffix != ".toml":
-        return bind_optional_records(
-            figure, parse_records(source, diagnostics), use_printed_values, diagnostics
-        ), None
-    content = _parse_content(source, stem, diagnostics)
-    return [] if content is None else bind_springs_file(figure, content, diagnostics), content
+@dataclass
+class _FileBinder:
+    """Binds a file of springs, and the files that it extends, to a figure.
+
+    Attributes:
+        figure: to whose joints they are bound.
+        own_path: file of the figure's own springs, which others extend.
+        stem: name of the figure's file without the suffix.
+        use_printed_values: as for `bind_optional_records`.
+        diagnostics: for faults.
+    """
+
+    figure: Figure
+    own_path: Path | None
+    stem: str | None
+    use_printed_values: bool
+    diagnostics: Diagnostics
+
+    def bind(self, path: Path, extended_by: tuple[Path, ...] = ()) -> FileSprings:
+        """Return the springs of a file and of those that it extends; faults are noted.
+
+        Args:
+            path: of the file.
+            extended_by: the files that lead to it.
+        """
+        springs, content = self.bind_alone(path)
+        base = None if content is None else self._find_base(path, content)
+        if content is None or base is None:
+            return springs
+        files = (*extended_by, path.resolve())
+        if base.resolve() in files:
+            names = ", ".join(one.name for one in files)
+            self.diagnostics.error(
+                f"the files extend each other in a circle: {names}",
+                content.origins.get(EXTENDS_KEY),
+                f'leave out `{EXTENDS_KEY}`, or write `{BASE_KEY} = "{NO_BASE}"` in one of them',
+            )
+            return springs
+        return springs.extend(self.bind(base, files), self.diagnostics)
+
+    def bind_alone(self, path: Path) -> tuple[FileSprings, SpringsFile | None]:
+        """Return the springs of a file, and its content if it is a springs file without faults."""
+        source, fault = load_text(path, str(path))
+        if fault is not None:
+            self.diagnostics.error(fault.message, fault.span, fault.hint)
+            return FileSprings(path.name), None
+        if path.suffix != ".toml":
+            records = parse_records(source, self.diagnostics)
+            bound = bind_optional_records(
+                self.figure, records, self.use_printed_values, self.diagnostics
+            )
+            return FileSprings(path.name, tuple(bound)), None
+        content = _parse_content(source, self.stem, self.diagnostics)
+        if content is None:
+            return FileSprings(path.name), None
+        springs = FileSprings(
+            path.name,
+            tuple(bind_springs_file(self.figure, content, self.diagnostics)),
+            bind_coupled_springs(self.figure, content, self.diagnostics),
+            content.joining,
+            replaced_laws(content),
+        )
+        return springs, content
+
+    def _find_base(self, path: Path, content: SpringsFile) -> Path | None:
+        """Return the file that a springs file extends; None without one, or with a fault noted."""
+        if content.stands_alone:
+            return None
+        if content.extends is None:
+            own = self.own_path
+            return None if own is None or own.resolve() == path.resolve() else own
+        name = content.extends
+        if Path(name).suffix in _FILE_SUFFIXES:
+            found = path.parent / name
+        else:
+            folders = [path.parent, *([self.own_path.parent] if self.own_path else [])]
+            files = [
+                folder / f"{start}{name}{SPRINGS_SUFFIX}"
+                for folder in folders
+                for start in ([f"{self.stem}."] if self.stem else []) + [""]
+            ]
+            found = next(filter(_is_file, files), None)
+        if found is None or not _is_file(found):
+            self.diagnostics.error(
+                f"there are no springs `{shorten(name)}` to extend",
+                content.origins.get(EXTENDS_KEY),
+                "name a file, or springs beside the figure or this file",
+            )
+            return None
+        return found
 
 
 def _build_spring_set(
-    figure: Figure,
-    path: Path | None,
-    bound_springs: Sequence[BoundSpring],
-    content: SpringsFile | None,
-    joining: Joining | None,
-    diagnostics: Diagnostics,
+    figure: Figure, bound: FileSprings, joining: Joining | None, diagnostics: Diagnostics
 ) -> SpringSet:
     """The springs that a file gives and the figure's own."""
     joints = {
         name: springs
         for name, joint in figure.joints.items()
-        if (springs := _combine_springs(joint, bound_springs, diagnostics)) is not None
+        if (springs := _combine_springs(joint, bound.springs, diagnostics)) is not None
     }
-    law = None if content is None else content.joining
-    coupled = () if content is None else bind_coupled_springs(figure, content, diagnostics)
-    origin = FIGURE_ORIGIN if path is None else path.name
-    return SpringSet(joints, joining or law or Joining.CONSERVATIVE, origin, coupled)
+    law = joining or bound.joining or Joining.CONSERVATIVE
+    return SpringSet(joints, law, bound.origin, bound.coupled)
+
+
+def _without_fields(figure: Figure) -> Figure:
+    """Return a figure without `stiff`, `rest` and `damp`."""
+    bare = {
+        name: replace(joint, stiff=None, rest=None, damp=None)
+        for name, joint in figure.joints.items()
+    }
+    return replace(figure, joints=bare)
+
+
+MIN_STIFFNESS = 1e-3
+"""Stiffness below which a linear spring does not hold a joint [N m/rad or N/m]."""
+
+
+def limp_joints(figure: Figure, springs: SpringSet) -> tuple[str, ...]:
+    """Return the moving joints without an elastic law; stops and feeble springs do not count."""
+    coupled = {axis.joint for spring in springs.coupled for axis in spring.axes}
+    return tuple(
+        name
+        for name, joint in figure.joints.items()
+        if joint.chain and name not in coupled and not _is_elastic(springs.joints.get(name))
+    )
+
+
+def _is_elastic(springs: JointSprings | None) -> bool:
+    """Return whether a joint has an elastic law besides stops and feeble springs."""
+    axes = () if springs is None else (*springs.axes, *springs.translations)
+    laws = [law for axis in axes for law in axis.elastic if not isinstance(law, Stop)]
+    return any(not isinstance(law, Linear) or law.stiffness >= MIN_STIFFNESS for law in laws)
 
 
 def _parse_content(
@@ -314,7 +424,7 @@ def _parse_content(
 
 
 def _combine_springs(
-    joint: Joint, bound_springs: Sequence[BoundSpring], diagnostics: Diagnostics
+    joint: Joint, bound_springs: Iterable[BoundSpring], diagnostics: Diagnostics
 ) -> JointSprings | None:
     """Combine the springs of a joint in the order of its chain, then those about other axes.
 
@@ -409,7 +519,7 @@ def parse_springs_file(path: Path) -> Parsed[LoadedSprings]:
     file = _find_figure_file(content, path.parent)
     figure = None if file is None else parse_figure_file(file).value
     if figure is not None:
-        bound = load_springs(figure, path.parent, content.figure, path)
+        bound = load_springs(figure, path.parent, content.figure, path, with_base=False)
         loaded = None if bound.value is None else replace(bound.value, figure=content.figure)
         return Parsed(loaded, bound.diagnostics)
     diagnostics = Diagnostics(list(parsed.diagnostics))

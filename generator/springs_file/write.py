@@ -4,7 +4,13 @@ from collections.abc import Iterator
 
 from generator.springs_file.coupled import NEAREST_CONSERVATIVE, CoupledEntry
 from generator.springs_file.laws import HYSTERESIS_KEY, MEASURED_KEY, SLIP_RATE_KEY, write_law
-from generator.springs_file.parse import SpringEntry, SpringsFile
+from generator.springs_file.parse import (
+    BASE_KEY,
+    EXTENDS_KEY,
+    NO_BASE,
+    SpringEntry,
+    SpringsFile,
+)
 from generator.springs_file.published import PUBLISHED_KEY
 from generator.springs_file.toml_table import (
     COUPLED_TABLE,
@@ -39,6 +45,10 @@ def write_springs(content: SpringsFile, comment: str = "") -> str:
     lines += [""] if lines else []
     if content.figure is not None:
         lines.append(f"figure = {quote_toml(content.figure)}")
+    if content.extends is not None:
+        lines.append(f"{EXTENDS_KEY} = {quote_toml(content.extends)}")
+    if content.stands_alone:
+        lines.append(f"{BASE_KEY} = {quote_toml(NO_BASE)}")
     if content.joining is not None:
         lines.append(f"law = {quote_toml(content.joining.value)}")
     tables = [(SPRING_TABLE, _entry(entry)) for entry in content.entries]
@@ -66,8 +76,9 @@ def _entry(entry: SpringEntry) -> Iterator[str]:
         yield f"{HYSTERESIS_KEY} = {number_to_toml(entry.hysteresis)}"
     if entry.slip_rate != DEFAULT_SLIP_RATE:
         yield f"{SLIP_RATE_KEY} = {number_to_toml(entry.slip_rate)}"
-    yield f"viscous_Nms_rad = {number_to_toml(entry.damping.viscous)}"
-    if entry.damping.coulomb:
+    if entry.damping is not None:
+        yield f"viscous_Nms_rad = {number_to_toml(entry.damping.viscous)}"
+    if entry.damping is not None and entry.damping.coulomb:
         yield f"coulomb_Nm = {number_to_toml(entry.damping.coulomb)}"
     if entry.stop_stiffness != DEFAULT_STOP_STIFFNESS:
         yield f"stop_stiffness_Nm_rad = {number_to_toml(entry.stop_stiffness)}"

@@ -92,7 +92,7 @@ def test_entries_know_where_they_are_written():
 def test_what_is_left_out_is_left_to_the_rule():
     (entry,) = content(spring("coefficients_Nm_rad = [1, 2, 3, 4]")).entries
     assert entry.law == CubicEntry((1.0, 2.0, 3.0, 4.0), None, None, False, 0.0)
-    assert (entry.axis, entry.damping) == (None, Damping())
+    assert (entry.axis, entry.damping) == (None, None)
 
 
 def test_a_file_can_say_that_there_is_no_dead_zone():

@@ -1,0 +1,113 @@
+"""Springs files that change some springs of another file."""
+
+from pathlib import Path
+
+import pytest
+
+from generator import read_figure
+from generator.figure_file import shipped_figures
+from generator.springs_file.read import limp_joints, load_springs
+from springs import Damping, Joining, Linear, SpringSet
+
+PROTOTYPE = read_figure("prototype")
+FOLDER = shipped_figures()["prototype"].parent
+ELBOW = '[[spring]]\njoints = ["left_elbow"]\nstiffness_Nm_rad = 4\n'
+
+
+def loaded(path: Path | None, text: str = "") -> SpringSet:
+    if path is not None:
+        path.write_text(text, encoding="utf-8")
+    reading = load_springs(PROTOTYPE, FOLDER, "prototype", path)
+    assert reading.value is not None, reading.diagnostics
+    assert reading.diagnostics == ()
+    return reading.value.springs
+
+
+def failures(path: Path, text: str) -> list[str]:
+    path.write_text(text, encoding="utf-8")
+    reading = load_springs(PROTOTYPE, FOLDER, "prototype", path)
+    assert reading.value is None
+    return [one.message for one in reading.diagnostics]
+
+
+OWN = loaded(None)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "my.springs.toml"
+
+
+def test_a_file_changes_the_springs_that_it_names_and_no_other(path: Path) -> None:
+    springs = loaded(path, ELBOW)
+    changed = {name for name, joint in springs.joints.items() if joint != OWN.joints[name]}
+    assert changed == {"left_elbow"}
+    (axis,) = springs.joints["left_elbow"].axes
+    assert axis.elastic == (Linear(4.0),)
+    assert axis.damping == OWN.joints["left_elbow"].axes[0].damping
+    assert axis.motion == "flexion"
+    assert axis.reference == ""
+    assert springs.origin == "my.springs.toml over prototype.springs.toml"
+
+
+def test_stated_damping_replaces_damping_alone(path: Path) -> None:
+    springs = loaded(path, '[[spring]]\njoints = ["left_elbow"]\nviscous_Nms_rad = 0.5\n')
+    (axis,), (before,) = springs.joints["left_elbow"].axes, OWN.joints["left_elbow"].axes
+    assert axis.damping == Damping(0.5)
+    assert (axis.elastic, axis.reference) == (before.elastic, before.reference)
+
+
+def test_one_axis_of_a_ball_keeps_the_others(path: Path) -> None:
+    text = '[[spring]]\njoints = ["waist"]\naxis = "x"\nstiffness_Nm_rad = 4\n'
+    axes = {one.direction: one for one in loaded(path, text).joints["waist"].axes}
+    before = {one.direction: one for one in OWN.joints["waist"].axes}
+    assert [d for d in before if axes[d] != before[d]] == [(1.0, 0.0, 0.0)]
+
+
+def test_without_a_base_the_other_joints_are_limp(path: Path) -> None:
+    path.write_text('base = "none"\n' + ELBOW, encoding="utf-8")
+    reading = load_springs(PROTOTYPE, FOLDER, "prototype", path)
+    assert len(limp_joints(PROTOTYPE, reading.value.springs)) == 9
+    assert limp_joints(PROTOTYPE, OWN) == ("root_torso",)
+    assert reading.value.springs.joints["left_elbow"].axes[0].damping == Damping()
+
+
+@pytest.mark.parametrize("name", ["coupled", "prototype.coupled", "base.springs.toml"])
+def test_a_file_extends_the_one_that_it_names(name: str, path: Path) -> None:
+    base = (FOLDER / "prototype.coupled.springs.toml").read_text(encoding="utf-8")
+    path.with_name("base.springs.toml").write_text(base, encoding="utf-8")
+    springs = loaded(path, f'extends = "{name}"\nlaw = "weighted"\n{ELBOW}')
+    assert len(springs.coupled) == 2
+    assert springs.joining is Joining.WEIGHTED
+    assert springs.joints["left_elbow"].axes[0].elastic == (Linear(4.0),)
+    assert springs.origin.count(" over ") == 2
+
+
+def test_a_law_over_several_joints_replaces_the_curves_of_its_axes() -> None:
+    springs = load_springs(PROTOTYPE, FOLDER, "prototype", "coupled").require_value().springs
+    changed = {name for name, joint in springs.joints.items() if joint != OWN.joints[name]}
+    assert changed == {"left_knee", "right_knee", "left_hip_joint", "right_hip_joint"}
+    assert springs.joints["left_knee"].axes[0].elastic == ()
+    assert "Yoon" not in "".join(springs.references)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('extends = "nothing"\n' + ELBOW, "there are no springs `nothing` to extend"),
+        ('extends = "prototype"\nbase = "none"\n' + ELBOW, "`base` excludes `extends`"),
+        ('base = "prototype"\n' + ELBOW, "`base` cannot be `prototype`"),
+        (
+            'extends = "my.springs.toml"\n' + ELBOW,
+            "the files extend each other in a circle: my.springs.toml",
+        ),
+        (
+            'extends = "coupled"\n' + ELBOW.replace("elbow", "knee"),
+            "`left_knee` has a law over several joints about this axis in "
+            "prototype.coupled.springs.toml over prototype.springs.toml, to which this one would "
+            "add",
+        ),
+    ],
+)
+def test_a_file_that_cannot_extend(text: str, message: str, path: Path) -> None:
+    assert failures(path, text) == [message]
