@@ -285,8 +285,8 @@ LAWS = (
 """A cubic that is not odd, a line with a rest, a cubic from a rest, and friction."""
 
 
-def shipped_figures() -> Iterator[Model]:
-    """The pendulum with its force, a closed loop, springs on both sides, a turned root."""
+def cases_for_dyspam() -> Iterator[Model]:
+    """A force, a closed loop, springs on both sides, a turned root, even and odd signs of axes."""
     for drawn in (PENDULUM, FOURBAR, BENT_ON_SPRINGS):
         yield Model(drawn, own_springs(drawn))
     loaded = figure(
@@ -295,20 +295,22 @@ def shipped_figures() -> Iterator[Model]:
         [joint("pin", "ground.hook", "link.near", BALL, (0.2, 0.1, -0.4))],
     )  # fmt: skip
     yield Model(replace(loaded, root=SiteRef("ground", "turned")), SpringSet())
+    for text in ("R-x R-y Rz", "R-x Ry Rz", "R-y Rx R-y", "Rs"):
+        yield on_springs(chain(text), reverse=text == "Rs")
 
 
-@st.composite
-def spherical_or_revolute(draw: st.DrawFn) -> Model:
-    """Axes of all directions, connections written backwards, springs about negative axes."""
-    chain = tuple(draw(factors(AxisKind.ROTATION, (1, 3))))
-    start = (0.5, -0.3, 0.6)[: len(chain)]
-    springs = SpringSet()
-    drawn = two_bodies(chain, start, reverse=draw(st.booleans()))
-    lines = {tuple(map(abs, factor.axis)) for factor in chain}
-    if lines <= {X, Y, Z} and len(lines) == len(chain):
-        axes = [replace(law, direction=f.axis) for f, law in zip(chain, LAWS, strict=False)]
-        springs = SpringSet({"tested": JointSprings("tested", tuple(axes))})
-    return Model(drawn, springs)
+def on_springs(factors: Sequence[JointAxis], reverse: bool) -> Model:
+    """Two bodies on a joint, which has springs if its axes are x, y or z, each once."""
+    drawn = two_bodies(tuple(factors), (0.5, -0.3, 0.6)[: len(factors)], reverse=reverse)
+    lines = {tuple(map(abs, factor.axis)) for factor in factors}
+    if not lines <= {X, Y, Z} or len(lines) < len(factors):
+        return Model(drawn, SpringSet())
+    axes = [replace(law, direction=f.axis) for f, law in zip(factors, LAWS, strict=False)]
+    return Model(drawn, SpringSet({"tested": JointSprings("tested", tuple(axes))}))
+
+
+SPHERICAL_OR_REVOLUTE = st.builds(on_springs, factors(AxisKind.ROTATION, (1, 3)), st.booleans())
+"""Axes of all directions, connections written backwards, springs about negative axes."""
 
 
 def tracks(figure: Figure, springs: SpringSet) -> Array:
@@ -338,8 +340,8 @@ MODELS = (
     Format("mjcf", write_model("mjcf"), read_with_springs, same_springs, trees, TWO_BODIES),
     Format("urdf", write_model("urdf"), read_with_springs, same_damping, trees, TWO_BODIES),
     Format("osim", write_model("osim"), read_with_springs, same_bodies, trees, TWO_BODIES),
-    Format("dyspam", write_model("dyspam"), read_with_springs, moves_alike, shipped_figures,
-           spherical_or_revolute()),
+    Format("dyspam", write_model("dyspam"), read_with_springs, moves_alike, cases_for_dyspam,
+           SPHERICAL_OR_REVOLUTE),
 )  # fmt: skip
 
 

@@ -35,7 +35,6 @@ from tests.generator.model_files.model_cases import (
     BENT,
     CURVES,
     FOURBAR,
-    LOOPS,
     OTHER_CURVES,
     PENDULUM,
     PROTOTYPE,
@@ -272,11 +271,10 @@ def test_other_figures_that_are_refused(module: object, tmp_path: Path) -> None:
         InputError, match="`rail` has a spring along an axis on which it does not translate"
     ):
         module.write(on_a_rail(), spring_set(along), path)
-    open_loop = LOOPS["closed by a ball"]
-    far = replace(open_loop.segments["ground"].sites["right"], location=at(shift=(9.0, 0.0, 0.0)))
-    sites = {**open_loop.segments["ground"].sites, "right": far}
-    ground = replace(open_loop.segments["ground"], sites=sites)
-    torn = replace(open_loop, segments={**open_loop.segments, "ground": ground})
+    frame = FOURBAR.segments["frame"]
+    far = replace(frame.sites["rocker_pivot"], location=at(shift=(9.0, 0.0, 0.0)))
+    frame = replace(frame, sites={**frame.sites, far.name: far})
+    torn = replace(FOURBAR, segments={**FOURBAR.segments, "frame": frame})
     with pytest.raises(OpenLoopError):
         module.write(torn, SpringSet(), path)
     assert not path.exists()

@@ -92,7 +92,8 @@ def test_a_figure_whose_file_is_not_there_has_no_sha256(path: Path | None, name:
 
 
 def test_times_are_normalised_to_the_motion():
-    assert leg().normalised_times.tolist() == [0.0, 0.5, 1.0]
+    late = replace(leg(), times=np.array([2.0, 3.0, 4.0]))
+    assert late.normalised_times.tolist() == [0.0, 0.5, 1.0]
     assert leg(frames=1).normalised_times.tolist() == [0.0]
 
 
