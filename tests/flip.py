@@ -45,7 +45,8 @@ LAWS = "properties/test_laws.py springs/test_{}*.py"
 SPRINGS = "springs properties/test_laws.py"
 KINEMATICS = "generator/kinematics"
 MOTIONS = "generator/motion_files properties/test_round_trips.py"
-MODELS = "generator/model_files properties/test_round_trips.py"
+MODELS = "generator/model_files"
+MODEL_TESTS = "generator/model_files properties/test_round_trips.py"
 SIMULATION = "generator/simulation"
 
 FLIPS = (
@@ -136,17 +137,17 @@ FLIPS = (
     # Model files
     Flip("damping of MJCF joints", MODELS,
          'element.set("damping", format_numbers(spring.damping.viscous))',
-         'element.set("damping", format_numbers(2.0 * spring.damping.viscous))', MODELS),
+         'element.set("damping", format_numbers(2.0 * spring.damping.viscous))', MODEL_TESTS),
     Flip("order of a quaternion in MJCF", MODELS, "w, x, y, z = quaternion", "x, y, z, w = quaternion",
-         MODELS),
+         MODEL_TESTS),
     Flip("axis of a reversed URDF joint", MODELS, "xyz=format_numbers(sign * unit_vector",
-         "xyz=format_numbers(unit_vector", MODELS),
+         "xyz=format_numbers(unit_vector", MODEL_TESTS),
     Flip("degrees of OpenSim's limit forces", MODELS, "lower / _DEGREES_PER_RADIAN - offset",
-         "lower - offset", MODELS),
+         "lower - offset", MODEL_TESTS),
     Flip("range of OpenSim coordinates", MODELS, "limits = (lower[index], upper[index])",
-         "limits = (upper[index], lower[index])", MODELS),
+         "limits = (upper[index], lower[index])", MODEL_TESTS),
     Flip("rows of DYSPAM's springs", MODELS, "{spring.joint} {stiffness} {damping} {rest}",
-         "{spring.joint} {damping} {stiffness} {rest}", MODELS),
+         "{spring.joint} {damping} {stiffness} {rest}", MODEL_TESTS),
     # Simulation
     Flip("direction of gravity", SIMULATION, "(0.0, -9.81, 0.0)", "(0.0, 9.81, 0.0)",
          SIMULATION + "/test_plan.py " + SIMULATION + "/test_model.py " + SIMULATION),
