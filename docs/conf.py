@@ -28,6 +28,7 @@ myst_heading_anchors = 4
 default_role = "code"
 """Docstrings mark code as Markdown does, with single backticks."""
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
@@ -39,6 +40,8 @@ nitpick_ignore_regex = [("py:class", r".*[.\[].*")]
 """Types in signatures, with their modules: not all of them are in docs/api.md."""
 
 _GALLERY_ANCHOR = re.compile(r'<a id="(\w+)"></a>')
+_ARRAY = re.compile(r"~?numpy\.ndarray\[tuple\[[^]]*\], ~?numpy\.dtype\[[^]]*\]\]")
+_ENUM_DEFAULT = re.compile(r"<(\w+\.\w+): [^>]*>")
 
 
 def name_anchors(app: Sphinx, page: str, text: list[str]) -> None:
@@ -55,7 +58,22 @@ def keep_property(
         lines[:] = prepare_docstring(thing.__doc__ or "")
 
 
+def shorten_signature(
+    app: Sphinx, what: str, name: str, thing: object, options: object, *texts: str | None
+) -> tuple[str | None, ...]:
+    """Write defaults that no parser reads, `<factory>` and `<Enum.NAME: value>`, as Python.
+
+    Arrays are shown without the type of their numbers, which is float everywhere.
+    """
+    return tuple(
+        text
+        and _ENUM_DEFAULT.sub(r"\1", _ARRAY.sub("numpy.ndarray", text.replace("<factory>", "...")))
+        for text in texts
+    )
+
+
 def setup(app: Sphinx) -> None:
     """Connect the hooks; napoleon has the priority 500."""
     app.connect("source-read", name_anchors)
     app.connect("autodoc-process-docstring", keep_property, priority=600)
+    app.connect("autodoc-process-signature", shorten_signature)
