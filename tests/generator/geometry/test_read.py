@@ -1,5 +1,6 @@
-"""Mesh files, as trimesh writes and reads them."""
+"""Mesh files, as trimesh writes and reads them, and colours of segments."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 import trimesh
 
 from generator.diagnostics import InputError
+from generator.figure import Attribute
 from generator.geometry import build_solid, mass_properties, read_surface
-from generator.geometry.read import UnknownSurfaceError
+from generator.geometry.read import GREY, UnknownSurfaceError, segment_colour
 from generator.rotations import matrix_from_rotation_vector, pose_matrix
+from tests.chains import BALL, body, figure, ground, joint
 
 MILLIMETRE = Fraction(1, 1000)
 SIZE = (0.5, 0.25, 2.0)
@@ -94,13 +97,18 @@ def test_collapsed_triangles_are_dropped(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply", ".glb", ".gltf"])
-@pytest.mark.parametrize("content", [b"", b"hello\n", bytes(range(256)) * 4])
+@pytest.mark.parametrize(
+    "content", [b"", b"hello\n", bytes(range(256)) * 4, b"\xff\xfe\x80\x81" * 100]
+)
 def test_what_is_no_mesh_is_told(tmp_path, suffix, content):
     path = tmp_path / f"noise{suffix}"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"noise") as raised:
         read_surface(path, Fraction(1))
-    assert len(raised.value.diagnostics) == 1
+    (fault,) = raised.value.diagnostics
+    assert "module" not in str(fault)
+    if content.startswith(b"\xff") and suffix in (".stl", ".ply", ".glb"):
+        assert "it is cut short, or holds something else" in fault.message
 
 
 @pytest.mark.parametrize("size", [1, 50, 83, 84, 300, 683])
@@ -112,17 +120,6 @@ def test_a_mesh_that_is_cut_short_is_told(tmp_path, size):
     path.write_bytes(whole[:size])
     with pytest.raises(InputError, match=rf"it is cut short, at {size} (of 684 )?bytes"):
         read_surface(path, Fraction(1))
-
-
-@pytest.mark.parametrize("suffix", [".stl", ".ply", ".glb"])
-def test_bytes_of_no_mesh_are_told_in_words(tmp_path, suffix):
-    path = tmp_path / f"noise{suffix}"
-    path.write_bytes(b"\xff\xfe\x80\x81" * 100)
-    with pytest.raises(InputError) as raised:
-        read_surface(path, Fraction(1))
-    (fault,) = raised.value.diagnostics
-    assert "it is cut short, or holds something else" in fault.message
-    assert "module" not in str(fault)
 
 
 def test_a_cloud_of_points_has_no_faces(tmp_path):
@@ -153,3 +150,25 @@ def test_missing_files_and_directories_are_told(tmp_path):
 def test_an_unknown_suffix_is_told(name, said):
     with pytest.raises(UnknownSurfaceError, match=said):
         read_surface(name)
+
+
+RED = Attribute("red", {"rgb": (1.0, 0.0, 0.0)})
+BRIGHT = Attribute("bright", {"rgb": (2.0, -1.0, 0.5)})
+SHINY = Attribute("shiny", {"shine": (1.0,)})
+
+
+@pytest.mark.parametrize(
+    ("attributes", "colour"),
+    [
+        (("shiny", "red", "bright"), (1.0, 0.0, 0.0)),
+        (("bright",), (1.0, 0.0, 0.5)),
+        (("shiny",), GREY),
+        (("none",), GREY),
+        ((), GREY),
+    ],
+)
+def test_the_first_attribute_with_a_colour_gives_it(attributes, colour):
+    link = replace(body("link"), attributes=attributes)
+    made = figure([ground(), link], [joint("pin", "ground.base", "link.near", BALL)])
+    made = replace(made, attributes={each.name: each for each in (RED, BRIGHT, SHINY)})
+    assert segment_colour(made, link) == colour

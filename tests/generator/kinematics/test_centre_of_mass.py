@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,8 +21,6 @@ from generator.kinematics.placement import forward_kinematics, initial_displacem
 from generator.kinematics.tree import build_tree
 from generator.simulation.plan import Plan
 from tests.chains import at, body, chain, figure, ground, joint, two_bodies
-
-FIGURES = Path(str(files("figures")))
 
 # Appendix A, standing: mass [g], and of the centre of mass the height, how far in front of the hips
 # and how far to their left it is [cm]. Hips at 94.1, waist at 107.2, knees at 50.7, shoulders at
@@ -47,7 +43,7 @@ VALUES = st.lists(st.floats(-3.0, 3.0), min_size=22, max_size=22).map(np.array)
 
 @cache
 def prototype():
-    return build_tree(read_figure(FIGURES / "prototype.fig"))
+    return build_tree(read_figure("prototype"))
 
 
 def posed(values):
@@ -138,7 +134,7 @@ def test_columns_are_in_the_order_of_the_file():
 
 
 def test_in_a_closed_loop_the_centre_follows_the_rates_that_keep_it_closed():
-    tree = build_tree(read_figure(FIGURES / "fourbar.fig"))
+    tree = build_tree(read_figure("fourbar"))
     closed = close_loops(tree, initial_displacements(tree))
     rates = {name: np.zeros(1) for name in tree.figure.joints} | {"crank_bearing": np.ones(1)}
     moving = consistent_rates(closed, rates, fixed={"crank_bearing"})

@@ -1,8 +1,6 @@
 """The figure let go: no joint to the ground, one of six freedoms for each loose part."""
 
 from dataclasses import replace
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,30 +20,54 @@ from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
 from tests.chains import BALL, at, body, figure, ground, joint, row
 
-FIGURES = Path(str(files("figures")))
+PARTS = figure(
+    [ground(post=at(shift=(1.0, 0.0, 0.0))), body("a"), body("b"), body("c")],
+    [
+        joint("one", "ground.base", "a.near", BALL, (0.1, 0.2, 0.3)),
+        joint("two", "b.near", "ground.post", BALL, (0.3, 0.2, 0.1)),
+        joint("three", "b.near", "c.near", BALL),
+    ],
+)
+"""Two loose parts, one of them connected the other way round."""
+
+NAMESAKE = figure(
+    [ground(), body("link"), body("b")],
+    [
+        joint("pin", "ground.base", "link.near", BALL, (0.1, 0.2, 0.3)),
+        joint("link", "link.near", "b.near", BALL, (0.3, 0.1, 0.0)),
+    ],
+)
+"""A joint has the name of the segment that becomes free."""
 
 
-def same_pose(made) -> None:
+@pytest.mark.parametrize(
+    ("made", "joints"),
+    [
+        (row(3), ["bar0", "joint1", "joint2"]),
+        (PARTS, ["a", "b", "three"]),
+        (read_figure("fourbar"), ["crank", "crank_pin", "rocker_pin"]),
+        (NAMESAKE, ["free link", "link"]),
+    ],
+    ids=["row", "loose parts", "linkage", "namesake"],
+)
+def test_a_figure_that_is_let_go_keeps_its_pose_and_inner_joints(made, joints) -> None:
     tree = build_tree(made)
     before = forward_kinematics(tree, initial_displacements(tree))
     freed, moved = detach_root(made, before.displacements)
     after = forward_kinematics(build_tree(freed), moved)
     for name in made.segments:
         assert np.allclose(after.poses[name], before.poses[name], atol=1e-12)
+    assert list(freed.joints) == joints
+    assert build_tree(freed).closures == ()
 
 
-def test_the_prototype_keeps_its_pose() -> None:
-    made = read_figure(FIGURES / "prototype.fig")
-    same_pose(made)
+def test_the_prototype_gets_six_freedoms_for_three() -> None:
+    made = read_figure("prototype")
     freed, _ = detach_root(made, initial_displacements(build_tree(made)))
     assert next(iter(freed.joints)) == "lower_torso"
     assert "root_torso" not in freed.joints
     assert freed.joints["lower_torso"].chain == FREE_CHAINS[0]
     assert freed.degrees_of_freedom == 22 - 3 + 6
-
-
-def test_a_bent_row_keeps_its_pose() -> None:
-    same_pose(row(3))
 
 
 def test_a_free_joint_is_zero_at_the_orientation_of_the_file() -> None:
@@ -69,43 +91,8 @@ def test_a_free_joint_is_far_from_its_poles_wherever_it_starts(angles) -> None:
     assert sequence is not None
 
 
-def test_every_loose_part_gets_a_joint() -> None:
-    made = figure(
-        [ground(post=at(shift=(1.0, 0.0, 0.0))), body("a"), body("b"), body("c")],
-        [
-            joint("one", "ground.base", "a.near", BALL, (0.1, 0.2, 0.3)),
-            joint("two", "b.near", "ground.post", BALL, (0.3, 0.2, 0.1)),
-            joint("three", "b.near", "c.near", BALL),
-        ],
-    )
-    same_pose(made)
-    freed, _ = detach_root(made, initial_displacements(build_tree(made)))
-    assert list(freed.joints) == ["a", "b", "three"]
-
-
-def test_a_linkage_that_is_let_go_keeps_its_inner_joints() -> None:
-    made = read_figure(FIGURES / "fourbar.fig")
-    same_pose(made)
-    freed, _ = detach_root(made, initial_displacements(build_tree(made)))
-    assert list(freed.joints) == ["crank", "crank_pin", "rocker_pin"]
-    assert build_tree(freed).closures == ()
-
-
-def test_a_joint_called_like_the_segment_keeps_its_name() -> None:
-    made = figure(
-        [ground(), body("link"), body("b")],
-        [
-            joint("pin", "ground.base", "link.near", BALL, (0.1, 0.2, 0.3)),
-            joint("link", "link.near", "b.near", BALL, (0.3, 0.1, 0.0)),
-        ],
-    )
-    same_pose(made)
-    freed, _ = detach_root(made, initial_displacements(build_tree(made)))
-    assert list(freed.joints) == ["free link", "link"]
-
-
 def test_a_plan_lets_go_after_its_displacements_are_set() -> None:
-    made = read_figure(FIGURES / "prototype.fig")
+    made = read_figure("prototype")
     plan = Plan(
         free_root=True,
         displacements={"root_torso": (0.3, 0.2, 0.1)},

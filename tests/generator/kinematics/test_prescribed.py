@@ -1,8 +1,6 @@
 """What is locked, linked and driven: what follows from what, and what cannot be asked for."""
 
 from dataclasses import replace
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +16,6 @@ from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
 from tests.chains import BALL, chain, row
 
-FIGURES = Path(str(files("figures")))
 MADE = row(4, (BALL, chain("Rz")), bend=0.3)
 TABLE = Drive((0.0, 1.0), ((0.1,), (0.5,)))
 
@@ -124,7 +121,7 @@ def test_a_fixed_joint_does_not_move() -> None:
 
 def test_a_loop_takes_one_prescription_and_not_two() -> None:
     """A four-bar has one motion; the joint that closes it follows from the others."""
-    made = read_figure(FIGURES / "fourbar.fig")
+    made = read_figure("fourbar")
     start = initial_state(made, Plan(locked=("crank_bearing",)))
     assert start.placement.pose_in_parent(made.joints["rocker_pin"])[:3, 3] == pytest.approx(
         0, abs=1e-9
@@ -136,7 +133,7 @@ def test_a_loop_takes_one_prescription_and_not_two() -> None:
 
 
 def test_a_free_root_takes_joints_to_the_ground_away() -> None:
-    made = read_figure(FIGURES / "prototype.fig")
+    made = read_figure("prototype")
     with pytest.raises(ModelError, match="root_torso connects the figure to the ground"):
         initial_state(made, Plan(free_root=True, locked=("root_torso",)))
     assert initial_state(

@@ -14,10 +14,8 @@ from generator.kinematics.placement import forward_kinematics, initial_displacem
 from generator.kinematics.shoulder import (
     MAX_LONGITUDE,
     MIN_LONGITUDE,
-    OTANI,
     RHYTHMS,
     Side,
-    clavicle_orientation,
     printed_angle_error,
     shoulder_angles,
 )
@@ -206,11 +204,3 @@ def test_a_joint_that_cannot_reach_is_named():
         ModelError, match=r"`left_shoulder` cannot reach this orientation: it is off by .* deg"
     ):
         pose_arm(hinge, Side.LEFT, 1.0, 1.0)
-
-
-def test_the_clavicle_of_the_figure_is_the_clavicle_of_the_formulas():
-    angles = shoulder_angles(1.0, 0.4, OTANI)
-    turn = clavicle_orientation(angles.clavicle_elevation, angles.clavicle_abduction, Side.RIGHT)
-    poses = posed("clavicles", Side.RIGHT, 1.0, 0.4)
-    along = poses["center_torso"][:3, :3].T @ poses["right_clavicle"][:3, 2]
-    assert along == pytest.approx(turn @ [0.0, -1.0, 0.0], abs=1e-9)

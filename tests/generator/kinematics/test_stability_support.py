@@ -51,7 +51,7 @@ WHOLE = 49277.98
 
 @cache
 def prototype():
-    return build_tree(read_figure(FIGURES / "prototype.fig"))
+    return build_tree(read_figure("prototype"))
 
 
 @cache

@@ -64,5 +64,5 @@ def test_a_segment_out_of_reach_is_named() -> None:
 
 def test_a_chain_that_no_joint_holds_is_refused() -> None:
     made = figure([ground(), body("a")], [joint("one", "ground.base", "a.near", chain("Rx Ty Rz"))])
-    with pytest.raises(ModelError):
+    with pytest.raises(ModelError, match="translation is between"):
         build_tree(made)
