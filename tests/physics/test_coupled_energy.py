@@ -1,8 +1,6 @@
 """The energy book with laws over several joints: those with an energy, and those without."""
 
 from dataclasses import replace
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +13,9 @@ from springs import CoupledAxis, CoupledSpring, Joining, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.published import tables as published
 from tests.chains import BALL, SKEW, X, Y, chain, negative, row, two_bodies
+from tests.runs import energy_error
 
-PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+PROTOTYPE = read_figure("prototype")
 
 PUBLISHED = published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate(
     "ankle dorsiflexion", 0.0
@@ -37,30 +36,24 @@ def legs(law) -> tuple[CoupledSpring, ...]:
 
 
 def prototype(law, **plan):
-    figure = read_figure(PROTOTYPE)
-    springs = resolve_springs(figure, Plan(joining=Joining.CONSERVATIVE))
+    springs = resolve_springs(PROTOTYPE, Plan(joining=Joining.CONSERVATIVE))
     springs = replace(springs, coupled=legs(law))
-    return simulate(figure, Plan(springs=springs, displacements=BENT, **plan))
-
-
-def unbalance(run) -> float:
-    return float(np.max(np.abs(run.energy_balance - run.energy_balance[0])))
+    return simulate(PROTOTYPE, Plan(springs=springs, displacements=BENT, **plan))
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_the_book_closes_and_its_error_falls_with_the_square_of_the_step(name) -> None:
     coarse, fine = (prototype(LAWS[name], stop=0.3, step=step) for step in (1e-3, 2.5e-4))
     assert np.ptp(fine.energy["spring"]) > 5.0
-    assert unbalance(fine) < 2e-5 * np.ptp(fine.energy["gravity"])
-    assert unbalance(fine) < unbalance(coarse) / 8.0
+    assert energy_error(fine) < 2e-5 * np.ptp(fine.energy["gravity"])
+    assert energy_error(fine) < energy_error(coarse) / 8.0
 
 
 def test_a_conservative_law_s_energy_is_a_function_of_the_pose() -> None:
     """Of the published one, which has none, the book holds the work since the start."""
-    figure = read_figure(PROTOTYPE)
     runs = [
         simulate(
-            figure,
+            PROTOTYPE,
             Plan(stop=0.3, step=1e-3, springs=SpringSet(coupled=legs(law)), displacements=BENT),
         )
         for law in (NEAREST, PUBLISHED)
@@ -79,7 +72,7 @@ def test_the_prototype_falls_at_its_default_tolerance() -> None:
     run = prototype(PUBLISHED, stop=0.2)
     assert run.outcome.succeeded
     assert run.accuracy.estimate <= 1e-3
-    assert unbalance(run) < 1e-4 * np.ptp(run.energy["gravity"])
+    assert energy_error(run) < 1e-4 * np.ptp(run.energy["gravity"])
 
 
 STIFF = CoupledExponential(
@@ -101,7 +94,7 @@ def test_energy_is_kept_whatever_the_joints(text, reverse) -> None:
     run = simulate(figure, Plan(stop=0.2, step=2.5e-4, springs=springs))
     assert run.outcome.succeeded
     assert np.ptp(run.energy["spring"]) > 0.5
-    assert unbalance(run) < 1e-4 * np.ptp(run.energy["kinetic"])
+    assert energy_error(run) < 1e-4 * np.ptp(run.energy["kinetic"])
 
 
 SOFT = CoupledExponential(
@@ -130,4 +123,4 @@ def test_a_hinge_of_a_coupled_law_may_go_round() -> None:
     assert run.outcome.succeeded
     assert run.displacements["joint0"][-1, 0] > 4.0 * np.pi
     assert np.ptp(run.energy["spring"]) > 1.0
-    assert unbalance(run) < 1e-4 * np.ptp(run.energy["kinetic"])
+    assert energy_error(run) < 1e-4 * np.ptp(run.energy["kinetic"])

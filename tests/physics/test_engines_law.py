@@ -49,34 +49,30 @@ def expected(case, springs, quaternions, angles, spins, rates):
     return np.array(balls), np.array(hinges), energy
 
 
+def assert_agreed(case, springs, state, **close):
+    balls, hinges, energy = expected(case, springs, *state)
+    found = case.law.torques(*state)
+    assert found[0] == pytest.approx(balls, **close)
+    assert found[1] == pytest.approx(hinges, **close)
+    assert case.law.energy(*state[:2]) == pytest.approx(energy, **close)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_the_prototype_s_curves(seed) -> None:
-    state = random_state(CASE, seed)
-    balls, hinges, energy = expected(CASE, OWN, *state)
-    found = CASE.law.torques(*state)
-    assert found[0] == pytest.approx(balls, rel=1e-6, abs=1e-5)
-    assert found[1] == pytest.approx(hinges, rel=1e-6, abs=1e-5)
-    assert CASE.law.energy(*state[:2]) == pytest.approx(energy, rel=1e-6, abs=1e-5)
+    assert_agreed(CASE, OWN, random_state(CASE, seed), rel=1e-6, abs=1e-5)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-12, 1e-5, 1e-3, 3e-3])
 def test_small_turns(size) -> None:
     """Where the law takes a series."""
-    quaternions, angles, spins, rates = random_state(CASE, 9)
+    state = random_state(CASE, 9)
     axis = np.array([2.0, -1.0, 2.0]) / 3.0
-    quaternions[:] = np.append(np.cos(0.5 * size), np.sin(0.5 * size) * axis)
-    balls, _, _ = expected(CASE, OWN, quaternions, angles, spins, rates)
-    found = CASE.law.torques(quaternions, angles, spins, rates)
-    assert found[0] == pytest.approx(balls, rel=1e-6, abs=1e-5)
+    state[0][:] = np.append(np.cos(0.5 * size), np.sin(0.5 * size) * axis)
+    assert_agreed(CASE, OWN, state, rel=1e-6, abs=1e-5)
 
 
-def test_six_axes_make_a_law_of_the_size_alone() -> None:
+@pytest.mark.parametrize("seed", range(5))
+def test_six_axes_make_a_law_of_the_size_alone(seed) -> None:
     case = cases.reference()
     springs = radial_springs(case.figure, case.radial)
-    for seed in range(5):
-        state = random_state(case, seed)
-        balls, hinges, energy = expected(case, springs, *state)
-        found = case.law.torques(*state)
-        assert found[0] == pytest.approx(balls, rel=1e-9, abs=1e-9)
-        assert found[1] == pytest.approx(hinges, rel=1e-9, abs=1e-9)
-        assert case.law.energy(*state[:2]) == pytest.approx(energy, rel=1e-9)
+    assert_agreed(case, springs, random_state(case, seed), rel=1e-9, abs=1e-9)

@@ -1,8 +1,6 @@
 """Free fall: a body that nothing holds goes along a parabola and turns as a free body does."""
 
 import csv
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +16,6 @@ from springs import SpringSet
 from tests.chains import FREE, body, one_body, row
 
 NONE = SpringSet()
-PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
 
 
 @pytest.mark.parametrize("given", [{"step": 0.01}, {"tolerance": 1e-6}])
@@ -59,9 +56,8 @@ def test_a_body_with_an_offset_centre_turns_about_it() -> None:
     assert np.max(np.abs(run.displacements["pin"][:, 3:] - near)) < 1e-6
 
 
-@pytest.mark.parametrize("make", [lambda: read_figure(PROTOTYPE), lambda: row(3)])
-def test_the_centre_of_mass_of_a_figure_let_go(make) -> None:
-    figure = make()
+@pytest.mark.parametrize("figure", [read_figure("prototype"), row(3)])
+def test_the_centre_of_mass_of_a_figure_let_go(figure) -> None:
     first = "lower_torso" if "lower_torso" in figure.segments else "bar0"
     plan = Plan(
         stop=0.3,
@@ -81,7 +77,7 @@ def test_the_centre_of_mass_of_a_figure_let_go(make) -> None:
 
 
 def test_frames_of_a_tumbling_fall_are_interpolated_by_the_quaternions_of_a_table(tmp_path) -> None:
-    figure = read_figure(PROTOTYPE)
+    figure = read_figure("prototype")
     plan = Plan(
         stop=0.6,
         frame=0.005,

@@ -10,6 +10,7 @@ from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+from tests.runs import springs_of
 
 SOFT = tuple(AxisSpring(axis, (Linear(0.5),)) for axis in (X, Y, Z))
 STIFF = tuple(AxisSpring(axis, (Linear(60.0),)) for axis in (X, Y, Z))
@@ -64,7 +65,7 @@ def test_a_ball_without_springs_may_turn_over() -> None:
 def test_a_hinge_with_a_spring_may_go_round() -> None:
     """Revolute springs use the unwrapped angle."""
     link = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.03, 0.03, 0.03))
-    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (Linear(0.01),)),))})
+    springs = springs_of("pin", AxisSpring(Z, (Linear(0.01),)))
     plan = Plan(stop=1.0, springs=springs, velocities={"pin": (20.0,)}, tolerance=1e-6)
     run = simulate(one_body(chain("Rz"), (0.0,), link), plan)
     assert run.outcome.succeeded

@@ -1,8 +1,6 @@
 """The mirror image of a figure, in the mirrored pose, moves as the mirror image."""
 
 from dataclasses import replace
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation as ScipyRotation
@@ -15,7 +13,7 @@ from generator.simulation.run import simulate
 from springs import CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
 from springs.published import tables as published
 
-PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+PROTOTYPE = read_figure("prototype")
 
 SIDE = np.diag([1.0, -1.0, 1.0])
 """Reflects a joint's frame: y is across in every one of them."""
@@ -134,18 +132,17 @@ def test_the_mirror_image_of_the_prototype() -> None:
 
     Centres of mass off the middle are reflected with their segments.
     """
-    figure = read_figure(PROTOTYPE)
-    image = mirrored(figure)
-    assert image != figure
-    springs = resolve_springs(figure, Plan(joining=Joining.CONSERVATIVE))
+    image = mirrored(PROTOTYPE)
+    assert image != PROTOTYPE
+    springs = resolve_springs(PROTOTYPE, Plan(joining=Joining.CONSERVATIVE))
     springs = replace(springs, coupled=(LEG,))
     common = {"stop": 0.5, "step": 1e-3}
-    run = simulate(figure, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
+    run = simulate(PROTOTYPE, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
     reflected = simulate(
         image,
         Plan(
-            displacements=mirrored_values(figure, POSE),
-            velocities=mirrored_values(figure, RATES),
+            displacements=mirrored_values(PROTOTYPE, POSE),
+            velocities=mirrored_values(PROTOTYPE, RATES),
             springs=mirrored_springs(springs),
             **common,
         ),
@@ -153,13 +150,13 @@ def test_the_mirror_image_of_the_prototype() -> None:
     assert run.outcome.succeeded
     assert reflected.outcome.succeeded
     side = pose_matrix(WORLD, np.zeros(3))
-    for name in figure.bodies:
+    for name in PROTOTYPE.bodies:
         expected = side @ run.poses[name] @ side
         assert np.max(np.abs(reflected.poses[other_side(name)] - expected)) < 1e-8
-    for name in figure.joints:
+    for name in PROTOTYPE.joints:
         expected = np.array(
             [
-                mirrored_values(figure, {name: tuple(r)})[other_side(name)]
+                mirrored_values(PROTOTYPE, {name: tuple(r)})[other_side(name)]
                 for r in run.displacements[name]
             ]
         )
@@ -168,8 +165,7 @@ def test_the_mirror_image_of_the_prototype() -> None:
 
 def test_the_springs_of_the_prototype_are_mirror_images() -> None:
     """The file's own springs: the left ones reflected are the right ones."""
-    figure = read_figure(PROTOTYPE)
-    springs = resolve_springs(figure, Plan())
+    springs = resolve_springs(PROTOTYPE, Plan())
     assert mirrored_springs(springs).joints.keys() == springs.joints.keys()
     for name, joint in mirrored_springs(springs).joints.items():
         own = springs.joints[name]

@@ -2,32 +2,17 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from generator.figure import AxisKind, JointAxis
 from generator.rotations import matrix_from_axis_angle, matrix_from_xyz
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
+from springs import AxisSpring, Cubic, Damping, Linear, SpringSet
 from tests.chains import SKEW, X, Z, at, body, chain, figure, ground, joint, negative, one_body
+from tests.runs import integrate_angle, springs_of
 
 NONE = SpringSet()
 GRAVITY = np.array([0.0, -9.81, 0.0])
-
-
-def integrated(acceleration, start, rate, times):
-    """Angle and rate at `times` of an angle whose acceleration is given, to 1e-12."""
-    found = solve_ivp(
-        lambda t, y: [y[1], acceleration(t, y[0], y[1])],
-        (times[0], times[-1]),
-        [start, rate],
-        "DOP853",
-        t_eval=times,
-        rtol=1e-12,
-        atol=1e-12,
-    )
-    assert found.success
-    return found.y
 
 
 def compound(axis, mass, inertia, centre):
@@ -50,7 +35,7 @@ def test_a_compound_hinge_about_any_axis(axis) -> None:
     about, torque = compound(axis, link.mass, link.inertia, link.centre_of_mass)
     plan = Plan(stop=2.0, tolerance=1e-6, springs=NONE, velocities={"pin": (1.5,)})
     run = simulate(one_body((JointAxis(AxisKind.ROTATION, axis),), (0.9,), link), plan)
-    angle, rate = integrated(lambda _, a, __: torque(a) / about, 0.9, 1.5, run.times)
+    angle, rate = integrate_angle(lambda a, _: torque(a) / about, 0.9, 1.5, run.times)
     assert np.max(np.abs(run.displacements["pin"][:, 0] - angle)) < 1e-6
     assert np.max(np.abs(run.velocities["pin"][:, 0] - rate)) < 1e-5
     assert run.accuracy.estimate is not None
@@ -63,7 +48,7 @@ def test_a_pendulum_that_goes_over_the_top() -> None:
     about, torque = compound(Z, link.mass, link.inertia, link.centre_of_mass)
     plan = Plan(stop=2.0, tolerance=1e-6, springs=NONE, velocities={"pin": (14.0,)})
     run = simulate(one_body(chain("Rz"), (0.0,), link), plan)
-    angle, _ = integrated(lambda _, a, __: torque(a) / about, 0.0, 14.0, run.times)
+    angle, _ = integrate_angle(lambda a, _: torque(a) / about, 0.0, 14.0, run.times)
     assert angle[-1] > 4 * np.pi
     assert np.max(np.abs(run.displacements["pin"][:, 0] - angle)) < 1e-6
 
@@ -85,11 +70,11 @@ def test_a_hinge_on_turned_sites() -> None:
     inertia = np.diag(link.inertia) + link.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     about = axis @ rotation @ inertia @ rotation.T @ axis
 
-    def acceleration(_, angle, __):
+    def acceleration(angle, _):
         out = matrix_from_axis_angle(axis, angle) @ rotation @ arm
         return float(axis @ np.cross(out, link.mass * GRAVITY)) / about
 
-    angle, _ = integrated(acceleration, 0.4, 0.0, run.times)
+    angle, _ = integrate_angle(acceleration, 0.4, 0.0, run.times)
     assert np.max(np.abs(run.displacements["pin"][:, 0] - angle)) < 1e-6
 
 
@@ -101,16 +86,16 @@ def test_a_hinge_with_a_cubic_and_damping() -> None:
     link = body("link")
     about, torque = compound(axis, link.mass, link.inertia, link.centre_of_mass)
 
-    def acceleration(_, angle, rate):
+    def acceleration(angle, rate):
         passive = float(law.torque(angle)) - 0.08 * rate - 0.05 * np.tanh(rate / 0.05)
         return (torque(angle) + passive) / about
 
-    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(axis, (law,), damping),))})
+    springs = springs_of("pin", AxisSpring(axis, (law,), damping))
     run = simulate(
         one_body((JointAxis(AxisKind.ROTATION, axis),), (1.1,), link),
         Plan(stop=1.0, tolerance=1e-6, springs=springs),
     )
-    angle, rate = integrated(acceleration, 1.1, 0.0, run.times)
+    angle, rate = integrate_angle(acceleration, 1.1, 0.0, run.times)
     assert np.max(np.abs(run.displacements["pin"][:, 0] - angle)) < 1e-6
     expected = law.torque(angle) - 0.08 * rate - 0.05 * np.tanh(rate / 0.05)
     assert np.allclose(run.passive_torques["pin"], expected[:, None] * np.array(axis), atol=1e-4)
@@ -124,7 +109,7 @@ def test_a_spring_told_about_the_opposite_axis_is_the_same_spring() -> None:
             Plan(
                 stop=0.5,
                 step=1e-3,
-                springs=SpringSet({"pin": JointSprings("pin", (spring,))}),
+                springs=springs_of("pin", spring),
             ),
         )
         for spring in (there, there.with_opposite_axis())

@@ -127,15 +127,6 @@ def test_torques_between_the_segments_add_up_to_none_on_the_whole(python) -> Non
     assert np.max(np.abs(torques["root_torso"])) < AGREED
 
 
-def test_left_and_right_read_the_same_about_their_own_axes() -> None:
-    _, torques = swept(Joining.CONSERVATIVE, False)
-    for name in BALLS:
-        other = name.replace("left", "right")
-        for one, mirrored in zip(axes(name), axes(other), strict=True):
-            left, right = torques[name] @ one.direction, torques[other] @ mirrored.direction
-            assert np.max(np.abs(left - right)) < AGREED
-
-
 rotation_vectors = st.tuples(
     st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).filter(
         lambda v: np.linalg.norm(v) > 1e-3

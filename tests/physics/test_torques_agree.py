@@ -1,8 +1,5 @@
 """Torques as expression trees and as Python functions: the same at equal states."""
 
-from importlib.resources import files
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,7 +12,7 @@ from generator.simulation.springs import JointKind
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
 from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
 
-PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+PROTOTYPE = read_figure("prototype")
 
 LAWS = (Cubic((1.0, 20.0, 5.0, 30.0), dead_zone=(-0.1, 0.3)), Linear(12.0, 0.1), Stop(-0.5, 0.4))
 SPRING = AxisSpring(SKEW, LAWS, Damping(0.2, 0.1))
@@ -35,18 +32,19 @@ def torques(assembly) -> np.ndarray:
 @pytest.mark.parametrize("joining", list(Joining))
 @pytest.mark.parametrize("seed", range(5))
 def test_every_joint_of_the_prototype(joining, seed) -> None:
-    made = read_figure(PROTOTYPE)
-    springs = resolve_springs(made, Plan(joining=joining))
+    springs = resolve_springs(PROTOTYPE, Plan(joining=joining))
     rng = np.random.default_rng(seed)
     plan = {
         "joining": joining,
         "displacements": {
-            n: rng.uniform(-1.2, 1.2, j.degrees_of_freedom) for n, j in made.joints.items()
+            n: rng.uniform(-1.2, 1.2, j.degrees_of_freedom) for n, j in PROTOTYPE.joints.items()
         },
-        "velocities": {n: rng.uniform(-3, 3, j.degrees_of_freedom) for n, j in made.joints.items()},
+        "velocities": {
+            n: rng.uniform(-3, 3, j.degrees_of_freedom) for n, j in PROTOTYPE.joints.items()
+        },
     }
     both = [
-        torques(build_model(made, Plan(python_torques=python, **plan), springs))
+        torques(build_model(PROTOTYPE, Plan(python_torques=python, **plan), springs))
         for python in (False, True)
     ]
     assert np.max(np.abs(both[0])) > 1.0
@@ -76,10 +74,9 @@ def test_every_branch_of_the_laws(text, value) -> None:
 
 @pytest.mark.parametrize("joining", list(Joining))
 def test_a_short_run(joining) -> None:
-    made = read_figure(PROTOTYPE)
     runs = [
         simulate(
-            made,
+            PROTOTYPE,
             Plan(
                 stop=0.02,
                 step=1e-3,
@@ -90,7 +87,7 @@ def test_a_short_run(joining) -> None:
         )
         for python in (False, True)
     ]
-    for name in made.joints:
+    for name in PROTOTYPE.joints:
         assert np.allclose(runs[0].displacements[name], runs[1].displacements[name], atol=1e-9)
 
 

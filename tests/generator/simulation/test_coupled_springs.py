@@ -117,36 +117,34 @@ def random_pose(seed, turns=0.0):
     return pose
 
 
+def assert_applied(made, pose, springs, **plan) -> None:
+    """The torques read out are those of the laws, none of which is zero."""
+    torques = static_torques(made, [pose], Plan(springs=springs, **plan))
+    for name, torque in expected(made, pose, springs).items():
+        assert np.max(np.abs(torque)) > 0.1
+        assert torques[name][0] == pytest.approx(torque, rel=1e-9, abs=1e-9)
+
+
 @pytest.mark.parametrize("python", [False, True])
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(
     "flip", [(False, False, False), (True, False, True), (False, True, False), (True, True, True)]
 )
 def test_exudyn_applies_the_law_s_torques(flip, seed, python) -> None:
-    made, pose = limb(flip), random_pose(seed)
-    torques = static_torques(made, [pose], Plan(springs=coupled(), python_torques=python))
-    for name, torque in expected(made, pose, coupled()).items():
-        assert np.max(np.abs(torque)) > 0.1
-        assert torques[name][0] == pytest.approx(torque, abs=1e-9)
+    assert_applied(limb(flip), random_pose(seed), coupled(), python_torques=python)
 
 
-def test_a_hinge_s_angle_is_unwrapped() -> None:
-    """Two whole turns more are another angle, and other torques about all joints."""
-    law = LAW.scaled(0.1)
-    for turns in (2.0 * np.pi, -4.0 * np.pi):
-        pose = random_pose(5, turns)
-        torques = static_torques(limb(), [pose], Plan(springs=coupled(law)))
-        for name, torque in expected(limb(), pose, coupled(law)).items():
-            assert torques[name][0] == pytest.approx(torque, rel=1e-9, abs=1e-9)
+@pytest.mark.parametrize("turns", [2.0 * np.pi, -4.0 * np.pi])
+def test_a_hinge_s_angle_is_unwrapped(turns) -> None:
+    """Whole turns more are another angle, and other torques about all joints."""
+    assert_applied(limb(), random_pose(5, turns), coupled(LAW.scaled(0.1)))
 
 
-def test_two_angles_of_one_joint_and_two_laws_add_up() -> None:
+def test_two_angles_of_one_joint_and_three_laws_add_up() -> None:
     axes = (CoupledAxis("one", X), CoupledAxis("one", SKEW), CoupledAxis("two", SKEW))
-    springs = SpringSet(coupled=(CoupledSpring(LAW, axes), CoupledSpring(LAW, AXES)))
-    pose = random_pose(7)
-    torques = static_torques(limb(), [pose], Plan(springs=springs))
-    for name, torque in expected(limb(), pose, springs).items():
-        assert torques[name][0] == pytest.approx(torque, abs=1e-9)
+    own = CoupledSpring(LAW, AXES)
+    springs = SpringSet(coupled=(CoupledSpring(LAW, axes), own, replace(own, why="again")))
+    assert_applied(limb(), random_pose(7), springs)
 
 
 def test_a_coupled_law_adds_to_the_axes_springs() -> None:
@@ -266,14 +264,6 @@ def test_ctrl_c_while_a_law_is_evaluated_ends_the_run() -> None:
 def test_directions_have_length_one() -> None:
     with pytest.raises(ValueError, match="length 1"):
         CoupledAxis("one", (0.0, 2.0, 0.0))
-
-
-def test_one_law_may_be_hung_twice() -> None:
-    spring = coupled().coupled[0]
-    twice = SpringSet(coupled=(spring, replace(spring, why="again")))
-    pose = random_pose(1)
-    one, two = (static_torques(limb(), [pose], Plan(springs=s)) for s in (coupled(), twice))
-    assert two["one"] == pytest.approx(2.0 * one["one"], abs=1e-9)
 
 
 def test_the_joining_is_no_concern_of_coupled_laws() -> None:

@@ -1,8 +1,6 @@
 """Rest poses: no force is left, they are downhill from the start, and simulations stay in them."""
 
 from dataclasses import replace
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,8 +14,8 @@ from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Joining, JointSprings, Linear, SpringSet
 from tests.chains import BALL, Y, Z, at, body, chain, figure, ground, joint, one_body, row
+from tests.runs import springs_of
 
-FIGURES = Path(str(files("figures")))
 NONE = SpringSet()
 HANGING = body("link", centre=(0.0, -0.3, 0.0))
 
@@ -32,7 +30,7 @@ def moved(rest, made, plan):
 
 def test_a_pendulum_with_a_spring_rests_where_the_closed_equation_does() -> None:
     """k (a - a0) = -m g l sin(a); and the stiffness is k + m g l cos(a)."""
-    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (Linear(4.0, 1.2),)),))})
+    springs = springs_of("pin", AxisSpring(Z, (Linear(4.0, 1.2),)))
     plan = Plan(springs=springs)
     rest = find_equilibrium(one_body(chain("Rz"), (0.3,), HANGING), plan)
     angle = float(rest.displacements["pin"][0])
@@ -49,7 +47,7 @@ def test_a_pendulum_with_a_spring_rests_where_the_closed_equation_does() -> None
 
 def test_the_settled_prototype_stays_put() -> None:
     """With its own springs, hung by the torso: nothing moves in a second by a millionth."""
-    made = read_figure(FIGURES / "prototype.fig")
+    made = read_figure("prototype")
     rest = find_equilibrium(made)
     assert rest.residual < 1e-8
     assert rest.energy < rest.start_energy - 50.0
@@ -61,7 +59,7 @@ def test_the_settled_prototype_stays_put() -> None:
 @pytest.mark.parametrize("joining", list(Joining))
 def test_a_standing_prototype_settles_by_either_law(joining) -> None:
     """The weighted law is no gradient: its rest is one of forces all the same."""
-    made = read_figure(FIGURES / "prototype.fig")
+    made = read_figure("prototype")
     plan = Plan(locked=("root_torso",), joining=joining)
     rest = find_equilibrium(made, plan)
     assert rest.slowest_rate_squared > 1.0
@@ -84,7 +82,7 @@ def test_links_hold_in_the_rest_pose() -> None:
 @pytest.mark.parametrize("joint_with_spring", ["crank_bearing", "rocker_pin"])
 def test_a_loop_settles_with_its_sites_together(joint_with_spring) -> None:
     """Also where the joint that closes the loop has the spring."""
-    made = read_figure(FIGURES / "fourbar.fig")
+    made = read_figure("fourbar")
     axis = made.joints[joint_with_spring].chain[0].axis
     spring = JointSprings(joint_with_spring, (AxisSpring(axis, (Linear(3.0, 0.5),)),))
     plan = Plan(springs=SpringSet({joint_with_spring: spring}))
@@ -135,7 +133,7 @@ def test_an_equilibrium_that_the_figure_leaves_is_told() -> None:
 
 def test_of_two_rest_poses_the_one_downhill_is_found() -> None:
     """An inverted pendulum on a soft spring falls to the side on which it starts."""
-    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (Linear(1.5, np.pi),)),))})
+    springs = springs_of("pin", AxisSpring(Z, (Linear(1.5, np.pi),)))
     for side in (-0.2, 0.2):
         made = one_body(chain("Rz"), (np.pi + side,), HANGING)
         rest = find_equilibrium(made, Plan(springs=springs))
@@ -146,7 +144,7 @@ def test_of_two_rest_poses_the_one_downhill_is_found() -> None:
 def test_corners_of_laws_are_come_over() -> None:
     """A dead zone at whose edge the weight and the spring balance."""
     law = Cubic((0.0, 9.0, 1.0, 30.0), dead_zone=(-0.3, 0.2))
-    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (law,)),))})
+    springs = springs_of("pin", AxisSpring(Z, (law,)))
     made = one_body(chain("Rz"), (1.2,))
     rest = find_equilibrium(made, Plan(springs=springs))
     assert rest.residual < 1e-9

@@ -3,8 +3,6 @@
 import re
 from dataclasses import replace
 from functools import cache
-from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,8 +15,9 @@ from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+from tests.runs import springs_of
 
-PROTOTYPE = Path(str(files("figures"))) / "prototype.fig"
+PROTOTYPE = read_figure("prototype")
 NONE = SpringSet()
 CORNERED = SpringSet(
     {
@@ -30,20 +29,20 @@ CORNERED = SpringSet(
 )
 
 RUNS = {
-    "pendulum": (lambda: one_body(chain("Rz"), (1.0,)), {"stop": 2.0, "springs": NONE}),
+    "pendulum": (one_body(chain("Rz"), (1.0,)), {"stop": 2.0, "springs": NONE}),
     "spherical pendulum": (
-        lambda: one_body(BALL, (1.0, 0.3, 0.2)),
+        one_body(BALL, (1.0, 0.3, 0.2)),
         {"stop": 2.0, "springs": NONE, "velocities": {"pin": (1.0, 2.0, -1.0)}},
     ),
     "hinge with a dead zone": (
-        lambda: one_body(chain("Rz"), (1.0,), body("link", centre=(0.0, -0.3, 0.0))),
+        one_body(chain("Rz"), (1.0,), body("link", centre=(0.0, -0.3, 0.0))),
         {"stop": 2.0, "springs": CORNERED},
     ),
-    "chain": (lambda: row(3, (BALL, chain("Rz"))), {"stop": 1.0, "springs": NONE}),
-    "sprung chain": (lambda: row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {"stop": 1.0}),
-    "prototype": (lambda: read_figure(PROTOTYPE), {"stop": 0.4}),
+    "chain": (row(3, (BALL, chain("Rz"))), {"stop": 1.0, "springs": NONE}),
+    "sprung chain": (row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {"stop": 1.0}),
+    "prototype": (PROTOTYPE, {"stop": 0.4}),
     "bent prototype": (
-        lambda: read_figure(PROTOTYPE),
+        PROTOTYPE,
         {
             "stop": 0.3,
             "displacements": {
@@ -59,8 +58,7 @@ RUNS = {
 @cache
 def reference(name: str):
     """The figure of a run, and the run at a tolerance that makes its error small beside others'."""
-    make, plan = RUNS[name]
-    figure = make()
+    figure, plan = RUNS[name]
     return figure, simulate(figure, Plan(tolerance=1e-10 if "pendulum" in name else 1e-8, **plan))
 
 
@@ -138,7 +136,7 @@ def test_a_run_that_fails_ends_where_its_finest_pass_does() -> None:
     made = one_body(BALL, (0.0, 0.0, size * np.sin(phase)), ball)
     plan = Plan(
         stop=0.7,
-        springs=SpringSet({"pin": JointSprings("pin", springs)}),
+        springs=springs_of("pin", *springs),
         velocities={"pin": (0.0, 0.0, size * rate * np.cos(phase))},
     )
     assert simulate(made, replace(plan, step=2e-3)).outcome.succeeded

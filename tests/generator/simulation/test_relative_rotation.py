@@ -1,13 +1,15 @@
-"""Angles of joints from Euler parameters, and the forces that torques are on these."""
+"""Angles of joints from Euler parameters, their rates, and the forces that torques are on them."""
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from generator.joint_chain import build_chain
 from generator.rotations import matrix_from_axis_angle, matrix_from_rotation_vector
 from generator.simulation.relative_rotation import (
     JointEnd,
+    JointRates,
     RelativeRotation,
     RevoluteAngles,
     SphericalAngles,
@@ -15,7 +17,7 @@ from generator.simulation.relative_rotation import (
     product,
     quaternion,
 )
-from tests.chains import ACROSS, SKEW
+from tests.chains import ACROSS, SKEW, chain
 
 components = st.floats(-1.2, 1.2)
 vectors = st.tuples(components, components, components)
@@ -90,3 +92,45 @@ def test_forces_are_torques_times_the_slopes_of_the_angles(one, other, a, b, is_
     slopes = [(work(list(step)) - work(list(-step))) / (2.0 * h) for step in h * np.eye(14)]
     assert forces == pytest.approx(slopes, abs=1e-6)
     assert np.max(np.abs(slopes)) > 0.1
+
+
+CHAINS = ["Rx", "R-y", "Rs", "Rx Ry", "Rs Ra", "R-y Rz", "Rx Ry Rz", "Rz R-x Rz", "Rs Ra Rs"]
+
+three = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+
+
+@given(st.sampled_from(CHAINS), three, three, st.sampled_from([1.0, -1.0, 0.7]))
+def test_the_rates_of_an_angular_velocity(word, angles, rates, scale) -> None:
+    """Whatever the length and the sign of the quaternion; away from where axes fall together."""
+    made = build_chain(chain(word))
+    count = len(made.joint_axes)
+    q, given_rates = np.array(angles[:count]), np.array(rates[:count])
+    axes = made.twists(q)[:, :3]
+    assume(np.linalg.svd(axes, compute_uv=False)[-1] > 0.05)
+    turn = tuple(scale * part for part in quaternion(made.pose(q)[:3, :3]))
+    found = JointRates.from_chain(made, q)
+    spin = given_rates @ axes
+    assert [np.dot(axis, spin) for axis in found.rate_axes(turn)] == pytest.approx(
+        list(given_rates), abs=1e-9
+    )
+    assert found.angular_velocity(q.tolist(), given_rates.tolist()) == pytest.approx(
+        list(spin), abs=1e-12
+    )
+
+
+@given(three)
+def test_slides_are_passed_over(angles) -> None:
+    made = build_chain(chain("Rx Ry Rz Tx"))
+    q = np.array([*angles, 0.3])
+    axes = made.twists(q)[:3, :3]
+    assume(np.linalg.svd(axes, compute_uv=False)[-1] > 0.05)
+    found = JointRates.from_chain(made, q).rate_axes(quaternion(made.pose(q)[:3, :3]))
+    assert np.allclose(np.array(found) @ axes.T, np.eye(3), atol=1e-9)
+
+
+def test_at_a_pole_the_rates_are_finite() -> None:
+    """Where the outer axes are one, a solver gets large numbers, and no division by zero."""
+    made = build_chain(chain("Rx Ry Rz"))
+    q = np.array([0.3, 0.5 * np.pi, 0.1])
+    found = np.array(JointRates.from_chain(made, q).rate_axes(quaternion(made.pose(q)[:3, :3])))
+    assert np.all(np.isfinite(found))

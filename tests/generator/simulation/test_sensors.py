@@ -9,6 +9,7 @@ from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+from tests.runs import springs_of
 
 NONE = SpringSet()
 
@@ -27,28 +28,22 @@ def test_sums_do_not_depend_on_the_frames(frame) -> None:
         assert other == pytest.approx(one, rel=1e-6)
 
 
-def test_viscous_damping_of_a_wheel() -> None:
-    """A free wheel on a damped axle: the speed decays, and what it loses is dissipated."""
+@pytest.mark.parametrize(
+    ("damping", "rate_at"),
+    [
+        (Damping(0.08), lambda t: 10.0 * np.exp(-0.08 / 0.04 * t)),
+        (Damping(0.0, 0.2), lambda t: 10.0 - 5.0 * t),
+    ],
+    ids=["viscous", "Coulomb"],
+)
+def test_what_damping_takes_from_a_wheel_is_dissipated(damping, rate_at) -> None:
     wheel = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.02, 0.03, 0.04))
-    spring = AxisSpring(Z, (), Damping(0.08))
-    springs = SpringSet({"pin": JointSprings("pin", (spring,))})
+    springs = springs_of("pin", AxisSpring(Z, (), damping))
     plan = Plan(stop=1.0, tolerance=1e-6, springs=springs, velocities={"pin": (10.0,)})
     run = simulate(one_body(chain("Rz"), (0.0,), wheel), plan)
-    rate = 10.0 * np.exp(-0.08 / 0.04 * run.times)
+    rate = rate_at(run.times)
     assert np.max(np.abs(run.velocities["pin"][:, 0] - rate)) < 1e-6
     assert np.max(np.abs(run.energy["dissipated"] - 0.02 * (100.0 - rate**2))) < 1e-6
-
-
-def test_coulomb_friction_of_a_wheel() -> None:
-    """The speed falls evenly; the work is the friction times the angle."""
-    wheel = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.02, 0.03, 0.04))
-    spring = AxisSpring(Z, (), Damping(0.0, 0.2))
-    springs = SpringSet({"pin": JointSprings("pin", (spring,))})
-    plan = Plan(stop=1.0, tolerance=1e-6, springs=springs, velocities={"pin": (10.0,)})
-    run = simulate(one_body(chain("Rz"), (0.0,), wheel), plan)
-    assert np.max(np.abs(run.velocities["pin"][:, 0] - (10.0 - 5.0 * run.times))) < 1e-6
-    turned = run.displacements["pin"][:, 0]
-    assert np.max(np.abs(run.energy["dissipated"] - 0.2 * turned)) < 1e-6
 
 
 def test_the_weighted_law_s_work_is_its_springs_energy() -> None:

@@ -12,6 +12,7 @@ from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
 from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Y, Z, body, chain, one_body, two_bodies
+from tests.runs import energy_error, springs_of
 
 SPRING = (Linear(10.0),)
 
@@ -119,7 +120,7 @@ def test_a_stop_about_a_hinge_holds() -> None:
         stop=2.0,
         step=1e-3,
         gravity=(9.81, 0.0, 0.0),
-        springs=SpringSet({"pin": JointSprings("pin", (law,))}),
+        springs=springs_of("pin", law),
     )
     run = simulate(one_body(chain("Rz"), (0.0,), link), plan)
     angle = run.displacements["pin"][-1, 0]
@@ -130,19 +131,18 @@ def test_a_stop_about_a_hinge_holds() -> None:
 def test_a_universal_joint_takes_springs_on_its_rotation_vector() -> None:
     axes = (AxisSpring(X, SPRING), AxisSpring(Y, (Linear(20.0),)))
     figure = one_body(chain("Rx Ry"), (0.3, 0.5))
-    springs = SpringSet({"pin": JointSprings("pin", axes)})
+    springs = springs_of("pin", *axes)
     run = simulate(figure, Plan(stop=0.5, step=2.5e-4, springs=springs))
     r = run.rotation_vectors["pin"]
     assert np.allclose(run.energy["spring"], 5.0 * r[:, 0] ** 2 + 10.0 * r[:, 1] ** 2)
-    off = np.abs(run.energy_balance - run.energy_balance[0])
-    assert np.max(off) < 1e-4 * np.ptp(run.energy["kinetic"])
+    assert energy_error(run) < 1e-4 * np.ptp(run.energy["kinetic"])
 
 
 def test_the_passive_torque_turns_the_child() -> None:
     """A free ball joint at rest: the torque is the rate of the spin's momentum."""
     link = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.02, 0.03, 0.04))
     axes = tuple(AxisSpring(a, (Linear(k),)) for a, k in ((X, 5.0), (Y, 8.0), (Z, 3.0)))
-    springs = SpringSet({"pin": JointSprings("pin", axes)})
+    springs = springs_of("pin", *axes)
     plan = Plan(stop=2e-3, step=1e-5, frame=1e-4, gravity=(0.0, 0.0, 0.0), springs=springs)
     run = simulate(one_body(BALL, (0.7, -0.4, 0.9), link), plan)
     rotation = run.poses["link"][:, :3, :3]
@@ -158,7 +158,7 @@ def test_the_passive_torque_turns_the_child() -> None:
 
 def test_a_sprung_ball_does_not_start_at_half_a_turn() -> None:
     """Rounding would choose the side to which it falls; a damped one has no side."""
-    springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (Linear(1.0),)),))})
+    springs = springs_of("pin", AxisSpring(Z, (Linear(1.0),)))
     damped = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, (), Damping(0.1)),))})
     for angle in (np.pi, -np.pi, 3.0 * np.pi):
         figure = one_body(BALL, (0.0, 0.0, angle))
