@@ -44,7 +44,7 @@ RUNS = {
     "bent prototype": (
         PROTOTYPE,
         {
-            "stop": 0.3,
+            "stop": 0.2,
             "displacements": {
                 "left_hip_joint": (0.3, 0.2, 0.5),
                 "right_elbow": (1.7,),
