@@ -26,6 +26,10 @@ def test_the_prototype_is_described():
     assert "root_torso" not in said["springs"]["joints"]
 
 
+def test_a_figure_without_springs_is_described():
+    assert "springs: none" in run("describe", "prototype", "--springs", "none").stdout
+
+
 def test_stiffness_and_limits_are_described(tmp_path: Path):
     limits = "llimit = (-10deg,-20deg,-30deg); ulimit = (10deg,20deg,30deg); damp = (1,1,1);"
     text = (FIGURES / "pendulum.fig").read_text(encoding="utf-8")

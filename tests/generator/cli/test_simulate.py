@@ -74,8 +74,8 @@ def test_warnings_go_to_the_error_stream_and_progress_to_a_terminal_only(fall: F
 def test_every_format_is_written_and_its_losses_are_listed(tmp_path: Path):
     paths = [tmp_path / f"swing{suffix}" for suffix in MOTION_FORMATS]
     outputs = [word for path in paths for word in ("-o", path)]
-    result = run("simulate", "pendulum", "--stop", 0.04, "--step", 0.01, *outputs)
-    assert result.stdout.startswith("Finished 0.04 s")
+    result = run("simulate", "pendulum", "--stop", 0.04, *outputs)
+    assert result.stdout.startswith("Finished 0.04 s. Estimated joint-angle error ")
     assert "energy [J]" in result.stdout
     for path in paths:
         assert path.stat().st_size > 0
@@ -152,14 +152,13 @@ def test_a_failed_run_writes_what_was_simulated(tmp_path: Path):
 
 
 def test_a_run_that_takes_too_long_ends(tmp_path: Path):
-    path = tmp_path / "long.csv"
-    words = ("--stop", 5, "--step", 0.001, "--wall-limit", 0.2, "--json", "-o", path)
-    result = mover("simulate", "prototype", *words)
+    path = tmp_path / "long.action"
+    result = mover("simulate", "prototype", "--stop", 100, "--wall-limit", 0.2, "-o", path)
     assert result.exit_code == 3
-    said = json.loads(result.stdout)
-    assert said["outcome"] == "wall time used up"
-    assert said["simulated_s"] < 5.0
-    assert path.exists()
+    assert "error not estimated: too few passes finished" in result.stdout
+    action = read_action(path)
+    assert action.header.outcome.value == "wall time used up"
+    assert action.times[-1] < 100.0
 
 
 # --drive, --links, --lock
