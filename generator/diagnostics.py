@@ -75,10 +75,14 @@ _MAX_WORDS_LISTED = 20
 
 
 class Severity(Enum):
-    """Severity of a diagnostic: an error stops the command, a warning does not."""
+    """Severity of a diagnostic: an error stops the command, a warning does not.
+
+    A note is for the reader of a whole report, `mover check`; other commands leave it out.
+    """
 
     ERROR = "error"
     WARNING = "warning"
+    NOTE = "note"
 
 
 @dataclass(frozen=True)
@@ -97,14 +101,23 @@ class Diagnostic:
     def __str__(self) -> str:
         """Format as compilers do: place, sentence, line, mark, hint."""
         hint = [f"  hint: {self.hint}"] if self.hint else []
+        head = self.first_line
         if self.span is None:
-            return "\n".join([f"{self.severity.value}: {self.message}", *hint])
+            return "\n".join([head, *hint])
         number, column = self.span.source.line_and_column(self.span.start)
-        head = f"{self.span.source.name}:{number}:{column}: {self.severity.value}: {self.message}"
         line, first, width = _excerpt(self.span, number, column)
         gutter = f"{number:>5} | "
         mark = " " * (len(gutter) - 2) + "| " + " " * first + "^" * width
         return "\n".join([head, gutter + line, mark, *hint])
+
+    @property
+    def first_line(self) -> str:
+        """Place, severity and message."""
+        message = f"{self.severity.value}: {self.message}"
+        if self.span is None:
+            return message
+        number, column = self.span.source.line_and_column(self.span.start)
+        return f"{self.span.source.name}:{number}:{column}: {message}"
 
     def as_dict(self) -> dict[str, object]:
         """Data for `--json`: severity, message, hint, file, line, column."""
@@ -255,6 +268,10 @@ class Diagnostics:
         """Add a warning."""
         self.entries.append(warning(message, span, hint))
 
+    def note(self, message: str, span: Span | None, hint: str = "") -> None:
+        """Add a note."""
+        self.entries.append(Diagnostic(Severity.NOTE, message, span, hint))
+
     def syntax_error(self, message: str, span: Span, hint: str = "") -> None:
         """Add an error of grammar, unless the last diagnostic is at the same place."""
         if self.entries and self.entries[-1].span == span:
@@ -280,7 +297,8 @@ class Diagnostics:
             last = warnings[MAX_DIAGNOSTICS - 1]
             hint = _append_hint(last.hint, f"and {more} more warning{'s' if more > 1 else ''}")
             warnings[MAX_DIAGNOSTICS - 1 :] = [replace(last, hint=hint)]
-        return tuple(sorted([*select_errors(self.entries), *warnings], key=_start_offset))
+        notes = [one for one in self.entries if one.severity is Severity.NOTE]
+        return tuple(sorted([*select_errors(self.entries), *warnings, *notes], key=_start_offset))
 
 
 def _start_offset(diagnostic: Diagnostic) -> int:

@@ -30,6 +30,7 @@ class CommandResult:
         diagnostics: warnings, printed on the error stream.
         code: exit code.
         failure: why a run failed, as a sentence.
+        details: more text, printed with `--verbose`.
     """
 
     text: str
@@ -37,6 +38,7 @@ class CommandResult:
     diagnostics: tuple[Diagnostic, ...] = ()
     code: ExitCode = ExitCode.SUCCESS
     failure: str | None = None
+    details: str = ""
 
 
 def format_table(rows: Sequence[Sequence[str]], left_columns: int = 1) -> str:

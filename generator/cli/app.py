@@ -26,7 +26,7 @@ def leave_interrupted(*, as_json: bool) -> NoReturn:
 
 try:  # these take some tenths of a second, in which Ctrl-C may come
     import os
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable, Generator, Iterator
     from contextlib import contextmanager, suppress
     from importlib import import_module
     from importlib.metadata import version
@@ -111,7 +111,11 @@ COMMANDS = {
 _HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 _JSON = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
-_QUIET = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+_QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+_VERBOSE = Annotated[bool, typer.Option("--verbose", "-v", help="Print all details and warnings.")]
+
+MAX_BRIEF_WARNINGS = 3
+"""Warnings that are printed without `--verbose`, a line each."""
 
 # The base class of all errors of the parser; typer does not export it.
 _ParserError = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
@@ -148,21 +152,19 @@ class _Commands(TyperGroup):
 def _load_command(name: str) -> Any:
     """Import the function of a command and make it a command that prints its result.
 
-    Every command gets the option `--json`. A function with a keyword `show_progress` gets `--quiet`
-    too, and one with a keyword `as_json` gets its value.
+    Every command gets the options `--json`, `--quiet` and `--verbose`. A function with a keyword
+    `show_progress` or `as_json` gets its value.
     """
     module, _, attribute = COMMANDS[name][0].partition(":")
     function = getattr(import_module(module), attribute)
     accepted = signature(function).parameters
 
-    def run(*, as_json: bool, quiet: bool = False, **options: Any) -> None:
+    def run(*, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> None:
         settings = {"as_json": as_json, "show_progress": _has_terminal() and not quiet}
         options |= {key: value for key, value in settings.items() if key in accepted}
-        _print_result(lambda: function(**options), as_json=as_json, quiet=quiet)
+        _print_result(lambda: function(**options), as_json, quiet, verbose)
 
-    shared = {"quiet": _QUIET, "as_json": _JSON}
-    if "show_progress" not in accepted:
-        del shared["quiet"]
+    shared = {"quiet": _QUIET, "verbose": _VERBOSE, "as_json": _JSON}
     parameters = [one for one in accepted.values() if one.kind is not Parameter.KEYWORD_ONLY]
     parameters += [
         Parameter(key, Parameter.POSITIONAL_OR_KEYWORD, default=False, annotation=annotation)
@@ -212,7 +214,9 @@ def _has_terminal() -> bool:
     return getattr(sys.stderr, "isatty", bool)()
 
 
-def _print_result(make: "Callable[[], CommandResult]", *, as_json: bool, quiet: bool) -> None:
+def _print_result(
+    make: "Callable[[], CommandResult]", as_json: bool, quiet: bool, verbose: bool
+) -> None:
     """Print the result of a command, or why there is none, and exit with its code."""
     from generator.cli.answer import ExitCode, json_text
     from generator.diagnostics import InputError, MoverError, UsageError, select_errors
@@ -232,15 +236,33 @@ def _print_result(make: "Callable[[], CommandResult]", *, as_json: bool, quiet: 
     else:
         with _error_stream():
             if not quiet:
-                for diagnostic in result.diagnostics:
-                    typer.echo(f"{diagnostic}\n", err=True)
+                for text in _warning_texts(result, in_full=verbose):
+                    typer.echo(text, err=True)
             if result.failure is not None:
                 typer.echo(f"error: {result.failure}", err=True)
         if as_json:
             typer.echo(json_text(result.data))
         elif not quiet:
-            typer.echo(result.text)
+            details = f"\n\n{result.details}" if verbose and result.details else ""
+            typer.echo(result.text + details)
         raise typer.Exit(result.code)
+
+
+def _warning_texts(result: "CommandResult", *, in_full: bool) -> Iterator[str]:
+    """Yield all diagnostics in full, or the first warnings, a line each."""
+    from generator.diagnostics import Severity
+
+    if in_full:
+        yield from (f"{diagnostic}\n" for diagnostic in result.diagnostics)
+        return
+    lines = list(
+        dict.fromkeys(
+            one.first_line for one in result.diagnostics if one.severity is not Severity.NOTE
+        )
+    )
+    yield from lines[:MAX_BRIEF_WARNINGS]
+    if len(lines) > MAX_BRIEF_WARNINGS:
+        yield f"{len(lines) - MAX_BRIEF_WARNINGS} more: see them with --verbose"
 
 
 def _fail(code: int, text: str, data: object, as_json: bool) -> NoReturn:

@@ -7,13 +7,14 @@ These are the argument FIGURE and the options `--springs`, `--pose`, `--set`, `-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
-from math import isclose
+from math import degrees, inf, isclose
 from pathlib import Path
 
 import numpy as np
 
 from generator.cli.options import (
     displacements_from_options,
+    in_display_units,
     settable_chains,
     velocities_from_options,
 )
@@ -47,12 +48,15 @@ from generator.kinematics.placement import (
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.motion_files import ActionFile, read_action
+from generator.motion_files.action import display_unit
 from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import Header
 from generator.rotations import Array
+from generator.springs_file.axes import parallel_sign
 from generator.springs_file.parse import EXTENDS_KEY
 from generator.springs_file.read import NO_SPRINGS, LoadedSprings, limp_joints, load_springs
 from springs import Joining, SpringSet
+from springs.published.range_of_motion import normal_range
 
 
 def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
@@ -195,6 +199,55 @@ def start_displacements_from_options(
     placement, faults = placement_from_options(figure, pose, sets)
     values = placement.displacements.items()
     return {name: tuple(float(value) for value in row) for name, row in values}, faults
+
+
+MAX_ANGLE_BEYOND_RANGE = np.radians(10.0)
+"""Angle beyond its normal range of motion at which a joint may start without a warning [rad]."""
+
+
+def start_warnings(
+    figure: Figure, springs: SpringSet, displacements: Mapping[str, Sequence[float]]
+) -> Iterator[Diagnostic]:
+    """Yield warnings of joints that start outside their limits or their normal range of motion.
+
+    Args:
+        figure: whose joints they are.
+        springs: of the figure; they name the motions.
+        displacements: initial displacements by joint [rad or m].
+    """
+    for name, values in displacements.items():
+        joint = figure.joints[name]
+        lower = joint.lower_limit or (-inf,) * len(values)
+        upper = joint.upper_limit or (inf,) * len(values)
+        shown = in_display_units(values, joint.chain)
+        units = [display_unit(factor) for factor in joint.chain]
+        for k, (low, value, high) in enumerate(zip(lower, values, upper, strict=True)):
+            if not low <= value <= high:
+                ends = (
+                    in_display_units([end] * len(values), joint.chain)[k] for end in (low, high)
+                )
+                limits = " to ".join(f"{end:.4g}" for end in ends)
+                yield warning(
+                    f"joint {name} starts at {shown[k]:.4g} {units[k]}, outside its limits "
+                    f"{limits} {units[k]}",
+                    hint="its stop pushes it back",
+                )
+        own = springs.joints.get(name)
+        if own is None or len(values) != 1 or not own.axes:
+            continue
+        spring = own.axes[0]
+        sense = parallel_sign(spring.direction, joint.chain[0].axis)
+        low, high = (
+            None if end is None else end.angle for end in normal_range(name, spring.motion)
+        )
+        least, largest = -inf if low is None else low, inf if high is None else high
+        angle, margin = sense * values[0], MAX_ANGLE_BEYOND_RANGE
+        if not least - margin <= angle <= largest + margin:
+            ends = ("?" if end is None else f"{degrees(end):.4g}" for end in (low, high))
+            yield warning(
+                f"joint {name} starts at {degrees(angle):.4g} deg of {spring.motion}; "
+                f"its normal range of motion is {' to '.join(ends)} deg"
+            )
 
 
 def motion_from_options(

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+import numpy as np
 import typer
 
 from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_table
@@ -16,6 +17,7 @@ from generator.cli.inputs import (
     require_simulatable,
     springs_from_option,
     start_displacements_from_options,
+    start_warnings,
 )
 from generator.cli.options import (
     FigureName,
@@ -38,11 +40,14 @@ from generator.cli.outputs import (
 )
 from generator.cli.progress import defer_interrupt, no_run_monitor, progress_bar
 from generator.diagnostics import InputError, UsageError
+from generator.figure import Figure
 from generator.input_files.loads import parse_loads_file
-from generator.motion_files import motion_from_recording
+from generator.motion_files import MOTION_FORMATS, motion_from_recording
 from generator.recording import ENERGY_KINDS, Recording
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
+from generator.springs_file.read import limp_joints
+from springs import SpringSet
 
 if TYPE_CHECKING:
     from generator.simulation.run import Progress
@@ -158,7 +163,7 @@ def simulate(
             raise InputError((*more, *reading.diagnostics))
         applied, diagnostics = reading.value, diagnostics + reading.diagnostics
     start_displacements, more = start_displacements_from_options(figure, pose, displacements or ())
-    diagnostics += more
+    diagnostics += (*more, *start_warnings(figure, spring_set, start_displacements))
     constraints, more = constraints_from_options(figure, links, locks or (), drive, driven or ())
     diagnostics += more
     plan = _limit_to_drive_times(plan, start, stop, constraints)
@@ -188,15 +193,34 @@ def simulate(
 
         recording = run(figure, plan, watch)
         written = write_motion(motion_from_recording(recording, figure), files)
-    lost = losses_text(written)
     failure = failure_text(recording, files)
+    joints = _count_elastic_joints(figure, spring_set, recording)
     return CommandResult(
-        text="\n".join([summary_text(recording, files), *([lost] if lost else [])]),
-        data={**summary_data(name, recording, files), "losses": losses_data(written)},
+        text=summary_text(recording, files, joints),
+        details="\n\n".join(filter(None, [details_text(recording), losses_text(written)])),
+        data={
+            **summary_data(name, recording, files),
+            "elastic_joints": joints.elastic,
+            "moving_joints": joints.moving,
+            "losses": losses_data(written),
+        },
         diagnostics=diagnostics,
         code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
     )
+
+
+class JointCounts(NamedTuple):
+    """Joints of a run that move, and those of them with an elastic law."""
+
+    elastic: int
+    moving: int
+
+
+def _count_elastic_joints(figure: Figure, springs: SpringSet, recording: Recording) -> JointCounts:
+    """Count the joints of a figure that move in a run, and those with an elastic law."""
+    moving = {name for name, joint in figure.joints.items() if joint.chain} & set(recording.chains)
+    return JointCounts(len(moving - set(limp_joints(figure, springs))), len(moving))
 
 
 def _limit_to_drive_times(
@@ -250,8 +274,34 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
     }
 
 
-def summary_text(recording: Recording, files: Sequence[Path]) -> str:
-    """Format outcome, error, energies, drift, times and files."""
+def summary_text(recording: Recording, files: Sequence[Path], joints: JointCounts) -> str:
+    """Format outcome, error, springs, energy, times and files in a few lines."""
+    accuracy, outcome, wall = recording.accuracy, recording.outcome, recording.wall_time
+    lines = [outcome.message]
+    if not outcome.succeeded or finite_or_none(accuracy.estimate) is None:
+        lines.append(_accuracy(recording))
+    balance, kinetic = recording.energy_balance, recording.energy["kinetic"]
+    imbalance = float(np.max(np.abs(balance - balance[0])))
+    rate = f", {_simulated_time(recording) / wall:.3g} x real time" if wall > 0.0 else ""
+    wrote = ", ".join(map(str, files)) or f"nothing; -o FILE writes {' '.join(MOTION_FORMATS)}"
+    rows = [
+        (
+            "springs",
+            f"{recording.springs}, {recording.law} law; "
+            f"{joints.elastic} of {joints.moving} joints are elastic",
+        ),
+        (
+            "energy",
+            f"balanced to {imbalance:.2g} J; largest kinetic energy {np.max(kinetic):.4g} J",
+        ),
+        ("time", f"{recording.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),
+        ("wrote", wrote),
+    ]
+    return "\n".join([*lines, format_table(rows, left_columns=2)])
+
+
+def details_text(recording: Recording) -> str:
+    """Format energies, drift and steps."""
     energies = [("energy [J]", "first frame", "last frame", "change")]
     energies += [
         (kind, *(f"{value:.6g}" for value in (first, last, last - first)))
@@ -260,12 +310,15 @@ def summary_text(recording: Recording, files: Sequence[Path]) -> str:
     balance = recording.energy_balance
     kept = [float(balance[0]), float(balance[-1]), float(balance[-1] - balance[0])]
     energies.append(("sum less work", *(f"{value:.6g}" for value in kept)))
-    lines = [recording.outcome.message]
-    if not recording.outcome.succeeded or finite_or_none(recording.accuracy.estimate) is None:
-        lines.append(_accuracy(recording))
-    lines += ["", format_table(energies), ""]
-    lines.append(format_table(_run_statistics(recording, files), left_columns=2))
-    return "\n".join(lines)
+    accuracy = recording.accuracy
+    rows = [
+        ("drift", f"{recording.constraint_drift:.2g} m, largest gap between sites of one joint"),
+        ("steps", f"{accuracy.steps}, the shortest {1000.0 * accuracy.step:.4g} ms"),
+    ]
+    if recording.strayed > 0.0:
+        strayed = f"{recording.strayed:.2g} rad or m in locked, linked or driven joints"
+        rows.insert(1, ("", strayed))
+    return "\n".join([format_table(energies), "", format_table(rows, left_columns=2)])
 
 
 def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
@@ -276,28 +329,12 @@ def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
     return f"{recording.outcome.message}; {kept} {'written' if files else 'simulated'}"
 
 
-def _run_statistics(recording: Recording, files: Sequence[Path]) -> list[tuple[str, str]]:
-    simulated, wall = _simulated_time(recording), recording.wall_time
-    rate = f", {simulated / wall:.3g} x real time" if wall > 0.0 else ""
-    accuracy = recording.accuracy
-    rows = [
-        ("springs", f"{recording.springs}, {recording.law} law"),
-        ("drift", f"{recording.constraint_drift:.2g} m, largest gap between sites of one joint"),
-        ("steps", f"{accuracy.steps}, the shortest {1000.0 * accuracy.step:.4g} ms"),
-        ("time", f"{recording.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),
-    ]
-    if recording.strayed > 0.0:
-        strayed = f"{recording.strayed:.2g} rad or m in locked, linked or driven joints"
-        rows.insert(2, ("", strayed))
-    return rows + [("wrote", str(path)) for path in files]
-
-
 def _accuracy(recording: Recording) -> str:
     accuracy = recording.accuracy
     if accuracy.asked is None:
         return "error not estimated: the step was fixed"
     estimate, asked = finite_or_none(accuracy.estimate), f"{accuracy.asked:.1e} rad"
-    if estimate is None:
+    if estimate is None or len(recording.times) == 1:
         return f"error not estimated: too few passes finished (tolerance {asked})"
     met = f"met until {accuracy.held_until:g} s"
     return f"estimated joint-angle error {estimate:.1e} rad (tolerance {asked}, {met})"

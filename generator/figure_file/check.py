@@ -24,7 +24,7 @@ INERTIA_TRIANGLE_TOLERANCE = 1e-6
 """By how much, relative, one printed moment of inertia may exceed the sum of the other two."""
 
 SUSPICIOUS_MASS_RANGE = (20.0, 65.0)
-"""Between these masses [kg] a figure built like a person gets a warning with a man's weight."""
+"""Between these masses [kg] a figure built like a person gets a note with a man's weight."""
 
 MEDIAN_MALE_MASS = 78.0
 """Mass of a 50th-percentile man [kg], rounded."""
@@ -309,7 +309,7 @@ def _check_centre_of_mass_frames(figure: Figure, diagnostics: Diagnostics) -> No
 
 
 def _check_total_mass(figure: Figure, span: Span | None, diagnostics: Diagnostics) -> None:
-    """Warn of a light figure with a person's build.
+    """Note a light figure with a person's build.
 
     A person's build is eight moving segments or more with four free ends or more.
     """
@@ -320,7 +320,7 @@ def _check_total_mass(figure: Figure, span: Span | None, diagnostics: Diagnostic
     free_ends = sum(count == 1 for count in counts.values())
     low, high = SUSPICIOUS_MASS_RANGE
     if len(counts) >= 8 and free_ends >= 4 and low < figure.total_mass < high:
-        diagnostics.warning(
+        diagnostics.note(
             f"total mass {figure.total_mass:.2f} kg is far below a 50th-percentile man's "
             f"(about {MEDIAN_MALE_MASS:.0f} kg)",
             span,
