@@ -219,15 +219,16 @@ def _print_result(
 ) -> None:
     """Print the result of a command, or why there is none, and exit with its code."""
     from generator.cli.answer import ExitCode, json_text
-    from generator.diagnostics import InputError, MoverError, UsageError, select_errors
+    from generator.diagnostics import InputError, MoverError, Severity, UsageError, select_errors
 
     try:
         result = make()
     except UsageError as failure:
         _fail(ExitCode.USAGE, f"error: {failure}", {"error": str(failure)}, as_json)
     except InputError as failure:
-        shown = select_errors(failure.diagnostics) if quiet else failure.diagnostics
-        data = {"error": "the input is wrong", "faults": [f.as_dict() for f in failure.diagnostics]}
+        faults = [d for d in failure.diagnostics if d.severity is not Severity.NOTE]
+        shown = select_errors(faults) if quiet else faults
+        data = {"error": "the input is wrong", "faults": [f.as_dict() for f in faults]}
         _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, shown)), data, as_json)
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)

@@ -39,7 +39,7 @@ def replaced(path: Path, old: str, new: str) -> str:
 def test_a_figure_is_checked_with_the_doubts_about_its_curves():
     said = run("check", "prototype").stdout
     for sentence in (
-        "warning: total mass 49.28 kg",
+        "note: total mass 49.28 kg",
         "free motion ends at 97.4 deg, but elbow flexion normally ends at 144.6 deg",
         "free motion ends at 89.0 deg, but knee flexion normally ends at 137.7 deg",
         "36.15 N m at 90.0 deg",
@@ -122,7 +122,7 @@ def test_the_findings_in_json():
     assert (stop["axis"], stop["motion"]) == ("y", "flexion")
     figure = answer("check", "prototype")
     assert figure["findings"] == said
-    assert [fault["severity"] for fault in figure["faults"]] == ["warning"]
+    assert [fault["severity"] for fault in figure["faults"]] == ["note"]
     assert "error" not in figure
     assert figure["verdict"].endswith("the figure can be simulated")
 
