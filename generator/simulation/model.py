@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.check import require_valid_figure
 from generator.kinematics.free_root import (
@@ -27,7 +27,7 @@ from generator.kinematics.placement import (
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
-from generator.named_mapping import NamedMapping
+from generator.named_mapping import NamedMapping, UnknownNameError
 from generator.simulation.bodies import (
     add_bodies,
     add_loads,
@@ -220,8 +220,8 @@ def build_model(
     Args:
         figure: the figure to build.
         plan: initial pose, velocities, gravity, loads, kind of torques.
-        springs: the springs of the joints; springs of missing joints are ignored, as are coupled
-            laws over a joint that detaching the root has removed.
+        springs: the springs of the joints; those of a joint that detaching the root removes are
+            left out.
         mbs: a system to build into, which the caller assembles; None creates one and assembles it.
 
     Raises:
@@ -229,6 +229,9 @@ def build_model(
         MoverError: the figure or the plan cannot be built; the message says why.
     """
     require_valid_figure(figure, to_simulate=True)
+    for name in springs.joints.keys() - figure.joints.keys():
+        hint = spelling_hint(name, figure.joints)
+        raise UnknownNameError(f"the springs are for joint `{name}`, unknown to the figure; {hint}")
     check_coupled(figure, springs.coupled)
     if plan.joining is not None:
         springs = replace(springs, joining=plan.joining)

@@ -114,6 +114,7 @@ def _build_thigh_figure() -> Figure:
         {_PELVIS: pelvis, _THIGH: body.segments[_THIGH]},
         {_HIP: revolute},
         SiteRef(_PELVIS, "llateral"),
+        body.attributes,
     )
 
 

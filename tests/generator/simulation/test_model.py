@@ -128,6 +128,12 @@ def test_springs_of_the_plan_or_the_figure() -> None:
     )
 
 
+def test_springs_of_an_unknown_joint_are_refused() -> None:
+    springs = SpringSet({"joint1": JointSprings("joint1", (AxisSpring(Z, (Linear(3.0),)),))})
+    with pytest.raises(ModelError, match="for joint `joint1`, unknown to the figure; did you mean"):
+        build_model(row(1), Plan(), springs)
+
+
 @pytest.mark.parametrize(
     ("given", "reason"),
     [

@@ -81,10 +81,6 @@ def test_damping_among_slides_of_two_moving_bodies_is_refused(spring) -> None:
     assert found.reason == str(caught.value)
 
 
-def test_springs_of_a_joint_that_is_not_there_are_left_out() -> None:
-    assert hung("Rz", (AxisSpring(Z, SPRING),), joint="elsewhere").springs == {}
-
-
 @pytest.mark.parametrize("start", [0.4, 4.0, -9.0])
 def test_a_hinge_spring_counts_turns_from_the_start(start) -> None:
     """The angle at the start is the displacement, whole turns and all."""
