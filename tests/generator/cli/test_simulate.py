@@ -140,9 +140,10 @@ def test_loads_do_work(tmp_path: Path):
 
 def test_a_failed_run_writes_what_was_simulated(tmp_path: Path):
     path = tmp_path / "snap.action"
-    words = ("--springs", "printed", "--stop", 0.5, "--step", 0.002, "-o", path)
+    words = ("--springs", "printed", "--stop", 0.5, "--wall-limit", 3, "-o", path)
     result = mover("simulate", "prototype", *words)
     assert result.exit_code == 3
+    assert "rad (tolerance 1.0e-03 rad, met until " in result.stdout
     assert "the frames up to" in result.stderr
     action = read_action(path)
     assert action.header.outcome in (Ending.TURNED_OVER, Ending.SOLVER_FAILED)
