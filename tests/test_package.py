@@ -9,6 +9,7 @@ from importlib.resources import files
 
 import pytest
 
+import generator
 from tests.paths import ROOT
 
 PACKAGES = ("generator", "springs", "plots")
@@ -75,3 +76,10 @@ def test_the_constraints_of_ci_are_names_and_versions():
 def test_the_licence_is_installed(distribution: metadata.Distribution):
     assert distribution.metadata["License-Expression"] == "BSD-3-Clause"
     assert "the exudyn-mover authors" in (ROOT / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_every_public_name_is_imported_and_a_wrong_one_has_a_hint():
+    assert all(getattr(generator, name) is not None for name in generator.__all__)
+    assert set(generator.__all__) <= set(dir(generator))
+    with pytest.raises(AttributeError, match="no attribute 'read_figur'; did you mean 'read_figu"):
+        _ = generator.read_figur
