@@ -11,17 +11,12 @@ from typing import Annotated
 import typer
 
 from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
-from generator.cli.inputs import loop_closure_errors, parse_springs_option, simulation_obstacles
+from generator.cli.inputs import parse_springs_option
 from generator.cli.options import SpringsChoice
 from generator.cli.springs_text import axis_name, coupled_axis_names
-from generator.diagnostics import Diagnostic, UsageError, error, select_errors
-from generator.figure import Figure
+from generator.diagnostics import Diagnostic, UsageError, select_errors
 from generator.figure_file import parse_figure_file
-from generator.figure_file.resolve import origin_span
-from generator.kinematics.loops import close_loops
-from generator.kinematics.placement import initial_displacements
-from generator.kinematics.tree import build_tree
-from generator.simulation.preconditions import find_unsupported_springs
+from generator.simulation.preconditions import simulation_obstacles
 from generator.springs_file.read import LoadedSprings, parse_springs_file
 from springs import SpringSet
 from springs.joint import UNKNOWN_AXIS
@@ -146,22 +141,11 @@ def check(
         faults = (*faults, *found.diagnostics)
         if found.value is not None:
             spring_set, replaced = found.value.springs, found.value.replaced
-        obstacles = simulation_obstacles(reading.value) or loop_closure_errors(reading.value)
-        if not obstacles:
-            obstacles = tuple(_spring_diagnostics(reading.value, spring_set))
+        obstacles = simulation_obstacles(reading.value, spring_set)
         messages = {fault.message for fault in faults}
         faults = (*faults, *(one for one in obstacles if one.message not in messages))
     verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, obstacles)}"
     return _check_result(faults, spring_set, replaced, verdict, include_notes=False)
-
-
-def _spring_diagnostics(figure: Figure, springs: SpringSet) -> Iterator[Diagnostic]:
-    """Yield errors of springs that a simulation of the figure does not support."""
-    tree = build_tree(figure)
-    for refusal in find_unsupported_springs(
-        close_loops(tree, initial_displacements(tree)), springs
-    ):
-        yield error(refusal.reason, origin_span(refusal.joint.origins, *refusal.fields))
 
 
 def _check_springs_file(name: str) -> CommandResult:

@@ -6,8 +6,10 @@ from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import load_figure, springs_from_option
 from generator.cli.options import FigureName, SpringsChoice, in_display_units
 from generator.cli.springs_text import coupled_spring_lines, spring_lines, springs_data
+from generator.diagnostics import Diagnostic
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment
 from generator.motion_files.action import display_unit, format_chain
+from generator.simulation.preconditions import simulation_obstacles
 from springs import SpringSet
 
 
@@ -15,11 +17,15 @@ def describe(name: FigureName, springs: SpringsChoice = None) -> CommandResult:
     """List the segments, masses, joints and springs of a figure."""
     figure, warnings = load_figure(name)
     spring_set, more = springs_from_option(figure, springs)
+    obstacles = simulation_obstacles(figure, spring_set)
+    title = f"{_title(name, figure)}\n{_simulation_text(obstacles)}"
     return CommandResult(
-        text="\n\n".join(
-            [_title(name, figure), _segments(figure), _joints(figure), _springs(spring_set)]
-        ),
-        data=_data(name, figure, spring_set),
+        text="\n\n".join([title, _segments(figure), _joints(figure), _springs(spring_set)]),
+        data={
+            **_data(name, figure, spring_set),
+            "can_be_simulated": not obstacles,
+            "obstacles": [obstacle.as_dict() for obstacle in obstacles],
+        },
         diagnostics=(*warnings, *more),
     )
 
@@ -46,6 +52,14 @@ def _title(name: str, figure: Figure) -> str:
         f"{figure.degrees_of_freedom} degrees of freedom, {figure.total_mass:.4g} kg\n"
         f"root {figure.root}"
     )
+
+
+def _simulation_text(obstacles: Sequence[Diagnostic]) -> str:
+    """State in a line whether a figure can be simulated, and the first reason against it."""
+    if not obstacles:
+        return "can be simulated"
+    more = f" (and {len(obstacles) - 1} more: see `mover check`)" if len(obstacles) > 1 else ""
+    return f"cannot be simulated: {obstacles[0].message}{more}"
 
 
 def _segments(figure: Figure) -> str:

@@ -25,20 +25,17 @@ from generator.diagnostics import (
     MoverError,
     Parsed,
     UsageError,
-    error,
     select_errors,
     spelling_hint,
     warning,
 )
 from generator.drive import Drive
 from generator.figure import Figure
-from generator.figure_file import parse_figure_file, simulation_diagnostics
-from generator.figure_file.resolve import origin_span
+from generator.figure_file import parse_figure_file
 from generator.input_files.pose import parse_pose_file
-from generator.joint_chain import build_chain
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.links import Links, parse_links_file
-from generator.kinematics.loops import OpenLoopError, close_loops
+from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
     Displacements,
     Placement,
@@ -52,6 +49,11 @@ from generator.motion_files.action import display_unit
 from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import Header
 from generator.rotations import Array
+from generator.simulation.preconditions import (
+    chain_obstacles,
+    model_obstacles,
+    simulation_obstacles,
+)
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.parse import EXTENDS_KEY
 from generator.springs_file.read import NO_SPRINGS, LoadedSprings, limp_joints, load_springs
@@ -93,51 +95,23 @@ def springs_from_option(
     return parsed.require_value().springs, parsed.diagnostics
 
 
-def simulation_obstacles(figure: Figure) -> tuple[Diagnostic, ...]:
-    """Return the reasons why a figure cannot be simulated."""
-    return (
-        *simulation_diagnostics(figure),
-        *chain_errors(figure),
-        *_no_moving_segment_errors(figure),
-    )
+def require_simulatable(
+    figure: Figure,
+    springs: SpringSet,
+    start: Mapping[str, Sequence[float]] | None,
+    warnings: tuple[Diagnostic, ...],
+) -> None:
+    """Raise InputError, with the warnings so far, when the figure cannot be simulated.
 
-
-def loop_closure_errors(figure: Figure) -> tuple[Diagnostic, ...]:
-    """Loops that the figure's pose opens and that cannot be closed, in a figure of sound joints."""
-    tree = build_tree(figure)
-    try:
-        close_loops(tree, initial_displacements(tree))
-    except OpenLoopError as failure:
-        return (error(str(failure), hint="set other start values with --set"),)
-    return ()
-
-
-def require_simulatable(figure: Figure, warnings: tuple[Diagnostic, ...]) -> None:
-    """Raise InputError, with the warnings so far, when the figure cannot be simulated."""
-    faults = simulation_obstacles(figure)
-    if select_errors(faults):
+    `start` are its initial displacements [rad or m]; None if prescribed joints change them.
+    """
+    if start is None:
+        faults = model_obstacles(figure, springs)
+    else:
+        faults = simulation_obstacles(figure, springs, start)
+    if faults:
         messages = {fault.message for fault in faults}
         raise InputError((*(one for one in warnings if one.message not in messages), *faults))
-
-
-def _no_moving_segment_errors(figure: Figure) -> Iterator[Diagnostic]:
-    if not figure.bodies:
-        yield error(
-            "the figure cannot be simulated: none of its segments moves",
-            hint=f"the root's segment `{figure.root.segment}` is fixed",
-        )
-
-
-def chain_errors(figure: Figure) -> Iterator[Diagnostic]:
-    """Yield the errors of joints whose chains no single joint can realise."""
-    for joint in figure.joints.values():
-        try:
-            build_chain(joint.chain)
-        except ModelError as failure:
-            yield error(
-                f"joint `{joint.name}` cannot be simulated: {failure}",
-                origin_span(joint.origins, "type"),
-            )
 
 
 MAX_DISTANCE = 1e9
@@ -271,7 +245,7 @@ def motion_from_options(
 
 def check_chains(figure: Figure) -> None:
     """Raise InputError if no single joint can realise a joint's chain."""
-    faults = tuple(chain_errors(figure))
+    faults = tuple(chain_obstacles(figure))
     if select_errors(faults):
         raise InputError(faults)
 

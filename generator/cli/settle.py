@@ -52,9 +52,9 @@ def settle(
     """
     check_pose_output(output)
     figure, warnings = load_figure(name)
-    require_simulatable(figure, warnings)
     spring_set, more = springs_from_option(figure, springs, law)
     start, doubts = start_displacements_from_options(figure, pose, displacements or ())
+    require_simulatable(figure, spring_set, None if links or locks else start, (*warnings, *more))
     constraints, others = constraints_from_options(figure, links, locks or ())
     constraints.check_consistency(figure, displacements or (), 0.0)
     files = [] if output is None else [output]

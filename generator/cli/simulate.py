@@ -153,7 +153,6 @@ def simulate(
         )
     check_motion_formats(files)
     figure, diagnostics = load_figure(name)
-    require_simulatable(figure, diagnostics)
     spring_set, more = springs_from_option(figure, springs, law)
     diagnostics += more
     applied = ()
@@ -164,6 +163,10 @@ def simulate(
         applied, diagnostics = reading.value, diagnostics + reading.diagnostics
     start_displacements, more = start_displacements_from_options(figure, pose, displacements or ())
     diagnostics += (*more, *start_warnings(figure, spring_set, start_displacements))
+    is_prescribed = bool(links or locks or drive)
+    require_simulatable(
+        figure, spring_set, None if is_prescribed else start_displacements, diagnostics
+    )
     constraints, more = constraints_from_options(figure, links, locks or (), drive, driven or ())
     diagnostics += more
     plan = _limit_to_drive_times(plan, start, stop, constraints)

@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import ModelError, spelling_hint
-from generator.figure import AxisKind, Figure, SiteRef
+from generator.figure import SiteRef
 from generator.joint_chain import Chain
-from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
+from generator.rotations import Array, unit_vector
 from generator.simulation.exudyn_api import Index, exu, items, unused_name
 from generator.simulation.relative_rotation import (
     JointAngles,
@@ -53,43 +52,6 @@ class CoupledObject:
     is_conservative: bool
 
 
-def check_coupled(figure: Figure, springs: Sequence[CoupledSpring]) -> None:
-    """Check that coupled laws fit a figure.
-
-    Raises:
-        ModelError: an unknown joint, a joint without rotations, or an axis about which a joint
-            does not rotate.
-    """
-    for spring in springs:
-        for name, axis in zip(spring.law.coordinates, spring.axes, strict=True):
-            joint = figure.joints.get(axis.joint)
-            if joint is None:
-                raise ModelError(
-                    f"the figure has no joint {axis.joint}, whose angle is the {name} of a coupled "
-                    f"law; {spelling_hint(axis.joint, figure.joints)}"
-                )
-            rotation_axes = [
-                unit_vector(factor.axis)
-                for factor in joint.chain
-                if factor.kind is AxisKind.ROTATION
-            ]
-            if not rotation_axes:
-                raise ModelError(
-                    f"joint {joint.name} has the {name} of a coupled law but no rotation"
-                )
-            distance = _distance_from_span(np.array(rotation_axes), np.asarray(axis.direction))
-            if distance > PERPENDICULAR_TOLERANCE:
-                raise ModelError(
-                    f"joint {joint.name} does not rotate about {axis.direction}, the axis of the "
-                    f"{name} of a coupled law"
-                )
-
-
-def _distance_from_span(axes: Array, direction: Array) -> float:
-    """Distance of a unit vector from the span of axes, shape (n, 3)."""
-    return float(np.linalg.norm(direction - axes.T @ np.linalg.lstsq(axes.T, direction)[0]))
-
-
 def add_coupled_spring(
     builder: SpringBuilder, spring: CoupledSpring, connectors: Mapping[str, tuple[Connector, ...]]
 ) -> CoupledObject:
@@ -97,7 +59,7 @@ def add_coupled_spring(
 
     Args:
         builder: the system to build into.
-        spring: a law that `check_coupled` accepts, over joints that all move.
+        spring: a law without `model_obstacles`, over joints that all move.
         connectors: connectors by joint; each joint of the law has one that measures its rotation.
     """
     figure = builder.placement.tree.figure

@@ -1,13 +1,13 @@
 """A figure built into an Exudyn system, accessed by the names of the figure."""
 
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 
-from generator.diagnostics import ModelError, spelling_hint
+from generator.diagnostics import Diagnostic, ModelError
 from generator.figure import Figure
 from generator.figure_file.check import require_valid_figure
 from generator.kinematics.free_root import (
@@ -27,7 +27,7 @@ from generator.kinematics.placement import (
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
-from generator.named_mapping import NamedMapping, UnknownNameError
+from generator.named_mapping import NamedMapping
 from generator.simulation.bodies import (
     add_bodies,
     add_loads,
@@ -36,7 +36,7 @@ from generator.simulation.bodies import (
     require_centre_of_mass,
 )
 from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
-from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring, check_coupled
+from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring
 from generator.simulation.exudyn_api import Index, MainSystem, exu
 from generator.simulation.joints import (
     Constraint,
@@ -45,6 +45,11 @@ from generator.simulation.joints import (
     lock_all_axes,
 )
 from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.preconditions import (
+    check_spring_names,
+    model_obstacles,
+    placement_obstacles,
+)
 from generator.simulation.springs import Connector, SpringBuilder, add_joint_springs
 from springs import JointSprings, SpringSet
 
@@ -229,13 +234,19 @@ def build_model(
         MoverError: the figure or the plan cannot be built; the message says why.
     """
     require_valid_figure(figure, to_simulate=True)
-    for name in springs.joints.keys() - figure.joints.keys():
-        hint = spelling_hint(name, figure.joints)
-        raise UnknownNameError(f"the springs are for joint `{name}`, unknown to the figure; {hint}")
-    check_coupled(figure, springs.coupled)
+    check_spring_names(figure, springs)
+    _require_none(model_obstacles(figure, springs))
     if plan.joining is not None:
         springs = replace(springs, joining=plan.joining)
-    return _build_from_initial_state(initial_state(figure, plan), plan, springs, mbs)
+    start = initial_state(figure, plan)
+    _require_none(placement_obstacles(start.placement, springs))
+    return _build_from_initial_state(start, plan, springs, mbs)
+
+
+def _require_none(obstacles: Iterable[Diagnostic]) -> None:
+    """Raise ModelError with the sentences of all obstacles."""
+    if sentences := [obstacle.message for obstacle in obstacles]:
+        raise ModelError("; ".join(sentences))
 
 
 def _build_from_initial_state(

@@ -1,67 +1,178 @@
-"""Springs that a figure may have and that no simulation supports."""
+"""Obstacles to a simulation: the one definition of what can be simulated.
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+`mover check`, `mover describe`, `mover simulate` and `build_model` all ask here; Exudyn is not
+needed for the answer.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from generator.figure import Joint
-from generator.kinematics.placement import Placement
-from generator.rotations import rotation_vector_from_matrix
-from springs import AxisSpring, JointSprings, SpringSet
+from generator.diagnostics import Diagnostic, ModelError, error, spelling_hint
+from generator.figure import AxisKind, Figure, Joint
+from generator.figure_file import simulation_diagnostics
+from generator.figure_file.resolve import origin_span
+from generator.joint_chain import build_chain
+from generator.kinematics.loops import OpenLoopError, close_loops
+from generator.kinematics.placement import Placement, initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.named_mapping import UnknownNameError
+from generator.rotations import (
+    PERPENDICULAR_TOLERANCE,
+    Array,
+    rotation_vector_from_matrix,
+    unit_vector,
+)
+from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
 from springs.elastic import Frictional
 
 _HALF_TURN_TOLERANCE = 1e-6
 """A rotation nearer than this to 180 deg has the sign of its vector from its rounding [rad]."""
 
 
-@dataclass(frozen=True)
-class UnsupportedSpring:
-    """Why the springs of a joint cannot be simulated.
+def simulation_obstacles(
+    figure: Figure, springs: SpringSet, start: Mapping[str, Sequence[float]] | None = None
+) -> tuple[Diagnostic, ...]:
+    """Return the reasons why a figure with its springs cannot be simulated; none if it can.
 
-    Attributes:
-        joint: the joint with the springs.
-        reason: the reason, as a sentence.
-        fields: fields of the joint in the figure file to change, the most likely first.
+    Args:
+        figure: a figure without errors of its file.
+        springs: the springs of its joints.
+        start: initial displacements by joint, in place of the figure's own [rad or m].
     """
+    obstacles = model_obstacles(figure, springs)
+    if obstacles:
+        return obstacles
+    tree, values = build_tree(figure), start or {}
+    displacements = {
+        **initial_displacements(tree),
+        **{name: np.asarray(value, dtype=float) for name, value in values.items()},
+    }
+    try:
+        placement = close_loops(tree, displacements, fixed=set(values))
+    except OpenLoopError as failure:
+        return (error(str(failure), hint="set other start values with --set"),)
+    return tuple(placement_obstacles(placement, springs, values))
 
-    joint: Joint
-    reason: str
-    fields: tuple[str, ...]
+
+def model_obstacles(figure: Figure, springs: SpringSet) -> tuple[Diagnostic, ...]:
+    """Return the obstacles that hold in all poses: masses, chains, and springs without an axis."""
+    obstacles = (*simulation_diagnostics(figure), *chain_obstacles(figure))
+    if not figure.bodies:
+        fixed = error(
+            "the figure cannot be simulated: none of its segments moves",
+            hint=f"the root's segment `{figure.root.segment}` is fixed",
+        )
+        obstacles = (*obstacles, fixed)
+    return obstacles or tuple(_spring_axis_obstacles(figure, springs))
 
 
-def find_unsupported_springs(
-    placement: Placement, springs: SpringSet
-) -> Iterator[UnsupportedSpring]:
-    """Find the springs that a simulation from this placement rejects: a reason for each joint."""
+def chain_obstacles(figure: Figure) -> Iterator[Diagnostic]:
+    """Yield the errors of joints whose chains no single joint can realise."""
+    for joint in figure.joints.values():
+        try:
+            build_chain(joint.chain)
+        except ModelError as failure:
+            yield error(
+                f"joint `{joint.name}` cannot be simulated: {failure}",
+                origin_span(joint.origins, "type"),
+            )
+
+
+def check_spring_names(figure: Figure, springs: SpringSet) -> None:
+    """Raise UnknownNameError for springs of a joint that the figure does not have."""
+    for name in springs.joints.keys() - figure.joints.keys():
+        hint = spelling_hint(name, figure.joints)
+        raise UnknownNameError(f"the springs are for joint `{name}`, unknown to the figure; {hint}")
+
+
+def _spring_axis_obstacles(figure: Figure, springs: SpringSet) -> Iterator[Diagnostic]:
+    """Yield the springs whose axis or translation their joint does not have."""
+    try:
+        check_spring_names(figure, springs)
+    except UnknownNameError as failure:
+        yield error(str(failure))
+    for name in springs.joints.keys() & figure.joints.keys():
+        own, joint = springs.joints[name], figure.joints[name]
+        turns = _chain_axes(joint, AxisKind.ROTATION)
+        slides = _chain_axes(joint, AxisKind.TRANSLATION)
+        if own.axes and not turns:
+            yield error(f"joint {name} has springs about axes but no rotation")
+        elif own.axes and len(turns) == 1:
+            for spring in own.axes:
+                if not _is_parallel(spring, turns):
+                    yield error(f"joint {name} does not rotate about {spring.direction}")
+        if own.translations and not slides:
+            yield error(f"joint {name} has springs along axes but no translation")
+        elif own.translations:
+            for spring in own.translations:
+                if not _is_parallel(spring, slides):
+                    yield error(f"joint {name} has no translation along {spring.direction}")
+    for spring in springs.coupled:
+        yield from _coupled_obstacles(figure, spring)
+
+
+def _chain_axes(joint: Joint, kind: AxisKind) -> list[Array]:
+    """Unit axes of the rotations or translations of a joint."""
+    return [unit_vector(factor.axis) for factor in joint.chain if factor.kind is kind]
+
+
+def _is_parallel(spring: AxisSpring, axes: Sequence[Array]) -> bool:
+    """Return whether a spring is along one of the unit axes."""
+    distances = (np.linalg.norm(np.cross(axis, spring.direction)) for axis in axes)
+    return any(spring.direction) and min(map(float, distances)) < PERPENDICULAR_TOLERANCE
+
+
+def _coupled_obstacles(figure: Figure, spring: CoupledSpring) -> Iterator[Diagnostic]:
+    """Yield the joints and axes of a coupled law that the figure does not have."""
+    for name, axis in zip(spring.law.coordinates, spring.axes, strict=True):
+        joint = figure.joints.get(axis.joint)
+        if joint is None:
+            yield error(
+                f"the figure has no joint {axis.joint}, whose angle is the {name} of a coupled "
+                f"law; {spelling_hint(axis.joint, figure.joints)}"
+            )
+            continue
+        turns = _chain_axes(joint, AxisKind.ROTATION)
+        if not turns:
+            yield error(f"joint {joint.name} has the {name} of a coupled law but no rotation")
+        elif _distance_from_span(np.array(turns), np.asarray(axis.direction)) > (
+            PERPENDICULAR_TOLERANCE
+        ):
+            yield error(
+                f"joint {joint.name} does not rotate about {axis.direction}, the axis of the "
+                f"{name} of a coupled law"
+            )
+
+
+def _distance_from_span(axes: Array, direction: Array) -> float:
+    """Distance of a unit vector from the span of axes, shape (n, 3)."""
+    return float(np.linalg.norm(direction - axes.T @ np.linalg.lstsq(axes.T, direction)[0]))
+
+
+def placement_obstacles(
+    placement: Placement, springs: SpringSet, start: Mapping[str, Sequence[float]] | None = None
+) -> Iterator[Diagnostic]:
+    """Yield the springs that a simulation from this placement does not support, one a joint.
+
+    Args:
+        placement: initial placement of a figure without `model_obstacles`.
+        springs: the springs of its joints.
+        start: joints whose displacements are not those of the figure's file.
+    """
     coupled = {axis.joint for spring in springs.coupled for axis in spring.axes}
     for name, joint in placement.tree.figure.joints.items():
         own = springs.joints.get(name, JointSprings(name))
-        refusal = unsupported_spring(placement, joint, own, is_coupled=name in coupled)
-        if refusal is not None:
-            yield refusal
-
-
-def unsupported_spring(
-    placement: Placement, joint: Joint, springs: JointSprings, *, is_coupled: bool
-) -> UnsupportedSpring | None:
-    """Return the first reason why the springs of a joint cannot be simulated, or None.
-
-    Args:
-        placement: initial placement of the figure.
-        joint: a joint of the figure.
-        springs: springs of the joint.
-        is_coupled: whether a coupled law depends on the joint's rotation.
-    """
-    refusal = _unsupported_translations(placement, joint, springs)
-    elastic = is_coupled or any(axis.elastic for axis in springs.axes)
-    has_rotation_vector = len(placement.tree.chains[joint.name].rotations) > 1
-    if refusal is None and elastic and has_rotation_vector and is_at_half_turn(placement, joint):
-        reason = (
-            f"joint {joint.name} starts at 180 deg, where the torque of its springs is not defined"
-        )
-        return UnsupportedSpring(joint, reason, ("displacement",))
-    return refusal
+        elastic = name in coupled or any(axis.elastic for axis in own.axes)
+        has_rotation_vector = len(placement.tree.chains[name].rotations) > 1
+        obstacle = _translation_obstacle(placement, joint, own)
+        if obstacle is not None:
+            yield obstacle
+        elif elastic and has_rotation_vector and is_at_half_turn(placement, joint):
+            yield error(
+                f"joint {name} starts at 180 deg, where the torque of its springs is not defined",
+                None if name in (start or {}) else origin_span(joint.origins, "displacement"),
+            )
 
 
 def is_at_half_turn(placement: Placement, joint: Joint) -> bool:
@@ -70,28 +181,27 @@ def is_at_half_turn(placement: Placement, joint: Joint) -> bool:
     return float(np.linalg.norm(rotation)) > np.pi - _HALF_TURN_TOLERANCE
 
 
-def _unsupported_translations(
+def _translation_obstacle(
     placement: Placement, joint: Joint, springs: JointSprings
-) -> UnsupportedSpring | None:
+) -> Diagnostic | None:
     """Check springs along several translations, which Exudyn supports without rotations only."""
     chain, ground = placement.tree.chains[joint.name], placement.tree.figure.ground
     if not springs.translations or len(chain.translations) < 2:
         return None
-    fields = ("stiff", "llimit", "ulimit", "damp")
     if chain.rotations:
-        sentence = (
+        return error(
             f"joint {joint.name} has rotations and more than one translation: "
-            "springs along its translations are not supported"
+            "springs along its translations are not supported",
+            origin_span(joint.origins, "stiff", "llimit", "ulimit", "damp"),
         )
-        return UnsupportedSpring(joint, sentence, fields)
     is_between_bodies = not {ref.segment for ref in joint.ends} & ground
     if is_between_bodies and any(_has_damping(spring) for spring in springs.translations):
         # Exudyn returns the difference of two points' velocities, which includes the parent's spin.
-        sentence = (
+        return error(
             f"joint {joint.name} has more than one translation between two moving segments: "
-            "damping along its translations is not supported"
+            "damping along its translations is not supported",
+            origin_span(joint.origins, "damp"),
         )
-        return UnsupportedSpring(joint, sentence, ("damp",))
     return None
 
 

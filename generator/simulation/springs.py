@@ -13,12 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import ModelError
 from generator.figure import Joint
 from generator.joint_chain import Chain
 from generator.kinematics.placement import Placement
 from generator.rotations import (
-    PERPENDICULAR_TOLERANCE,
     Array,
     pose_matrix,
     rotation_with_z_axis,
@@ -34,7 +32,6 @@ from generator.simulation.exudyn_api import (
     symbols,
     unused_name,
 )
-from generator.simulation.preconditions import unsupported_spring
 from springs import (
     FLOATS,
     AxisSpring,
@@ -254,7 +251,7 @@ def _add_torsional_connector(
 def add_prismatic_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
 ) -> Connector:
-    """Add a force along a translation. Raises ModelError without one along the spring."""
+    """Add a force along a translation."""
     if len(chain.translations) == 1:
         return _add_single_translation_spring(builder, joint, chain, spring)
     return _add_multi_translation_spring(builder, joint, chain, spring)
@@ -318,12 +315,13 @@ def _add_multi_translation_spring(
 
 
 def _translation_index(joint: Joint, chain: Chain, spring: AxisSpring) -> int:
-    """Index in the chain of the translation along a spring. Raises ModelError without one."""
-    for k in chain.translations:
-        deviation = np.cross(unit_vector(chain.joint_axes[k].axis), spring.direction)
-        if float(np.linalg.norm(deviation)) < PERPENDICULAR_TOLERANCE:
-            return k
-    raise ModelError(f"joint {joint.name} has no translation along {spring.direction}")
+    """Index in the chain of the translation along a spring."""
+
+    def deviation(k: int) -> float:
+        axis = unit_vector(chain.joint_axes[k].axis)
+        return float(np.linalg.norm(np.cross(axis, spring.direction)))
+
+    return min(chain.translations, key=deviation)
 
 
 def add_joint_springs(
@@ -334,7 +332,7 @@ def add_joint_springs(
     *,
     read_rotation: bool = False,
 ) -> tuple[Connector, ...]:
-    """Add the connectors of one joint's springs.
+    """Add the connectors of one joint's springs, which have no obstacles.
 
     Args:
         builder: the system to build into.
@@ -342,18 +340,8 @@ def add_joint_springs(
         springs: springs about its axes and along its translations.
         joining: law that joins the axes of a spherical joint.
         read_rotation: whether to measure the rotation also without springs, for coupled laws.
-
-    Raises:
-        ModelError: springs along axes that the joint does not have, or that are not supported.
     """
     chain = builder.placement.tree.chains[joint.name]
-    if springs.axes and not chain.rotations:
-        raise ModelError(f"joint {joint.name} has springs about axes but no rotation")
-    if springs.translations and not chain.translations:
-        raise ModelError(f"joint {joint.name} has springs along axes but no translation")
-    refusal = unsupported_spring(builder.placement, joint, springs, is_coupled=read_rotation)
-    if refusal is not None:
-        raise ModelError(refusal.reason)
     connectors: list[Connector] = []
     if springs.axes or read_rotation:
         if len(chain.rotations) == 1:

@@ -1,15 +1,20 @@
 """What `mover check` says of springs that no simulation can hang is what the simulation says."""
 
+import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from generator.cli.app import app
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, MoverError
 from generator.figure_file import read_figure
 from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.preconditions import simulation_obstacles
+from generator.simulation.run import simulate
+from springs import AxisSpring, JointSprings, Linear, SpringSet
 
 FIGURE = """figure {{
   segment floor {{ mass = -1kg; site base->location = trans(0,0,0); }}
@@ -82,6 +87,75 @@ def test_what_the_engine_hangs_is_no_fault(fields: str, tmp_path: Path):
     path = written(fields, tmp_path)
     assert built(path).springs["odd"]
     assert CliRunner().invoke(app, ["check", str(path)]).exit_code == 0
+
+
+def answers(path: Path) -> tuple[bool, bool, bool, bool]:
+    """Whether `check`, `describe`, `simulate` and Python's `simulate` accept a figure."""
+    runner, name = CliRunner(), str(path)
+    checked = json.loads(runner.invoke(app, ["check", name, "--json"]).stdout)["verdict"]
+    described = json.loads(runner.invoke(app, ["describe", name, "--json"]).stdout)
+    text = runner.invoke(app, ["describe", name]).stdout
+    assert ("\ncan be simulated" in text) == described["can_be_simulated"]
+    for obstacle in described["obstacles"][:1]:
+        assert f"\ncannot be simulated: {obstacle['message']}" in text
+    run = runner.invoke(app, ["simulate", name, "--stop", "0.001", "--step", "0.001"])
+    try:
+        simulate(read_figure(path), Plan(stop=0.001, step=0.001))
+        in_python = True
+    except MoverError:
+        in_python = False
+    return (
+        checked.endswith("the figure can be simulated"),
+        described["can_be_simulated"],
+        run.exit_code != 1,
+        in_python,
+    )
+
+
+ODD_FIGURES = {
+    **{FIGURE.format(fields=fields): False for fields in REFUSED},
+    **{FIGURE.format(fields=fields): True for fields in ALLOWED},
+    FIGURE.format(
+        fields="type = T(1,0,0)*R(0,0,1)*T(0,1,0); displacement = (0cm,0deg,0cm);"
+    ): False,
+    FIGURE.format(fields=SLIDES).replace("inertia = (9,9,9);", "", 1): False,
+    FIGURE.format(fields=SLIDES).replace("mass = 1kg;", "", 1): False,
+    "figure { segment a { mass = -1; site s->location = trans(0,0,0); } root = a.s; }": False,
+    FIGURE.format(
+        fields="type = R(0,0,1); displacement = (0deg); } "
+        "joint open { connect floor.far to two.s; type = T(1,0,0); displacement = (0cm);"
+    ).replace("floor { ", "floor { site far->location = trans(0,9cm,0); "): False,
+}
+
+
+@pytest.mark.parametrize("text", ODD_FIGURES)
+def test_all_commands_agree_on_what_can_be_simulated(text: str, tmp_path: Path):
+    path = tmp_path / "odd.fig"
+    path.write_text(text, encoding="utf-8")
+    assert answers(path) == (ODD_FIGURES[text],) * 4
+
+
+def test_a_spring_about_another_axis_is_an_obstacle(tmp_path: Path):
+    figure = read_figure(written("type = R(0,0,1); displacement = (0deg);", tmp_path))
+    springs = SpringSet(
+        {"odd": JointSprings("odd", (AxisSpring((0.6, 0.8, 0.0), (Linear(1.0),)),))}
+    )
+    (obstacle,) = simulation_obstacles(figure, springs)
+    with pytest.raises(ModelError, match="does not rotate about") as caught:
+        build_model(figure, Plan(), springs)
+    assert obstacle.message == str(caught.value)
+
+
+def test_a_start_replaces_the_displacement_of_the_file(tmp_path: Path):
+    path = written(BALL.format(0) + " stiff = (1 N m/rad,1 N m/rad,1 N m/rad);", tmp_path)
+    figure = read_figure(path)
+    springs = resolve_springs(figure, Plan())
+    assert simulation_obstacles(figure, springs) == ()
+    (obstacle,) = simulation_obstacles(figure, springs, {"odd": (np.pi, 0.0, 0.0)})
+    assert "starts at 180 deg" in obstacle.message
+    assert obstacle.span is None
+    run = CliRunner().invoke(app, ["simulate", str(path), "--set", "odd=180,0,0"])
+    assert (run.exit_code, obstacle.message in run.stderr) == (1, True)
 
 
 def test_without_springs_nothing_is_refused(tmp_path: Path):

@@ -7,7 +7,7 @@ from generator.diagnostics import ModelError
 from generator.simulation.exudyn_api import exu
 from generator.simulation.model import build_model, initial_state
 from generator.simulation.plan import Plan
-from generator.simulation.preconditions import find_unsupported_springs
+from generator.simulation.preconditions import placement_obstacles
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
 from springs.hysteresis import Hysteresis
@@ -77,8 +77,8 @@ def test_damping_among_slides_of_two_moving_bodies_is_refused(spring) -> None:
     springs = SpringSet({"tested": JointSprings("tested", (), (spring,))})
     with pytest.raises(ModelError, match="damping along its translations") as caught:
         build_model(figure, Plan(), springs)
-    (found,) = find_unsupported_springs(initial_state(figure, Plan()).placement, springs)
-    assert found.reason == str(caught.value)
+    (found,) = placement_obstacles(initial_state(figure, Plan()).placement, springs)
+    assert found.message == str(caught.value)
 
 
 @pytest.mark.parametrize("start", [0.4, 4.0, -9.0])
