@@ -96,6 +96,8 @@ def _row_result(name: str, row: PublishedCurve | PublishedCoupledLaw) -> Command
         ("  turned here", _reversed_quantities(row)),
         ("  range", _format_ranges(row)),
         ("  held", ", ".join(fixed_angles)),
+        ("  sample", str(row.sample)),
+        ("  scatter", row.scatter_text if isinstance(row, PublishedCurve) else ""),
     ]
     if isinstance(row, PublishedCurve) and row.damping is not None:
         rows.append(("  damping", f"{row.damping:g} N m s/rad"))
@@ -179,6 +181,10 @@ def _row_data(table: Publication, row: PublishedCurve | PublishedCoupledLaw) -> 
         "range_is_measured": row.range_is_measured,
         "held_deg": _held_angles_data(row),
         "damping_Nms_rad": row.damping if isinstance(row, PublishedCurve) else None,
+        "sample": row.sample.kind.value,
+        "subjects": row.sample.subjects,
+        "deviation": dict(row.deviation) if isinstance(row, PublishedCurve) else {},
+        "rms_error_Nm": row.rms_error if isinstance(row, PublishedCurve) else None,
         "note": row.note,
     }
 

@@ -50,7 +50,6 @@ class PublishedLaw:
             words = "Measured" if self.row.range_is_measured else "Usable"
             low, high = (f"{degrees(end):.4g}" for end in known)
             ends = f"{words} for its own angles from {low} deg to {high} deg."
-            ends = ends.replace(" from -inf deg", "").replace(" to inf deg", " on")
         return " ".join(part for part in (first, ends, self.row.note.strip()) if part)
 
     def motion_name(self, joints: Iterable[str]) -> str:

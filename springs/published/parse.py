@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from springs.coupled import CoupledExponential, CoupledTerm
 from springs.elastic import Range
 from springs.published.formulas import ANGLE_UNITS, FORMULAS, MOMENT_UNITS, PrintedCurve
-from springs.published.reference import Reference, Sureness
+from springs.published.reference import Reference, Sample, SampleKind, Sureness
 from springs.published.rows import (
     MotionRange,
     Publication,
@@ -34,12 +34,15 @@ from springs.published.shoulder_rhythm import (
 _Row = Mapping[str, Any]
 _Parsed = TypeVar("_Parsed")
 
-_SHARED_KEYS = ("reference", "doi", "sureness", "place", "note", "formula", "convention")
+_SHARED_KEYS = (
+    *("reference", "doi", "sureness", "place", "note", "formula", "convention"),
+    *("sample", "subjects"),
+)
 _ROW_KEYS = {
     "curve": (
         *("name", "motion", "coefficients", "points", "dead_zone", "angle_unit", "moment_unit"),
         *("angle_sign", "moment_sign", "measured_deg", "usable_deg", "held_deg"),
-        "damping_Nms_rad",
+        *("damping_Nms_rad", "deviation", "rms_error_Nm"),
     ),
     "coupled": (
         *("name", "coordinates", "turned", "term", "constants", "angle_unit"),
@@ -115,6 +118,10 @@ def _parse_reference(row: _Row) -> Reference:
     )
 
 
+def _parse_sample(row: _Row) -> Sample:
+    return Sample(SampleKind(row.get("sample", "unknown")), row.get("subjects"))
+
+
 def _range_key(row: _Row) -> str:
     """Key of the range in which the row is valid."""
     if "measured_deg" in row and "usable_deg" in row:
@@ -131,7 +138,8 @@ def _range_in_radians(pair: Range | None) -> Range | None:
 
 def _parse_curve(row: _Row) -> PublishedCurve:
     formula, coefficients = row["formula"], row.get("coefficients", {})
-    _refuse_unknown(coefficients, FORMULAS[formula].coefficient_names)
+    deviation = row.get("deviation", {})
+    _refuse_unknown([*coefficients, *deviation], FORMULAS[formula].coefficient_names)
     angle = ANGLE_UNITS[row["angle_unit"]]
     points = tuple((float(x), float(y)) for x, y in row.get("points", ()))
     known = _range_in_radians(row.get(_range_key(row)))
@@ -151,6 +159,9 @@ def _parse_curve(row: _Row) -> PublishedCurve:
         range_is_measured=bool(points) or "measured_deg" in row,
         held_angles={name: radians(angle) for name, angle in row.get("held_deg", {}).items()},
         damping=row.get("damping_Nms_rad"),
+        sample=_parse_sample(row),
+        deviation=deviation,
+        rms_error=row.get("rms_error_Nm"),
         note=row["note"],
     )
     _ = curve.law  # checks itself when made
@@ -180,6 +191,7 @@ def _parse_coupled_law(row: _Row) -> PublishedCoupledLaw:
         convention=row.get("convention", ""),
         reversed_coordinates=turned,
         range_is_measured="measured_deg" in row,
+        sample=_parse_sample(row),
         note=row["note"],
     )
 
@@ -217,7 +229,8 @@ _TERM_PARSERS: Mapping[str, Callable[[_Row, list[str], float], CoupledTerm]] = {
 def _parse_rhythm(row: _Row) -> PublishedRhythm:
     law, reference = _parse_bone_angle(row), _parse_reference(row)
     plane = row.get("plane", "")
-    return PublishedRhythm(row["name"], row["bone"], plane, law, reference, row["note"])
+    sample = _parse_sample(row)
+    return PublishedRhythm(row["name"], row["bone"], plane, law, reference, sample, row["note"])
 
 
 def _parse_bone_angle(row: _Row) -> BoneAngle:
@@ -245,6 +258,7 @@ def _parse_motion_range(row: _Row) -> MotionRange:
         motion=row["motion"],
         limit=radians(row["deg"]),
         reference=_parse_reference(row),
+        sample=_parse_sample(row),
         at_least=row.get("at_least", False),
         deviation=None if deviation is None else radians(deviation),
         moment=row.get("moment_Nm"),

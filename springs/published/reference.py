@@ -1,7 +1,8 @@
-"""Sources of published numbers and their verification."""
+"""Sources of published numbers, their verification, and what was measured for them."""
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import assert_never
 
 
 class Sureness(Enum):
@@ -11,6 +12,7 @@ class Sureness(Enum):
     ONE_CODE = "C1"
     PAGE = "P"
     CODE_AND_PAGE = "C1+P"
+    DISPUTED = "D"
 
     @property
     def description(self) -> str:
@@ -20,6 +22,7 @@ class Sureness(Enum):
             Sureness.ONE_CODE: "from one code base",
             Sureness.PAGE: "read on a page",
             Sureness.CODE_AND_PAGE: "a code base and a page agree",
+            Sureness.DISPUTED: "code bases disagree",
         }[self]
 
 
@@ -44,3 +47,54 @@ class Reference:
         doi = f"doi:{self.doi}" if self.doi else ""
         citation = "; ".join(part for part in (self.text, self.place, doi) if part)
         return f"{citation} [{self.sureness.value}: {self.sureness.description}]"
+
+
+class SampleKind(Enum):
+    """Kind of bodies from which a number comes."""
+
+    LIVING = "living"
+    CADAVERS = "cadavers"
+    DUMMY = "dummy"
+    MODEL = "model"
+    NORM = "norm"
+    ESTIMATE = "estimate"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Bodies that were measured.
+
+    Attributes:
+        kind: of bodies; `NORM` is a clinical table, `MODEL` a limit or curve of a model.
+        subjects: their number, or None if unknown.
+    """
+
+    kind: SampleKind = SampleKind.UNKNOWN
+    subjects: int | None = None
+
+    @property
+    def is_measured(self) -> bool:
+        """True for measurements of people, living or dead."""
+        return self.kind in (SampleKind.LIVING, SampleKind.CADAVERS)
+
+    def __str__(self) -> str:
+        """The sample in words: `20 living subjects`, `9 cadavers`, `a model`."""
+        match self.kind:
+            case SampleKind.LIVING:
+                noun = "living subject" if self.subjects == 1 else "living subjects"
+            case SampleKind.CADAVERS:
+                noun = "cadaver" if self.subjects == 1 else "cadavers"
+            case SampleKind.DUMMY:
+                return "a crash dummy"
+            case SampleKind.MODEL:
+                return "a model, not measured"
+            case SampleKind.NORM:
+                return "a clinical table, not a sample"
+            case SampleKind.ESTIMATE:
+                return "an estimate, not measured"
+            case SampleKind.UNKNOWN:
+                return ""
+            case _ as never:
+                assert_never(never)
+        return noun if self.subjects is None else f"{self.subjects} {noun}"

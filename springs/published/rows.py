@@ -1,12 +1,15 @@
 """Rows of the published tables: a curve, a coupled law, a shoulder rhythm, a range of motion."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from springs.backends import Array
 from springs.coupled import CoupledExponential
 from springs.elastic import Elastic, Range, mirror_range
 from springs.published.formulas import FORMULAS, PrintedCurve
-from springs.published.reference import Reference
+from springs.published.reference import Reference, Sample
 from springs.published.shoulder_rhythm import BoneAngle
 from springs.transformed import Transformed
 
@@ -28,6 +31,9 @@ class PublishedCurve:
         held_angles: angles of other joints during the measurement [rad].
         damping: viscous damping that goes with it [N m s/rad], or None.
         reference: where it is from.
+        sample: what was measured.
+        deviation: standard deviations of coefficients by their printed names, in printed units.
+        rms_error: root-mean-square error of the models fitted to single subjects [N m], or None.
         note: what a user should know.
     """
 
@@ -36,6 +42,9 @@ class PublishedCurve:
     formula: str
     printed: PrintedCurve
     reference: Reference
+    sample: Sample
+    deviation: Mapping[str, float] = field(default_factory=dict[str, float])
+    rms_error: float | None = None
     convention: str = ""
     angle_sign: int = 1
     moment_sign: int = 1
@@ -58,6 +67,42 @@ class PublishedCurve:
         known = self.printed.valid_range
         return mirror_range(known) if self.angle_sign < 0 else known
 
+    @property
+    def scatter_text(self) -> str:
+        """The published scatter in words, or ""."""
+        if self.deviation:
+            return "one standard deviation of each coefficient, taken as independent"
+        if self.rms_error is not None:
+            return f"{self.rms_error:g} N m, error of the models fitted to single subjects"
+        return ""
+
+    def torque_band(self, angles: Array) -> tuple[Array, Array] | None:
+        """Lower and upper edge of the scatter about the torque [N m], shape of `angles` [rad].
+
+        Each coefficient is moved by its standard deviation either way, one at a time; changes of
+        one sign add as squares. None without a published scatter.
+        """
+        torque = np.asarray(self.law.torque(angles))
+        if self.rms_error is not None:
+            return torque - self.rms_error, torque + self.rms_error
+        if not self.deviation:
+            return None
+        below, above = np.zeros_like(torque), np.zeros_like(torque)
+        for name, deviation in self.deviation.items():
+            changes = np.array(
+                [
+                    self._move_coefficient(name, sign * deviation).law.torque(angles) - torque
+                    for sign in (-1.0, 1.0)
+                ]
+            )
+            below += np.minimum(changes.min(axis=0), 0.0) ** 2
+            above += np.maximum(changes.max(axis=0), 0.0) ** 2
+        return torque - np.sqrt(below), torque + np.sqrt(above)
+
+    def _move_coefficient(self, name: str, change: float) -> "PublishedCurve":
+        moved = {**self.printed.coefficients, name: self.printed.coefficients[name] + change}
+        return replace(self, printed=replace(self.printed, coefficients=moved))
+
 
 @dataclass(frozen=True)
 class PublishedCoupledLaw:
@@ -69,8 +114,9 @@ class PublishedCoupledLaw:
         formula: as printed.
         convention: the printed senses, in words.
         reversed_coordinates: coordinates of which angle and moment are printed in the other sense.
-        range_is_measured: as in `Curve`.
+        range_is_measured: as in `PublishedCurve`.
         reference: where it is from.
+        sample: what was measured.
         note: what a user should know.
     """
 
@@ -78,6 +124,7 @@ class PublishedCoupledLaw:
     law: CoupledExponential
     formula: str
     reference: Reference
+    sample: Sample
     convention: str = ""
     reversed_coordinates: tuple[str, ...] = ()
     range_is_measured: bool = False
@@ -94,6 +141,7 @@ class PublishedRhythm:
         plane: "frontal" or "sagittal" where it holds in one plane only, or "".
         law: angle of the bone [rad] of the arm's elevation [rad].
         reference: where it is from.
+        sample: what was measured.
         note: what a user should know.
     """
 
@@ -102,6 +150,7 @@ class PublishedRhythm:
     plane: str
     law: BoneAngle
     reference: Reference
+    sample: Sample
     note: str = ""
 
 
@@ -113,6 +162,7 @@ class MotionRange:
         motion: the direction, named so that the limit is positive ("hip extension").
         limit: [rad].
         reference: where it is from.
+        sample: what was measured.
         at_least: whether the source calls any greater range normal too.
         deviation: standard deviation among subjects [rad], or None.
         moment: passive moment at which the end was read [N m], or None.
@@ -122,6 +172,7 @@ class MotionRange:
     motion: str
     limit: float
     reference: Reference
+    sample: Sample
     at_least: bool = False
     deviation: float | None = None
     moment: float | None = None

@@ -34,6 +34,8 @@ def test_a_row_tells_its_place_its_range_and_what_was_held():
     assert str(curve("silder_2007/hip_knee_15").reference) in plain
     assert "measured -15 .. 80 deg" in plain
     assert "knee 15 deg" in plain
+    assert "20 living subjects" in plain
+    assert "2.5 N m, error of the models fitted to single subjects" in plain
     leg = answer("cite", "riener_edrich_1999/leg")
     assert leg["doi"] == coupled_law("riener_edrich_1999/leg").reference.doi
     assert leg["sureness"] == "C2"
@@ -67,7 +69,8 @@ def test_an_equation_is_not_digitised():
     leg = answer("cite", "silder_2007/leg")
     assert leg["place"] == "the equations, with the mean parameters of the subjects"
     points = answer("cite", "silder_2007/hip_knee_15")
-    assert points["place"] == "digitised from the published curves"
+    assert points["place"].startswith("digitised from the published curves at each degree")
+    assert (points["subjects"], points["rms_error_Nm"]) == (20, 2.5)
 
 
 def test_a_figure_cites_the_thesis_and_its_springs():

@@ -110,6 +110,8 @@ FAULTS = [
     (HEAD + CURVE.replace('"N m"', '"Nm"'), "there is no `Nm`"),
     (HEAD + CURVE.replace("B1 = 2.0, ", ""), "there is no `B1`"),
     (HEAD + CURVE.replace("B1 = 2.0, ", "B1 = 2.0, B3 = 2.0, "), "unknown `B3`; known are B1, k1,"),
+    (HEAD + CURVE + "deviation = { B3 = 1.0 }", "unknown `B3`; known are B1, k1,"),
+    (HEAD + CURVE + 'sample = "robots"', "'robots' is not a valid SampleKind"),
     (HEAD + CURVE + "angle_sign = 2", "there is no `2`"),
     (HEAD + CURVE + "measured_deg = [1, 2, 3]", "too many values"),
     (HEAD + CURVE + "measured_deg = [0, 1]\nusable_deg = [0, 1]", "measured or usable, not both"),

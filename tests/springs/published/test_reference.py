@@ -1,4 +1,4 @@
-from springs.published.reference import Reference, Sureness
+from springs.published.reference import Reference, Sample, SampleKind, Sureness
 
 
 def test_a_reference_reads_as_one_line():
@@ -15,3 +15,14 @@ def test_what_is_not_known_is_left_out():
 
 def test_every_degree_of_sureness_has_words():
     assert len({kind.description for kind in Sureness}) == len(Sureness)
+
+
+def test_a_sample_reads_as_words():
+    assert str(Sample(SampleKind.LIVING, 20)) == "20 living subjects"
+    assert str(Sample(SampleKind.LIVING, 1)) == "1 living subject"
+    assert str(Sample(SampleKind.CADAVERS)) == "cadavers"
+    assert [kind for kind in SampleKind if Sample(kind).is_measured] == [
+        SampleKind.LIVING,
+        SampleKind.CADAVERS,
+    ]
+    assert len({str(Sample(kind)) for kind in SampleKind}) == len(SampleKind)
