@@ -99,6 +99,11 @@ _FOOTER_FONT_SIZE = 6.5
 _FOOTER_LINE_LENGTH = 142
 """Characters on a line of the footer."""
 
+_BAND_OPACITY = 0.2
+
+_MARKED_POINTS = 12
+"""Number of markers on a line through many points."""
+
 _EXTRAPOLATED_LINE_WIDTH = 0.8
 """Line width where a curve is extrapolated [points]."""
 
@@ -195,15 +200,21 @@ def draw_curve(
         axes.plot(x, beyond, ":", color=style.colour, lw=_EXTRAPOLATED_LINE_WIDTH, label=label)
 
 
+def draw_band(axes: Axes, x: Array, below: Array, above: Array, style: LineStyle) -> None:
+    """Draw the scatter about a curve as a pale band of its colour."""
+    axes.fill_between(x, below, above, color=style.colour, alpha=_BAND_OPACITY, lw=0.0, zorder=1.2)
+
+
 def draw_points(
     axes: Axes, x: Array, y: Array, style: LineStyle, label: str, line: bool = True
 ) -> None:
-    """Draw measured points, by default joined by a thin line."""
+    """Draw measured points, by default joined by a thin line; of many, few have a marker."""
     axes.plot(
         x,
         y,
         linestyle=style.dash if line else "none",
         marker=style.marker,
+        markevery=max(1, len(x) // _MARKED_POINTS),
         ms=4.0,
         mfc="white",
         color=style.colour,

@@ -85,7 +85,8 @@ def plots(
         ),
     ] = None,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Fail if a claim does not hold.")
+        bool,
+        typer.Option("--strict", help="Fail if a claim does not hold; a comparison may differ."),
     ] = False,
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")

@@ -21,6 +21,7 @@ from plots.canvas import (
     add_footer,
     add_title,
     create_panels,
+    draw_band,
     draw_curve,
     draw_points,
     draw_zero_line,
@@ -28,7 +29,7 @@ from plots.canvas import (
 )
 from plots.joint_curve import JointCurve, law_claims, read_curve
 from plots.literature import Literature
-from plots.plate import Claim, Plate
+from plots.plate import Claim, Plate, incomparable_claim
 from springs.backends import Array
 from springs.published import tables as published
 
@@ -41,6 +42,9 @@ EXUDYN_STYLE = LineStyle("#E69F00", "-", "o")
 
 EXCLUDED_DASH = (0, (4, 2))
 """Dash of the printed cubic within a dead zone."""
+
+OTHER_SENSE_DASH = (0, (1, 1))
+"""Dash of the printed cubic in the sense that was not chosen."""
 
 _RANGE_END_DASH = (0, (1, 3))
 
@@ -94,6 +98,8 @@ class JointPlate:
         held_deg: angles of revolute joints other than zero [deg].
         is_estimate: True if the thesis names no source; otherwise the literature substitutes for a
             source that is not public.
+        sense_odds: odds of the chosen sense of the printed moment, "60/40", where the other one is
+            to be drawn as well; "" for a sense that is certain.
     """
 
     name: str
@@ -106,6 +112,7 @@ class JointPlate:
     comment: str
     held_deg: Mapping[str, float] = field(default_factory=dict[str, float])
     is_estimate: bool = False
+    sense_odds: str = ""
 
     def __call__(self) -> Plate:
         """Read the curve out of Exudyn and draw it."""
@@ -128,7 +135,15 @@ class JointPlate:
             caption=_caption(self, curve, references),
             sign=_sign_convention(curve),
             figure=_draw(self, curve, references),
-            claims=(*law_claims(curve), *self.claims(curve, *self.literature)),
+            claims=(
+                *law_claims(curve),
+                *self.claims(curve, *self.literature),
+                *(
+                    incomparable_claim(f"The torque is that of {row.label}", row.obstacle)
+                    for row in self.literature
+                    if row.obstacle
+                ),
+            ),
             tables=_tables(self, curve),
             references=references,
         )
@@ -142,6 +157,8 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         _draw_ranges(strip, curve, window)
         angles = np.radians(np.linspace(*window.angles, 600))
         _draw_printed(upper, curve, angles)
+        if plate.sense_odds:
+            _draw_other_sense(upper, curve, angles)
         for row, pen in zip(plate.literature, LINE_STYLES, strict=False):
             _draw_literature(upper, row, angles, pen)
             _draw_residual(lower, curve, row, window, pen)
@@ -160,13 +177,13 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         lower.set_xlabel(f"angle [deg], positive in {curve.motion}")
         strip.legend(
             handles=[
-                *_common_handles(curve, references),
+                *_common_handles(curve, references, plate.sense_odds),
                 *(
                     _literature_handle(
                         row,
                         pen,
-                        f"{'' if plate.is_estimate else 'substitute: '}{row.label} "
-                        f"[{references.index(str(row.reference)) + 1}]",
+                        f"{'' if plate.is_estimate else 'substitute: '}{row.label}"
+                        f"{_subjects_text(row)} [{references.index(str(row.reference)) + 1}]",
                     )
                     for row, pen in zip(plate.literature, LINE_STYLES, strict=False)
                 ),
@@ -236,7 +253,16 @@ def _draw_printed(axes: Axes, curve: JointCurve, angles: Array) -> None:
         axes.plot(np.degrees(angles), shown, color=THESIS_STYLE.colour, lw=1.1, ls=dash, zorder=3)
 
 
+def _draw_other_sense(axes: Axes, curve: JointCurve, angles: Array) -> None:
+    torques = curve.other_sense_torques(angles)
+    colour = THESIS_STYLE.colour
+    axes.plot(np.degrees(angles), torques, color=colour, lw=1.1, ls=OTHER_SENSE_DASH, zorder=3)
+
+
 def _draw_literature(axes: Axes, literature: Literature, angles: Array, style: LineStyle) -> None:
+    edges = literature.band(angles)
+    if edges is not None:
+        draw_band(axes, np.degrees(angles), *edges, style)
     if literature.points is not None:
         at, torques = literature.points
         draw_points(axes, np.degrees(at), torques, style, "_", literature.is_line)
@@ -301,7 +327,7 @@ def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
     )
 
 
-def _common_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D]:
+def _common_handles(curve: JointCurve, references: Sequence[str], sense_odds: str) -> list[Line2D]:
     """Legend entries of the simulated curve, the thesis's cubic and the normal range."""
     read = Line2D(
         [], [], lw=1.0, marker=EXUDYN_STYLE.marker, color=EXUDYN_STYLE.colour, mec=BLACK, ms=4.5
@@ -317,12 +343,23 @@ def _common_handles(curve: JointCurve, references: Sequence[str]) -> list[Line2D
         handles.append(
             Line2D([], [], color=THESIS_STYLE.colour, lw=1.1, ls=EXCLUDED_DASH, label=label)
         )
+    if sense_odds:
+        label = f"cubic in the other sense: the odds are {sense_odds}"
+        handles.append(
+            Line2D([], [], color=THESIS_STYLE.colour, lw=1.1, ls=OTHER_SENSE_DASH, label=label)
+        )
     numbers = sorted({references.index(str(end.reference)) + 1 for end in curve.range_ends})
     cited = f" [{', '.join(map(str, numbers))}]" if numbers else ""
     ends = Line2D(
         [], [], color=GREY, lw=0.9, ls=_RANGE_END_DASH, label=f"end of the normal range{cited}"
     )
     return [*handles, ends]
+
+
+def _subjects_text(literature: Literature) -> str:
+    """` (n = 20)`, or "" for an unknown number or a model."""
+    subjects = literature.sample.subjects
+    return "" if subjects is None else f" (n = {subjects})"
 
 
 def _literature_handle(literature: Literature, style: LineStyle, label: str) -> Line2D:
@@ -370,6 +407,17 @@ def _sign_convention(curve: JointCurve) -> str:
     )
 
 
+def _dead_zone_note(curve: JointCurve) -> str:
+    """What a dead zone that the thesis does not print stands for, or ""."""
+    if not curve.has_assumed_dead_zone:
+        return ""
+    return (
+        "The thesis prints no dead zones for spherical joints: this one is the reading of this "
+        f"project, because as printed the cubic drives outwards there with up to "
+        f"{curve.outward_torque:.3g} N m. Nothing is compared within it."
+    )
+
+
 def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> str:
     ends = dict.fromkeys(
         f"{end.motion} [{references.index(str(end.reference)) + 1}]" for end in curve.range_ends
@@ -386,12 +434,15 @@ def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) ->
         ""
         if curve.low and curve.high
         else "A ? marks an end of the range for which no verified value is known.",
+        _dead_zone_note(curve),
         _clipping_note(plate.window),
     ]
     for row in plate.literature:
         notes = [
+            str(row.sample),
             row.held_text,
             row.note,
+            f"the band is {row.scatter_text}" if row.scatter_text else "",
             "" if row.is_digitised else row.extrapolation_note(low, high),
         ]
         if any(notes):
@@ -407,6 +458,9 @@ def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]
         "law [N m]": curve.law_torques,
         "cubic as printed, as torque on the child [N m]": curve.printed_torques(curve.angles),
     }
+    if plate.sense_odds:
+        other = curve.other_sense_torques(curve.angles)
+        read["cubic in the other sense, as torque on the child [N m]"] = other
     if curve.other_side_torques is not None:
         read["simulated, other side [N m]"] = curve.other_side_torques
     tables = {"readings": read}
@@ -416,6 +470,11 @@ def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]
             # Beyond the window an exponential is meaningless, and may overflow.
             shown = np.where(inside, row.torque(curve.angles), np.nan)
             read[f"{row.label} [N m]"] = shown
+            edges = row.band(curve.angles)
+            if edges is not None:
+                for side, edge in zip(("lower", "upper"), edges, strict=True):
+                    column = f"{row.label}, {side} edge of the scatter [N m]"
+                    read[column] = np.where(inside, edge, np.nan)
         else:
             at, torques = row.points
             simulated = np.interp(at, curve.angles, curve.simulated)
@@ -425,6 +484,11 @@ def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]
                 "simulated [N m]": simulated,
                 "simulated - published [N m]": simulated - torques,
             }
+            edges = row.band(at)
+            if edges is not None:
+                columns = tables[_file_name_part(row.label)]
+                for side, edge in zip(("lower", "upper"), edges, strict=True):
+                    columns[f"{side} edge of the scatter [N m]"] = edge
     return tables
 
 

@@ -6,9 +6,9 @@ comments: command, day, machine and versions.
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
-from math import inf, isinf, radians
+from math import inf, radians
 
 import numpy as np
 
@@ -16,7 +16,8 @@ from springs.backends import Array
 from springs.elastic import Elastic, Range, describe_extrapolation
 from springs.interpolated import Interpolated
 from springs.published import tables as published
-from springs.published.reference import Reference
+from springs.published.reference import Reference, Sample, Sureness
+from springs.published.rows import PublishedCurve
 
 YOON_MANSOUR = (
     "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
@@ -36,18 +37,24 @@ class Literature:
             first one applies.
         valid_range: range in which the curve may be used [rad], or None if unknown.
         reference: of the publication.
+        sample: what was measured.
+        range_is_measured: whether `valid_range` is that of a measurement.
         held_text: angles of other joints during the measurement, in words, or "".
         note: remark for the caption, or "".
         is_line: True if the curve is known between its points.
+        row: the published row with its scatter, where one row makes the curve.
     """
 
     label: str
     pieces: tuple[tuple[Elastic, Range], ...]
     valid_range: Range | None
     reference: Reference
+    sample: Sample = field(default_factory=Sample)
+    range_is_measured: bool = False
     held_text: str = ""
     note: str = ""
     is_line: bool = True
+    row: PublishedCurve | None = None
 
     def torque(self, angles: Array) -> Array:
         """Torque on the child [N m] at angles [rad]; nan outside all pieces."""
@@ -60,6 +67,32 @@ class Literature:
     def torque_at(self, angle: float) -> float:
         """Torque on the child [N m] at one angle [rad]."""
         return float(self.torque(np.array([angle]))[0])
+
+    @property
+    def obstacle(self) -> str:
+        """Reason why no joint can be compared with the curve, or ""."""
+        if not self.sample.is_measured:
+            return f"the curve is {self.sample}"
+        if self.reference.sureness is Sureness.DISPUTED:
+            return "code bases disagree about its numbers"
+        if not self.range_is_measured:
+            return "the range in which it was measured is not known"
+        return ""
+
+    @property
+    def scatter_text(self) -> str:
+        """The published scatter in words, or ""."""
+        return "" if self.row is None else self.row.scatter_text
+
+    def band(self, angles: Array) -> tuple[Array, Array] | None:
+        """Edges of the published scatter at angles [rad], nan beyond the known range [N m]."""
+        edges = None if self.row is None else self.row.torque_band(angles)
+        if edges is None or self.valid_range is None:
+            return edges
+        low, high = self.valid_range
+        known = (angles >= low - 1e-12) & (angles <= high + 1e-12)
+        below, above = (np.where(known, edge, np.nan) for edge in edges)
+        return below, above
 
     @property
     def points(self) -> tuple[Array, Array] | None:
@@ -83,30 +116,35 @@ class Literature:
 
 
 def literature_from_points(
-    points: tuple[tuple[float, float], ...], label: str, reference: Reference, note: str = ""
+    points: tuple[tuple[float, float], ...],
+    label: str,
+    reference: Reference,
+    sample: Sample,
+    note: str = "",
 ) -> Literature:
     """Make unconnected points (angle [rad], torque on the child [N m]); angles increase."""
     table = Interpolated(points)
-    return Literature(
-        label, ((table, _ALL_ANGLES),), table.valid_range, reference, "", note, is_line=False
-    )
+    pieces, known = ((table, _ALL_ANGLES),), table.valid_range
+    return Literature(label, pieces, known, reference, sample, True, note=note, is_line=False)
 
 
-def published_curve(key: str, label: str, note: str = "") -> Literature:
-    """The curve `publication/name`; one published for one side of zero only ends there."""
+def published_curve(key: str, label: str, note: str = "", side: int = 0) -> Literature:
+    """The curve `publication/name`; `side` is the only side of zero that it describes, or 0."""
     curve = published.curve(key)
-    published_range = _ALL_ANGLES if curve.valid_range is None else curve.valid_range
-    half = isinf(published_range[0]) or isinf(published_range[1])
+    ends = {-1: (-inf, 0.0), 0: _ALL_ANGLES, 1: (0.0, inf)}[side]
     held_text = ", ".join(
         f"{name} at {np.degrees(at):.4g} deg" for name, at in curve.held_angles.items()
     )
     return Literature(
         label,
-        ((curve.law, published_range if half else _ALL_ANGLES),),
-        None if half else curve.valid_range,
+        ((curve.law, ends),),
+        curve.valid_range,
         curve.reference,
+        curve.sample,
+        curve.range_is_measured,
         held_text,
         note,
+        row=curve,
     )
 
 
@@ -114,14 +152,17 @@ def join_curves(*curves: Literature) -> Literature:
     """Join curves of one publication for different ranges of an angle; the first names them."""
     first = curves[0]
     pieces = tuple(piece for part in curves for piece in part.pieces)
-    return replace(first, pieces=pieces)
+    ranges = [part.valid_range for part in curves if part.valid_range is not None]
+    hull = (min(low for low, _ in ranges), max(high for _, high in ranges)) if ranges else None
+    return replace(first, pieces=pieces, valid_range=hull, row=None)
 
 
 def mirror_to_both_sides(half: Literature) -> Literature:
     """Extend a curve for positive angles by its mirror image for negative ones."""
     mirrored = tuple((law.mirrored(), (-high, -low)) for law, (low, high) in half.pieces)
-    pieces = (*half.pieces, *mirrored)
-    return replace(half, pieces=pieces)
+    known = half.valid_range
+    other = None if known is None else (-known[1], -known[0])
+    return join_curves(half, replace(half, pieces=mirrored, valid_range=other))
 
 
 def single_angle_curve(
@@ -141,7 +182,16 @@ def single_angle_curve(
         motion, {name: radians(angle) for name, angle in held_deg.items()}
     )
     held_text = ", ".join(f"{name.split()[0]} at {angle:g} deg" for name, angle in held_deg.items())
-    return Literature(label, ((law, _ALL_ANGLES),), law.valid_range, row.reference, held_text, note)
+    return Literature(
+        label,
+        ((law, _ALL_ANGLES),),
+        law.valid_range,
+        row.reference,
+        row.sample,
+        row.range_is_measured,
+        held_text,
+        note,
+    )
 
 
 TableRow = Mapping[str, str]

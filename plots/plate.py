@@ -7,8 +7,9 @@ import csv
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from io import StringIO
-from math import inf, isinf, isnan
+from math import inf, isinf, isnan, nan
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -17,6 +18,27 @@ if TYPE_CHECKING:
     from springs.backends import Array
 
 PICTURE_FORMATS = ("svg", "png")
+
+
+class ClaimKind(StrEnum):
+    """Question that a claim answers."""
+
+    VERIFICATION = "verification"
+    """Does the program compute what it says?"""
+    COMPARISON = "comparison"
+    """Does the thesis's body agree with the literature?"""
+    SPEED = "speed"
+    """How fast is the program?"""
+
+
+class Outcome(StrEnum):
+    """Outcome of a claim; the last three are those of a comparison."""
+
+    HOLDS = "holds"
+    FAILS = "DOES NOT HOLD"
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    INCOMPARABLE = "cannot be compared"
 
 
 @dataclass(frozen=True)
@@ -30,6 +52,8 @@ class Claim:
         at_least: lower bound; -inf for none.
         at_most: upper bound; inf for none.
         remark: the meaning of a failing or partly true claim, or "".
+        kind: question that it answers.
+        obstacle: reason why a comparison cannot be made, or "".
     """
 
     sentence: str
@@ -38,11 +62,17 @@ class Claim:
     at_least: float = -inf
     at_most: float = inf
     remark: str = ""
+    kind: ClaimKind = ClaimKind.VERIFICATION
+    obstacle: str = ""
 
     def __post_init__(self) -> None:
         """Raise ValueError for a claim that cannot fail, or cannot hold."""
         if not self.sentence.strip():
             raise ValueError("a claim needs a sentence")
+        if self.obstacle:
+            if self.kind is not ClaimKind.COMPARISON:
+                raise ValueError("only a comparison has an obstacle")
+            return
         if isinf(self.at_least) and isinf(self.at_most):
             raise ValueError("a claim without a bound cannot fail")
         if isnan(self.at_least) or isnan(self.at_most) or self.at_least > self.at_most:
@@ -51,11 +81,22 @@ class Claim:
     @property
     def holds(self) -> bool:
         """True if the measured value is within the bounds; nan never is."""
-        return self._is_within_bounds(self.measured)
+        return not self.obstacle and self._is_within_bounds(self.measured)
+
+    @property
+    def outcome(self) -> Outcome:
+        """Outcome of a comparison, or whether another claim holds."""
+        if self.kind is not ClaimKind.COMPARISON:
+            return Outcome.HOLDS if self.holds else Outcome.FAILS
+        if self.obstacle:
+            return Outcome.INCOMPARABLE
+        return Outcome.AGREES if self.holds else Outcome.DIFFERS
 
     @property
     def measured_text(self) -> str:
         """The measured value with its unit, in enough digits to be on its side of the bounds."""
+        if self.obstacle:
+            return ""
         number = ""
         for digits in range(4, 18):
             number = f"{self.measured:.{digits}g}"
@@ -66,6 +107,8 @@ class Claim:
     @property
     def bound_text(self) -> str:
         """The bound in words: `at most 4 N m`, `-36 to -32 N m`."""
+        if self.obstacle:
+            return ""
         low, high = f"{self.at_least:.4g}", f"{self.at_most:.4g}"
         if isinf(self.at_most):
             words = f"at least {low}"
@@ -79,11 +122,21 @@ class Claim:
 
     @property
     def verdict(self) -> str:
-        """`holds` or `DOES NOT HOLD`."""
-        return "holds" if self.holds else "DOES NOT HOLD"
+        """The outcome in words."""
+        return self.outcome.value
+
+    @property
+    def explanation(self) -> str:
+        """Obstacle and remark in one text, or ""."""
+        return "; ".join(filter(None, (self.obstacle, self.remark)))
 
     def _is_within_bounds(self, value: float) -> bool:
         return bool(self.at_least <= value <= self.at_most)
+
+
+def incomparable_claim(sentence: str, obstacle: str) -> Claim:
+    """A comparison that cannot be made, with the reason."""
+    return Claim(sentence, nan, kind=ClaimKind.COMPARISON, obstacle=obstacle)
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,11 @@
 
 import re
 from base64 import b64encode
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 
-from plots.plate import Claim, DrawnPlate, FailedPlate
+from plots.plate import Claim, ClaimKind, DrawnPlate, FailedPlate, Outcome
 
 LARGEST_SVG = 1_000_000
 """A larger SVG is shown as PNG: browsers draw it slowly [bytes]."""
@@ -100,13 +101,22 @@ def _report_lines(
 
 
 def tally(claims: Sequence[Claim]) -> str:
-    """Count the claims that hold, as a sentence."""
-    failing = sum(not claim.holds for claim in claims)
-    if not claims:
-        return "There are no claims."
-    if not failing:
-        return f"All {len(claims)} claims hold."
-    return f"{len(claims) - failing} of {len(claims)} claims hold, {failing} do not."
+    """Count the claims that hold, and the outcomes of the comparisons, as sentences."""
+    tested = [claim for claim in claims if claim.kind is not ClaimKind.COMPARISON]
+    failing = sum(not claim.holds for claim in tested)
+    sentences: list[str] = []
+    if tested and not failing:
+        sentences.append(f"All {len(tested)} claims hold.")
+    elif tested:
+        passing = len(tested) - failing
+        sentences.append(f"{passing} of {len(tested)} claims hold, {failing} do not.")
+    if len(claims) > len(tested):
+        counts = Counter(claim.outcome for claim in claims)
+        sentences.append(
+            f"Of {len(claims) - len(tested)} comparisons {counts[Outcome.AGREES]} agree, "
+            f"{counts[Outcome.DIFFERS]} differ and {counts[Outcome.INCOMPARABLE]} cannot be made."
+        )
+    return " ".join(sentences) or "There are no claims."
 
 
 def _contents(plates: Sequence[DrawnPlate]) -> Iterator[str]:
@@ -115,8 +125,10 @@ def _contents(plates: Sequence[DrawnPlate]) -> Iterator[str]:
     yield "<ol>"
     yield '<li><a href="#claims">All claims</a></li>'
     for plate in plates:
-        failing = sum(not claim.holds for claim in plate.claims)
+        counts = Counter(claim.outcome for claim in plate.claims)
+        failing, differing = counts[Outcome.FAILS], counts[Outcome.DIFFERS]
         note = f" ({failing} of {len(plate.claims)} claims do not hold)" if failing else ""
+        note += f" ({differing} comparisons differ)" if differing else ""
         yield f'<li><a href="#{plate.name}">{escape(plate.title)}</a>{note}</li>'
     yield '<li><a href="#made">Provenance</a></li>'
     yield "</ol>"
@@ -140,19 +152,19 @@ def _claims_table_lines(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
     linked = any(link for _, link in rows)
     yield '<div class="scroll">'
     yield "<table>"
-    heads = ["Claim", "Measured", "Bound", "Verdict", "Remark", *(["Plate"] if linked else [])]
+    heads = ["Claim", "Measured", "Bound", "Outcome", "Remark", *(["Plate"] if linked else [])]
     cells = "".join(f'<th scope="col">{head}</th>' for head in heads)
     yield f"<thead><tr>{cells}</tr></thead>"
     yield "<tbody>"
     for claim, link in rows:
         yield "".join(
             (
-                "<tr>" if claim.holds else '<tr class="fails">',
+                '<tr class="fails">' if claim.outcome is Outcome.FAILS else "<tr>",
                 f"<td>{escape(claim.sentence)}</td>",
                 f'<td class="number">{escape(claim.measured_text)}</td>',
                 f'<td class="number">{escape(claim.bound_text)}</td>',
                 f'<td class="verdict">{claim.verdict}</td>',
-                f"<td>{escape(claim.remark)}</td>",
+                f"<td>{escape(claim.explanation)}</td>",
                 f"<td>{link}</td>" if linked else "",
                 "</tr>",
             )
@@ -255,12 +267,13 @@ def _gallery_lines(plates: Sequence[DrawnPlate], folder: str) -> Iterator[str]:
 
 def claims_table(claims: Sequence[Claim]) -> Iterator[str]:
     """The lines of a Markdown table of claims."""
-    yield "| claim | measured | bound | verdict |"
+    yield "| claim | measured | bound | outcome |"
     yield "|---|---|---|---|"
     for claim in claims:
-        sentence = f"{claim.sentence} ({claim.remark})" if claim.remark else claim.sentence
-        cells = (sentence, claim.measured_text, claim.bound_text)
-        verdict = claim.verdict if claim.holds else f"**{claim.verdict}**"
+        remark = f" ({claim.explanation})" if claim.explanation else ""
+        cells = (claim.sentence + remark, claim.measured_text, claim.bound_text)
+        fails = claim.outcome is Outcome.FAILS
+        verdict = f"**{claim.verdict}**" if fails else claim.verdict
         yield f"| {' | '.join(map(_escape_markdown, cells))} | {verdict} |"
 
 

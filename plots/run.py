@@ -25,7 +25,7 @@ from generator.cli.outputs import check_writable, unwritable_file_error, write_f
 from generator.cli.progress import ItemMonitor, defer_interrupt, no_item_monitor
 from generator.diagnostics import InputError, UsageError, spelling_hint
 from generator.text_io import os_error_reason
-from plots.plate import Claim, DrawnPlate, FailedPlate
+from plots.plate import Claim, DrawnPlate, FailedPlate, Outcome
 from plots.report import PICTURE_FORMAT, gallery_page, report, tally
 
 PLATES: Mapping[str, str] = {
@@ -36,6 +36,7 @@ PLATES: Mapping[str, str] = {
         ("hip_directional", ("hip_directional",)),
         ("hip", ("hip_flexion", "hip_abduction", "hip_rotation")),
         ("waist", ("waist_bend", "waist_flexion", "waist_twist")),
+        ("waist_senses", ("waist_senses",)),
         ("clavicle", ("clavicle",)),
         ("two_joint_hip", ("two_joint_hip",)),
         ("off_axis", ("off_axis",)),
@@ -67,7 +68,7 @@ def plots(
         names: of the plates [default: all].
         output: folder of the files and the report.
         gallery: Markdown page; its pictures go into the folder of the same stem.
-        strict: fail if a claim does not hold.
+        strict: fail if a claim does not hold; a comparison may differ.
         jobs: largest number of processes [default: number of cores].
         listed: list the names of all plates and draw none.
         progress: shows each finished plate.
@@ -383,7 +384,7 @@ def _failure_message(results: _PlateResults, strict: bool) -> str | None:
         return f"interrupted after {len(results.plates)} of {count} plates"
     if results.failed:
         return "; ".join(map(str, results.failed))
-    if strict and not all(claim.holds for claim in results.claims):
+    if strict and any(claim.outcome is Outcome.FAILS for claim in results.claims):
         return f"--strict requires all claims to hold: {tally(results.claims)}"
     return None
 
@@ -392,7 +393,12 @@ def _format_paragraphs(
     results: _PlateResults, files: Sequence[Path], output: Path | None
 ) -> Iterator[str]:
     rows = [
-        [claim.verdict, claim.measured_text, f"({claim.bound_text})", _single_line(claim.sentence)]
+        [
+            claim.verdict,
+            claim.measured_text,
+            f"({claim.bound_text})" if claim.bound_text else "",
+            _single_line(claim.sentence),
+        ]
         for claim in results.claims
     ]
     lines = iter(format_table(rows, left_columns=len(rows[0])).splitlines() if rows else [])
@@ -400,8 +406,8 @@ def _format_paragraphs(
         paragraph = [f"{plate.name}: {_single_line(plate.title)}"]
         for claim in plate.claims:
             paragraph.append(f"  {next(lines)}")
-            if claim.remark and not claim.holds:
-                paragraph.append(f"    {_single_line(claim.remark)}")
+            if claim.explanation and not claim.holds:
+                paragraph.append(f"    {_single_line(claim.explanation)}")
         yield "\n".join(paragraph)
     yield tally(results.claims)
     counts = Counter(path.parent for path in files)
@@ -444,4 +450,7 @@ def _claim_json(claim: Claim) -> dict[str, object]:
         "at_most": finite_or_none(claim.at_most),
         "holds": claim.holds,
         "remark": claim.remark,
+        "kind": claim.kind.value,
+        "outcome": claim.outcome.value,
+        "obstacle": claim.obstacle,
     }

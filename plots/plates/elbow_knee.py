@@ -5,32 +5,25 @@ from math import degrees, radians
 
 from plots.joint_curve import (
     JointCurve,
-    low_torque_claim,
-    rms_difference_claim,
+    difference_claim,
+    range_end_claim,
     same_direction_claim,
-    same_magnitude_claim,
-    stop_not_early_claim,
 )
 from plots.joint_plate import JointPlate, Window
 from plots.literature import Literature, published_curve, single_angle_curve
 from plots.plate import Claim
 
 
-def _elbow_claims(curve: JointCurve, saul: Literature) -> Iterator[Claim]:
-    end = curve.dead_zone[1]
-    edge = f"the dead zone ends at {degrees(end):.1f} deg, an estimate of the thesis's author"
-    yield stop_not_early_claim(curve, f"{edge}: this elbow bends less than a real one")
-    yield low_torque_claim(
-        curve,
-        saul,
-        0.0,
-        end,
-        f"the model resists with {abs(saul.torque_at(0.0)):.0f} N m at 0 deg, where the thesis's "
-        "dead zone begins",
-    )
-    remark = f"{edge}, where the model's elbow is free"
-    yield rms_difference_claim(curve, saul, 0.0, radians(130.0), remark)
-    yield same_direction_claim(curve, saul, 0.0, radians(130.0))
+def _elbow_claims(curve: JointCurve, _: Literature) -> Iterator[Claim]:
+    edge = degrees(curve.dead_zone[1])
+    for end in curve.range_ends:
+        remark = (
+            f"the dead zone ends at {edge:.1f} deg, an estimate of the thesis's author: this elbow "
+            "bends less than a real one"
+            if end is curve.high
+            else "the thesis's data are of hyperextension, where its ten men resisted later"
+        )
+        yield range_end_claim(curve, end, remark)
 
 
 elbow = JointPlate(
@@ -50,17 +43,19 @@ elbow = JointPlate(
 )
 
 
-def _knee_claims(curve: JointCurve, silder: Literature, *_: Literature) -> Iterator[Claim]:
-    yield stop_not_early_claim(
-        curve,
-        f"the dead zone ends at {degrees(curve.dead_zone[1]):.1f} deg as printed: this knee bends "
-        "less than a real one",
-    )
-    yield low_torque_claim(curve, silder, 0.0, radians(90.0))
-    yield same_magnitude_claim(curve, silder, 95.0)
-    remark = "the dummy's knee has a stiff stop where a real one bends further"
-    yield same_magnitude_claim(curve, silder, 115.0, remark)
-    yield same_direction_claim(curve, silder, 0.0, radians(120.0))
+def _knee_claims(
+    curve: JointCurve, pointed: Literature, drawn_up: Literature, *others: Literature
+) -> Iterator[Claim]:
+    edge = degrees(curve.dead_zone[1])
+    stop = f"the dead zone ends at {edge:.1f} deg as printed: this knee bends less than a real one"
+    for end in curve.range_ends:
+        yield range_end_claim(curve, end, stop if end is curve.high else "")
+    straight = "the thesis's knee resists only beyond 0 deg; stretched calf muscles resist before"
+    dummy = "the dummy's knee has a stiff stop where a real one bends further"
+    for measured in (pointed, drawn_up, *others[:2]):
+        yield difference_claim(curve, measured, 0.0, radians(60.0), straight)
+        yield difference_claim(curve, measured, radians(60.0), radians(120.0), dummy)
+        yield same_direction_claim(curve, measured, 0.0, radians(120.0))
 
 
 knee = JointPlate(
@@ -69,8 +64,10 @@ knee = JointPlate(
     joint="left_knee",
     motion="flexion",
     literature=(
-        published_curve("silder_2007/knee_hip_0_ankle_-15", "Silder 2007, ankle at -15 deg"),
-        published_curve("silder_2007/knee_hip_0_ankle_20", "Silder 2007, ankle at 20 deg"),
+        published_curve("silder_2007/knee_hip_0_ankle_-15", "Silder 2007, ankle -15 deg"),
+        published_curve("silder_2007/knee_hip_0_ankle_20", "Silder 2007, ankle 20 deg"),
+        published_curve("silder_2007/knee_hip_45_ankle_0", "Silder 2007, hip 45 deg"),
+        published_curve("silder_2007/knee_hip_-15_ankle_20", "Silder 2007, hip -15 deg"),
         single_angle_curve(
             "riener_edrich_1999/leg",
             "knee flexion",
@@ -78,8 +75,6 @@ knee = JointPlate(
             "Riener & Edrich 1999",
             "its range is assumed to be Silder's",
         ),
-        published_curve("davy_audu_1987/knee", "Davy & Audu 1987"),
-        published_curve("anderson_1999/knee", "Anderson 1999, ligaments"),
         published_curve(
             "anderson_madigan_nussbaum_2007/knee_male_18_25", "Anderson 2007, young men"
         ),

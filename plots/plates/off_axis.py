@@ -252,21 +252,27 @@ def _claims(hip: ObliqueHip, path_work: Mapping[Joining, PathWork]) -> list[Clai
         )
         for joining in Joining
     ]
-    for joining in Joining:
-        work = float(path_work[joining].work[-1])
-        claims.append(
-            Claim(
-                f"The {joining.value} law does no work round a closed loop of orientations",
-                work,
-                "J",
-                at_least=-WORK_BOUND,
-                at_most=WORK_BOUND,
-                remark=""
-                if joining is Joining.CONSERVATIVE
-                else "it is not the gradient of an energy: round the loop one way it adds "
-                "energy, the other way it removes energy",
-            )
+    conservative, weighted = (
+        float(path_work[joining].work[-1]) for joining in (Joining.CONSERVATIVE, Joining.WEIGHTED)
+    )
+    claims.append(
+        Claim(
+            "The conservative law does no work round a closed loop of orientations",
+            conservative,
+            "J",
+            at_least=-WORK_BOUND,
+            at_most=WORK_BOUND,
         )
+    )
+    claims.append(
+        Claim(
+            "The weighted law is not the gradient of an energy: round the same loop it does work",
+            weighted,
+            "J",
+            at_least=1.0,
+            remark="the other way round it removes as much",
+        )
+    )
     return claims
 
 

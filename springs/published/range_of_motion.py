@@ -1,9 +1,9 @@
 """The normal range of motion of a joint about one of its axes, as published."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from springs.published.reference import Reference
+from springs.published.reference import Reference, Sample
 from springs.published.tables import publication
 
 PREFERRED_PUBLICATIONS = ("soucie_2011", "boone_azen_1979", "kouyoumdjian_2012", "aaos")
@@ -30,12 +30,14 @@ class RangeEnd:
         angle: in the sense of the motion asked for, so negative at the lower end [rad].
         source: name of the publication among `springs/published/data`.
         reference: where it is from.
+        sample: what was measured.
     """
 
     motion: str
     angle: float
     source: str
     reference: Reference
+    sample: Sample = field(default_factory=Sample)
 
 
 def normal_range(joint: str, motion: str) -> tuple[RangeEnd | None, RangeEnd | None]:
@@ -58,5 +60,5 @@ def _first_published_end(words: list[str], kinds: tuple[str, ...], sign: float) 
     for name in PREFERRED_PUBLICATIONS:
         for row in publication(name).ranges:
             if row.motion in wanted:
-                return RangeEnd(row.motion, sign * row.limit, name, row.reference)
+                return RangeEnd(row.motion, sign * row.limit, name, row.reference, row.sample)
     return None
