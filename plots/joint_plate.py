@@ -413,7 +413,7 @@ def _dead_zone_note(curve: JointCurve) -> str:
         return ""
     return (
         "The thesis prints no dead zones for spherical joints: this one is the reading of this "
-        f"project, because as printed the cubic drives outwards there with up to "
+        f"project, because in its sense the printed cubic drives outwards there with up to "
         f"{curve.outward_torque:.3g} N m. Nothing is compared within it."
     )
 

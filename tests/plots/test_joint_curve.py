@@ -9,7 +9,7 @@ from plots import joint_curve
 from plots.joint_curve import JointCurve, first_zero_crossing, format_range, read_curve
 from plots.literature import literature_from_points, published_curve
 from springs import AxisSpring, Cubic
-from springs.published.reference import Reference, Sureness
+from springs.published.reference import Reference, Sample, Sureness
 from tests.plots import drawn
 
 SOURCE = Reference("invented for this test", Sureness.PAGE)
@@ -29,20 +29,20 @@ def test_where_a_torque_changes_its_sign() -> None:
 
 def test_where_a_joint_stops() -> None:
     made = curve(-20.0 * ANGLES)
-    assert made.firm_resistance_angle(1) == pytest.approx(0.5)
-    assert made.firm_resistance_angle(-1) == pytest.approx(-0.5)
-    assert isnan(curve(0.0 * ANGLES).firm_resistance_angle(1))
-    assert curve(-20.0 + 0.0 * ANGLES).firm_resistance_angle(1) == 0.0
+    assert made.resistance_angle(1, 10.0) == pytest.approx(0.5)
+    assert made.resistance_angle(-1, 10.0) == pytest.approx(-0.5)
+    assert isnan(curve(0.0 * ANGLES).resistance_angle(1, 10.0))
+    assert curve(-20.0 + 0.0 * ANGLES).resistance_angle(1, 10.0) == 0.0
 
 
 def test_a_torque_that_drives_on_is_no_stop() -> None:
-    assert isnan(curve(20.0 * ANGLES).firm_resistance_angle(1))
+    assert isnan(curve(20.0 * ANGLES).resistance_angle(1, 10.0))
 
 
 def test_differences_from_points_are_taken_at_the_points() -> None:
     made = curve(-20.0 * ANGLES)
     points = tuple((radians(a), 1.0) for a in (-10.0, 0.5, 20.0, 80.0))
-    made_of = literature_from_points(points, "made", SOURCE)
+    made_of = literature_from_points(points, "made", SOURCE, Sample())
     published, less = made.compare_with(made_of, radians(-5.0), radians(30.0))
     assert published == pytest.approx([1.0, 1.0])
     assert less == pytest.approx([-20.0 * radians(0.5) - 1.0, -20.0 * radians(20.0) - 1.0])
@@ -50,7 +50,7 @@ def test_differences_from_points_are_taken_at_the_points() -> None:
 
 def test_differences_are_left_out_where_nothing_is_published() -> None:
     made = curve(-20.0 * ANGLES)
-    half = published_curve("han_2010/flexion", "Han")
+    half = published_curve("han_2010/flexion", "Han", side=1)
     published, less = made.compare_with(half, radians(-30.0), radians(30.0))
     assert published.size == less.size == 31
 

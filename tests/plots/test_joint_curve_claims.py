@@ -1,5 +1,6 @@
 """Claims of joints' curves: they hold of curves made to hold, and fail of curves made to fail."""
 
+from dataclasses import replace
 from math import degrees, radians
 
 import numpy as np
@@ -8,11 +9,13 @@ import pytest
 from plots import joint_curve as claims
 from plots.joint_curve import JointCurve
 from plots.literature import Literature
+from plots.plate import Outcome
 from springs import AxisSpring, Cubic, Linear
 from springs.published.range_of_motion import RangeEnd
-from springs.published.reference import Reference, Sureness
+from springs.published.reference import Reference, Sample, SampleKind, Sureness
 
 SOURCE = Reference("invented for this test", Sureness.PAGE)
+PEOPLE = Sample(SampleKind.LIVING, 9)
 ANGLES = np.radians(np.arange(-90.0, 91.0, 1.0))
 CUBIC = Cubic((0.0, 20.0, 0.0, 0.0))
 ENDS = tuple(RangeEnd("flexion", radians(end), "nobody", SOURCE) for end in (-20.0, 40.0))
@@ -25,9 +28,16 @@ def curve(torques: np.ndarray | None = None, other: np.ndarray | None = None, cu
     return JointCurve("made", spring, ANGLES, simulated, other, *ENDS)
 
 
-def published(stiffness: float) -> Literature:
-    everywhere = (-np.inf, np.inf)
-    return Literature("a paper", ((Linear(stiffness), everywhere),), None, SOURCE)
+def published(
+    stiffness: float,
+    sample: Sample = PEOPLE,
+    source: Reference = SOURCE,
+    measured: bool = True,
+) -> Literature:
+    everywhere, known = (-np.inf, np.inf), (radians(-60.0), radians(60.0))
+    return Literature(
+        "a paper", ((Linear(stiffness), everywhere),), known, source, sample, measured
+    )
 
 
 def test_a_reading_that_is_not_the_law_fails() -> None:
@@ -44,34 +54,30 @@ def test_sides_that_differ_fail() -> None:
     assert differs.measured == pytest.approx(0.1 * np.pi / 2.0)
 
 
-def test_a_stiff_joint_is_not_soft() -> None:
-    """20 N m/rad at 40 deg is 14 N m, 10 N m/rad is 7."""
-    stiff, limp = (
-        claims.low_resistance_claim(curve()),
-        claims.low_resistance_claim(curve(-10.0 * ANGLES)),
+def test_an_end_of_the_range_is_where_resistance_is_firm() -> None:
+    """20 N m/rad are 10 N m at 28.6 deg: 8.6 after -20 and 11.4 before 40 deg."""
+    low, high = (claims.range_end_claim(curve(), end, "soft") for end in ENDS)
+    assert (low.measured, high.measured) == pytest.approx(
+        (degrees(0.5) - 20.0, 40.0 - degrees(0.5))
     )
-    assert stiff.measured == pytest.approx(20.0 * radians(40.0))
-    assert not stiff.holds
-    assert limp.holds
+    assert (low.outcome, high.outcome) == (Outcome.AGREES, Outcome.DIFFERS)
+    assert (low.remark, high.remark) == ("", "soft")
+    limp = claims.range_end_claim(curve(-1.0 * ANGLES), ENDS[1])
+    assert limp.outcome is Outcome.DIFFERS
+    assert "examiner's hand, nowhere; " in limp.sentence
+    unsure = claims.range_end_claim(curve(), ENDS[0], obstacle="who knows")
+    assert unsure.outcome is Outcome.INCOMPARABLE
 
 
-def test_a_stop_before_the_normal_end_fails() -> None:
-    """10 N m are at 0.5 rad, 28.6 deg, of 40."""
-    early, late = (
-        claims.stop_not_early_claim(curve()),
-        claims.stop_not_early_claim(curve(-10.0 * ANGLES)),
-    )
-    assert early.measured == pytest.approx(degrees(0.5))
-    assert not early.holds
-    assert late.holds
-
-
-def test_a_joint_that_is_never_held_fails() -> None:
-    """At 20 N m/rad the lower end is overrun by 8.6 deg, at 15 by 18.2, and at 1 for ever."""
-    assert claims.stop_not_late_claim(curve()).measured == pytest.approx(degrees(0.5) - 20.0)
-    assert claims.stop_not_late_claim(curve()).holds
-    assert not claims.stop_not_late_claim(curve(-15.0 * ANGLES)).holds
-    assert not claims.stop_not_late_claim(curve(-1.0 * ANGLES)).holds
+def test_a_width_does_not_depend_on_the_zero() -> None:
+    """From -28.6 to 28.6 deg, of 60 deg; with the zero moved as well."""
+    for zero in (0.0, radians(20.0)):
+        found = claims.range_width_claim(curve(-20.0 * (ANGLES - zero)))
+        assert found.measured == pytest.approx(60.0 - 2.0 * degrees(0.5))
+        assert found.outcome is Outcome.AGREES
+    narrow = claims.range_width_claim(curve(-60.0 * ANGLES))
+    assert narrow.measured == pytest.approx(60.0 - 2.0 * degrees(1.0 / 6.0))
+    assert narrow.outcome is Outcome.DIFFERS
 
 
 def test_torques_that_oppose_each_other_fail() -> None:
@@ -89,61 +95,74 @@ def test_torques_that_oppose_each_other_fail() -> None:
     assert over == pytest.approx(60.0 - 2.0 * 2.9, abs=1.5)
 
 
-def test_a_curve_far_from_the_published_one_fails() -> None:
-    """Of two straight lines the root mean squares are as their slopes."""
+def test_a_torque_beyond_the_scatter_differs() -> None:
+    """Of two straight lines the difference is one as well, here to 60 deg."""
     low, high = radians(-60.0), radians(60.0)
-    assert claims.rms_difference_claim(
-        curve(), published(20.0), low, high
-    ).measured == pytest.approx(0.0)
-    for stiffness, share in ((60.0, 2.0 / 3.0), (12.0, 2.0 / 3.0), (30.0, 1.0 / 3.0)):
-        found = claims.rms_difference_claim(curve(), published(stiffness), low, high)
-        assert found.measured == pytest.approx(share)
-        assert found.holds is (share < 0.5)
     inside = ANGLES[np.abs(ANGLES) < radians(60.5)]
-    own = 60.0 * np.sqrt(np.mean(inside**2))
-    assert (
-        f"{own:.3g} N m"
-        in claims.rms_difference_claim(curve(), published(60.0), low, high).sentence
-    )
+    size = float(np.sqrt(np.mean(inside**2)))
+    for stiffness, outcome in ((20.0, Outcome.AGREES), (35.0, Outcome.DIFFERS)):
+        found = claims.difference_claim(curve(), published(stiffness), low, high)
+        assert found.measured == pytest.approx(abs(stiffness - 20.0) * size)
+        assert found.outcome is outcome
+        assert found.at_most == 5.0
 
 
-def test_both_are_small_where_neither_is_firm() -> None:
-    """20 N m/rad at 20 deg are 7 N m; 10 N m are at 28.6 deg, and at 19.1 for 30 N m/rad."""
-    low, high = radians(-20.0), radians(20.0)
-    assert claims.low_torque_claim(curve(), published(3.0), low, high).holds
-    assert claims.low_torque_claim(curve(), published(3.0), low, high).measured == pytest.approx(
-        20.0 * radians(20.0)
-    )
-    assert not claims.low_torque_claim(curve(), published(30.0), low, high).holds
-    assert not claims.low_torque_claim(curve(), published(3.0), low, radians(29.0)).holds
+def test_soft_joints_are_not_told_apart() -> None:
+    """Within 10 deg neither 20 nor 10 N m/rad are 5 N m; 60 N m/rad are 6 (rms)."""
+    low, high = radians(-10.0), radians(10.0)
+    soft = claims.difference_claim(curve(), published(10.0), low, high)
+    assert soft.outcome is Outcome.INCOMPARABLE
+    assert "any soft joint" in soft.obstacle
+    firm = claims.difference_claim(curve(-80.0 * ANGLES), published(10.0), low, high)
+    assert firm.outcome is Outcome.DIFFERS
 
 
-def test_a_limp_joint_fails_whatever_it_is_compared_with() -> None:
+def test_nothing_is_compared_beyond_what_was_measured() -> None:
+    found = claims.difference_claim(curve(), published(50.0), radians(-90.0), radians(90.0))
+    assert "From -60 to 60 deg" in found.sentence
+    assert "of 121 differences" in found.sentence
+
+
+def test_an_assumed_dead_zone_is_not_compared() -> None:
+    zone = Cubic((0.0, -10.0, 0.0, 30.0), -1, (radians(-33.08), radians(33.08)))
+    made = replace(curve(cubic=zone), has_assumed_dead_zone=True)
+    found = claims.difference_claim(made, published(50.0), radians(-30.0), radians(30.0))
+    assert found.outcome is Outcome.INCOMPARABLE
+    assert "dead zone that the thesis does not print" in found.obstacle
+    beyond = claims.difference_claim(made, published(50.0), radians(-60.0), radians(60.0))
+    assert "of 54 differences" in beyond.sentence
+
+
+@pytest.mark.parametrize(
+    ("other", "obstacle"),
+    [
+        (published(20.0, Sample(SampleKind.MODEL)), "the curve is a model, not measured"),
+        (
+            published(20.0, source=Reference("two codes", Sureness.DISPUTED)),
+            "code bases disagree about its numbers",
+        ),
+        (published(20.0, measured=False), "the range in which it was measured is not known"),
+    ],
+)
+def test_what_cannot_be_compared_has_its_reason(other: Literature, obstacle: str) -> None:
+    for compare in (claims.difference_claim, claims.same_direction_claim):
+        found = compare(curve(), other, radians(-60.0), radians(60.0))
+        assert (found.outcome, found.obstacle) == (Outcome.INCOMPARABLE, obstacle)
+
+
+def test_a_limp_joint_agrees_with_nothing() -> None:
     limp = curve(np.zeros_like(ANGLES))
     low, high = radians(-30.0), radians(30.0)
     for stiffness in (-20.0, 0.1, 3.0, 300.0):
         other = published(stiffness)
-        assert claims.rms_difference_claim(limp, other, low, high).measured == pytest.approx(1.0)
-        assert not claims.rms_difference_claim(limp, other, low, high).holds
-        assert np.isnan(claims.same_direction_claim(limp, other, low, high).measured)
-        assert not claims.same_direction_claim(limp, other, low, high).holds
-        assert not claims.same_magnitude_claim(limp, other, 20.0).holds
-    assert not claims.stop_not_late_claim(limp).holds
-    assert not claims.stop_not_early_claim(limp).holds
+        for compare in (claims.difference_claim, claims.same_direction_claim):
+            assert compare(limp, other, low, high).outcome is not Outcome.AGREES
+    assert all(not claims.range_end_claim(limp, end).holds for end in ENDS)
     assert not claims.law_claims(limp)[0].holds
-
-
-def test_sizes_are_compared_with_their_sign() -> None:
-    assert claims.same_magnitude_claim(curve(), published(30.0), 30.0).measured == pytest.approx(
-        2.0 / 3.0
-    )
-    assert claims.same_magnitude_claim(curve(), published(30.0), 30.0).holds
-    assert not claims.same_magnitude_claim(curve(), published(50.0), 30.0).holds
-    assert not claims.same_magnitude_claim(curve(), published(-20.0), 30.0).holds
 
 
 def test_how_far_a_printed_cubic_pushes_outwards() -> None:
     """x^3 - x between its roots -1 and 1 is 2/(3 sqrt 3) at most."""
-    found = claims.printed_cubic_claim(curve(cubic=Cubic((0.0, -1.0, 0.0, 1.0), -1, (-1.0, 1.0))))
-    assert found.measured == pytest.approx(2.0 / (3.0 * np.sqrt(3.0)), abs=1e-5)
-    assert not found.holds
+    made = curve(cubic=Cubic((0.0, -1.0, 0.0, 1.0), -1, (-1.0, 1.0)))
+    assert made.outward_torque == pytest.approx(2.0 / (3.0 * np.sqrt(3.0)), abs=1e-5)
+    assert made.other_sense_torques(np.array([0.5])) == pytest.approx([0.5**3 - 0.5])

@@ -13,7 +13,7 @@ from plots.literature import (
     single_angle_curve,
 )
 from springs.published import tables as published
-from springs.published.reference import Reference, Sureness
+from springs.published.reference import Reference, Sample, Sureness
 
 SOURCE = Reference("invented for this test", Sureness.PAGE)
 
@@ -28,15 +28,15 @@ def test_a_curve_with_a_range_is_known_there_and_given_everywhere() -> None:
     assert saul.extrapolation_note(0.0, radians(130.0)) == ""
 
 
-def test_a_curve_given_for_one_side_ends_at_zero_and_its_range_is_not_known() -> None:
-    half = published_curve("han_2010/lateral_bend", "Han")
-    assert half.valid_range is None
+def test_a_curve_given_for_one_side_ends_at_zero() -> None:
+    half = published_curve("han_2010/lateral_bend", "Han", side=1)
+    assert half.valid_range == pytest.approx((0.0, radians(28.0)))
     assert np.isnan(half.torque(np.array([-0.1])))[0]
-    assert "not known" in half.extrapolation_note(-1.0, 1.0)
+    assert half.extrapolation_note(-1.0, radians(28.0)) == ""
 
 
 def test_the_other_side_is_the_mirror_image() -> None:
-    whole = mirror_to_both_sides(published_curve("han_2010/lateral_bend", "Han"))
+    whole = mirror_to_both_sides(published_curve("han_2010/lateral_bend", "Han", side=1))
     angles = np.radians([5.0, 20.0, 40.0])
     assert whole.torque(-angles) == pytest.approx(-whole.torque(angles))
     # -0.6989 x - 0.0087 x^2 with x = 20/6 deg.
@@ -45,12 +45,13 @@ def test_the_other_side_is_the_mirror_image() -> None:
 
 def test_two_halves_are_one_curve() -> None:
     whole = join_curves(
-        published_curve("schmidt_1998/flexion", "Schmidt"),
-        published_curve("schmidt_1998/extension", "other"),
+        published_curve("schmidt_1998/flexion", "Schmidt", side=1),
+        published_curve("schmidt_1998/extension", "other", side=-1),
     )
     # 1.8 and 2.6 N m/deg, of which each of six segments takes a sixth.
     assert whole.torque(np.radians([-30.0, 0.0, 30.0])) == pytest.approx([13.0, 0.0, -9.0])
     assert whole.label == "Schmidt"
+    assert whole.valid_range == pytest.approx((radians(-29.0), radians(73.0)))
 
 
 def test_one_coordinate_of_a_law_of_several() -> None:
@@ -72,11 +73,20 @@ def test_points_of_a_digitised_curve() -> None:
     silder = published_curve("silder_2007/hip_knee_15", "Silder")
     assert silder.points is not None
     angles, torques = silder.points
-    assert (angles[3], torques[3]) == pytest.approx((0.0, 7.3))
-    assert silder.torque_at(0.0) == pytest.approx(7.3)
+    assert (angles[15], torques[15]) == pytest.approx((0.0, 7.294))
+    assert silder.torque_at(0.0) == pytest.approx(7.294)
     assert silder.held_text == "knee at 15 deg"
     assert silder.is_line
 
 
 def test_single_points_are_no_line() -> None:
-    assert not literature_from_points(((-0.5, 5.0), (0.5, -5.0)), "made", SOURCE).is_line
+    assert not literature_from_points(((-0.5, 5.0), (0.5, -5.0)), "made", SOURCE, Sample()).is_line
+
+
+def test_the_band_ends_with_the_measured_range() -> None:
+    silder = published_curve("silder_2007/hip_knee_15", "Silder")
+    edges = silder.band(np.radians([-20.0, 0.0, 90.0]))
+    assert edges is not None
+    assert edges[1] == pytest.approx([np.nan, 7.294 + 2.5, np.nan], nan_ok=True)
+    assert published_curve("saul_2015/elbow_flexion", "Saul").band(np.array([0.0])) is None
+    assert silder.obstacle == ""

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plots.plate import Claim
+from plots.plate import Claim, ClaimKind, Outcome, incomparable_claim
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -73,3 +73,31 @@ def test_the_words_are_on_the_same_side_as_the_value(measured: float, bound: flo
         return Claim("it is so", value, at_least=at_least, at_most=at_most)
 
     assert claim(float(claim(measured).measured_text)).holds is claim(measured).holds
+
+
+@pytest.mark.parametrize(
+    ("kind", "measured", "outcome"),
+    [
+        (ClaimKind.VERIFICATION, 1.0, Outcome.HOLDS),
+        (ClaimKind.VERIFICATION, 3.0, Outcome.FAILS),
+        (ClaimKind.SPEED, 1.0, Outcome.HOLDS),
+        (ClaimKind.SPEED, 3.0, Outcome.FAILS),
+        (ClaimKind.COMPARISON, 1.0, Outcome.AGREES),
+        (ClaimKind.COMPARISON, 3.0, Outcome.DIFFERS),
+        (ClaimKind.COMPARISON, nan, Outcome.DIFFERS),
+    ],
+)
+def test_the_outcome_is_that_of_the_kind(kind: ClaimKind, measured: float, outcome: Outcome):
+    claim = Claim("it is so", measured, at_most=2.0, kind=kind)
+    assert claim.outcome is outcome
+    assert claim.verdict == outcome.value
+
+
+def test_a_comparison_that_cannot_be_made_has_a_reason_and_no_number():
+    claim = incomparable_claim("as in a paper", "nobody measured it")
+    assert claim.outcome is Outcome.INCOMPARABLE
+    assert not claim.holds
+    assert (claim.measured_text, claim.bound_text) == ("", "")
+    assert claim.explanation == "nobody measured it"
+    with pytest.raises(ValueError, match="only a comparison has an obstacle"):
+        Claim("it is so", 1.0, at_most=2.0, obstacle="no")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from plots import report as module
 from plots.canvas import draw_plate
-from plots.plate import Claim, DrawnPlate, FailedPlate
+from plots.plate import Claim, ClaimKind, DrawnPlate, FailedPlate, incomparable_claim
 from plots.report import report, tally
 from tests.tiny_plates import damper, spring
 
@@ -104,7 +104,7 @@ def test_all_claims_stand_in_the_first_table_and_by_their_plates(
         for plate in plates
         for c in plate.claims
     ]
-    heads = ["Claim", "Measured", "Bound", "Verdict", "Remark"]
+    heads = ["Claim", "Measured", "Bound", "Outcome", "Remark"]
     names = ["spring", "spring", "damper", "damper"]
     first = [[*heads, "Plate"], *([*row, name] for row, name in zip(rows, names, strict=True))]
     assert page.cells == [*first, heads, *rows[:2], heads, *rows[2:]]
@@ -169,3 +169,11 @@ def test_no_text_is_taken_for_markup(plain: str, other: str):
 )
 def test_the_tally(values: tuple[float, ...], said: str):
     assert tally([Claim("it is so", value, at_most=2.0) for value in values]) == said
+
+
+def test_the_tally_of_comparisons():
+    compared = [Claim("x", v, at_most=2.0, kind=ClaimKind.COMPARISON) for v in (1.0, 3.0, 4.0)]
+    claims = [Claim("y", 1.0, at_most=2.0), *compared, incomparable_claim("z", "not measured")]
+    assert tally(claims) == (
+        "All 1 claims hold. Of 4 comparisons 1 agree, 2 differ and 1 cannot be made."
+    )

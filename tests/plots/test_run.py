@@ -120,6 +120,9 @@ def test_the_plates_that_are_named_are_made(tmp_path: Path):
             "at_most": 0.0,
             "holds": False,
             "remark": "It only damps.",
+            "kind": "verification",
+            "outcome": "DOES NOT HOLD",
+            "obstacle": "",
         },
         {
             "sentence": "It is known",
@@ -129,6 +132,9 @@ def test_the_plates_that_are_named_are_made(tmp_path: Path):
             "at_most": None,
             "holds": False,
             "remark": "",
+            "kind": "verification",
+            "outcome": "DOES NOT HOLD",
+            "obstacle": "",
         },
     ]
     assert sorted(said["files"]) == sorted(str(path) for path in tmp_path.iterdir())

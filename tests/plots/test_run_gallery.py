@@ -61,6 +61,8 @@ def test_a_plate_can_be_drawn_and_its_table_is_that_of_the_page(name: str):
     fresh = rows("\n".join(claims_table(claims)))
     assert [[*row[:1], *row[2:]] for row in written] == [[*row[:1], *row[2:]] for row in fresh]
     for row, claim in zip(written, claims, strict=True):
+        if claim.obstacle:
+            continue
         bounds = [abs(bound) for bound in (claim.at_least, claim.at_most) if isfinite(bound)]
         rough = 1e-2 * max(abs(claim.measured), *bounds)
         measured = float(row[1].split()[0])

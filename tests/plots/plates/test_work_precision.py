@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from plots.literature import Measurements, read_measurements
+from plots.plate import ClaimKind
 from plots.plates.work_precision import cheapest_wall_time
 from tests.plots.drawn import plate
 
@@ -29,11 +30,26 @@ def test_an_error_that_no_run_reaches() -> None:
     assert isnan(cheapest_wall_time(COSTS, 1e-9))
 
 
-def test_the_claims_tell_what_was_measured() -> None:
-    """Whether they hold is the machine's and the engine's matter; that they are told is ours."""
+def test_the_claims_are_about_runs_made_now() -> None:
     claims = plate("work_precision").claims
-    assert len(claims) == 8
-    assert all(np.isfinite(claim.measured) and claim.measured > 0.0 for claim in claims)
+    assert [claim.kind for claim in claims] == [
+        ClaimKind.SPEED,
+        ClaimKind.SPEED,
+        ClaimKind.VERIFICATION,
+    ]
+    assert all(claim.holds for claim in claims)
+    assert claims[0].measured > 500
+    assert claims[1].measured > 2.0
+    assert claims[2].measured > 1e-9
+
+
+def test_stored_ratios_are_in_the_caption() -> None:
+    costs = read_measurements("work_precision").select_rows(figure="reference")
+    own, other = (
+        cheapest_wall_time(costs.select_rows(**cells), 1e-3)
+        for cells in ({"engine": "Exudyn"}, {"engine": "MuJoCo", "method": "RK4"})
+    )
+    assert f"{own / other:.2g} (MuJoCo, RK4)" in plate("work_precision").caption
 
 
 def test_finer_settings_err_less() -> None:
