@@ -408,7 +408,7 @@ def _sign_convention(curve: JointCurve) -> str:
 
 
 def _dead_zone_note(curve: JointCurve) -> str:
-    """What a dead zone that the thesis does not print stands for, or ""."""
+    """Note on a dead zone that the thesis does not print, or ""."""
     if not curve.has_assumed_dead_zone:
         return ""
     return (

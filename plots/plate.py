@@ -21,14 +21,14 @@ PICTURE_FORMATS = ("svg", "png")
 
 
 class ClaimKind(StrEnum):
-    """Question that a claim answers."""
+    """Kind of statement that a claim makes."""
 
     VERIFICATION = "verification"
-    """Does the program compute what it says?"""
+    """The program computes what it says."""
     COMPARISON = "comparison"
-    """Does the thesis's body agree with the literature?"""
+    """The thesis's body agrees with the literature."""
     SPEED = "speed"
-    """How fast is the program?"""
+    """Cost of a run."""
 
 
 class Outcome(StrEnum):
@@ -52,7 +52,7 @@ class Claim:
         at_least: lower bound; -inf for none.
         at_most: upper bound; inf for none.
         remark: the meaning of a failing or partly true claim, or "".
-        kind: question that it answers.
+        kind: of statement.
         obstacle: reason why a comparison cannot be made, or "".
     """
 

@@ -152,8 +152,8 @@ hip_abduction = JointPlate(
     claims=_abduction_claims,
     comment=(
         "The curve is an estimate of the thesis's author, not based on a study. It is compared "
-        "with the ligament term of a gait model and the two angles at which the ligaments of "
-        "cadaver hips resist with 5 N m."
+        "with the two angles at which the ligaments of cadaver hips resist with 5 N m, and drawn "
+        "beside the ligament term of a gait model."
     ),
     is_estimate=True,
 )
@@ -180,7 +180,7 @@ hip_rotation = JointPlate(
     claims=_rotation_claims,
     comment=(
         "The curve is an estimate of the thesis's author, not based on a study. It is compared "
-        "with the fit of a public code base to the ligaments of cadaver hips, and with the "
+        "with the fit of a public code base to the ligaments of cadaver hips, and drawn beside the "
         "ligament term of a gait model."
     ),
     is_estimate=True,

@@ -257,7 +257,7 @@ def _gradient_claims(
     return [
         Claim(
             f"Riener & Edrich's hip and knee in Exudyn do the work of their equations {loop}, "
-            f"{own:.2f} J, and are no gradient: difference",
+            f"{own:.2f} J, so that they have no energy: difference",
             abs(loop_work(leg, USABLE_RANGES) - own),
             "J",
             at_most=TORQUE_BOUND,

@@ -9,9 +9,9 @@ from plots.plate import Claim
 
 _COMMENT = (
     "The waist of the thesis is one joint for the whole spine, and its curve is invented. It is "
-    "compared with measured lumbar spines, six segments in series that share the angle, and with "
-    "the limit of a gait model. Lumbar spines are drawn thick within the range of a young lumbar "
-    "spine. The normal range is that of the thoracolumbar spine, which includes the lumbar spine."
+    "drawn beside lumbar spines, six segments in series that share the angle, over the range of a "
+    "young lumbar spine, and beside the limit of a gait model. The normal range is that of the "
+    "thoracolumbar spine, which includes the lumbar spine."
 )
 _UNSURE = "the sense of the printed moment is not certain, and in the other one there is no stop"
 _SCHMIDT, _HAN = "Schmidt 1998, lumbar spine", "Han 2010, lumbar spine"
