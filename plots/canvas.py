@@ -143,22 +143,28 @@ def create_canvas(height: float) -> Figure:
 
 
 def create_panels(
-    height: float, rows: int, columns: int = 1, heights: Sequence[float] = ()
+    height: float,
+    rows: int,
+    columns: int = 1,
+    heights: Sequence[float] = (),
+    *,
+    share_rows: bool = True,
 ) -> tuple[Figure, list[list[Axes]]]:
     """Create a figure and its panels, row by row.
 
     Args:
         height: [inch].
         rows: of panels; the panels of a column share the x axis.
-        columns: of panels; the panels of a row share the y axis.
+        columns: of panels.
         heights: relative heights of the rows [default: equal].
+        share_rows: whether the panels of a row share the y axis.
     """
     figure = create_canvas(height)
     panels = figure.subplots(
         rows,
         columns,
         sharex="col",
-        sharey="row",
+        sharey="row" if share_rows else "none",
         squeeze=False,
         height_ratios=heights or None,
     )

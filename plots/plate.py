@@ -210,7 +210,7 @@ class Plate:
         for name in (self.name, *(self.tables if len(self.tables) > 1 else ())):
             if not _FILE_NAME.fullmatch(name):
                 raise ValueError(f"`{name}` names files: use a to z, 0 to 9, _ and -")
-        for part in ("title", "caption", "sign", "claims", "tables"):
+        for part in ("title", "caption", "sign", "tables"):
             if not getattr(self, part):
                 raise ValueError(f"the plate `{self.name}` has no {part}")
         for table, columns in self.tables.items():

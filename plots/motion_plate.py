@@ -1,0 +1,303 @@
+"""The plate of a user's motion: joint angles, passive moments, energies, centre of mass."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from generator.figure import AxisKind
+from generator.kinematics.centre_of_mass import own_segments, segment_masses
+from generator.kinematics.placement import Displacements
+from generator.motion_files import FigureMotion
+from generator.recording import Recording
+from generator.rotations import (
+    Array,
+    matrix_from_chain_angles,
+    matrix_from_rotation_vector,
+    rotation_vector_from_matrix,
+)
+from plots.canvas import (
+    BLACK,
+    GREY,
+    LINE_STYLES,
+    LineStyle,
+    create_panels,
+    draw_zero_line,
+    plot_style,
+)
+from plots.plate import Plate
+from springs import (
+    NUMPY,
+    JointSprings,
+    SpringSet,
+    conservative_energy,
+    damping_torque,
+    elastic_torque,
+    total_energy,
+    total_torque,
+)
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+_ROW_HEIGHT = 1.35
+"""Height of a row of panels [inch]."""
+
+_STANDARD_GRAVITY = 9.81
+"""For the potential energy of a motion without a run [m/s^2], along the world's -y."""
+
+_AXIS_STYLES = (*LINE_STYLES[:3], LineStyle(BLACK))
+"""Styles of components about x, y and z, and of the only one."""
+
+_SIDES = re.compile(r"^(left|right)_")
+
+
+@dataclass(frozen=True)
+class MotionQuantities:
+    """What is drawn of a motion, over n frames.
+
+    Attributes:
+        angles: rotations of each joint [rad], shape (n, number of rotations).
+        moments: passive moment of each joint on its child in the parent's axes [N m], (n, 3); of a
+            joint of one rotation its moment about the axis, (n, 1).
+        energies: by kind [J], shape (n,).
+        centre_of_mass: shape (n, 3) [m].
+    """
+
+    angles: Mapping[str, Array]
+    moments: Mapping[str, Array]
+    energies: Mapping[str, Array]
+    centre_of_mass: Array
+
+
+def motion_quantities(motion: FigureMotion, springs: SpringSet) -> MotionQuantities:
+    """Return the quantities of a run, or compute those of a motion without one.
+
+    Without a run rates are those of a cubic spline through the frames, moments those of `springs`
+    about single joints, and energies kinetic, of gravity along -y and of these springs.
+    """
+    angles = {
+        name: rows[:, rotations]
+        for name, rows in motion.displacements.items()
+        if (rotations := _rotations(motion, name))
+    }
+    run = motion.recording
+    if run is not None:
+        moments = {name: _about_axes(motion, name, run.passive_torques[name]) for name in angles}
+        return MotionQuantities(angles, moments, dict(run.energy), run.centre_of_mass)
+    rates = _rates(motion)
+    masses = segment_masses(motion.tree.figure)
+    moments = {
+        name: _about_axes(motion, name, _moment(motion, name, springs, rates[name]))
+        for name in angles
+    }
+    return MotionQuantities(
+        angles, moments, _energies(motion, springs, rates), masses.centre(motion.poses)
+    )
+
+
+def _rotations(motion: FigureMotion, joint: str) -> list[int]:
+    return [k for k, axis in enumerate(motion.chains[joint]) if axis.kind is AxisKind.ROTATION]
+
+
+def _rates(motion: FigureMotion) -> Displacements:
+    """Rates of the displacements by a cubic spline; zero for a single frame."""
+    from scipy.interpolate import CubicSpline
+
+    if len(motion.times) < 2:
+        return {name: np.zeros_like(rows) for name, rows in motion.displacements.items()}
+    return {
+        name: np.asarray(CubicSpline(motion.times, rows).derivative()(motion.times), dtype=float)
+        for name, rows in motion.displacements.items()
+    }
+
+
+def _about_axes(motion: FigureMotion, joint: str, torques: Array) -> Array:
+    """Return the moment about the axis of a joint of one rotation, else all components."""
+    rotations = _rotations(motion, joint)
+    if len(rotations) != 1:
+        return torques
+    axis = np.asarray(motion.chains[joint][rotations[0]].axis)
+    return (torques @ (axis / np.linalg.norm(axis)))[:, None]
+
+
+def _rotation_vectors(motion: FigureMotion, joint: str) -> Array:
+    chain, rotations = motion.chains[joint], _rotations(motion, joint)
+    matrices = matrix_from_chain_angles(
+        [chain[k].axis for k in rotations], motion.displacements[joint][:, rotations]
+    )
+    return rotation_vector_from_matrix(matrices)
+
+
+def _moment(motion: FigureMotion, joint: str, springs: SpringSet, rates: Array) -> Array:
+    """Passive moment of a joint's own springs on its child, parent's axes, (n, 3) [N m]."""
+    own = springs.joints.get(joint, JointSprings(joint))
+    rotations = _rotations(motion, joint)
+    if not own.axes:
+        return np.zeros((len(motion.times), 3))
+    if len(rotations) == 1:
+        spring, k = own.axes[0], rotations[0]
+        axis = np.asarray(spring.direction)
+        sign = float(np.sign(axis @ np.asarray(motion.chains[joint][k].axis)))
+        angle = sign * motion.displacements[joint][:, k]
+        size = total_torque(spring.elastic, angle)
+        size = size + spring.resistance(angle, sign * rates[:, k], NUMPY)
+        return np.asarray(size)[:, None] * axis
+    vectors = _rotation_vectors(motion, joint)
+    half = matrix_from_rotation_vector(0.5 * vectors)
+    twists = motion.tree.chains[joint].twists(motion.displacements[joint])
+    angular = np.sum(twists[..., :3] * rates[..., None], axis=1)
+    rate = (np.swapaxes(half, -1, -2) @ angular[..., None])[..., 0]
+    torque = elastic_torque(springs.joining, own.axes, vectors)
+    return (half @ (torque + damping_torque(own.axes, vectors, rate))[..., None])[..., 0]
+
+
+def _energies(motion: FigureMotion, springs: SpringSet, rates: Displacements) -> dict[str, Array]:
+    kinematics = motion.tree.kinematics
+    values = kinematics.displacement_vector(motion.displacements)
+    twists = kinematics.twists(values) * kinematics.displacement_vector(rates)[..., None]
+    kinetic, gravity = np.zeros(len(motion.times)), np.zeros(len(motion.times))
+    figure = motion.tree.figure
+    for name in own_segments(figure):
+        segment, pose = figure.segments[name], motion.poses[name]
+        velocity = twists[:, kinematics.motion_masks[name]].sum(axis=1)
+        centre = (pose[:, :3, :3] @ segment.centre_of_mass) + pose[:, :3, 3]
+        spin = (np.swapaxes(pose[:, :3, :3], -1, -2) @ velocity[:, :3, None])[..., 0]
+        linear = velocity[:, 3:] + np.cross(velocity[:, :3], centre)
+        kinetic += 0.5 * (segment.mass or 0.0) * np.sum(linear**2, axis=1)
+        kinetic += 0.5 * np.sum(np.asarray(segment.inertia or (0.0,) * 3) * spin**2, axis=1)
+        gravity += (segment.mass or 0.0) * _STANDARD_GRAVITY * centre[:, 1]
+    stored = np.zeros(len(motion.times))
+    for name, own in springs.joints.items():
+        rotations = _rotations(motion, name) if name in motion.chains else []
+        if len(rotations) == 1 and own.axes:
+            axis = np.asarray(own.axes[0].direction) @ motion.chains[name][rotations[0]].axis
+            angle = float(np.sign(axis)) * motion.displacements[name][:, rotations[0]]
+            stored += total_energy(own.axes[0].elastic, angle)
+        elif rotations and own.axes:
+            stored += conservative_energy(own.axes, _rotation_vectors(motion, name))
+    return {"kinetic": kinetic, "gravity": gravity, "spring": stored}
+
+
+def motion_plate(motion: FigureMotion, springs: SpringSet, name: str) -> Plate:
+    """Draw a motion; `name` is the stem of the files.
+
+    Raises:
+        MoverError: the motion is not one of its figure, or a segment has no mass.
+    """
+    quantities = motion_quantities(motion, springs)
+    groups = list(_groups(quantities.angles))
+    run = motion.recording
+    with plot_style():
+        height = 0.7 + _ROW_HEIGHT * (len(groups) + 1)
+        figure, panels = create_panels(height, len(groups) + 1, 2, share_rows=False)
+        for (left, right), group in zip(panels, groups, strict=False):
+            _draw_group(left, motion, {n: np.degrees(quantities.angles[n]) for n in group}, "deg")
+            _draw_group(right, motion, {n: quantities.moments[n] for n in group}, "N m")
+        _draw_energies(panels[-1][0], motion.times, quantities.energies)
+        _draw_centre_of_mass(panels[-1][1], motion.times, quantities.centre_of_mass)
+        figure.legend(handles=_legend_handles(), ncols=6, loc="outside upper left", fontsize=7.5)
+        panels[0][0].set_title("joint angles [deg]", loc="left")
+        panels[0][1].set_title("passive moments on the child [N m]", loc="left")
+        for axes in panels[-1]:
+            axes.set_xlabel("time [s]")
+    return Plate(
+        name=name,
+        title=f"{motion.header.figure}: {motion.header.message}",
+        caption=_caption(run),
+        sign=(
+            "Angles are the joint's own, in the order of its chain. Moments act on the child: "
+            "about the axis of a joint of one rotation, otherwise along x, y and z of its parent's "
+            "site."
+        ),
+        figure=figure,
+        claims=(),
+        tables={name: _table(motion, quantities)},
+        references=springs.references if run is None else (),
+    )
+
+
+def _legend_handles() -> list[Line2D]:
+    names = ("about x", "about y", "about z", "about the only axis")
+    lines = [
+        Line2D([], [], color=style.colour, lw=1.2, label=name)
+        for style, name in zip(_AXIS_STYLES, names, strict=True)
+    ]
+    sides = (("-", "left"), ("--", "right"))
+    return [*lines, *(Line2D([], [], ls=dash, color=GREY, label=name) for dash, name in sides)]
+
+
+def _caption(run: Recording | None) -> str:
+    shown = "Each row is a joint, or a pair of joints: left solid, right dashed. "
+    if run is not None:
+        return shown + "Moments and energies are those of the run."
+    return shown + (
+        "The file holds no run: rates are those of a cubic spline through the frames, moments "
+        "those of the figure's springs about single joints, gravity 9.81 m/s2 along -y."
+    )
+
+
+def _groups(names: Mapping[str, Array]) -> Iterator[list[str]]:
+    """Yield the joints that share a row: pairs that differ in left and right."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(_SIDES.sub("", name), []).append(name)
+    yield from groups.values()
+
+
+def _draw_group(axes: Axes, motion: FigureMotion, rows: Mapping[str, Array], unit: str) -> None:
+    for name, values in rows.items():
+        is_second = name.startswith("right_") and len(rows) > 1
+        for k, column in enumerate(values.T):
+            style = _AXIS_STYLES[_component(motion, name, k, values.shape[1], unit)]
+            dash = "--" if is_second else "-"
+            axes.plot(motion.times, column, dash, color=style.colour, lw=1.2)
+    draw_zero_line(axes)
+    axes.set_ylabel(_SIDES.sub("", next(iter(rows))).replace("_", " "), fontsize=8.0)
+
+
+def _component(motion: FigureMotion, name: str, k: int, count: int, unit: str) -> int:
+    """Axis 0, 1 or 2 that is nearest to a component; 3 for the only one of a joint."""
+    if count == 1:
+        return 3
+    if unit != "deg":
+        return k
+    axis = motion.chains[name][_rotations(motion, name)[k]].axis
+    return int(np.argmax(np.abs(axis)))
+
+
+def _draw_energies(axes: Axes, times: Array, energies: Mapping[str, Array]) -> None:
+    for (kind, values), style in zip(energies.items(), LINE_STYLES, strict=False):
+        change = values - values[0]
+        axes.plot(times, change, style.dash, color=style.colour, lw=1.2, label=kind)
+    axes.set_ylabel("change of energy [J]", fontsize=8.0)
+    axes.legend(loc="best", ncols=2, fontsize=6.5)
+
+
+def _draw_centre_of_mass(axes: Axes, times: Array, centre: Array) -> None:
+    for k, style in zip(range(3), _AXIS_STYLES, strict=False):
+        moved = centre[:, k] - centre[0, k]
+        axes.plot(times, moved, "-", color=style.colour, lw=1.2, label="xyz"[k])
+    axes.set_ylabel("centre of mass,\nmoved by [m]", fontsize=8.0)
+    axes.legend(loc="best", ncols=3, fontsize=6.5)
+
+
+def _table(motion: FigureMotion, quantities: MotionQuantities) -> dict[str, Array]:
+    columns: dict[str, Array] = {"time [s]": motion.times}
+    for name, values in quantities.angles.items():
+        columns |= {f"{name}.{k + 1} [deg]": np.degrees(row) for k, row in enumerate(values.T)}
+    for name, values in quantities.moments.items():
+        columns |= {f"moment of {name}.{k + 1} [N m]": row for k, row in enumerate(values.T)}
+    columns |= {f"{kind} [J]": values for kind, values in quantities.energies.items()}
+    columns |= {
+        f"centre of mass {'xyz'[k]} [m]": row for k, row in enumerate(quantities.centre_of_mass.T)
+    }
+    return columns
+
+
+def plate_name(stem: str) -> str:
+    """Return a name of files made of a stem."""
+    return re.sub(r"[^a-z0-9_-]+", "_", stem.lower()).strip("_-") or "motion"
