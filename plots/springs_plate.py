@@ -1,0 +1,189 @@
+"""Plates of a user's springs: each curve with published ones of its motion and their scatter."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import degrees, radians
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from plots.canvas import (
+    GREY,
+    LINE_STYLES,
+    PALE,
+    THESIS_STYLE,
+    LineStyle,
+    add_footer,
+    create_panels,
+    draw_curve,
+    draw_points,
+    draw_zero_line,
+    plot_style,
+)
+from plots.literature import Literature, published_curve
+from plots.motion_plate import plate_name
+from plots.plate import Plate
+from springs import AxisSpring, SpringSet, total_torque
+from springs.backends import Array
+from springs.elastic import valid_range
+from springs.lint.report import CurveReport, report_curves
+from springs.published import tables as published
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+_HEIGHT = 5.2
+_MARGIN = radians(15.0)
+"""Angle drawn beyond the range of a curve [rad]."""
+
+_TORQUE_MARGIN = 1.4
+"""Largest torque drawn, relative to the largest within the normal range or of the literature."""
+
+OTHER_STYLE = LineStyle(GREY, "--")
+"""Style of the springs to which others are compared."""
+
+
+@dataclass(frozen=True)
+class NamedSprings:
+    """Springs and the name of their file."""
+
+    name: str
+    springs: SpringSet
+
+    def axis(self, joint: str, spring: AxisSpring) -> AxisSpring | None:
+        """Return the spring about the same axis of a joint, or None."""
+        own = self.springs.joints.get(joint)
+        for other in () if own is None else own.axes:
+            across = np.cross(other.direction, spring.direction)
+            if np.linalg.norm(across) < 1e-6:
+                same = float(np.dot(other.direction, spring.direction)) > 0.0
+                return other if same or not any(other.direction) else other.with_opposite_axis()
+        return None
+
+
+def springs_plates(own: NamedSprings, other: NamedSprings | None = None) -> Iterator[Plate]:
+    """Yield a plate for each curve; left and right joints of one curve share it."""
+    names: set[str] = set()
+    for report in report_curves(own.springs):
+        name = plate_name(f"{report.joints[0]}_{report.spring.motion}")
+        while name in names:
+            name += "_"
+        names.add(name)
+        yield _plate(name, report, own, other)
+
+
+def matching_literature(joint: str, motion: str) -> list[Literature]:
+    """Return the published curves of a motion of a joint, at most as many as there are styles.
+
+    Args:
+        joint: name of the joint in its figure; one of its words says which it is ("left_elbow").
+        motion: name of a positive angle ("flexion", "twist to the left").
+    """
+    kind = motion.partition(" to the ")[0]
+    wanted = {f"{word} {kind}" for word in joint.lower().split("_")}
+    found = [
+        published_curve(f"{name}/{row.name}", f"{name.replace('_', ' ')}, {row.name}")
+        for name in published.publications()
+        for row in published.publication(name).curves.values()
+        if row.motion in wanted
+    ]
+    return found[: len(LINE_STYLES)]
+
+
+def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSprings | None) -> Plate:
+    joint, spring = report.joints[0], report.spring
+    literature = matching_literature(joint, spring.motion)
+    compared = None if other is None else other.axis(joint, spring)
+    low, high = report.lint_range
+    angles = np.linspace(low - _MARGIN, high + _MARGIN, 500)
+    torque = np.asarray(total_torque(spring.elastic, angles)) + np.zeros_like(angles)
+    columns = {"angle [deg]": np.degrees(angles), f"{own.name} [N m]": torque}
+    references = [spring.reference, *(str(row.reference) for row in literature)]
+    references = list(dict.fromkeys(filter(None, references)))
+    with plot_style():
+        figure, ((axes,),) = create_panels(_HEIGHT + 0.25 * len(references), 1)
+        axes.axvspan(degrees(low), degrees(high), color=PALE, alpha=0.35, lw=0.0)
+        for row, style in zip(literature, LINE_STYLES, strict=False):
+            _draw_literature(axes, row, angles, style, references)
+            columns[f"{row.label} [N m]"] = row.torque(angles)
+        known = _known_range(spring)
+        _draw_spring(axes, angles, torque, known, THESIS_STYLE, own.name)
+        if other is not None and compared is not None:
+            beside = np.asarray(total_torque(compared.elastic, angles)) + np.zeros_like(angles)
+            columns[f"{other.name} [N m]"] = beside
+            _draw_spring(axes, angles, beside, _known_range(compared), OTHER_STYLE, other.name)
+        draw_zero_line(axes)
+        axes.set_xlim(np.degrees(angles[[0, -1]]))
+        axes.set_ylim(*_torque_limits(angles, columns, (low, high)))
+        axes.set_xlabel(f"angle [deg], positive in {spring.motion or 'the sense of the axis'}")
+        axes.set_ylabel("torque on the child [N m]")
+        axes.legend(loc="best", fontsize=7.5)
+        add_footer(figure, _SIGN, references)
+    return Plate(
+        name=name,
+        title=f"{', '.join(report.joints)}: {spring.motion or 'curve'}",
+        caption=_caption(report, literature),
+        sign=_SIGN,
+        figure=figure,
+        claims=(),
+        tables={name: columns},
+        references=tuple(references),
+    )
+
+
+_SIGN = (
+    "Torques act on the child and are positive in the sense of the angle: a torque that drives "
+    "back from a positive angle is negative."
+)
+
+
+def _caption(report: CurveReport, literature: Sequence[Literature]) -> str:
+    doubts = " ".join(f"Doubt: {finding.sentence}." for finding in report.doubts)
+    range_text = "Shaded: the normal range of motion, or from -90 to 90 deg where none is known."
+    bands = [row for row in literature if row.scatter_text]
+    scatter = " ".join(f"Band of {row.label}: {row.scatter_text}." for row in bands)
+    nothing = "" if literature else "No published curve has this motion."
+    return " ".join(filter(None, [range_text, scatter, nothing, doubts]))
+
+
+def _known_range(spring: AxisSpring) -> tuple[float, float] | None:
+    """Intersection of the ranges of the laws that have one [rad]."""
+    ranges = [known for law in spring.elastic if (known := valid_range(law)) is not None]
+    return (max(low for low, _ in ranges), min(high for _, high in ranges)) if ranges else None
+
+
+def _draw_spring(
+    axes: Axes,
+    angles: Array,
+    torque: Array,
+    known: tuple[float, float] | None,
+    style: LineStyle,
+    name: str,
+) -> None:
+    """Draw a curve, thin and dotted beyond the range in which it is known, if it has one."""
+    whole = (float(angles[0]), float(angles[-1]))
+    draw_curve(axes, np.degrees(angles), torque, known or whole, style, name, 2.0)
+
+
+def _draw_literature(
+    axes: Axes, row: Literature, angles: Array, style: LineStyle, references: Sequence[str]
+) -> None:
+    label = f"{row.label} [{references.index(str(row.reference)) + 1}]"
+    band = row.band(angles)
+    if band is not None:
+        axes.fill_between(np.degrees(angles), *band, color=style.colour, alpha=0.18, lw=0.0)
+    if row.points is not None:
+        at, torques = row.points
+        draw_points(axes, np.degrees(at), torques, style, label, row.is_line)
+        return
+    draw_curve(axes, np.degrees(angles), row.torque(angles), row.valid_range, style, label, 1.3)
+
+
+def _torque_limits(
+    angles: Array, columns: dict[str, Array], normal: tuple[float, float]
+) -> tuple[float, float]:
+    """Limits of the torques [N m]: what is beyond the normal range may be cut off."""
+    inside = (angles >= normal[0]) & (angles <= normal[1])
+    shown = [np.abs(column[inside]) for name, column in columns.items() if name != "angle [deg]"]
+    largest = max(1.0, _TORQUE_MARGIN * max(float(np.nanmax(part, initial=0.0)) for part in shown))
+    return -largest, largest
