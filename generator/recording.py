@@ -50,7 +50,8 @@ class Accuracy:
     """Error estimate of a run.
 
     Attributes:
-        estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step.
+        estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step,
+            infinite where too few passes finished.
         asked: the tolerance asked for [rad]; None with a fixed step.
         held_until: time up to which the estimate stays below the tolerance [s].
         step: smallest step used [s].

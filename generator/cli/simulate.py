@@ -265,7 +265,7 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
         "step_s": accuracy.step,
         "tolerance_rad": accuracy.asked,
         "error_estimate_rad": finite_or_none(accuracy.estimate),
-        "held_until_s": accuracy.held_until,
+        "held_until_s": accuracy.held_until if _is_error_known(recording) else None,
         "energy": {
             kind: {"first": first, "last": last} for kind, first, last in _energies(recording)
         },
@@ -337,10 +337,18 @@ def _accuracy(recording: Recording) -> str:
     if accuracy.asked is None:
         return "error not estimated: the step was fixed"
     estimate, asked = finite_or_none(accuracy.estimate), f"{accuracy.asked:.1e} rad"
-    if estimate is None or len(recording.times) == 1:
+    if len(recording.times) == 1:
+        return f"error not estimated: the run failed at its first frame (tolerance {asked})"
+    if estimate is None:
         return f"error not estimated: too few passes finished (tolerance {asked})"
     met = f"met until {accuracy.held_until:g} s"
     return f"estimated joint-angle error {estimate:.1e} rad (tolerance {asked}, {met})"
+
+
+def _is_error_known(recording: Recording) -> bool:
+    """Return whether the error was estimated, or cannot be with a fixed step."""
+    accuracy = recording.accuracy
+    return accuracy.asked is None or finite_or_none(accuracy.estimate) is not None
 
 
 def _simulated_time(recording: Recording) -> float:

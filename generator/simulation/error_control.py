@@ -256,7 +256,7 @@ def _build_refined_run(
     )
     trace = used[-1].trace if len(used) == 1 else _extrapolate_until_divergence(figure, *used[-2:])
     errors = estimated_errors(figure, used)
-    if not errors.size:
+    if not errors.size or len(trace) == 1:  # the first frame is that of the start in all passes
         errors = np.full(len(trace), np.inf)
     accurate_times = trace.times[errors <= tolerance]
     accurate_until = float(accurate_times[-1]) if accurate_times.size else float(trace.times[0])

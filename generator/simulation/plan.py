@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from math import hypot, isfinite
+from math import hypot, isfinite, ulp
 from pathlib import Path
 
 from generator.drive import Drive
@@ -18,6 +18,10 @@ STANDARD_GRAVITY: Vector = (0.0, -9.81, 0.0)
 
 _TIME_TOLERANCE = 1e-9
 """Time by which a run may extend beyond a drive [s]."""
+
+_MAX_TIME_ROUNDING = 1e-9
+"""Largest rounding of the times of a run, as a share of the interval between its frames. Steps
+would be of unequal lengths beyond it, and the error estimate too small."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,13 @@ class Plan:
                 raise ValueError(f"the {quantity} must be positive, not {getattr(self, name):g}")
         if self.step is not None and not self.step > 0.0:
             raise ValueError(f"the step must be positive, not {self.step:g} s")
+        latest, interval = max(abs(self.start), abs(self.stop)), self.stop - self.start
+        interval = min(interval, self.frame)
+        if ulp(latest) > _MAX_TIME_ROUNDING * interval:
+            raise ValueError(
+                f"times near {latest:g} s are rounded to {ulp(latest):.1g} s, too coarsely for "
+                f"frames of {interval:.3g} s: count the time from a start nearer to zero"
+            )
         for name, drive in self.drives.items():
             if (
                 self.start < drive.start - _TIME_TOLERANCE

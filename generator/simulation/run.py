@@ -265,6 +265,8 @@ def _truncate_at_separation(
     )
     outcome = Outcome(Ending.SOLVER_FAILED, message, last, joint)
     by_frame, estimate = refined.accuracy.by_frame[:count], refined.accuracy.estimate
+    if count == 1 and estimate is not None:
+        by_frame = np.full(1, np.inf)
     if refined.outcome.ending in EARLY_STOP_ENDINGS and estimate == np.inf:
         # The passes before the early stop were coarse, and finer ones may succeed.
         outcome = replace(refined.outcome, last_time=last)

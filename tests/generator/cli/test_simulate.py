@@ -151,6 +151,18 @@ def test_a_failed_run_writes_what_was_simulated(tmp_path: Path):
     assert action.header.message.split()[1] in action.displacements
 
 
+def test_a_failure_at_the_first_frame_has_no_error_estimate():
+    words = ("simulate", "prototype", "--velocity", "left_elbow=1e6", "--stop", 0.1)
+    result = mover(*words, "--json")
+    assert result.exit_code == 3
+    said = json.loads(result.stdout)
+    assert said["simulated_s"] == 0.0
+    assert (said["error_estimate_rad"], said["held_until_s"]) == (None, None)
+    text = mover(*words).stdout
+    assert "error not estimated: the run failed at its first frame" in text
+    assert "met until" not in text
+
+
 def test_a_run_that_takes_too_long_ends(tmp_path: Path):
     path = tmp_path / "long.action"
     result = mover("simulate", "prototype", "--stop", 100, "--wall-limit", 0.2, "-o", path)

@@ -36,6 +36,10 @@ def test_defaults() -> None:
         ({"step": 0.0}, "step must be positive"),
         ({"step": -1e-3}, "step must be positive"),
         ({"step": float("inf")}, "step must be finite"),
+        ({"start": 1e16, "stop": 1e16 + 2.0}, "times near 1e[+]16 s are rounded to 2 s"),
+        ({"start": 1e14, "stop": 1e14 + 1.0}, "rounded to 0.02 s, too coarsely for frames of 0.02"),
+        ({"start": -1e6, "stop": 1.0}, "nearer to zero"),
+        ({"frame": 1e-9}, "too coarsely for frames of 1e-09 s"),
         ({"gravity": (0.0, -9.81)}, "three finite components"),
         ({"gravity": (0.0, float("nan"), 0.0)}, "three finite components"),
     ],
@@ -47,6 +51,7 @@ def test_what_makes_no_run(given, reason) -> None:
 
 def test_a_run_may_start_before_zero_and_take_all_day() -> None:
     assert Plan(start=-1.0, stop=0.0, wall_limit=float("inf")).start == -1.0
+    assert Plan(start=1e5, stop=1e5 + 1.0).start == 1e5
 
 
 def test_a_plan_is_shown_by_what_is_not_standard() -> None:
