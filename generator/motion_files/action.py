@@ -38,6 +38,7 @@ from generator.motion_files.motion import (
     header_from_recording,
     unrepresented,
 )
+from generator.named_mapping import NamedMapping
 from generator.recording import Ending, Recording
 from generator.rotations import Array
 from generator.text_io import load_text, normalise_newlines, write_atomic
@@ -125,6 +126,9 @@ class ActionFile:
                 raise ValueError(f"an action file cannot hold a joint named {name!r}")
             if self.displacements[name].shape != (len(self.times), len(chain)):
                 raise ValueError(f"joint {name} needs {len(chain)} displacements a frame")
+        for name in ("chains", "displacements"):
+            values = NamedMapping(getattr(self, name), "the motion has no joint")
+            object.__setattr__(self, name, values)
 
     @property
     def normalised_times(self) -> Array:

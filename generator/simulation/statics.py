@@ -24,6 +24,7 @@ from generator.kinematics.placement import (
     site_pose,
 )
 from generator.loads import LoadKind, TimedLoad
+from generator.named_mapping import NamedMapping
 from generator.rotations import Array, matrix_from_rotation_vector
 from generator.simulation.bodies import body_pose
 from generator.simulation.coupled_springs import coupled_torques
@@ -254,7 +255,8 @@ def static_torques(
         ).placement
         for pose in poses
     ]
-    torques = {name: np.zeros((len(placements), 3)) for name in static_model.model.figure.joints}
+    zeros = {name: np.zeros((len(placements), 3)) for name in static_model.model.figure.joints}
+    torques = NamedMapping(zeros, "the figure has no joint")
     for row, placement in enumerate(placements):
         for name, torque in static_model.torques(placement).items():
             torques[name][row] = torque

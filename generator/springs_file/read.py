@@ -25,6 +25,7 @@ from generator.figure_file.read import (
     shipped_figures,
 )
 from generator.figure_file.resolve import origin_span
+from generator.named_mapping import NamedMapping
 from generator.springs_file.axes import parallel_sign, unit_axis
 from generator.springs_file.bind import (
     BoundSpring,
@@ -376,7 +377,8 @@ def _build_spring_set(
         if (springs := _combine_springs(joint, bound.springs, diagnostics)) is not None
     }
     law = joining or bound.joining or Joining.CONSERVATIVE
-    return SpringSet(joints, law, bound.origin, bound.coupled)
+    named = NamedMapping(joints, "the springs have no joint")
+    return SpringSet(named, law, bound.origin, bound.coupled)
 
 
 def _without_fields(figure: Figure) -> Figure:

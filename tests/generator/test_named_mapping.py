@@ -3,10 +3,21 @@
 import copy
 import pickle
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import pytest
 
-from generator import UnknownNameError, by_name, read_figure
+from generator import (
+    Plan,
+    UnknownNameError,
+    by_name,
+    read_action,
+    read_figure,
+    read_springs,
+    simulate,
+    static_torques,
+    write_recording,
+)
 from generator.diagnostics import ModelError
 from generator.figure import Figure, Segment, Site, SiteRef
 from generator.kinematics.placement import forward_kinematics, initial_displacements
@@ -73,3 +84,17 @@ def test_parts_are_listed_under_their_own_names(prototype: Figure) -> None:
         Segment("arm", sites={"tip": Site("top")})
     with pytest.raises(ModelError, match="`waist` is listed as `neck`"):
         replace(prototype, joints={"neck": prototype.joints["waist"]})
+
+
+def test_motions_springs_and_torques_name_the_nearest_joint(tmp_path: Path) -> None:
+    figure = read_figure("fourbar")
+    springs = read_springs(None, read_figure("prototype"))
+    with pytest.raises(UnknownNameError, match="the springs have no joint `left_kne`; did you me"):
+        _ = springs.joints["left_kne"]
+    write_recording(simulate(figure, Plan(stop=0.02)), figure, tmp_path / "turn.action")
+    action = read_action(tmp_path / "turn.action")
+    with pytest.raises(UnknownNameError, match="the motion has no joint `crank`; did you mean `cr"):
+        _ = action.displacements["crank"]
+    pendulum = read_figure("pendulum")
+    with pytest.raises(UnknownNameError, match="no joint `sholder`; did you mean `shoulder`"):
+        _ = static_torques(pendulum, [{}])["sholder"]
