@@ -92,10 +92,8 @@ def test_from_measured_moments_to_an_animation(reader: Reader) -> None:
     assert settled is not None
     last = np.degrees(recording.displacements["elbow"][-1, 0])
     assert last == pytest.approx(float(settled[1]), abs=1.0)
-    for name in ("limb.glb", "limb.bvh", "limb.x3d", "limb.mot", "elbow.svg", "torque.png"):
+    for name in ("limb.glb", "limb.bvh", "limb.x3d", "limb.mot", "fall.glb", "torque.png"):
         assert Path(name).stat().st_size > 0
-    run = reader.type("mover simulate prototype --springs elbows.springs.toml --stop 0.02 --quiet")
-    assert "error" not in run
 
 
 @pytest.mark.parametrize("reader", ["tutorials/own-exudyn-system"], indirect=True)
