@@ -91,13 +91,19 @@ def _reverse_sense(law: object) -> Cubic:
     return Cubic(law.coefficients, -law.sense)
 
 
-def simulate_falls(start: str) -> WaistFalls:
-    """Simulate the fall from a start with each reading."""
+def simulate_falls(start: str, stop: float = STOP_TIME, tolerance: float = TOLERANCE) -> WaistFalls:
+    """Simulate the fall from one of `START_POSES` with each reading.
+
+    Args:
+        start: name of the pose.
+        stop: end of the runs [s].
+        tolerance: of the runs [rad].
+    """
     body = read_figure("prototype")
     plan = Plan(
-        stop=STOP_TIME,
+        stop=stop,
         frame=FRAME_INTERVAL,
-        tolerance=TOLERANCE,
+        tolerance=tolerance,
         displacements={
             name: tuple(map(radians, angles)) for name, angles in START_POSES[start].items()
         },
