@@ -98,6 +98,10 @@ class ExudynModel:
         plan = plan or Plan()
         return build_model(figure, plan, resolve_springs(figure, plan), mbs)
 
+    def __repr__(self) -> str:
+        """The figure, in a line."""
+        return f"<ExudynModel of {self.figure!r}>"
+
     @property
     def figure(self) -> Figure:
         """The figure that was built; with a free root, the detached one."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from generator import read_figure
+from generator import UnknownNameError, read_figure
 from generator.diagnostics import InputError, ModelError, MoverError
 from generator.figure import SiteRef
 from generator.kinematics.loops import OpenLoopError
@@ -24,6 +24,16 @@ NONE = SpringSet()
 @pytest.fixture(scope="module")
 def prototype() -> ExudynModel:
     return ExudynModel.of(PROTOTYPE)
+
+
+def test_names_lead_to_items_and_wrong_ones_to_the_nearest(prototype) -> None:
+    assert repr(prototype) == f"<ExudynModel of {prototype.figure!r}>"
+    with pytest.raises(
+        UnknownNameError, match=r"no site `left_lower_arm\.distl`; did you mean `left_l"
+    ):
+        _ = prototype.sites["left_lower_arm.distl"]
+    with pytest.raises(UnknownNameError, match="no springs at joint `root_torso`; "):
+        _ = prototype.springs["root_torso"]
 
 
 def test_every_segment_joint_and_site_is_there_by_name(prototype) -> None:
