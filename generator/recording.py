@@ -88,7 +88,7 @@ def _format_range(kind: AxisKind, values: Array) -> tuple[str, ...]:
     """Format the first, smallest, largest and last value in deg or cm, and the unit."""
     scale, unit = (np.degrees(1.0), "deg") if kind is AxisKind.ROTATION else (100.0, "cm")
     numbers = (values[0], np.min(values), np.max(values), values[-1])
-    return (*(f"{scale * number:.2f}" for number in numbers), unit)
+    return (*(f"{round(scale * number, 2) + 0.0:.2f}" for number in numbers), unit)
 
 
 @dataclass(frozen=True)

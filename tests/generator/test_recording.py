@@ -52,7 +52,10 @@ def test_a_recording_is_shown_in_a_line_and_as_a_table():
     moved = replace(
         recording({kind: [0.0] * 3 for kind in ENERGY_KINDS}),
         chains=chains,
-        displacements={"knee": np.radians([[0], [-90], [45]]), "slide": np.array([[1], [2], [3]])},
+        displacements={
+            "knee": np.radians([[-1e-4], [-90], [45]]),
+            "slide": np.array([[1], [2], [3]]),
+        },
     )
     line = "Recording: 3 frames, 0 to 2 s, 2 joints. done"
     assert repr(moved) == f"<{line}>"
