@@ -3,12 +3,17 @@
 import codecs
 import errno
 import os
+import platform
+import re
 import secrets
+import shutil
 import stat
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
-from typing import TypeVar
+from typing import BinaryIO, TypeVar
+from zlib import crc32
 
 from generator.diagnostics import (
     Diagnostic,
@@ -28,19 +33,35 @@ MAX_FILE_BYTES = 32_000_000
 _UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
+def open_regular_file(path: Path) -> BinaryIO:
+    """Open a file to read its bytes.
+
+    Raises OSError, also for a directory, and for a pipe or a device, which may have no end.
+    """
+    # Opening a pipe would wait for its writer.
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags)
+    mode = os.fstat(descriptor).st_mode
+    if stat.S_ISREG(mode):
+        return open(descriptor, "rb")
+    os.close(descriptor)
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a directory")
+    raise OSError(errno.EINVAL, "it is not a regular file")
+
+
 def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
     """The text of the file at `path`, called `name`, and the error that keeps it from being read.
 
     UTF-8 with or without a byte-order mark; all three ends of line are read as one.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular_file(path) as file:
             data = file.read(MAX_FILE_BYTES + 1)
     except IsADirectoryError:
         return Source(name, ""), error(f"`{name}` is a directory, not a file")
     except OSError as failure:
-        reason = (failure.strerror or "unknown reason").lower()
-        return Source(name, ""), error(f"`{name}` cannot be read: {reason}")
+        return Source(name, ""), error(f"`{name}` cannot be read: {os_error_reason(failure)}")
     if len(data) > MAX_FILE_BYTES:
         return Source(name, ""), error(f"`{name}` is larger than {MAX_FILE_BYTES // 1_000_000} MB")
     data = data.removeprefix(codecs.BOM_UTF8)
@@ -120,15 +141,17 @@ def write_atomic(path: Path, content: str | bytes) -> None:
 
     It goes to a temporary file in the same folder, which takes the place of `path` once the
     disk has it all. Who kills the program before that finds the old file, or none, and at worst the
-    temporary one (`.NAME.xxxxxxxx.part`). A link is followed, and the file that it names replaced;
-    the new file has the mode of the old one. Only regular files are replaced, and no read-only
-    ones, though the system would let the owner of the folder do it.
+    temporary one (`.NAME.PROCESS-xxxxxxxx-xxxxxxxx.part`), which the next program that writes to
+    the folder removes. A link is followed, and the file that it names replaced; the new file has
+    the mode of the old one. Only regular files are replaced, and no read-only ones, though the
+    system would let the owner of the folder do it.
 
     Raises OSError when the file cannot be written.
     """
     data = content.encode() if isinstance(content, str) else content
     target = _real_path(path)
     mode = _existing_mode(path)
+    remove_stale_parts(target.parent)
     part = temporary_path(target)
     descriptor = os.open(part, _CREATE_FLAGS, _DEFAULT_MODE if mode is None else mode)
     try:
@@ -136,13 +159,43 @@ def write_atomic(path: Path, content: str | bytes) -> None:
             stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
-        if mode is not None:
-            part.chmod(mode)  # the mask has taken some of it away
-        os.replace(part, target)
+        move_into_place(part, path)
     except BaseException:
-        with suppress(OSError):
-            part.unlink()
+        remove_part(part)
         raise
+
+
+def move_into_place(part: Path, path: Path) -> None:
+    """Rename a complete temporary file, or folder of files, to its path; links are followed.
+
+    A new or empty folder is renamed as one. Into a folder that has files, the new files are moved
+    one after the other, and others in it are kept. A file keeps the mode of the one before.
+
+    Raises OSError for what must not be replaced.
+    """
+    if part.is_dir():
+        try:
+            os.rename(part, _real_path(path))
+        except OSError:
+            if not path.is_dir():
+                raise
+            for file in sorted(part.iterdir()):
+                move_into_place(file, path / file.name)
+            part.rmdir()
+        return
+    mode = _existing_mode(path)
+    if mode is not None:
+        part.chmod(mode)  # the mask has taken some of it away
+    os.replace(part, _real_path(path))
+
+
+def remove_part(part: Path) -> None:
+    """Remove a temporary file, or folder of files, if it still exists."""
+    with suppress(OSError):
+        if part.is_dir():
+            shutil.rmtree(part)
+        else:
+            part.unlink()
 
 
 def unwritable_reason(path: Path) -> str | None:
@@ -199,4 +252,39 @@ def _link_target(path: Path) -> Path:
 
 def temporary_path(target: Path) -> Path:
     """Return a new hidden name in the folder of a file, for what will take its place."""
-    return target.with_name(f".{target.name[:50]}.{secrets.token_hex(4)}.part")
+    token = f"{os.getpid()}-{_machine()}-{secrets.token_hex(4)}"
+    return target.with_name(f".{target.name[:50]}.{token}.part")
+
+
+_PART_NAME = re.compile(r"\..+\.([0-9]+)-([0-9a-f]{8})-[0-9a-f]{8}\.part", re.DOTALL)
+
+
+def remove_stale_parts(folder: Path) -> None:
+    """Remove the temporary files that killed programs of this machine have left in a folder."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            match = _PART_NAME.fullmatch(entry.name)
+            if match and match[2] == _machine() and not _is_running(int(match[1])):
+                remove_part(Path(entry.path))
+
+
+@cache
+def _machine() -> str:
+    """Return 8 digits for the machine, or the container, whose process numbers are ours."""
+    space = ""
+    with suppress(OSError):
+        space = os.readlink("/proc/self/ns/pid")
+    return f"{crc32(f'{platform.node()} {space}'.encode()):08x}"
+
+
+def _is_running(process: int) -> bool:
+    """Return whether a process may be running; True where that cannot be found out."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        pass
+    return True

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.cli.answer import CommandResult, format_table
-from generator.cli.outputs import check_writable, write_file
+from generator.cli.outputs import check_writable, write_files
 from generator.diagnostics import MoverError, UsageError
 from generator.input_files.moments import MeasuredMoments, read_moments
 from generator.springs_file.bind import describe_sense_rule
@@ -55,6 +55,7 @@ def fit(
     fitted = fit_cubic(moments.angles, moments.moments, passive=passive)
     law = _law_or_none(fitted)
     files = [path for path in (output, plot) if path is not None]
+    contents: dict[Path, str | bytes] = {}
     check_writable(files, (data,))
     if output is not None:
         if law is None:
@@ -68,7 +69,7 @@ def fit(
             reference=reference or f"the moments in {moments.name}, of unknown origin",
             why=_describe_fit(fitted, law),
         )
-        write_file(output, _format_springs_file(entry, moments))
+        contents[output] = _format_springs_file(entry, moments)
     if plot is not None:
         # Matplotlib is slow to import.
         from plots.canvas import render_figure
@@ -77,7 +78,8 @@ def fit(
         about = " ".join([", ".join(joints), motion]).strip()
         title = f"{about}: {moments.name}" if about else moments.name
         drawing = draw_fit(fitted, law, title, motion, reference)
-        write_file(plot, render_figure(drawing, _picture_format(plot)))
+        contents[plot] = render_figure(drawing, _picture_format(plot))
+    write_files(contents)
     return CommandResult(
         text="\n\n".join(_format_paragraphs(moments, fitted, law, files)),
         data=_json_data(moments, fitted, law, passive, files),

@@ -21,8 +21,9 @@ from threading import Thread
 from types import ModuleType
 
 from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_count, format_table
-from generator.cli.outputs import check_writable, unwritable_file_error, write_file
-from generator.cli.progress import ItemMonitor, defer_interrupt, no_item_monitor
+from generator.cli.interrupts import defer_interrupt, hold_interrupts
+from generator.cli.outputs import check_writable, unwritable_file_error, write_files
+from generator.cli.progress import ItemMonitor, no_item_monitor
 from generator.diagnostics import InputError, UsageError, spelling_hint
 from generator.text_io import os_error_reason
 from plots.plate import Claim, DrawnPlate, FailedPlate, Outcome
@@ -83,16 +84,10 @@ def plots(
     targets = _select_targets(names, output, gallery)
     _prepare_output(output, gallery)
     results = _run_plates(targets, jobs or cores(), output, progress)
-    files = list(results.files)
-    if output is not None:
-        ordered = [name for name in PLATES if name in names]
-        text = report(results.plates, results.failed, report_provenance(ordered))
-        files += _write(output, {REPORT_NAME: text})
-    if gallery is not None and not results.failed:
-        folder = gallery.with_suffix("")
-        pictures = {f"{plate.name}.{PICTURE_FORMAT}": plate.files for plate in results.plates}
-        files += _write(folder, {name: content[name] for name, content in pictures.items()})
-        files += _write(gallery.parent, {gallery.name: gallery_page(results.plates, folder.name)})
+    with hold_interrupts():
+        pages = _format_pages(results, names, output, gallery)
+        write_files(pages)
+    files = [*results.files, *pages]
     failure = _failure_message(results, strict)
     return CommandResult(
         text="\n\n".join(_format_paragraphs(results, files, output)),
@@ -100,6 +95,24 @@ def plots(
         code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
     )
+
+
+def _format_pages(
+    results: "_PlateResults", names: Sequence[str], output: Path | None, gallery: Path | None
+) -> dict[Path, str | bytes]:
+    """Return report and gallery, with the pictures of the gallery, by path."""
+    pages: dict[Path, str | bytes] = {}
+    if output is not None:
+        ordered = [name for name in PLATES if name in names]
+        provenance = report_provenance(ordered)
+        pages[output / REPORT_NAME] = report(results.plates, results.failed, provenance)
+    if gallery is not None and not results.failed:
+        folder = gallery.with_suffix("")
+        for plate in results.plates:
+            picture = f"{plate.name}.{PICTURE_FORMAT}"
+            pages[folder / picture] = plate.files[picture]
+        pages[gallery] = gallery_page(results.plates, folder.name)
+    return pages
 
 
 def _select_targets(
@@ -143,12 +156,6 @@ def _create_folder(folder: Path) -> None:
     raise InputError((unwritable_file_error(folder, reason),))
 
 
-def _write(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:
-    for name, content in files.items():
-        write_file(folder / name, content)
-    return [folder / name for name in files]
-
-
 @dataclass(frozen=True)
 class _PlateResults:
     """Plates in the order of the gallery.
@@ -174,22 +181,27 @@ class _PlateResults:
 def _run_plates(
     targets: Mapping[str, str], jobs: int, output: Path | None, progress: ItemMonitor
 ) -> _PlateResults:
-    """Draw the plates, and write the files of each when it is finished."""
+    """Draw the plates, and write the files of each, all or none, when it is finished."""
     results: dict[str, DrawnPlate | FailedPlate] = {}
     files: list[Path] = []
     interrupted = False
-    with defer_interrupt() as check, progress(len(targets), "plates") as done:
-        try:
-            with closing(make_plates(targets, jobs, check)) as arriving:
-                for result in arriving:
-                    if isinstance(result, DrawnPlate) and output is not None:
-                        files += _write(output, result.files)
-                    results[result.name] = result
-                    done(result.name)
-        except KeyboardInterrupt:
-            interrupted = True
-            if not any(isinstance(result, DrawnPlate) for result in results.values()):
-                raise
+    try:
+        with (
+            defer_interrupt() as check,
+            progress(len(targets), "plates") as done,
+            closing(make_plates(targets, jobs, check)) as arriving,
+        ):
+            for result in arriving:
+                if isinstance(result, DrawnPlate) and output is not None:
+                    contents = {output / name: each for name, each in result.files.items()}
+                    write_files(contents)
+                    files += contents
+                results[result.name] = result
+                done(result.name)
+    except KeyboardInterrupt:
+        interrupted = True
+        if not any(isinstance(result, DrawnPlate) for result in results.values()):
+            raise
     ordered = [
         results.get(name, FailedPlate(name, "the command was interrupted")) for name in targets
     ]

@@ -2,8 +2,10 @@
 
 import inspect
 import os
+import signal
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 from hypothesis import settings
@@ -22,6 +24,25 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="rewrite the expected diagnostics of the files in tests/faults",
     )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _heeded_sigint() -> None:
+    """Handle SIGINT also where the tests are a background job, whose shell ignores it.
+
+    Processes that tests start inherit it.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        with suppress(ValueError):  # handlers are set in the main thread only
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def sigint_handler() -> Iterator[None]:
+    """Let SIGINT raise KeyboardInterrupt, as in a program in the foreground."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ module is imported when it runs, so that `mover --help` does not wait for numpy,
 import sys
 from typing import NoReturn
 
-INTERRUPTED = "interrupted before anything was computed"
+from generator.cli.interrupts import forget_written_files, interruption_message
 
 
 def leave_interrupted(*, as_json: bool) -> NoReturn:
@@ -15,10 +15,11 @@ def leave_interrupted(*, as_json: bool) -> NoReturn:
 
     No slow import is needed: Ctrl-C may come while this module is imported.
     """
+    message = interruption_message()
     try:
-        sys.stderr.write(f"error: {INTERRUPTED}\n")
+        sys.stderr.write(f"error: {message}\n")
         if as_json:
-            sys.stdout.write(f'{{\n  "error": "{INTERRUPTED}"\n}}\n')
+            sys.stdout.write(f'{{\n  "error": "{message}"\n}}\n')
     except (OSError, AttributeError):  # there may be no such streams, or full ones
         pass
     sys.exit(3)
@@ -221,6 +222,7 @@ def _print_result(
     from generator.cli.answer import ExitCode, json_text
     from generator.diagnostics import InputError, MoverError, Severity, UsageError, select_errors
 
+    forget_written_files()
     try:
         result = make()
     except UsageError as failure:
@@ -233,7 +235,8 @@ def _print_result(
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
     except KeyboardInterrupt:
-        _fail(ExitCode.RUN_FAILED, f"error: {INTERRUPTED}", {"error": INTERRUPTED}, as_json)
+        message = interruption_message()
+        _fail(ExitCode.RUN_FAILED, f"error: {message}", {"error": message}, as_json)
     else:
         with _error_stream():
             if not quiet:

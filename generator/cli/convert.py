@@ -27,7 +27,7 @@ from generator.cli.outputs import (
     losses_text,
     unwritable_file_error,
     write_all_or_none,
-    writing,
+    write_files,
 )
 from generator.conversion import (
     ACTION_SUFFIX,
@@ -39,13 +39,13 @@ from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.kinematics.placement import Placement
-from generator.losses import Losses
 from generator.model_files.formats import ModelFormat, model_format, read_model, suffixes
 from generator.model_files.imported import (
     Imported,
     format_imported_springs,
+    import_losses,
+    imported_files,
     springs_path,
-    write_imported,
 )
 from generator.motion_files import (
     MOTION_FORMATS,
@@ -87,12 +87,12 @@ def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False
         [file for figure in figures for file in _output_files(imported, figure)], [source]
     )
     _check_springs_files(imported, figures, springs)
-    written: dict[Path, Losses] = {}
-    for output in figures:
-        before = [file for done in written for file in _output_files(imported, done)]
-        with writing(output, before):
-            written[output] = write_imported(imported, output)
-    return _import_result(source, imported, written)
+    contents: dict[Path, str | bytes] = {}
+    for figure in figures:
+        contents |= imported_files(imported, figure)
+    write_files(contents)
+    losses = {figure: import_losses(imported, figure) for figure in figures}
+    return _import_result(source, imported, losses)
 
 
 def _check_springs_files(

@@ -1,18 +1,26 @@
 """Files that commands write: checks before a run, one file or several at once, and their losses."""
 
-import shutil
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from functools import partial
 from os.path import realpath
 from pathlib import Path
 
+from generator.cli.interrupts import hold_interrupts, note_written_files
 from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_SUFFIX
 from generator.losses import Losses
 from generator.motion_files import FigureMotion, motion_writer
-from generator.text_io import os_error_reason, temporary_path, unwritable_reason, write_atomic
+from generator.text_io import (
+    move_into_place,
+    os_error_reason,
+    remove_part,
+    temporary_path,
+    unwritable_reason,
+    write_atomic,
+)
 
 
 def check_writable(
@@ -101,8 +109,20 @@ def writing(path: Path, before: Iterable[Path] = ()) -> Generator[None]:
 
 def write_file(path: Path, content: str | bytes) -> None:
     """Write a file whole or not at all. Raises InputError when it cannot be written."""
-    with writing(path):
-        write_atomic(path, content)
+    write_files({path: content})
+
+
+def write_files(contents: Mapping[Path, str | bytes]) -> None:
+    """Write files, all of them or none. Raises InputError when one cannot be written."""
+
+    def writer(content: str | bytes) -> OutputWriter:
+        def write(part: Path) -> Losses:
+            write_atomic(part, content)
+            return Losses("")
+
+        return write
+
+    write_all_or_none([(path, writer(content)) for path, content in contents.items()])
 
 
 def write_pose_file(
@@ -120,29 +140,27 @@ OutputWriter = Callable[[Path], Losses]
 
 
 def write_motion(motion: FigureMotion, paths: Sequence[Path]) -> LossesByPath:
-    """Write a motion to files, each in the format of its suffix; one that fails keeps the others.
+    """Write a motion to files, each in the format of its suffix: all of them or none.
 
     Raises:
         InputError: a file cannot be written.
         MoverError: a format cannot hold the motion.
     """
-    written: dict[Path, Losses] = {}
-    for path in paths:
-        with writing(path):
-            written[path] = motion_writer(path)(motion, path)
-    return written
+    return write_all_or_none([(path, partial(motion_writer(path), motion)) for path in paths])
 
 
 def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByPath:
     """Write files, and folders of files: all of them or none.
 
-    Each is first written beside its target under a hidden name (`.NAME.xxxxxxxx.part`); all are
-    renamed at the end.
+    Each is first written beside its target under a hidden name (`temporary_path`). At the end all
+    are renamed, and no signal to end acts between the first and the last. SIGKILL, which cannot be
+    held, may leave some of them there, each whole; a new folder is renamed as one.
 
     Raises:
         InputError: a file cannot be written; it lists the files already in place, if the disk fails
             at the end.
         MoverError: a format cannot represent the content.
+        KeyboardInterrupt: it came before the files were put in place, or while they were.
     """
     parts: dict[Path, Path] = {}
     try:
@@ -151,39 +169,30 @@ def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByP
             parts[path] = temporary_path(Path(realpath(path)))
             with writing(path):
                 written[path] = write(parts[path])
-        blocked = [
-            p for p, part in parts.items() if part.is_dir() and p.exists() and not p.is_dir()
-        ]
-        if blocked:
-            raise InputError(
-                [unwritable_file_error(path, "it is not a directory") for path in blocked]
-            )
-        files = [file for path, part in parts.items() for file in _output_files(path, part)]
-        check_writable([target for target, _ in files if target.parent.exists()], ())
-        for k, (target, part) in enumerate(files):
-            with writing(target, before=(done for done, _ in files[:k])):
-                target.parent.mkdir(exist_ok=True)
-                write_atomic(target, part.read_bytes())
+        _check_targets(parts)
+        with hold_interrupts():
+            for k, (path, part) in enumerate(parts.items()):
+                with writing(path, before=list(parts)[:k]):
+                    move_into_place(part, path)
+            if parts:
+                note_written_files()
     finally:
         for part in parts.values():
-            _remove(part)
+            remove_part(part)
     return written
 
 
-def _output_files(path: Path, part: Path) -> Iterator[tuple[Path, Path]]:
-    """Yield the target and the temporary path of each file of an output."""
-    if part.is_dir():
-        yield from ((path / made.name, made) for made in sorted(part.iterdir()))
-    else:
-        yield path, part
-
-
-def _remove(part: Path) -> None:
-    with suppress(OSError):
-        if part.is_dir():
-            shutil.rmtree(part)
-        else:
-            part.unlink()
+def _check_targets(parts: Mapping[Path, Path]) -> None:
+    """Raise InputError unless every temporary file or folder can be renamed to its path."""
+    blocked = [p for p, part in parts.items() if part.is_dir() and p.exists() and not p.is_dir()]
+    if blocked:
+        raise InputError([unwritable_file_error(path, "it is not a directory") for path in blocked])
+    files = [
+        target
+        for path, part in parts.items()
+        for target in ([path / file.name for file in part.iterdir()] if part.is_dir() else [path])
+    ]
+    check_writable(sorted(file for file in files if file.parent.exists()), ())
 
 
 def losses_text(written: LossesByPath) -> str:

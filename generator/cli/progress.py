@@ -1,9 +1,7 @@
-"""Progress of a command on a terminal, and Ctrl-C deferred to the next frame of a run."""
+"""Progress of a command on a terminal."""
 
-import signal
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from types import FrameType
 from typing import TYPE_CHECKING, TypeAlias
 
 from rich.console import Console
@@ -13,32 +11,6 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from generator.simulation.run import Progress
-
-
-@contextmanager
-def defer_interrupt() -> Generator[Callable[[], None]]:
-    """Hold Ctrl-C back; a second one acts at once.
-
-    Yields what raises KeyboardInterrupt if there was a first: a run calls it where it can stop.
-    """
-    requested = False
-    before = signal.getsignal(signal.SIGINT)
-
-    def note(number: int, frame: FrameType | None) -> None:
-        nonlocal requested
-        del number, frame
-        requested = True
-        signal.signal(signal.SIGINT, before)
-
-    def check() -> None:
-        if requested:
-            raise KeyboardInterrupt
-
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield check
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 ItemCallback: TypeAlias = Callable[[str], None]

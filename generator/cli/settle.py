@@ -10,6 +10,7 @@ from generator.cli.inputs import (
     springs_from_option,
     start_displacements_from_options,
 )
+from generator.cli.interrupts import hold_interrupts
 from generator.cli.options import (
     FigureName,
     Gravity,
@@ -67,7 +68,8 @@ def settle(
         locked=constraints.locked,
         gravity=STANDARD_GRAVITY if gravity is None else vector_from_option("--gravity", gravity),
     )
-    import_exudyn()
+    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
+        import_exudyn()
     from generator.simulation.equilibrium import NoEquilibriumError  # Exudyn takes its time
     from generator.simulation.equilibrium import find_equilibrium as come_to_rest
 

@@ -19,6 +19,7 @@ from generator.cli.inputs import (
     start_displacements_from_options,
     start_warnings,
 )
+from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.options import (
     FigureName,
     Gravity,
@@ -38,7 +39,7 @@ from generator.cli.outputs import (
     losses_text,
     write_motion,
 )
-from generator.cli.progress import defer_interrupt, no_run_monitor, progress_bar
+from generator.cli.progress import no_run_monitor, progress_bar
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
 from generator.input_files.loads import parse_loads_file
@@ -184,7 +185,8 @@ def simulate(
         velocities=velocities_from_options(velocities or (), figure, free_root=free_root),
     )
     check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
-    import_exudyn()
+    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
+        import_exudyn()
     from generator.simulation.run import simulate as run  # Exudyn takes its time
 
     monitor = progress_bar if show_progress else no_run_monitor

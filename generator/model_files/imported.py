@@ -57,20 +57,32 @@ def format_imported_springs(springs: SpringsFile, path: Path) -> str:
     return write_springs(springs, comment)
 
 
+def imported_files(imported: Imported, path: Path) -> dict[Path, str]:
+    """Return the text of the figure file at `path`, and of the springs file beside it, by path.
+
+    The figure is the last: it does not stand without its springs.
+    """
+    texts: dict[Path, str] = {}
+    if imported.springs is not None:
+        texts[springs_path(path)] = format_imported_springs(imported.springs, path)
+    return {**texts, path: write_figure(imported.figure)}
+
+
+def import_losses(imported: Imported, path: Path) -> Losses:
+    """Return the losses of an import to the figure file at `path`."""
+    losses, beside = imported.losses, springs_path(path)
+    if imported.springs is not None or not beside.exists():
+        return losses
+    stale = Loss("an older springs file stands beside the figure and will be used", (str(beside),))
+    return Losses.collect(losses.format, (*losses.entries, stale))
+
+
 def write_imported(imported: Imported, path: Path) -> Losses:
     """Write the figure, and its springs file beside it if it has one.
 
     Raises:
         OSError: a file cannot be written.
     """
-    springs, beside = imported.springs, springs_path(path)
-    losses, text = imported.losses, write_figure(imported.figure)
-    if springs is not None:
-        write_atomic(beside, format_imported_springs(springs, path))
-    elif beside.exists():
-        stale = Loss(
-            "an older springs file stands beside the figure and will be used", (str(beside),)
-        )
-        losses = Losses.collect(losses.format, (*losses.entries, stale))
-    write_atomic(path, text)
-    return losses
+    for file, text in imported_files(imported, path).items():
+        write_atomic(file, text)
+    return import_losses(imported, path)

@@ -179,7 +179,7 @@ def test_nothing_is_written_before_a_plate_is_made(here: Callable[..., None], tm
     here("endless")
     done = mover("plots", "-o", tmp_path)
     assert (done.exit_code, done.stdout) == (3, "")
-    assert done.stderr == "error: interrupted before anything was computed\n"
+    assert done.stderr == "error: interrupted before anything was written\n"
     assert contents(tmp_path) == {}
 
 

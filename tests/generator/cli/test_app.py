@@ -126,7 +126,7 @@ def interrupt(*_: object, **__: object) -> Any:
     raise KeyboardInterrupt
 
 
-INTERRUPTION = "interrupted before anything was computed"
+INTERRUPTION = "interrupted before anything was written"
 
 
 @pytest.mark.parametrize(
