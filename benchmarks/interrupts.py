@@ -21,8 +21,16 @@ from pathlib import Path
 from typing import ClassVar
 
 OUTPUTS = [f"out.{end}" for end in ("npz", "action", "csv", "sto", "mot", "bvh", "x3d", "glb")]
-SIMULATE = ["simulate", "pendulum", "--stop", "0.5", "--frame", "0.01"]
-SIMULATE += [word for name in OUTPUTS for word in ("-o", name)]
+SIMULATE = [
+    "simulate",
+    "pendulum",
+    "--stop",
+    "0.5",
+    "--frame",
+    "0.01",
+    *(word for name in OUTPUTS for word in ("-o", name)),
+]
+
 CONVERT = ["convert", "prototype", "out.fig", "out.xml", "out.osim", "dyspam"]
 COMMANDS = ((SIMULATE, set(OUTPUTS)), (CONVERT, {"out.fig", "out.xml", "out.osim", "dyspam"}))
 
