@@ -153,12 +153,79 @@ def is_unit_word(word: str) -> bool:
     return match is not None and match[1] in _BASE_UNITS
 
 
+_UNIT_SYNONYMS: Mapping[str, str] = {
+    **{name.lower(): name for name in _BASE_UNITS},
+    **{
+        f"{prefix}met{end}": unit + "m"
+        for prefix, unit in (("", ""), ("centi", "c"), ("milli", "m"))
+        for end in ("er", "re")
+    },
+    "inch": "in",
+    "inche": "in",
+    "foot": "ft",
+    "feet": "ft",
+    "degree": "deg",
+    "\u00b0": "deg",
+    "radian": "rad",
+    "gram": "g",
+    "kilogram": "kg",
+    "pound": "lb",
+    "sec": "s",
+    "second": "s",
+    "newton": "N",
+    "dyne": "dyn",
+}
+"""Other names of the base units, in lower case and without the `s` of a plural."""
+
+_MAX_UNIT_LENGTH = 30
+"""Length of the longest word for which a unit is suggested."""
+
+
+def suggest_unit(word: str) -> str | None:
+    """Return how an unknown unit is probably written: `N m` for `Nm`, `kg m2` for `kg*m^2`."""
+    plain = word.replace("^", "").replace("\u00b2", "2").replace("\u00b3", "3")
+    if not 0 < len(plain) <= _MAX_UNIT_LENGTH:
+        return None
+    found = [_split_unit(part) for part in re.split(r"[*.\u00b7\u22c5-]+", plain)]
+    return " ".join(part for part in found if part) if all(found) else None
+
+
+def _split_unit(text: str) -> str | None:
+    """Return a unit by another name, or units without blanks between them, as the language has."""
+    match = re.fullmatch(r"([^0-9]+)([2-4]?)", text)
+    if match is not None:
+        base = _UNIT_SYNONYMS.get(match[1].lower()) or _UNIT_SYNONYMS.get(
+            match[1].lower().removesuffix("s")
+        )
+        if base is not None:
+            return base + match[2]
+    # A product of a force or a mass: "min" is not a metre times an inch.
+    for first in sorted(_BASE_UNITS, key=len, reverse=True):
+        powers = _BASE_UNITS[first].powers
+        if text.startswith(first) and powers[1]:
+            rest = _split_factors(text[len(first) :])
+            if rest is not None:
+                return " ".join([first, *rest])
+    return None
+
+
+def _split_factors(text: str) -> list[str] | None:
+    """Split units without blanks between them; None where the text is something else."""
+    if not text:
+        return []
+    for first in sorted(_BASE_UNITS, key=len, reverse=True):
+        match = re.match(rf"{first}[2-4]?", text)
+        rest = _split_factors(text[match.end() :]) if match is not None else None
+        if match is not None and rest is not None:
+            return [match[0], *rest]
+    return None
+
+
 def _parse_unit_word(word: str) -> Unit:
     match = _UNIT_WORD.fullmatch(word)
     if match is None or match[1] not in _BASE_UNITS:
-        known = {name.lower(): name for name in _BASE_UNITS}
-        same = known.get(word.lower())
-        hint = f"did you mean `{same}`?" if same else spelling_hint(word, _BASE_UNITS)
+        meant = suggest_unit(word)
+        hint = f"did you mean `{meant}`?" if meant else spelling_hint(word, _BASE_UNITS)
         raise UnitError(f"unknown unit `{shorten(word)}`", hint)
     power = int(match[2] or 1)
     base = _BASE_UNITS[match[1]]

@@ -133,7 +133,8 @@ def _format_range(fitted: CubicFit) -> str:
 def _format_paragraphs(
     moments: MeasuredMoments, fitted: CubicFit, law: Cubic | None, files: list[Path]
 ) -> Iterator[str]:
-    yield f"{moments.name}: {_format_range(fitted)}"
+    angle, moment = moments.titles
+    yield f"{moments.name}: {_format_range(fitted)}; columns `{angle}` and `{moment}`"
     errors = fitted.standard_errors
     rows = [["M = c0 + c1 a + c2 a^2 + c3 a^3, a in rad", "", "standard error", "unit"]]
     for k, (value, unit) in enumerate(zip(fitted.coefficients, COEFFICIENT_UNITS, strict=True)):
@@ -184,6 +185,7 @@ def _json_data(
     zone = None if law is None else law.dead_zone
     return {
         "data": moments.name,
+        "columns": dict(zip(("angle", "moment"), moments.titles, strict=True)),
         "passive": passive,
         "bounds_hold": fitted.bounds_active,
         "coefficients": list(fitted.coefficients),

@@ -145,13 +145,15 @@ def simulate(
             raise UsageError(f"--{option.replace('_', '-')} {value}: the number must be finite")
     if gravity is not None:
         options["gravity"] = vector_from_option("--gravity", gravity)
-    plan = _replace_plan(
-        Plan(), **options, joining=law, free_root=free_root, python_torques=python_torques
-    )
-    if (plan.stop - plan.start) / plan.frame > MAX_FRAMES:
+    plan = Plan()
+    first, last, interval = (options.get(k, getattr(plan, k)) for k in ("start", "stop", "frame"))
+    if interval > 0.0 and (last - first) / interval > MAX_FRAMES:
         raise UsageError(
             f"more than {MAX_FRAMES:,} frames; use a longer --frame or an earlier --stop"
         )
+    plan = _replace_plan(
+        plan, **options, joining=law, free_root=free_root, python_torques=python_torques
+    )
     check_motion_formats(files)
     figure, diagnostics = load_figure(name)
     spring_set, more = springs_from_option(figure, springs, law)

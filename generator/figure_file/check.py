@@ -1,8 +1,10 @@
 """Checks of a figure: references, limits, masses and inertias, and the path from the root."""
 
+import re
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
+from math import pi
 from pathlib import Path
 
 from generator.diagnostics import (
@@ -25,6 +27,15 @@ INERTIA_TRIANGLE_TOLERANCE = 1e-6
 
 SUSPICIOUS_MASS_RANGE = (20.0, 65.0)
 """Between these masses [kg] a figure built like a person gets a note with a man's weight."""
+
+PLAUSIBLE_MASS_RANGE = (1e-3, 1e3)
+"""Mass of a segment outside which it gets a warning [kg]."""
+
+MIN_BARE_MASS = 0.01
+"""Masses without a unit get a warning where the largest of them is below this [kg]."""
+
+OSMIUM_DENSITY = 22590.0
+"""Density of the densest material [kg/m^3]."""
 
 MEDIAN_MALE_MASS = 78.0
 """Mass of a 50th-percentile man [kg], rounded."""
@@ -68,6 +79,8 @@ def check_figure(
     )
     _check_centre_of_mass_frames(figure, diagnostics)
     _check_total_mass(figure, draft.span, diagnostics)
+    _check_segment_masses(figure, diagnostics)
+    _check_bare_inertias(figure, diagnostics)
     return None if diagnostics.has_errors else figure
 
 
@@ -306,6 +319,58 @@ def _check_centre_of_mass_frames(figure: Figure, diagnostics: Diagnostics) -> No
                 origin_span(site.origins, "location"),
                 "moments of inertia are along the segment's own axes",
             )
+
+
+def _check_segment_masses(figure: Figure, diagnostics: Diagnostics) -> None:
+    """Warn once of masses that look like kilograms without a unit, and of implausible masses."""
+    segments = [one for one in figure.bodies.values() if one.mass and one.mass > 0.0]
+    bare = [one for one in segments if _is_bare(one, "mass")]
+    if bare and max(one.mass or 0.0 for one in bare) < MIN_BARE_MASS:
+        first = bare[0]
+        diagnostics.warning(
+            f"a mass without a unit is in grams: `{shorten(first.name)}` has {first.mass:.4g} kg",
+            origin_span(first.origins, "mass"),
+            "write `kg` or `g` behind it",
+        )
+        segments = [one for one in segments if one not in bare]
+    low, high = PLAUSIBLE_MASS_RANGE
+    odd = [one for one in segments if not low <= (one.mass or 0.0) <= high]
+    if odd:
+        more = f"; so it is with {len(odd) - 1} more" if len(odd) > 1 else ""
+        diagnostics.warning(
+            f"segment `{shorten(odd[0].name)}` has a mass of {odd[0].mass:.4g} kg",
+            origin_span(odd[0].origins, "mass"),
+            f"usual are {low:g} kg to {high:g} kg{more}: check the unit",
+        )
+
+
+def _check_bare_inertias(figure: Figure, diagnostics: Diagnostics) -> None:
+    """Warn once of inertias without a unit that no material is dense enough for."""
+    bare = [
+        one
+        for one in figure.bodies.values()
+        if one.inertia and one.mass and one.mass > 0.0 and _is_bare(one, "inertia")
+    ]
+    if bare and all(max(one.inertia or ()) < _least_inertia(one.mass or 0.0) for one in bare):
+        first = bare[0]
+        diagnostics.warning(
+            f"an inertia without a unit is in g cm2: that of `{shorten(first.name)}` is "
+            f"{max(first.inertia or ()):.3g} kg m2, too small for {first.mass:.4g} kg",
+            origin_span(first.origins, "inertia"),
+            "write `kg m2` or `g cm2` behind each number",
+        )
+
+
+def _least_inertia(mass: float) -> float:
+    """Moment of inertia of the densest ball of a mass [kg m^2]."""
+    radius = (3.0 * mass / (4.0 * pi * OSMIUM_DENSITY)) ** (1.0 / 3.0)
+    return 0.4 * mass * radius**2
+
+
+def _is_bare(segment: Segment, field: str) -> bool:
+    """Return whether a field in a file has no unit; the `e` of an exponent is not one."""
+    place = segment.origins.get(field)
+    return place is not None and re.search(r"[A-DF-Za-df-z]", place.text) is None
 
 
 def _check_total_mass(figure: Figure, span: Span | None, diagnostics: Diagnostics) -> None:

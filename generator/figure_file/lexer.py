@@ -273,6 +273,10 @@ def _odd_hint(word: str) -> str:
         return 'strings stand in straight double quotes: `"floor.pss"`'
     if first in "-+":
         return "the language has no sums; `site NAME->FIELD` is written with `->`"
+    if first in "\u00b0\u00ba":
+        return "degrees are written `deg`"
+    if first == "^":
+        return "a power follows its unit directly: `m2`"
     return ""
 
 

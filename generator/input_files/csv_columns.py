@@ -1,7 +1,7 @@
 """Tables of comma-separated values with units in their titles, each cell with its place."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from math import isfinite
 
@@ -55,7 +55,11 @@ def split_title(cell: Span) -> tuple[str, str]:
 
 
 def parse_columns(
-    line: Span, known: Collection[str], example: str, diagnostics: Diagnostics
+    line: Span,
+    known: Collection[str],
+    example: str,
+    diagnostics: Diagnostics,
+    read_title: Callable[[Span], tuple[str, str]] = split_title,
 ) -> dict[str, Column]:
     """The columns that a line of titles names, by name; errors are reported.
 
@@ -64,6 +68,7 @@ def parse_columns(
         known: the names of the columns, all of which must be there.
         example: a line of titles as it should be, for hints.
         diagnostics: collects the errors.
+        read_title: returns the name and the unit, with its brackets, of a title.
     """
     columns: dict[str, Column] = {}
     cells = split_cells(line)
@@ -71,7 +76,7 @@ def parse_columns(
         diagnostics.error("columns are separated by commas", line, example)
         return columns
     for place, cell in enumerate(cells):
-        name, unit = split_title(cell)
+        name, unit = read_title(cell)
         if name not in known:
             diagnostics.error(
                 f"unknown column `{shorten(cell.text)}`", cell, spelling_hint(name, known)

@@ -4,6 +4,7 @@ The first line that is not a comment names the columns with their units, in any 
 `angle [deg]` or another unit of angle, `moment [N m]` or another unit of moment (`docs/fits.md`).
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,11 +24,21 @@ from generator.input_files.csv_columns import (
     parse_columns,
     parse_number_cell,
     split_cells,
+    split_title,
 )
 from generator.text_io import parse_file, parse_text
 from generator.units import DIMENSION_POWERS, UNIT_EXAMPLES, Dimension, UnitError, parse_unit
 
 COLUMN_DIMENSIONS: Mapping[str, Dimension] = {"angle": Dimension.ANGLE, "moment": Dimension.MOMENT}
+COLUMN_SYNONYMS: Mapping[str, str] = {
+    **dict.fromkeys(("angle", "angles", "joint angle", "theta", "\u03b8", "position"), "angle"),
+    **dict.fromkeys(
+        ("moment", "moments", "joint moment", "passive moment", "torque", "torques"), "moment"
+    ),
+    **dict.fromkeys(("joint torque", "passive torque", "tau", "\u03c4"), "moment"),
+}
+"""Column of a title, in lower case and with blanks for underscores."""
+
 MOMENTS_EXAMPLE = "angle [deg],moment [N m]"
 
 MIN_ANGLES = 4
@@ -51,17 +62,20 @@ class MeasuredMoments:
         angles: [rad], at least four different ones.
         moments: [N m], one an angle.
         name: of the file.
+        titles: of the columns of angles and moments, as in the file.
     """
 
     angles: tuple[float, ...]
     moments: tuple[float, ...]
     name: str
+    titles: tuple[str, str] = ("angle", "moment")
 
 
 @dataclass(frozen=True)
 class _Column:
     index: int
     factor: Fraction
+    title: str
 
 
 @dataclass(frozen=True)
@@ -101,17 +115,31 @@ def _parse_table(source: Source, diagnostics: Diagnostics) -> MeasuredMoments | 
     _check_order(rows, diagnostics)
     _check_count(rows, lines, diagnostics)
     angles, moments = tuple(row.angle for row in rows), tuple(row.moment for row in rows)
-    return MeasuredMoments(angles, moments, source.name)
+    titles = columns["angle"].title, columns["moment"].title
+    return MeasuredMoments(angles, moments, source.name, titles)
 
 
 def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, _Column]:
     """Columns by name, with the SI values of their units."""
     return {
-        name: _Column(column.index, _unit_factor(name, column.unit, column.title_span, diagnostics))
+        name: _Column(
+            column.index,
+            _unit_factor(name, column.unit, column.title_span, diagnostics),
+            column.title_span.text,
+        )
         for name, column in parse_columns(
-            line, COLUMN_DIMENSIONS, MOMENTS_EXAMPLE, diagnostics
+            line, COLUMN_DIMENSIONS, MOMENTS_EXAMPLE, diagnostics, _read_title
         ).items()
     }
+
+
+def _read_title(cell: Span) -> tuple[str, str]:
+    """Column and unit of a title: `Joint_Torque (N m)` is the moment, `[N m]` its unit."""
+    match = re.fullmatch(r"([^\[(]*?)\s*(?:[\[(]([^\])]*)[\])])?", cell.text)
+    words = "" if match is None else " ".join(match[1].replace("_", " ").lower().split())
+    if match is None or words not in COLUMN_SYNONYMS:
+        return split_title(cell)
+    return COLUMN_SYNONYMS[words], "" if match[2] is None else f"[{match[2]}]"
 
 
 def _unit_factor(name: str, unit: str, cell: Span, diagnostics: Diagnostics) -> Fraction:

@@ -114,7 +114,7 @@ class Plan:
         if ulp(latest) > _MAX_TIME_ROUNDING * interval:
             raise ValueError(
                 f"times near {latest:g} s are rounded to {ulp(latest):.1g} s, too coarsely for "
-                f"frames of {interval:.3g} s: count the time from a start nearer to zero"
+                f"frames of {interval:.3g} s: use longer frames, or times nearer to zero"
             )
         for name, drive in self.drives.items():
             if (

@@ -153,7 +153,33 @@ def test_what_is_not_finite_cannot_be_written(value):
 
 @pytest.mark.parametrize(
     ("unit", "hint"),
-    [("CM", "did you mean `cm`?"), ("Kg", "did you mean `kg`?"), ("grd", "did you mean `rad`?")],
+    [
+        ("CM", "did you mean `cm`?"),
+        ("Kg", "did you mean `kg`?"),
+        ("grd", "did you mean `rad`?"),
+        ("Nm", "did you mean `N m`?"),
+        ("Nm/rad", "did you mean `N m`?"),
+        ("Nmm", "did you mean `N mm`?"),
+        ("Nms/rad", "did you mean `N m s`?"),
+        ("N*m", "did you mean `N m`?"),
+        ("N.m", "did you mean `N m`?"),
+        ("dyncm", "did you mean `dyn cm`?"),
+        ("kgm2", "did you mean `kg m2`?"),
+        ("kg*m^2", "did you mean `kg m2`?"),
+        ("kg m^2", "did you mean `m2`?"),
+        ("kg m\u00b2", "did you mean `m2`?"),
+        ("gcm2", "did you mean `g cm2`?"),
+        ("degrees", "did you mean `deg`?"),
+        ("Degree", "did you mean `deg`?"),
+        ("\u00b0", "did you mean `deg`?"),
+        ("radians", "did you mean `rad`?"),
+        ("degs/s", "did you mean `deg`?"),
+        ("deg/sec", "did you mean `s`?"),
+        ("Newton", "did you mean `N`?"),
+        ("centimetres", "did you mean `cm`?"),
+        ("inches", "did you mean `in`?"),
+        ("lbs", "did you mean `lb`?"),
+    ],
 )
 def test_an_unknown_unit_is_refused_with_the_nearest(unit, hint):
     with pytest.raises(UnitError) as raised:

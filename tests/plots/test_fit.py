@@ -46,11 +46,12 @@ def test_matplotlib_is_imported_for_pictures_only(tmp_path: Path):
 def test_a_fit_is_told(tmp_path: Path):
     result = run("fit", data_file(tmp_path, HIP_ABDUCTION))
     assert "22 moments from -50 to 55 deg" in result.stdout
+    assert "; columns `angle [deg]` and `moment [N m]`\n" in result.stdout
     assert "R^2 1.000000; rms residual" in result.stdout
     assert "sense +1: c3 is negative, so the moment acts on the child" in result.stdout
     assert "the dead zone, -44.2 to 46.3 deg" in result.stdout
     assert "doubt: within the dead zone the law leaves out" in result.stdout
-    table = result.stdout.split("angle [deg]")[1].splitlines()
+    table = result.stdout.split("angle [deg]")[-1].splitlines()
     assert len(table) == 1 + 22
 
 

@@ -74,7 +74,7 @@ LIMITED = """
 figure {
     segment base { site s->location = trans(0,0,0); }
     segment arm {
-        mass = 1kg; inertia = (50,50,50);
+        mass = 1kg; inertia = (0.005 kg m2,0.005 kg m2,0.005 kg m2);
         site s->location = trans(0,0,0);
         site CM->location = trans(0,-0.1m,0);
     }

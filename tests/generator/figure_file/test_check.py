@@ -19,7 +19,13 @@ from generator import (
     write_figure,
 )
 from generator.diagnostics import select_errors
-from generator.figure_file import parse_figure, read_figure, simulation_diagnostics
+from generator.figure_file import (
+    parse_figure,
+    parse_figure_file,
+    read_figure,
+    shipped_figures,
+    simulation_diagnostics,
+)
 from generator.figure_file.check import require_valid_figure
 from tests.paths import FAULTS
 
@@ -32,6 +38,12 @@ def test_a_simulation_needs_all_masses(stem: str, count: int):
     diagnostics = simulation_diagnostics(read_figure(FAULTS / "figure" / f"{stem}.fig"))
     assert len(diagnostics) == count
     assert select_errors(diagnostics) == diagnostics
+
+
+@pytest.mark.parametrize("name", shipped_figures())
+def test_masses_and_inertias_of_shipped_figures_are_plausible(name: str):
+    messages = [one.message for one in parse_figure_file(name).diagnostics]
+    assert not [one for one in messages if " unit" in one or "has a mass of" in one]
 
 
 ARM = Segment(

@@ -37,6 +37,29 @@ def test_units_of_moment(unit: str, factor: float):
     assert reading.value.angles == (0.0, 1.0, 2.0, 3.0)
 
 
+@pytest.mark.parametrize(
+    ("angle", "moment"),
+    [
+        ("Angle [deg]", "MOMENT [N m]"),
+        ("theta [deg]", "Torque [N m]"),
+        ("Joint angle (deg)", "joint_torque (N m)"),
+        ("Position[deg]", "passive moment [N m]"),
+    ],
+)
+def test_other_titles_of_the_columns(angle: str, moment: str):
+    reading = parse_moments(f"{moment},{angle}\n1,0\n2,10\n3,20\n5,30\n")
+    assert reading.diagnostics == ()
+    assert reading.value is not None
+    assert reading.value.moments == (1.0, 2.0, 3.0, 5.0)
+    assert reading.value.angles == pytest.approx((0.0, pi / 18.0, pi / 9.0, pi / 6.0))
+    assert reading.value.titles == (angle, moment)
+
+
+def test_two_titles_of_one_column_are_an_error():
+    (fault,) = parse_moments("theta [deg],Angle [deg]\n0,1\n").diagnostics
+    assert fault.message == "a second column `angle`"
+
+
 def test_an_angle_may_be_measured_twice():
     moments = parse_moments(HEADER + "0,1\n0,2\n10,2\n20,3\n30,5\n").value
     assert moments is not None
