@@ -5,7 +5,7 @@ rational factor, so a value in SI is the float nearest to what was written: `2.6
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from enum import Enum
@@ -303,22 +303,27 @@ def format_quantity(value: float, dimension: Dimension) -> str:
 
     Raises ValueError for a value that is not finite.
     """
-    if not isfinite(value):
-        raise ValueError(f"the figure language cannot write {value}")
+    return format_quantities((value,), dimension)[0]
+
+
+def format_quantities(values: Sequence[float], dimension: Dimension) -> list[str]:
+    """The texts that read back to exactly `values` [SI], in one unit: the one with fewer digits.
+
+    Raises ValueError for a value that is not finite.
+    """
+    for value in values:
+        if not isfinite(value):
+            raise ValueError(f"the figure language cannot write {value}")
     usual, si = _OUTPUT_UNITS[dimension]
-    texts = [
-        (
-            shortest_decimal(
-                value, parse_unit(unit).factor if unit else default_unit_factor(dimension)
-            ),
-            unit,
-        )
-        for unit in (usual, si)
-    ]
-    number, unit = min(
-        texts, key=lambda text: _significant_length(text[0], has_no_unit=usual == "")
-    )
-    return number + (" " if " " in unit or "/" in unit else "") + unit
+    candidates: list[tuple[int, list[str]]] = []
+    for unit in (usual, si):
+        factor = parse_unit(unit).factor if unit else default_unit_factor(dimension)
+        numbers = [shortest_decimal(value, factor) for value in values]
+        length = sum(_significant_length(number, has_no_unit=usual == "") for number in numbers)
+        ending = (" " if " " in unit or "/" in unit else "") + unit
+        texts = [n if n == "0" and not usual else n + ending for n in numbers]
+        candidates.append((length, texts))
+    return min(candidates, key=lambda candidate: candidate[0])[1]
 
 
 def shortest_decimal(value: float, factor: Fraction) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from generator.figure import (
     Attribute,
+    AxisKind,
     Figure,
     Joint,
     JointAxis,
@@ -17,7 +18,7 @@ from generator.figure import (
 from generator.figure_file.check import require_valid_figure
 from generator.figure_file.lexer import MAX_WORD_LENGTH
 from generator.figure_file.values import axis_dimension
-from generator.units import Dimension, format_quantity
+from generator.units import Dimension, format_quantities, format_quantity
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -146,14 +147,19 @@ def _joint(joint: Joint) -> list[str]:
 def _format_joint_values(
     row: Sequence[float], chain: Sequence[JointAxis], about: Dimension, along: Dimension
 ) -> str:
-    return _format_list(
-        format_quantity(value, axis_dimension(factor.kind, about, along))
-        for value, factor in zip(row, chain, strict=True)
-    )
+    """Format a row with one unit for its angles and one for its lengths."""
+    texts = [""] * len(row)
+    for kind in AxisKind:
+        places = [k for k, factor in enumerate(chain) if factor.kind is kind]
+        dimension = axis_dimension(kind, about, along)
+        found = format_quantities([row[k] for k in places], dimension)
+        for k, text in zip(places, found, strict=True):
+            texts[k] = text
+    return _format_list(texts)
 
 
 def _format_vector(values: Sequence[float], dimension: Dimension) -> str:
-    return _format_list(format_quantity(value, dimension) for value in values)
+    return _format_list(format_quantities(values, dimension))
 
 
 def _format_numbers(values: Sequence[float]) -> str:

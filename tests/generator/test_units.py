@@ -15,6 +15,7 @@ from generator.units import (
     UnitError,
     convert_to_si,
     default_unit_factor,
+    format_quantities,
     format_quantity,
     is_unit_word,
     parse_unit,
@@ -185,6 +186,39 @@ def test_an_unknown_unit_is_refused_with_the_nearest(unit, hint):
     with pytest.raises(UnitError) as raised:
         parse_unit(unit)
     assert raised.value.hint == hint
+
+
+@pytest.mark.parametrize(
+    ("written", "dimension", "texts"),
+    [
+        (("30deg", "0deg", "-90deg"), Dimension.ANGLE, None),
+        (("30deg", "0.1rad", "0.2rad"), Dimension.ANGLE, "rad"),
+        (("30deg", "45deg", "0.2rad"), Dimension.ANGLE, "deg"),
+        (("0.25rad", "0.1rad", "0rad"), Dimension.ANGLE, None),
+        (("1199091.875", "292090.1563", "0"), Dimension.INERTIA, None),
+        (("2 kg m2", "3000000", "0"), Dimension.INERTIA, " kg m2"),
+        (("10cm", "20cm", "30.5cm"), Dimension.LENGTH, None),
+    ],
+)
+def test_the_numbers_of_a_list_have_one_unit(written, dimension, texts):
+    """`texts` is None where all are written as they were, else their unit."""
+    values = [value_of(text, dimension) for text in written]
+    found = format_quantities(values, dimension)
+    assert [value_of(text, dimension) for text in found] == values
+    if texts is None:
+        assert tuple(found) == written
+    else:
+        assert {text.lstrip("-0123456789.e") for text in found if text != "0"} == {texts}
+
+
+def value_of(text: str, dimension: Dimension) -> float:
+    """The value in SI of a number with its unit, as a figure's file is read."""
+    findings = Diagnostics()
+    value = resolve_number(
+        parse_value(TokenStream(Source("text", text), findings), ""), dimension, findings
+    )
+    assert value is not None
+    return value
 
 
 @pytest.mark.parametrize("word", ["cm", "m2", "cm3", "s2", "N"])
