@@ -16,7 +16,8 @@ from generator.cli.options import SpringsChoice
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, UsageError, select_errors
 from generator.figure_file import parse_figure_file
-from generator.simulation.preconditions import simulation_obstacles
+from generator.kinematics.links import mirror_rotations
+from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.read import LoadedSprings, parse_springs_file
 from springs import SpringSet
 from springs.joint import UNKNOWN_AXIS
@@ -136,16 +137,19 @@ def check(
         return _check_springs_file(name)
     reading = parse_figure_file(name)
     faults, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
+    mirrors = None
     if reading.value is not None:
         found = parse_springs_option(reading.value, springs)
         faults = (*faults, *found.diagnostics)
         if found.value is not None:
             spring_set, replaced = found.value.springs, found.value.replaced
         obstacles = simulation_obstacles(reading.value, spring_set)
+        if not tuple(chain_obstacles(reading.value)):
+            mirrors = mirror_rotations(reading.value)
         messages = {fault.message for fault in faults}
         faults = (*faults, *(one for one in obstacles if one.message not in messages))
     verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, obstacles)}"
-    return _check_result(faults, spring_set, replaced, verdict, include_notes=False)
+    return _check_result(faults, report_curves(spring_set, mirrors), spring_set, replaced, verdict)
 
 
 def _check_springs_file(name: str) -> CommandResult:
@@ -154,18 +158,22 @@ def _check_springs_file(name: str) -> CommandResult:
     use = "the springs cannot be used" if reading.value is None else "the springs can be used"
     figure = f" for `{loaded.figure}`" if loaded.figure is not None else ""
     verdict = f"{name}: {_severity_counts(faults)}; {use}{figure}"
-    return _check_result(faults, loaded.springs, loaded.replaced, verdict, include_notes=True)
+    reports = report_curves(loaded.springs)
+    return _check_result(
+        faults, reports, loaded.springs, loaded.replaced, verdict, include_notes=True
+    )
 
 
 def _check_result(
     diagnostics: tuple[Diagnostic, ...],
+    reports: Sequence[CurveReport],
     springs: SpringSet,
     replaced: Sequence[LawReplacement],
     verdict: str,
     *,
-    include_notes: bool,
+    include_notes: bool = False,
 ) -> CommandResult:
-    reports, coupled = report_curves(springs), report_coupled(springs, replaced)
+    coupled = report_coupled(springs, replaced)
     paragraphs = [
         *format_curve_reports(reports, include_notes=include_notes),
         *format_coupled_reports(coupled, include_notes=include_notes),

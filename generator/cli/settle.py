@@ -1,8 +1,12 @@
 """`mover settle`: the pose in which a figure comes to rest."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
 
-from generator.cli.answer import CommandResult, ExitCode, format_table
+import numpy as np
+import typer
+
+from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
 from generator.cli.inputs import (
     constraints_from_options,
     load_figure,
@@ -27,7 +31,12 @@ from generator.cli.options import (
     vector_from_option,
 )
 from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
+from generator.cli.progress import item_progress_bar, no_item_monitor
+from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure
+from generator.kinematics.links import mirrored_differences, mirrored_name
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.motion_files.action import display_unit
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import STANDARD_GRAVITY, Plan
@@ -45,7 +54,12 @@ def settle(
     displacements: JointValues = None,
     links: LinksFile = None,
     locks: LockedJoints = None,
+    wall_limit: Annotated[
+        float | None, typer.Option(help="Limit of computing time [s]. [default: 600]")
+    ] = None,
     output: PoseOutput = None,
+    *,
+    show_progress: bool = False,
 ) -> CommandResult:
     """Find the equilibrium pose of a figure under gravity and its springs.
 
@@ -60,6 +74,8 @@ def settle(
     constraints.check_consistency(figure, displacements or (), 0.0)
     files = [] if output is None else [output]
     check_writable(files, (figure.path, springs, pose, links))
+    if wall_limit is not None and not wall_limit > 0.0:
+        raise UsageError(f"--wall-limit {wall_limit}: the limit must be positive")
     plan = Plan(
         springs=spring_set,
         joining=law,
@@ -67,15 +83,26 @@ def settle(
         links=constraints.links,
         locked=constraints.locked,
         gravity=STANDARD_GRAVITY if gravity is None else vector_from_option("--gravity", gravity),
+        wall_limit=Plan.wall_limit if wall_limit is None else wall_limit,
     )
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
-    from generator.simulation.equilibrium import NoEquilibriumError  # Exudyn takes its time
+    from generator.simulation.equilibrium import (  # Exudyn takes its time
+        MAX_STEPS,
+        NoEquilibriumError,
+        SearchProgress,
+    )
     from generator.simulation.equilibrium import find_equilibrium as come_to_rest
 
     faults = (*warnings, *more, *doubts, *others)
+    monitor = item_progress_bar if show_progress else no_item_monitor
     try:
-        rest = come_to_rest(figure, plan)
+        with monitor(MAX_STEPS, "steps at most") as update:
+
+            def watch(progress: SearchProgress) -> None:
+                update(f"{progress.force:.3g} N m or N left")
+
+            rest = come_to_rest(figure, plan, watch)
     except NoEquilibriumError as failure:
         return CommandResult(
             text=f"{name} has no equilibrium pose; nothing was written",
@@ -84,6 +111,10 @@ def settle(
             code=ExitCode.RUN_FAILED,
             failure=str(failure),
         )
+    asymmetric: list[str] = []
+    if not constraints.links.links and _is_symmetric_set(constraints.locked):
+        asymmetric = _asymmetric_joints(figure, start, rest)
+        faults = (*faults, *_asymmetry_warnings(figure, asymmetric, rest))
     for path in files:
         write_pose_file(path, figure, rest.displacements)
     parts = [f"{name} {rest.state}", _pose_text(figure, rest), _numbers_text(rest)]
@@ -100,10 +131,66 @@ def settle(
             "energy_J": rest.energy,
             "start_energy_J": rest.start_energy,
             "steps": rest.steps,
+            "asymmetric_joints": asymmetric,
             "files": [str(path) for path in files],
         },
         diagnostics=faults,
     )
+
+
+MAX_SYMMETRIC_DIFFERENCE = 1e-3
+"""Difference of a pose from its mirror image beyond which it gets a warning [rad or m]."""
+
+MAX_START_DIFFERENCE = 1e-6
+"""Difference of a start from its mirror image up to which it is symmetric [rad or m]."""
+
+MAX_JOINTS_LISTED = 3
+
+
+def _is_symmetric_set(joints: Sequence[str]) -> bool:
+    return {mirrored_name(name) for name in joints} == set(joints)
+
+
+def _asymmetric_joints(
+    figure: Figure, start: Mapping[str, Sequence[float]], rest: "Equilibrium"
+) -> list[str]:
+    """Return the left joints that rest otherwise than the right ones, the largest difference first.
+
+    None if their start already differs.
+    """
+    own = initial_displacements(build_tree(figure))
+    before = {**own, **{name: np.asarray(values) for name, values in start.items()}}
+    if max(mirrored_differences(figure, before).values(), default=0.0) > MAX_START_DIFFERENCE:
+        return []
+    after = mirrored_differences(figure, rest.displacements)
+    differing = [name for name in after if after[name] > MAX_SYMMETRIC_DIFFERENCE]
+    return sorted(differing, key=lambda name: -after[name])
+
+
+def _asymmetry_warnings(
+    figure: Figure, joints: Sequence[str], rest: "Equilibrium"
+) -> Iterator[Diagnostic]:
+    """Yield a warning with the joints that rest asymmetrically."""
+    if not joints:
+        return
+    pairs = [
+        f"{name} at {_displacement_text(figure, name, rest)}"
+        f" but {mirrored_name(name)} at {_displacement_text(figure, mirrored_name(name), rest)}"
+        for name in joints[:MAX_JOINTS_LISTED]
+    ]
+    more = len(joints) - MAX_JOINTS_LISTED
+    others = f"; {format_count(more, 'more pair')}" if more > 0 else ""
+    yield warning(
+        f"the figure rests asymmetrically after a symmetric start: {'; '.join(pairs)}{others}",
+        hint="it may have several poses of rest: compare their energies from other starts (--set), "
+        "or link both sides (--links)",
+    )
+
+
+def _displacement_text(figure: Figure, name: str, rest: "Equilibrium") -> str:
+    chain = figure.joints[name].chain
+    shown = zip(in_display_units(rest.displacements[name], chain), chain, strict=True)
+    return " ".join(f"{format_rounded(value, 1)} {display_unit(factor)}" for value, factor in shown)
 
 
 def _pose_text(figure: Figure, rest: "Equilibrium") -> str:

@@ -10,6 +10,7 @@ What a links file means for a figure: links of degrees of freedom, or faults wit
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -71,9 +72,7 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
             f"`{control.name}` has {format_dof_count(len(control.chain))} and "
             f"`{follower.name}` {len(follower.chain)}"
         )
-    tree = build_tree(figure)
-    zeros = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
-    placement = forward_kinematics(tree, zeros)
+    placement = _zero_placement(figure)
     if not (_names_match(control, follower) or _positions_match(placement, control, follower)):
         raise ModelError(
             f"`{follower.name}` is not a mirror image of `{control.name}`: their names do not "
@@ -93,6 +92,57 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
     return tuple(signs)
 
 
+def mirror_rotations(figure: Figure) -> dict[str, tuple[str, Array]]:
+    """Return the joint on the other side of each joint named after a side, and its image's axes.
+
+    The value of a joint is the name of the other and a matrix Q, shape (3, 3): the mirror image of
+    a rotation about a direction d is one about Q d, each in the axes of its joint's parent site.
+    Joints that the figure has on one side only are left out.
+    """
+    placement, found = _zero_placement(figure), dict[str, tuple[str, Array]]()
+    for name, joint in figure.joints.items():
+        other = figure.joints.get(mirrored_name(name), joint)
+        if other is not joint:
+            mirror = np.diag(-_MIRROR_SIGNS)
+            one, image = (_outboard_axes(placement, side) for side in (joint, other))
+            found[name] = (other.name, image.T @ mirror @ one)
+    return found
+
+
+def mirrored_differences(figure: Figure, displacements: Displacements) -> dict[str, float]:
+    """Return by how much the pose of each left joint differs from the mirrored right one.
+
+    Args:
+        figure: the figure.
+        displacements: of its joints [rad or m].
+
+    Returns:
+        The largest difference of a displacement by the name of the left joint [rad or m]; joints
+        without a mirror image are left out.
+    """
+    differences: dict[str, float] = {}
+    for name, joint in figure.joints.items():
+        other = figure.joints.get(mirrored_name(name))
+        if "left" not in name or other is None or not joint.chain:
+            continue
+        with suppress(ModelError):
+            signs = np.array(mirror_signs(figure, joint, other))
+            mirrored = signs * displacements[other.name]
+            differences[name] = float(np.max(np.abs(displacements[name] - mirrored)))
+    return differences
+
+
+def mirrored_name(name: str) -> str:
+    """Return a name with `left` and `right` exchanged."""
+    return _SIDE_PATTERN.sub(lambda side: "right" if side[0] == "left" else "left", name)
+
+
+def _zero_placement(figure: Figure) -> Placement:
+    """Return the figure with all displacements zero."""
+    zeros = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
+    return forward_kinematics(build_tree(figure), zeros)
+
+
 def _mirrored_direction(direction: Array, kind: AxisKind) -> Array:
     """Return the direction of a joint axis mirrored in the plane x = 0."""
     match kind:
@@ -106,8 +156,7 @@ def _mirrored_direction(direction: Array, kind: AxisKind) -> Array:
 
 def _names_match(one: Joint, other: Joint) -> bool:
     """Return whether the names are the same but for `left` and `right`, exchanged."""
-    exchanged = _SIDE_PATTERN.sub(lambda side: "right" if side[0] == "left" else "left", one.name)
-    return exchanged == other.name != one.name
+    return mirrored_name(one.name) == other.name != one.name
 
 
 def _positions_match(placement: Placement, one: Joint, other: Joint) -> bool:
@@ -120,12 +169,17 @@ def _positions_match(placement: Placement, one: Joint, other: Joint) -> bool:
 
 def _axis_in_world(placement: Placement, joint: Joint, factor: JointAxis) -> Array:
     """Return the axis in the world of the motion of the outboard segment, shape (3,)."""
-    axis = site_pose(placement, joint, "parent")[:3, :3] @ unit_vector(factor.axis)
+    return _outboard_axes(placement, joint) @ unit_vector(factor.axis)
+
+
+def _outboard_axes(placement: Placement, joint: Joint) -> Array:
+    """Matrix from an axis of a joint to that of the motion of the outboard segment in the world."""
+    axes = site_pose(placement, joint, "parent")[:3, :3]
     forward = next(
         (branch.parent_is_inboard for branch in placement.tree.joints if branch.joint is joint),
         True,
     )
-    return axis if forward else -axis
+    return axes if forward else -axes
 
 
 def _relative_sign(one: Array, other: Array) -> int | None:

@@ -7,8 +7,9 @@ Newton's. The length of a step is bounded, and a step is accepted only if the fo
 it.
 """
 
+import time
 from cmath import sqrt
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, assert_never, cast
 
@@ -103,16 +104,29 @@ class Equilibrium:
         return "is at rest in a neutral pose: some of its motions meet no force"
 
 
-def find_equilibrium(figure: Figure, plan: Plan | None = None) -> Equilibrium:
+@dataclass(frozen=True)
+class SearchProgress:
+    """Progress of a search: steps taken, and the largest force left [N m or N]."""
+
+    steps: int
+    force: float
+
+
+def find_equilibrium(
+    figure: Figure,
+    plan: Plan | None = None,
+    watch: Callable[[SearchProgress], None] | None = None,
+) -> Equilibrium:
     """Find the equilibrium of a figure under gravity, constant loads and springs.
 
     Args:
         figure: figure to settle.
         plan: initial pose, springs, gravity, loads at the start time, locked and linked joints;
             velocities and other times are ignored.
+        watch: called with the progress after every step.
 
     Raises:
-        NoEquilibriumError: the figure does not come to rest.
+        NoEquilibriumError: the figure does not come to rest, or not within the wall limit.
         MoverError: the figure or the plan cannot be built, or joints are driven.
     """
     plan = plan or Plan()
@@ -121,7 +135,7 @@ def find_equilibrium(figure: Figure, plan: Plan | None = None) -> Equilibrium:
     model = build_model(figure, replace(plan, velocities={}), resolve_springs(figure, plan))
     reduced = _ReducedModel(model)
     start = reduced.static_state(reduced.start[None])
-    z, force, steps = _minimise(reduced)
+    z, force, steps = _minimise(reduced, plan.wall_limit, watch)
     rest, free, slope = reduced.static_state(z[None]), z.size > 0, reduced.stiffness(z)
     stores = model.spring_set.joining is not Joining.WEIGHTED and all(
         spring.is_conservative for spring in model.coupled
@@ -143,11 +157,16 @@ def find_equilibrium(figure: Figure, plan: Plan | None = None) -> Equilibrium:
     )
 
 
-def _minimise(reduced: "_ReducedModel") -> tuple[Array, Array, int]:
+def _minimise(
+    reduced: "_ReducedModel",
+    wall_limit: float,
+    watch: Callable[[SearchProgress], None] | None,
+) -> tuple[Array, Array, int]:
     """Return the independent displacements at rest, the residual forces and the number of steps.
 
-    Raises NoEquilibriumError if `MAX_STEPS` do not reach equilibrium.
+    Raises NoEquilibriumError if `MAX_STEPS` or the wall limit [s] do not reach equilibrium.
     """
+    deadline = time.monotonic() + wall_limit
     z: Array = reduced.start
     force: Array = reduced.forces(z[None])[0]
     slope, inertia = reduced.stiffness(z), reduced.inertia(z)
@@ -155,6 +174,11 @@ def _minimise(reduced: "_ReducedModel") -> tuple[Array, Array, int]:
     while _max_abs(force) > _RESIDUAL_TOLERANCE * scale:
         if steps == MAX_STEPS:
             raise NoEquilibriumError(reduced.no_equilibrium_message(z, force))
+        if time.monotonic() > deadline:
+            raise NoEquilibriumError(
+                f"the wall-time limit of {wall_limit:g} s was reached after {steps} steps, with "
+                f"{_max_abs(force):.3g} N m or N left"
+            )
         steps += 1
         s = max(s, -2.0 * _smallest_eigenvalue(_scale_by_inertia(slope, inertia)))
         step: Array = np.asarray(np.linalg.lstsq(s * inertia + slope, force, rcond=1e-13)[0], float)
@@ -170,6 +194,8 @@ def _minimise(reduced: "_ReducedModel") -> tuple[Array, Array, int]:
         else:
             s = max(8.0 * s, 1e-3)
         scale = max(scale, _max_abs(force))
+        if watch is not None:
+            watch(SearchProgress(steps, _max_abs(force)))
     return z, force, steps
 
 

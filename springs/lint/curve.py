@@ -415,8 +415,16 @@ def other_side(joint: str) -> str | None:
     return "_".join(_SIDES.get(word, word) for word in words)
 
 
+MirrorRotations = Mapping[str, tuple[str, Array]]
+"""The joint on the other side of each joint that has one, and the matrix from an axis of the joint
+to the axis of the mirror image of a rotation about it, each in its joint's axes."""
+
+
 def lint_symmetry(
-    joint: str, spring: AxisSpring, joints: Mapping[str, JointSprings]
+    joint: str,
+    spring: AxisSpring,
+    joints: Mapping[str, JointSprings],
+    mirrors: MirrorRotations | None = None,
 ) -> tuple[Finding, ...]:
     """Compare the spring of a joint with that of the joint on the other side.
 
@@ -424,12 +432,21 @@ def lint_symmetry(
         joint: name of the joint.
         spring: about one of its axes.
         joints: all springs.
+        mirrors: of the figure; None where it is not known: names then tell the other side, and
+            positive angles are mirror images.
     """
-    name = other_side(joint)
+    if mirrors is None:
+        name, image = other_side(joint), None
+    else:
+        name, rotation = mirrors.get(joint, (None, np.eye(3)))
+        image = rotation @ np.asarray(spring.direction)
     if name is None:
         return ()
     others = joints[name].axes if name in joints else ()
-    other = next((one for one in others if _is_same_axis(one, spring)), None)
+    direction = spring.direction if image is None else (image[0], image[1], image[2])
+    other = next((one for one in others if _is_same_axis(one, direction)), None)
+    if other is not None and image is not None and float(image @ other.direction) < 0.0:
+        other = other.with_opposite_axis()
     if other is None:
         return (Finding(FindingKind.SYMMETRY, True, f"`{name}` has no spring about this axis"),)
     mine, its = (np.asarray(total_torque(one.elastic, _COMPARED_ANGLES)) for one in (spring, other))
@@ -450,6 +467,6 @@ def lint_symmetry(
     return (Finding(FindingKind.SYMMETRY, False, "left and right are mirror images"),)
 
 
-def _is_same_axis(one: AxisSpring, other: AxisSpring) -> bool:
-    """Return whether two springs are about the same line in their joints' frames."""
-    return float(np.linalg.norm(np.cross(one.direction, other.direction))) < _PARALLEL_ANGLE
+def _is_same_axis(spring: AxisSpring, direction: tuple[float, float, float]) -> bool:
+    """Return whether a spring is about the line of a direction in its joint's frame."""
+    return float(np.linalg.norm(np.cross(spring.direction, direction))) < _PARALLEL_ANGLE

@@ -10,7 +10,14 @@ from springs.coupled import CoupledExponential
 from springs.elastic import total_torque
 from springs.joint import AxisSpring, CoupledSpring, SpringSet
 from springs.lint.coupled import DEFAULT_RANGE, lint_coupled, lint_original_law
-from springs.lint.curve import FIRM_TORQUE, lint_curve, lint_range, lint_symmetry, other_side
+from springs.lint.curve import (
+    FIRM_TORQUE,
+    MirrorRotations,
+    lint_curve,
+    lint_range,
+    lint_symmetry,
+    other_side,
+)
 from springs.lint.finding import Finding, FindingKind
 from springs.published.range_of_motion import RangeEnd, normal_range
 from springs.stop import Stop
@@ -174,13 +181,15 @@ class CurveReport:
         return lint_range(self.low, self.high)
 
 
-def report_curves(springs: SpringSet) -> tuple[CurveReport, ...]:
-    """Lint every axis that has an elastic law."""
+def report_curves(
+    springs: SpringSet, mirrors: MirrorRotations | None = None
+) -> tuple[CurveReport, ...]:
+    """Lint every axis that has an elastic law; `mirrors` as of `lint_symmetry`."""
     reports: list[CurveReport] = []
     for name, joint in springs.joints.items():
         for spring in joint.axes:
             if spring.elastic:
-                sides = lint_symmetry(name, spring, springs.joints)
+                sides = lint_symmetry(name, spring, springs.joints, mirrors)
                 _add_to_reports(reports, name, spring, sides)
     return tuple(reports)
 

@@ -35,6 +35,62 @@ def replaced(path: Path, old: str, new: str) -> str:
 
 # Figures
 
+ARM = """  segment {side}_arm {{
+    mass = 2kg; inertia = (0.02 kg m2, 0.02 kg m2, 0.002 kg m2);
+    site near->location = trans(0cm,0cm,0cm); site CM->location = trans(0cm,-10cm,0cm);
+  }}
+  joint {side}_shoulder {{
+    connect trunk.{side} to {side}_arm.near; type = R({axis});
+    stiff = (3 N m/rad); rest = ({rest}deg); damp = (0.1 N m s/rad);
+  }}
+"""
+TRUNK = """figure {{
+  segment trunk {{
+    mass = -1kg;
+    site left->location = trans(20cm,0cm,0cm); site right->location = trans(-20cm,0cm,0cm);
+  }}
+{arms}  root = trunk.left;
+}}
+"""
+
+
+def symmetry_findings(path: Path) -> list[tuple[str, str]]:
+    """Severities and messages of the findings about left and right."""
+    findings = answer("check", path)["findings"]
+    return [(one["severity"], one["message"]) for one in findings if one["kind"] == "symmetry"]
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "expected"),
+    [
+        (("0,1,0", 20), None, []),
+        (("0,1,0", 20), ("0,-1,0", 20), [("note", "left and right are mirror images")]),
+        (("0,1,0", 20), ("0,1,0", -20), [("note", "left and right are mirror images")] * 2),
+        (("0.6,0.8,0", 20), ("0.6,-0.8,0", 20), [("note", "left and right are mirror images")]),
+        (("1,0,0", 20), ("1,0,0", 20), [("note", "left and right are mirror images")]),
+        (("0,1,0", 20), ("0,1,0", 20), [("doubt", "differs by up to 2.09 N m")] * 2),
+        (("1,0,0", 20), ("0,1,0", 20), [("doubt", "has no spring about this axis")] * 2),
+    ],
+)
+def test_sides_are_compared_as_mirror_images(
+    left: tuple[str, int],
+    right: tuple[str, int] | None,
+    expected: list[tuple[str, str]],
+    tmp_path: Path,
+):
+    """A joint that the figure has on one side only has no other side."""
+    sides = {"left": left} if right is None else {"left": left, "right": right}
+    arms = "".join(
+        ARM.format(side=side, axis=axis, rest=rest) for side, (axis, rest) in sides.items()
+    )
+    path = tmp_path / "arms.fig"
+    path.write_text(TRUNK.format(arms=arms), encoding="utf-8")
+    found = symmetry_findings(path)
+    assert len(found) == len(expected)
+    for (severity, message), (kind, part) in zip(found, expected, strict=True):
+        assert severity == kind
+        assert part in message
+
 
 def test_a_figure_is_checked_with_the_doubts_about_its_curves():
     said = run("check", "prototype").stdout

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from generator import read_figure
 from generator.simulation import equilibrium
 from tests.command import answer, mover, run
 
@@ -39,6 +40,62 @@ def test_gravity_sets_and_locks(rest: Any) -> None:
     held = answer("settle", "fourbar", "--set", "crank_bearing=40", "--lock", "crank_bearing")
     assert held["joints"][0]["displacement"] == pytest.approx([40.0])
     assert held["stiffness_Nm_per_rad_or_N_per_m"] is None
+
+
+PAIR = """figure {
+  segment wall { mass = -1kg; site left->location = trans(10cm,0cm,0cm);
+    site right->location = trans(-10cm,0cm,0cm); }
+  segment left_arm { mass = 1kg; inertia = (0.01 kg m2,0.01 kg m2,0.01 kg m2);
+    site near->location = trans(0cm,0cm,0cm); site CM->location = trans(0cm,-20cm,0cm); }
+  segment right_arm { mass = 1kg; inertia = (0.01 kg m2,0.01 kg m2,0.01 kg m2);
+    site near->location = trans(0cm,0cm,0cm); site CM->location = trans(0cm,-20cm,0cm); }
+  joint left_pin { connect wall.left to left_arm.near; type = R(0,0,1); displacement = (30deg);
+    stiff = (1 N m/rad); rest = (90deg); }
+  joint right_pin { connect wall.right to right_arm.near; type = R(0,0,1);
+    displacement = (RIGHTdeg); stiff = (1 N m/rad); rest = (RESTdeg); }
+  root = wall.left;
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "rest", "options", "warned"),
+    [
+        ("-30", "0", (), True),
+        ("-30", "-90", (), False),
+        ("30", "0", (), False),
+        ("-30", "0", ("--lock", "right_pin"), False),
+        ("30", "0", ("--set", "right_pin=-30"), True),
+    ],
+)
+def test_an_asymmetric_rest_of_a_symmetric_start_is_a_warning(
+    right: str, rest: str, options: tuple[str, ...], warned: bool, tmp_path: Path
+) -> None:
+    """Joints about the same axis on both sides mirror each other with opposite angles."""
+    path = tmp_path / "pair.fig"
+    path.write_text(PAIR.replace("RIGHT", right).replace("REST", rest), encoding="utf-8")
+    done = mover("settle", path, *options)
+    assert done.exit_code == 0
+    assert "J less than at the start" in done.stdout
+    sentence = "the figure rests asymmetrically after a symmetric start: left_pin at "
+    assert (sentence in done.stderr) is warned
+    assert ("but right_pin at 0.0 deg" in done.stderr) is warned
+    said = answer("settle", path, *options)
+    assert said["asymmetric_joints"] == (["left_pin"] if warned else [])
+
+
+def test_the_wall_limit_ends_a_search() -> None:
+    done = mover("settle", "prototype", "--wall-limit", "1e-6")
+    assert done.exit_code == 3
+    assert "the wall-time limit of 1e-06 s was reached after 0 steps, with " in done.stderr
+    assert mover("settle", "prototype", "--wall-limit", "0").exit_code == 2
+
+
+def test_the_progress_of_a_search_is_told() -> None:
+    figure, seen = read_figure("fourbar"), list[equilibrium.SearchProgress]()
+    rest = equilibrium.find_equilibrium(figure, watch=seen.append)
+    assert [one.steps for one in seen] == list(range(1, rest.steps + 1))
+    assert seen[-1].force == pytest.approx(rest.residual)
 
 
 def test_no_rest_is_a_failed_run_without_a_pose(
