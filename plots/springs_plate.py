@@ -37,7 +37,7 @@ _MARGIN = radians(15.0)
 """Angle drawn beyond the range of a curve [rad]."""
 
 _TORQUE_MARGIN = 1.4
-"""Largest torque drawn, relative to the largest within the normal range or of the literature."""
+"""Largest torque drawn, relative to the largest of the curve and of measurements."""
 
 OTHER_STYLE = LineStyle(GREY, "--")
 """Style of the springs to which others are compared."""
@@ -73,7 +73,9 @@ def springs_plates(own: NamedSprings, other: NamedSprings | None = None) -> Iter
 
 
 def matching_literature(joint: str, motion: str) -> list[Literature]:
-    """Return the published curves of a motion of a joint, at most as many as there are styles.
+    """Return published curves of a motion of a joint, one of each publication.
+
+    Curves of measurements come first; there are at most as many as there are styles.
 
     Args:
         joint: name of the joint in its figure; one of its words says which it is ("left_elbow").
@@ -81,12 +83,14 @@ def matching_literature(joint: str, motion: str) -> list[Literature]:
     """
     kind = motion.partition(" to the ")[0]
     wanted = {f"{word} {kind}" for word in joint.lower().split("_")}
-    found = [
-        published_curve(f"{name}/{row.name}", f"{name.replace('_', ' ')}, {row.name}")
-        for name in published.publications()
-        for row in published.publication(name).curves.values()
-        if row.motion in wanted
-    ]
+    found: list[Literature] = []
+    for name in published.publications():
+        rows = published.publication(name).curves.values()
+        row = next((row for row in rows if row.motion in wanted), None)
+        if row is not None:
+            label = f"{name.replace('_', ' ')}, {row.name.replace('_', ' ')}"
+            found.append(published_curve(f"{name}/{row.name}", label))
+    found.sort(key=lambda one: bool(one.obstacle))
     return found[: len(LINE_STYLES)]
 
 
@@ -114,7 +118,7 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
             _draw_spring(axes, angles, beside, _known_range(compared), OTHER_STYLE, other.name)
         draw_zero_line(axes)
         axes.set_xlim(np.degrees(angles[[0, -1]]))
-        axes.set_ylim(*_torque_limits(angles, columns, (low, high)))
+        axes.set_ylim(*_torque_limits(angles, torque, literature, (low, high)))
         axes.set_xlabel(f"angle [deg], positive in {spring.motion or 'the sense of the axis'}")
         axes.set_ylabel("torque on the child [N m]")
         axes.legend(loc="best", fontsize=7.5)
@@ -180,10 +184,13 @@ def _draw_literature(
 
 
 def _torque_limits(
-    angles: Array, columns: dict[str, Array], normal: tuple[float, float]
+    angles: Array, torque: Array, literature: Sequence[Literature], normal: tuple[float, float]
 ) -> tuple[float, float]:
-    """Limits of the torques [N m]: what is beyond the normal range may be cut off."""
+    """Limits that show the curve in the normal range and measurements [N m]."""
     inside = (angles >= normal[0]) & (angles <= normal[1])
-    shown = [np.abs(column[inside]) for name, column in columns.items() if name != "angle [deg]"]
-    largest = max(1.0, _TORQUE_MARGIN * max(float(np.nanmax(part, initial=0.0)) for part in shown))
-    return -largest, largest
+    largest = max(1.0, float(np.abs(torque[inside]).max()))
+    for row in literature:
+        if row.valid_range is not None and not row.obstacle:
+            known = inside & (angles >= row.valid_range[0]) & (angles <= row.valid_range[1])
+            largest = max(largest, float(np.nanmax(np.abs(row.torque(angles[known])), initial=0.0)))
+    return -_TORQUE_MARGIN * largest, _TORQUE_MARGIN * largest
