@@ -105,16 +105,26 @@ def _motion(
     if isinstance(source, Figure):
         return None
     path = Path(source)
+    return read_motion(path, figure) if path.suffix.lower() in READABLE_SUFFIXES else None
+
+
+def read_motion(path: Path, figure: Figure | None = None) -> FigureMotion:
+    """Read a motion from a file.
+
+    Args:
+        path: one of `READABLE_SUFFIXES`.
+        figure: whose motion it is; None for the figure that the file names.
+
+    Raises:
+        InputError: the file or the figure cannot be read.
+    """
     if path.suffix.lower() == ACTION_SUFFIX:
         action = read_action(path)
-        return motion_from_action(
-            action, figure or read_figure(find_motion_figure(action.header, path))
-        )
-    if path.suffix.lower() == NPZ_SUFFIX:
-        header, recording = read_npz(path)
-        owner = figure or read_figure(find_motion_figure(header, path))
-        return replace(motion_from_recording(recording, owner), header=header)
-    return None
+        owner = figure or read_figure(find_motion_figure(action.header, path))
+        return motion_from_action(action, owner)
+    header, recording = read_npz(path)
+    owner = figure or read_figure(find_motion_figure(header, path))
+    return replace(motion_from_recording(recording, owner), header=header)
 
 
 def _convert_model(source: str, paths: list[Path]) -> dict[Path, Losses]:

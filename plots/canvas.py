@@ -14,10 +14,12 @@ from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from plots.medium import current_medium, prepare_for_paper
 from plots.plate import DrawnPlate, Plate, table_files
 from springs.backends import Array
 from springs.elastic import Range
@@ -50,8 +52,19 @@ _RC: Mapping[str, Any] = {
     "legend.framealpha": 0.9,
     "legend.fontsize": 8.0,
     "svg.hashsalt": "exudyn-mover",
+    "pdf.fonttype": 42,
 }
 _RESOLUTION = 200
+
+_METADATA: Mapping[str, Any] = {
+    "svg": {"Date": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""Without what changes from run to run."""
+
+_PAPER_HEIGHT = 0.8
+"""Height of a picture in a paper, without title and references, relative to the report's."""
 
 
 @contextmanager
@@ -60,6 +73,7 @@ def plot_style() -> Generator[None]:
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(cast("Any", _RC))
+        mpl.rcParams["font.size"] = current_medium().font_size
         yield
 
 
@@ -67,8 +81,10 @@ def render_figure(figure: Figure, kind: str) -> bytes:
     """Render a figure in one of `PICTURE_FORMATS`; the same figure gives the same bytes."""
     FigureCanvasAgg(figure)
     stream = BytesIO()
-    metadata = {"Date": None} if kind == "svg" else {"Software": None}
+    metadata = _METADATA[kind]
     with plot_style():
+        if current_medium().is_paper:
+            prepare_for_paper(figure)
         _fix_layout(figure)
         figure.savefig(stream, format=kind, dpi=_RESOLUTION, metadata=metadata)
     return stream.getvalue()
@@ -90,9 +106,6 @@ def _fix_layout(figure: Figure) -> None:
         x, y, width, height = axes.get_position(original=True).bounds
         axes.set_position((round(x, 6), round(y, 6), round(width, 6), round(height, 6)))
 
-
-CANVAS_WIDTH = 7.2
-"""Width of every plate [inch]."""
 
 _TITLE_SIZE = 10.0
 _FOOTER_FONT_SIZE = 6.5
@@ -138,8 +151,10 @@ LINE_STYLES = (
 
 
 def create_canvas(height: float) -> Figure:
-    """Create an empty figure of a height [inch]; call it within `plot_style`."""
-    return Figure(figsize=(CANVAS_WIDTH, height), layout="constrained")
+    """Create an empty figure of a height [inch] in the report; call it within `plot_style`."""
+    medium = current_medium()
+    size = (medium.width, _PAPER_HEIGHT * height if medium.is_paper else height)
+    return Figure(figsize=size, layout="constrained")
 
 
 def create_panels(
@@ -234,11 +249,29 @@ def draw_zero_line(axes: Axes) -> None:
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
 
 
+def add_legend_above(figure: Figure, axes: Axes, handles: Sequence[Artist]) -> None:
+    """Write a legend above the panels: over an axes, or from edge to edge of a narrow picture."""
+    if current_medium().is_narrow:
+        figure.legend(handles=handles, loc="outside upper left", fontsize=6.5, borderaxespad=0.2)
+        return
+    axes.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=2,
+        borderaxespad=0.0,
+        fontsize=7.5,
+    )
+
+
 def add_title(figure: Figure, title: str) -> None:
     """Write the title above the panels.
 
-    A legend of the whole figure would get the same place: it takes the title as its own.
+    A legend of the whole figure would get the same place: it takes the title as its own. A picture
+    in a paper has none.
     """
+    if current_medium().is_paper:
+        return
     for legend in figure.legends[:1]:
         legend.set_title(title)
         legend.get_title().set_fontsize(_TITLE_SIZE)
@@ -249,7 +282,9 @@ def add_title(figure: Figure, title: str) -> None:
 
 
 def add_footer(figure: Figure, sign: str, references: Sequence[str]) -> None:
-    """Write the sign convention and the references in full below the panels."""
+    """Write the sign convention and the references in full below the panels of a report."""
+    if current_medium().is_paper:
+        return
     parts = [sign, *(f"[{number}] {text}" for number, text in enumerate(references, start=1))]
     lines = [fill(part, _FOOTER_LINE_LENGTH, subsequent_indent="     ") for part in parts]
     figure.supxlabel("\n".join(lines), fontsize=_FOOTER_FONT_SIZE, x=0.01, ha="left")
@@ -259,6 +294,7 @@ def draw_plate(plate: Plate) -> DrawnPlate:
     """Draw a plate with its title; the same plate gives the same bytes."""
     with plot_style():
         add_title(plate.figure, plate.title)
+    is_paper = current_medium().is_paper
     return DrawnPlate(
         name=plate.name,
         title=plate.title,
@@ -270,4 +306,5 @@ def draw_plate(plate: Plate) -> DrawnPlate:
         svg=render_figure(plate.figure, "svg"),
         png=render_figure(plate.figure, "png"),
         tables=table_files(plate),
+        pdf=render_figure(plate.figure, "pdf") if is_paper else None,
     )

@@ -22,6 +22,20 @@ class Axis(StrEnum):
     JOINT = "joint"
 
 
+class Medium(StrEnum):
+    """Medium of pictures."""
+
+    REPORT = "report"
+    PAPER = "paper"
+
+
+class Width(StrEnum):
+    """Width of a picture in a paper [mm]."""
+
+    COLUMN = "85"
+    PAGE = "174"
+
+
 def fit(
     data: Annotated[
         Path,
@@ -72,7 +86,10 @@ def fit(
 def plots(
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[NAME]...", help="Plates to draw [default: all]."),
+        typer.Argument(
+            metavar="[NAME|MOTION.action|.npz]...",
+            help="Plates to draw, or motions [default: all plates].",
+        ),
     ] = None,
     output: Annotated[
         Path | None,
@@ -91,6 +108,23 @@ def plots(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")
     ] = None,
+    springs: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.springs.toml",
+            help="Draw the curves of a springs file, with published ones.",
+        ),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="SPRINGS|FIGURE", help="Springs to draw beside those of --springs."),
+    ] = None,
+    medium: Annotated[
+        Medium, typer.Option("--for", help="Medium of the pictures.")
+    ] = Medium.REPORT,
+    width: Annotated[
+        Width | None, typer.Option(help="Width for a paper [mm]. [default: 174]")
+    ] = None,
     listed: Annotated[
         bool, typer.Option("--list", help="List the names of the plates and draw none.")
     ] = False,
@@ -100,11 +134,19 @@ def plots(
 ) -> "CommandResult":
     """Draw curves and motions, and check the claims about them.
 
-    Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all.
+    Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all. For
+    a paper a picture is .pdf and .svg, its caption .txt and its references .bib.
     """
     from generator.cli.progress import item_progress_bar, no_item_monitor
+    from generator.diagnostics import UsageError
+    from plots import medium as media
     from plots.run import plots
 
+    if width is not None and medium is not Medium.PAPER:
+        raise UsageError("--width is for --for paper")
+    chosen = media.REPORT
+    if medium is Medium.PAPER:
+        chosen = media.Medium.paper(int((width or Width.PAGE).value))
     return plots(
         names or (),
         output=output,
@@ -112,5 +154,8 @@ def plots(
         strict=strict,
         jobs=jobs,
         listed=listed,
+        springs=springs,
+        against=against,
+        medium=chosen,
         progress=item_progress_bar if show_progress and not as_json else no_item_monitor,
     )

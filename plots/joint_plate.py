@@ -19,6 +19,7 @@ from plots.canvas import (
     THESIS_STYLE,
     LineStyle,
     add_footer,
+    add_legend_above,
     add_title,
     create_panels,
     draw_band,
@@ -175,8 +176,10 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         upper.set_ylabel("torque on the child [N m]")
         lower.set_ylabel("simulated -\npublished [N m]")
         lower.set_xlabel(f"angle [deg], positive in {curve.motion}")
-        strip.legend(
-            handles=[
+        add_legend_above(
+            figure,
+            strip,
+            [
                 *_common_handles(curve, references, plate.sense_odds),
                 *(
                     _literature_handle(
@@ -188,11 +191,6 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
                     for row, pen in zip(plate.literature, LINE_STYLES, strict=False)
                 ),
             ],
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
-            ncols=2,
-            borderaxespad=0.0,
-            fontsize=7.5,
         )
         add_title(figure, plate.title)
         add_footer(figure, f"{_sign_convention(curve)} {_clipping_note(window)}", references)

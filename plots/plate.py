@@ -12,6 +12,8 @@ from io import StringIO
 from math import inf, isinf, isnan, nan
 from typing import TYPE_CHECKING
 
+from plots.medium import paper_texts
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -147,6 +149,7 @@ class DrawnPlate:
         svg: picture as SVG.
         png: picture as PNG.
         tables: text of each table, by file name.
+        pdf: picture as PDF for a paper; None in a report.
     """
 
     name: str
@@ -158,11 +161,15 @@ class DrawnPlate:
     svg: bytes
     png: bytes
     tables: Mapping[str, str]
+    pdf: bytes | None = None
 
     @property
     def files(self) -> dict[str, bytes | str]:
         """The content of each file, by name."""
-        return {f"{self.name}.svg": self.svg, f"{self.name}.png": self.png, **self.tables}
+        pictures = {f"{self.name}.svg": self.svg}
+        if self.pdf is None:
+            return {**pictures, f"{self.name}.png": self.png, **self.tables}
+        return {f"{self.name}.pdf": self.pdf, **pictures, **paper_texts(self), **self.tables}
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,10 @@ from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.outputs import check_writable, unwritable_file_error, write_files
 from generator.cli.progress import ItemMonitor, no_item_monitor
+from generator.conversion import READABLE_SUFFIXES
 from generator.diagnostics import InputError, UsageError, spelling_hint
 from generator.text_io import os_error_reason
+from plots.medium import REPORT, Medium, drawing_for
 from plots.plate import Claim, DrawnPlate, FailedPlate, Outcome
 from plots.report import PICTURE_FORMAT, gallery_page, report, tally
 
@@ -61,17 +63,23 @@ def plots(
     strict: bool = False,
     jobs: int | None = None,
     listed: bool = False,
+    springs: Path | None = None,
+    against: str | None = None,
+    medium: Medium = REPORT,
     progress: ItemMonitor = no_item_monitor,
 ) -> CommandResult:
     """Draw plates and write their files.
 
     Args:
-        names: of the plates [default: all].
+        names: of the plates, or files of motions [default: all plates].
         output: folder of the files and the report.
         gallery: Markdown page; its pictures go into the folder of the same stem.
         strict: fail if a claim does not hold; a comparison may differ.
         jobs: largest number of processes [default: number of cores].
         listed: list the names of all plates and draw none.
+        springs: draw the curves of this springs file, in place of plates.
+        against: springs to draw beside them: a springs file, or the name of a figure.
+        medium: of the pictures; for a paper there is no report.
         progress: shows each finished plate.
 
     Raises:
@@ -81,11 +89,24 @@ def plots(
     """
     if listed:
         return CommandResult(text="\n".join(PLATES), data=list(PLATES))
-    targets = _select_targets(names, output, gallery)
+    motions = [Path(name) for name in names if Path(name).suffix.lower() in READABLE_SUFFIXES]
+    own = (springs, *motions) if springs is not None else tuple(motions)
+    _check_options(names, springs, against, gallery, medium)
+    targets = {} if own else _select_targets(names, output, gallery)
     _prepare_output(output, gallery)
-    results = _run_plates(targets, jobs or cores(), output, progress)
+    if own and output is None:
+        raise UsageError("no output folder: add -o DIR")
+    if own:
+        drawn = _draw_own(motions, springs, against, medium)
+        results = _PlateResults(drawn, (), False, ())
+    else:
+        results = _run_plates(targets, jobs or cores(), output, progress, medium)
     with hold_interrupts():
-        pages = _format_pages(results, names, output, gallery)
+        pages: dict[Path, str | bytes] = {}
+        if own and output is not None:
+            files_of = [(name, text) for one in results.plates for name, text in one.files.items()]
+            pages = {output / name: text for name, text in files_of}
+        pages |= _format_pages(results, names, None if medium.is_paper else output, gallery)
         write_files(pages)
     files = [*results.files, *pages]
     failure = _failure_message(results, strict)
@@ -113,6 +134,44 @@ def _format_pages(
             pages[folder / picture] = plate.files[picture]
         pages[gallery] = gallery_page(results.plates, folder.name)
     return pages
+
+
+def _check_options(
+    names: Sequence[str],
+    springs: Path | None,
+    against: str | None,
+    gallery: Path | None,
+    medium: Medium,
+) -> None:
+    """Raise UsageError for options that exclude each other."""
+    is_motion = [Path(name).suffix.lower() in READABLE_SUFFIXES for name in names]
+    if any(is_motion) and not all(is_motion):
+        raise UsageError("motions and plates are drawn by commands of their own")
+    if against is not None and springs is None:
+        raise UsageError("--against compares with the curves of --springs, which is missing")
+    if springs is not None and names:
+        raise UsageError("--springs draws the curves of a file: leave out the names")
+    if gallery is not None and (springs is not None or medium.is_paper):
+        raise UsageError("--gallery shows all plates of the report: leave out the other options")
+
+
+def _draw_own(
+    motions: Sequence[Path], springs: Path | None, against: str | None, medium: Medium
+) -> tuple[DrawnPlate, ...]:
+    """Draw a user's motions, or the curves of a springs file.
+
+    Raises:
+        InputError: a file cannot be read.
+        MoverError: a motion is not one of its figure.
+    """
+    from plots.canvas import draw_plate  # matplotlib is slow to import
+    from plots.own_plates import plates_of_motion, plates_of_springs
+
+    with drawing_for(medium):
+        made = [plate for path in motions for plate in plates_of_motion(path)]
+        if springs is not None:
+            made += plates_of_springs(springs, against)
+        return tuple(draw_plate(plate) for plate in made)
 
 
 def _select_targets(
@@ -179,7 +238,11 @@ class _PlateResults:
 
 
 def _run_plates(
-    targets: Mapping[str, str], jobs: int, output: Path | None, progress: ItemMonitor
+    targets: Mapping[str, str],
+    jobs: int,
+    output: Path | None,
+    progress: ItemMonitor,
+    medium: Medium,
 ) -> _PlateResults:
     """Draw the plates, and write the files of each, all or none, when it is finished."""
     results: dict[str, DrawnPlate | FailedPlate] = {}
@@ -189,7 +252,7 @@ def _run_plates(
         with (
             defer_interrupt() as check,
             progress(len(targets), "plates") as done,
-            closing(make_plates(targets, jobs, check)) as arriving,
+            closing(make_plates(targets, jobs, check, medium)) as arriving,
         ):
             for result in arriving:
                 if isinstance(result, DrawnPlate) and output is not None:
@@ -225,7 +288,10 @@ def cores() -> int:
 
 
 def make_plates(
-    targets: Mapping[str, str], jobs: int, check: Callable[[], None] = lambda: None
+    targets: Mapping[str, str],
+    jobs: int,
+    check: Callable[[], None] = lambda: None,
+    medium: Medium = REPORT,
 ) -> Generator[DrawnPlate | FailedPlate]:
     """Draw plates in several processes, and yield each when it is finished.
 
@@ -236,6 +302,7 @@ def make_plates(
         targets: maker of each plate, `module:function`, by plate name.
         jobs: largest number of processes, at least 1.
         check: called several times a second; an exception that it raises ends all processes.
+        medium: of the pictures.
     """
     queue = list(targets.items())[::-1]
     workers: list[_Worker] = []
@@ -251,7 +318,7 @@ def make_plates(
                         workers.append(_Worker(Path(folder, f"{len(workers)}.txt")))
                         idle.append(workers[-1])
                     worker = idle.pop()
-                    running[worker.submit(name, target)] = name, worker
+                    running[worker.submit(name, target, medium)] = name, worker
                 done, _ = wait(running, timeout=_CHECK_INTERVAL, return_when=FIRST_COMPLETED)
                 for future in done:
                     name, worker = running.pop(future)
@@ -283,9 +350,9 @@ class _Worker:
             self._pool.submit(os.getpid)
         (self._process,) = set[BaseProcess](multiprocessing.active_children()) - others
 
-    def submit(self, name: str, target: str) -> Future[DrawnPlate | FailedPlate]:
+    def submit(self, name: str, target: str, medium: Medium) -> Future[DrawnPlate | FailedPlate]:
         """Start drawing a plate."""
-        return self._pool.submit(make_plate, name, target)
+        return self._pool.submit(make_plate, name, target, medium)
 
     def ending(self) -> str:
         """Exit code or signal of the dead process, and the last line that it printed."""
@@ -345,7 +412,7 @@ def _exit_with_parent() -> None:
     os._exit(0)
 
 
-def make_plate(name: str, target: str) -> DrawnPlate | FailedPlate:
+def make_plate(name: str, target: str, medium: Medium = REPORT) -> DrawnPlate | FailedPlate:
     """Draw the plate of a name, made by `module:function`."""
     module = None
     try:
@@ -354,10 +421,11 @@ def make_plate(name: str, target: str) -> DrawnPlate | FailedPlate:
 
         path, _, function = target.partition(":")
         module = import_module(path)
-        plate = getattr(module, function)()
-        if plate.name != name:
-            return FailedPlate(name, f"its maker names it `{plate.name}`")
-        return draw_plate(plate)
+        with drawing_for(medium):
+            plate = getattr(module, function)()
+            if plate.name != name:
+                return FailedPlate(name, f"its maker names it `{plate.name}`")
+            return draw_plate(plate)
     except (Exception, SystemExit) as failure:
         return FailedPlate(name, _failure_reason(failure, module))
 
@@ -424,7 +492,7 @@ def _format_paragraphs(
     yield tally(results.claims)
     counts = Counter(path.parent for path in files)
     written = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in counts.items()]
-    if output is not None:
+    if output is not None and output / REPORT_NAME in files:
         written.append(f"the report is {output / REPORT_NAME}")
     if written:
         yield "\n".join(written)

@@ -1,7 +1,6 @@
 """`mover convert`: motions, figures and other programs' models in each other's formats."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from functools import partial
 from os.path import realpath
 from pathlib import Path
@@ -30,13 +29,11 @@ from generator.cli.outputs import (
     write_files,
 )
 from generator.conversion import (
-    ACTION_SUFFIX,
     READABLE_SUFFIXES,
-    find_motion_figure,
     is_model,
+    read_motion,
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
-from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.kinematics.placement import Placement
 from generator.model_files.formats import ModelFormat, model_format, read_model, suffixes
@@ -49,14 +46,8 @@ from generator.model_files.imported import (
 )
 from generator.motion_files import (
     MOTION_FORMATS,
-    FigureMotion,
-    motion_from_action,
-    motion_from_recording,
     motion_writer,
-    read_action,
-    read_npz,
 )
-from generator.motion_files.motion import Header
 
 
 def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False) -> CommandResult:
@@ -229,37 +220,18 @@ def _convert_motion(source: str, outputs: Sequence[Path], figure_name: str | Non
                 f"{output} is a figure and {path} a motion; convert the figure instead"
             )
     check_motion_formats(outputs)
-    header, motion_of = _read_motion(path)
-    figure, warnings = _figure_of_motion(header, path, figure_name)
+    chosen, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
+    motion = read_motion(path, chosen)
+    figure = motion.figure
     check_writable(outputs, (path, figure.path))
     check_chains(figure)
-    motion = motion_of(figure)
     check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
     written = write_all_or_none([(out, partial(motion_writer(out), motion)) for out in outputs])
     frames = format_count(motion.times.size, "frame")
     title = f"{frames} of {figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
     head = {"source": source, "figure": str(figure.path), "frames": motion.times.size}
-    warnings += changed_figure_warnings(figure, header, path)
+    warnings += changed_figure_warnings(figure, motion.header, path)
     return _conversion_result(title, head, written, warnings)
-
-
-def _read_motion(path: Path) -> tuple[Header, Callable[[Figure], FigureMotion]]:
-    """Read a motion: its header, and its function of the figure. Raises InputError."""
-    if path.suffix.lower() == ACTION_SUFFIX:
-        action = read_action(path)
-        return action.header, lambda figure: motion_from_action(action, figure)
-    header, recording = read_npz(path)
-    return header, lambda figure: replace(motion_from_recording(recording, figure), header=header)
-
-
-def _figure_of_motion(
-    header: Header, path: Path, requested: str | None
-) -> tuple[Figure, tuple[Diagnostic, ...]]:
-    """Load the requested figure, else the one that the motion names, with warnings.
-
-    Raises InputError.
-    """
-    return load_figure(str(find_motion_figure(header, path)) if requested is None else requested)
 
 
 def _convert_figure(
