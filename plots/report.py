@@ -5,13 +5,32 @@ from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
+from io import BytesIO
 
 from plots.plate import Claim, ClaimKind, DrawnPlate, FailedPlate, Outcome
 
 LARGEST_SVG = 1_000_000
 """A larger SVG is shown as PNG: browsers draw it slowly [bytes]."""
 
-_TITLE = "Claims about curves and motion"
+_THUMBNAIL_WIDTH = 400
+"""Width of a small picture [pixels]."""
+
+_TITLE = "Curves and motions"
+
+_KINDS: Mapping[ClaimKind, tuple[str, str]] = {
+    ClaimKind.VERIFICATION: (
+        "Verification",
+        "The program computes what it says: the model reproduces its law, keeps its energy and "
+        "agrees with other engines.",
+    ),
+    ClaimKind.COMPARISON: (
+        "Comparison",
+        "The thesis's body of 1989 beside measurements of people. A difference is one of that "
+        "body, not an error of the program.",
+    ),
+    ClaimKind.SPEED: ("Speed", "The cost of a run."),
+}
+"""Heading of each kind of claim, and what its outcomes mean."""
 
 # Captions cannot make the page fetch anything.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -38,6 +57,12 @@ td { overflow-wrap: anywhere; }
 td.number { font-variant-numeric: tabular-nums; }
 tr.fails { background: var(--bad-paper); }
 tr.fails td.verdict { color: var(--bad); font-weight: bold; }
+nav.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(12rem, 1fr));
+  gap: 1rem; font-size: 0.9rem; }
+nav.pictures img { display: block; width: 100%; aspect-ratio: 1; object-fit: cover;
+  object-position: top; background: #fff; border: 1px solid var(--line); }
+dl.verdicts { display: grid; grid-template-columns: max-content 1fr; gap: 0.2rem 1rem; }
+dl.verdicts dd { margin: 0; }
 figure { margin: 1rem 0; }
 figure img { display: block; width: 100%; max-width: 48rem; height: auto; background: #fff;
   border: 1px solid var(--line); }
@@ -87,17 +112,37 @@ def _report_lines(
         "<body>",
         "<main>",
         f"<h1>{_TITLE}</h1>",
-        f"<p>{escape(tally([claim for plate in plates for claim in plate.claims]))}</p>",
     )
+    yield from _verdicts(plates)
     if failed:
         yield "<h2>Missing plates</h2>"
         yield from _list_lines("ul", "", map(str, failed))
     yield from _contents(plates)
-    yield from _all_claims(plates)
     for plate in plates:
         yield from _plate_lines(plate)
+    yield from _all_claims(plates)
     yield from _provenance_lines(provenance)
     yield from ("</main>", "</body>", "</html>")
+
+
+def _claims_of_kind(plates: Sequence[DrawnPlate], kind: ClaimKind) -> list[tuple[Claim, str]]:
+    """Return the claims of a kind, each with the name of its plate."""
+    pairs = [(claim, plate.name) for plate in plates for claim in plate.claims]
+    return [(claim, name) for claim, name in pairs if claim.kind is kind]
+
+
+def _verdicts(plates: Sequence[DrawnPlate]) -> Iterator[str]:
+    """The outcomes of each kind of claim in a line."""
+    rows = [(kind, _claims_of_kind(plates, kind)) for kind in _KINDS]
+    if not any(claims for _, claims in rows):
+        return
+    yield '<dl class="verdicts">'
+    for kind, claims in rows:
+        if claims:
+            heading, _ = _KINDS[kind]
+            yield f'<dt><a href="#{kind.value}">{heading}</a></dt>'
+            yield f"<dd>{escape(tally([claim for claim, _ in claims]))}</dd>"
+    yield "</dl>"
 
 
 def tally(claims: Sequence[Claim]) -> str:
@@ -120,31 +165,26 @@ def tally(claims: Sequence[Claim]) -> str:
 
 
 def _contents(plates: Sequence[DrawnPlate]) -> Iterator[str]:
-    yield '<nav aria-label="Contents">'
-    yield "<h2>Contents</h2>"
-    yield "<ol>"
-    yield '<li><a href="#claims">All claims</a></li>'
+    """The pictures of all plates, small, each with the way to it."""
+    yield '<nav class="pictures" aria-label="Plates">'
     for plate in plates:
-        counts = Counter(claim.outcome for claim in plate.claims)
-        failing, differing = counts[Outcome.FAILS], counts[Outcome.DIFFERS]
-        note = f" ({failing} of {len(plate.claims)} claims do not hold)" if failing else ""
-        note += f" ({differing} comparisons differ)" if differing else ""
-        yield f'<li><a href="#{plate.name}">{escape(plate.title)}</a>{note}</li>'
-    yield '<li><a href="#made">Provenance</a></li>'
-    yield "</ol>"
+        title = escape(plate.title)
+        yield f'<a href="#{plate.name}"><img src="{_thumbnail_url(plate)}" alt="">{title}</a>'
     yield "</nav>"
 
 
 def _all_claims(plates: Sequence[DrawnPlate]) -> Iterator[str]:
-    yield '<section id="claims">'
-    yield "<h2>All claims</h2>"
-    rows = [
-        (claim, f'<a href="#{plate.name}">{plate.name.replace("_", "_<wbr>")}</a>')
-        for plate in plates
-        for claim in plate.claims
-    ]
-    yield from _claims_table_lines(rows)
-    yield "</section>"
+    for kind, (heading, meaning) in _KINDS.items():
+        rows = [
+            (claim, f'<a href="#{name}">{name.replace("_", "_<wbr>")}</a>')
+            for claim, name in _claims_of_kind(plates, kind)
+        ]
+        if rows:
+            yield f'<section id="{kind.value}">'
+            yield f"<h2>{heading}</h2>"
+            yield f"<p>{escape(meaning)} {escape(tally([claim for claim, _ in rows]))}</p>"
+            yield from _claims_table_lines(rows)
+            yield "</section>"
 
 
 def _claims_table_lines(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
@@ -182,7 +222,10 @@ def _plate_lines(plate: DrawnPlate) -> Iterator[str]:
     yield f"<figcaption>{escape(plate.caption)}</figcaption>"
     yield "</figure>"
     yield f"<p><strong>Sign convention:</strong> {escape(plate.sign)}</p>"
-    yield from _claims_table_lines([(claim, "") for claim in plate.claims])
+    if plate.claims:
+        yield "<details><summary>Claims</summary>"
+        yield from _claims_table_lines([(claim, "") for claim in plate.claims])
+        yield "</details>"
     if plate.references:
         yield "<h3>References</h3>"
         yield from _list_lines("ol", "references", plate.references)
@@ -196,6 +239,17 @@ def _picture_url(plate: DrawnPlate) -> str:
     if len(plate.svg) > LARGEST_SVG:
         return f"data:image/png;base64,{b64encode(plate.png).decode()}"
     return f"data:image/svg+xml;base64,{b64encode(plate.svg).decode()}"
+
+
+def _thumbnail_url(plate: DrawnPlate) -> str:
+    """The picture at a small size, as a data URL."""
+    from PIL import Image  # it comes with matplotlib
+
+    with Image.open(BytesIO(plate.png)) as picture:
+        picture.thumbnail((_THUMBNAIL_WIDTH, 10 * _THUMBNAIL_WIDTH))
+        stream = BytesIO()
+        picture.convert("RGB").quantize(64).save(stream, "png", optimize=True)
+    return f"data:image/png;base64,{b64encode(stream.getvalue()).decode()}"
 
 
 def _provenance_lines(provenance: Mapping[str, str]) -> Iterator[str]:

@@ -111,7 +111,8 @@ def plots(
     files = [*results.files, *pages]
     failure = _failure_message(results, strict)
     return CommandResult(
-        text="\n\n".join(_format_paragraphs(results, files, output)),
+        text="\n".join(_format_summary(results, files, output)),
+        details="\n\n".join(_format_paragraphs(results)),
         data=_json_data(results, files),
         code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
@@ -469,9 +470,22 @@ def _failure_message(results: _PlateResults, strict: bool) -> str | None:
     return None
 
 
-def _format_paragraphs(
+def _format_summary(
     results: _PlateResults, files: Sequence[Path], output: Path | None
 ) -> Iterator[str]:
+    """Yield the plates in a line each, the outcomes of their claims, and the written files."""
+    rows = [(plate.name, _single_line(plate.title)) for plate in results.plates]
+    yield format_table(rows, left_columns=2)
+    if results.claims:
+        yield tally(results.claims)
+    counts = Counter(path.parent for path in files)
+    yield from (f"wrote {format_count(n, 'file')} in {folder}" for folder, n in counts.items())
+    if output is not None and output / REPORT_NAME in files:
+        yield f"the report is {output / REPORT_NAME}"
+
+
+def _format_paragraphs(results: _PlateResults) -> Iterator[str]:
+    """Yield the claims of each plate."""
     rows = [
         [
             claim.verdict,
@@ -489,13 +503,6 @@ def _format_paragraphs(
             if claim.explanation and not claim.holds:
                 paragraph.append(f"    {_single_line(claim.explanation)}")
         yield "\n".join(paragraph)
-    yield tally(results.claims)
-    counts = Counter(path.parent for path in files)
-    written = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in counts.items()]
-    if output is not None and output / REPORT_NAME in files:
-        written.append(f"the report is {output / REPORT_NAME}")
-    if written:
-        yield "\n".join(written)
 
 
 def _single_line(text: str) -> str:
