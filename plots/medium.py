@@ -5,7 +5,7 @@ minus signs are typographic, and fonts are embedded.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -14,8 +14,6 @@ from generator.diagnostics import MoverError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from plots.plate import DrawnPlate
 
 _MM_PER_INCH = 25.4
 
@@ -31,7 +29,7 @@ REPORT_WIDTH = 7.2
 
 @dataclass(frozen=True)
 class Medium:
-    """Where a picture is shown.
+    """Page on which a picture is shown.
 
     Attributes:
         width: of the picture [inch].
@@ -104,39 +102,3 @@ def prepare_for_paper(figure: "Figure") -> None:
     figure.draw_without_rendering()
     if min(axes.get_position().width for axes in figure.axes) < _LEAST_PANEL_WIDTH:
         raise MoverError("its panels are too small in a column of 85 mm: --width 174")
-
-
-def paper_texts(plate: "DrawnPlate") -> Mapping[str, str]:
-    """Return what stands beside a picture in a paper: `NAME.txt` and `NAME.bib`."""
-    numbered = [f"[{k}] {text}" for k, text in enumerate(plate.references, start=1)]
-    parts = [plate.title, typographic(plate.caption), typographic(plate.sign), "\n".join(numbered)]
-    return {
-        f"{plate.name}.txt": "\n\n".join(filter(None, parts)) + "\n",
-        f"{plate.name}.bib": "\n".join(_bib_entries(plate.references)),
-    }
-
-
-_DOI = re.compile(r";? ?doi:(\S+?)(?= \[|$)")
-_SURENESS = re.compile(r" \[[^\]]*\]$")
-
-
-def _bib_entries(references: tuple[str, ...]) -> Iterator[str]:
-    """Yield an entry for each reference: its text as a note, with its year and its DOI."""
-    keys: set[str] = set()
-    for reference in references:
-        doi, year = _DOI.search(reference), re.search(r"\b(1[89]\d\d|20\d\d)\b", reference)
-        text = _SURENESS.sub("", _DOI.sub("", reference))
-        names = re.findall(r"[A-Z][a-zà-ž]{2,}", text)
-        key = base = f"{names[0].lower() if names else 'source'}{year[0] if year else ''}"
-        count = 1
-        while key in keys:
-            count += 1
-            key = f"{base}_{count}"
-        keys.add(key)
-        fields = {"note": text, "year": year and year[0], "doi": doi and doi[1]}
-        lines = [f"  {name} = {{{_escape(value)}}}," for name, value in fields.items() if value]
-        yield "\n".join([f"@misc{{{key},", *lines, "}", ""])
-
-
-def _escape(text: str) -> str:
-    return re.sub(r"([&%$#_{}])", r"\\\1", text)

@@ -57,7 +57,7 @@ _SIDES = re.compile(r"^(left|right)_")
 
 @dataclass(frozen=True)
 class MotionQuantities:
-    """What is drawn of a motion, over n frames.
+    """Quantities of a motion that are drawn, over n frames.
 
     Attributes:
         angles: rotations of each joint [rad], shape (n, number of rotations).

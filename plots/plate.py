@@ -5,14 +5,14 @@ Nothing here imports numpy or matplotlib, so that drawn plates can be passed bet
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from io import StringIO
 from math import inf, isinf, isnan, nan
 from typing import TYPE_CHECKING
 
-from plots.medium import paper_texts
+from plots.medium import typographic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -170,6 +170,42 @@ class DrawnPlate:
         if self.pdf is None:
             return {**pictures, f"{self.name}.png": self.png, **self.tables}
         return {f"{self.name}.pdf": self.pdf, **pictures, **paper_texts(self), **self.tables}
+
+
+def paper_texts(plate: "DrawnPlate") -> Mapping[str, str]:
+    """Return what stands beside a picture in a paper: `NAME.txt` and `NAME.bib`."""
+    numbered = [f"[{k}] {text}" for k, text in enumerate(plate.references, start=1)]
+    parts = [plate.title, typographic(plate.caption), typographic(plate.sign), "\n".join(numbered)]
+    return {
+        f"{plate.name}.txt": "\n\n".join(filter(None, parts)) + "\n",
+        f"{plate.name}.bib": "\n".join(_bib_entries(plate.references)),
+    }
+
+
+_DOI = re.compile(r";? ?doi:(\S+?)(?= \[|$)")
+_SURENESS = re.compile(r" \[[^\]]*\]$")
+
+
+def _bib_entries(references: tuple[str, ...]) -> Iterator[str]:
+    """Yield an entry for each reference: its text as a note, with its year and its DOI."""
+    keys: set[str] = set()
+    for reference in references:
+        doi, year = _DOI.search(reference), re.search(r"\b(1[89]\d\d|20\d\d)\b", reference)
+        text = _SURENESS.sub("", _DOI.sub("", reference))
+        names = re.findall(r"[A-Z][a-zà-ž]{2,}", text)
+        key = base = f"{names[0].lower() if names else 'source'}{year[0] if year else ''}"
+        count = 1
+        while key in keys:
+            count += 1
+            key = f"{base}_{count}"
+        keys.add(key)
+        fields = {"note": text, "year": year and year[0], "doi": doi and doi[1]}
+        lines = [f"  {name} = {{{_escape(value)}}}," for name, value in fields.items() if value]
+        yield "\n".join([f"@misc{{{key},", *lines, "}", ""])
+
+
+def _escape(text: str) -> str:
+    return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
 @dataclass(frozen=True)

@@ -171,6 +171,7 @@ def _contents(plates: Sequence[DrawnPlate]) -> Iterator[str]:
         title = escape(plate.title)
         yield f'<a href="#{plate.name}"><img src="{_thumbnail_url(plate)}" alt="">{title}</a>'
     yield "</nav>"
+    yield '<p><a href="#made">Provenance</a></p>'
 
 
 def _all_claims(plates: Sequence[DrawnPlate]) -> Iterator[str]:

@@ -143,7 +143,10 @@ _SIGN = (
 
 def _caption(report: CurveReport, literature: Sequence[Literature]) -> str:
     doubts = " ".join(f"Doubt: {finding.sentence}." for finding in report.doubts)
-    range_text = "Shaded: the normal range of motion, or from -90 to 90 deg where none is known."
+    range_text = (
+        "Shaded: the normal range of motion, or from -90 to 90 deg where none is known. Curves are "
+        "thin and dotted beyond the range in which they are known."
+    )
     bands = [row for row in literature if row.scatter_text]
     scatter = " ".join(f"Band of {row.label}: {row.scatter_text}." for row in bands)
     nothing = "" if literature else "No published curve has this motion."

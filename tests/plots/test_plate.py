@@ -92,7 +92,6 @@ def test_a_table_is_read_back(drawn: DrawnPlate, tables: Mapping[str, str]):
     [
         ({"name": "a/b"}, "`a/b` names files"),
         ({"name": "Knee"}, "`Knee` names files"),
-        ({"claims": ()}, "has no claims"),
         ({"tables": {}}, "has no tables"),
         ({"sign": ""}, "has no sign"),
         ({"tables": {"": {"a [deg]": ANGLES, "b [deg]": ANGLES[1:]}}}, "differ in length"),

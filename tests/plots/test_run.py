@@ -11,6 +11,7 @@ import pytest
 
 from plots import run as module
 from plots.canvas import draw_plate
+from plots.medium import REPORT, Medium
 from plots.plate import DrawnPlate, FailedPlate
 from plots.run import PLATES, make_plate
 from tests.command import answer, mover, run
@@ -30,13 +31,16 @@ main()
 
 
 def make_here(
-    targets: Mapping[str, str], jobs: int, check: Callable[[], None] = lambda: None
+    targets: Mapping[str, str],
+    jobs: int,
+    check: Callable[[], None] = lambda: None,
+    medium: Medium = REPORT,
 ) -> Iterator[DrawnPlate | FailedPlate]:
     """Make plates in this process; one that is endless is interrupted."""
     for name, target in targets.items():
         if name == "endless":
             raise KeyboardInterrupt
-        yield make_plate(name, target)
+        yield make_plate(name, target, medium)
 
 
 @pytest.fixture
@@ -60,7 +64,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 @pytest.mark.usefixtures("here")
 def test_files_and_words(tmp_path: Path):
     folder = tmp_path / "new" / "plates"
-    done = run("plots", "-o", folder)
+    done = run("plots", "-o", folder, "-v")
     assert done.stderr == ""
     files = contents(folder)
     text = files.pop("report.html").decode()
@@ -73,22 +77,24 @@ def test_files_and_words(tmp_path: Path):
     assert f"exudyn</dt><dd><code>{metadata.version('exudyn')}</code>" in text
     assert str(tmp_path) not in text
     lines = done.stdout.removeprefix("libraries print\n").splitlines()
-    assert lines[:3] == [
+    assert lines[:6] == [
+        "spring  A spring <b>& its moment</b>",
+        "damper  A damper",
+        "2 of 4 claims hold, 2 do not.",
+        f"wrote 8 files in {folder}",
+        f"the report is {folder / 'report.html'}",
+        "",
+    ]
+    assert lines[6:9] == [
         "spring: A spring <b>& its moment</b>",
         "  holds          -1.047 N m  (at most 0 N m)  The moment at 30 deg restores",
         "  holds          2           (1 to 3)         a < 3 & b | c",
     ]
-    assert lines[4:8] == [
+    assert lines[10:] == [
         "damper: A damper",
         "  DOES NOT HOLD  3 N m       (at most 0 N m)  It restores",
         "    It only damps.",
         "  DOES NOT HOLD  nan         (at least 0)     It is known",
-    ]
-    assert lines[9:] == [
-        "2 of 4 claims hold, 2 do not.",
-        "",
-        f"wrote 8 files in {folder}",
-        f"the report is {folder / 'report.html'}",
     ]
 
 

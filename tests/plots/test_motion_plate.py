@@ -1,0 +1,71 @@
+"""The plate of a motion: quantities of a run, and the same computed from its frames alone."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import Plan, read_figure, read_springs, simulate
+from generator.motion_files import FigureMotion, motion_from_recording
+from generator.recording import ENERGY_KINDS
+from plots.motion_plate import motion_plate, motion_quantities, plate_name
+from tests.command import mover, run
+
+
+@pytest.fixture(scope="module")
+def motion() -> FigureMotion:
+    """Two tenths of a second of the prototype, with so many frames that a spline holds them."""
+    figure = read_figure("prototype")
+    start = {"left_knee": (0.5,), "right_elbow": (1.0,), "left_shoulder": (0.2, 0.1, -0.3)}
+    plan = Plan(stop=0.2, frame=0.0025, displacements=start, tolerance=1e-4)
+    return motion_from_recording(simulate(figure, plan), figure)
+
+
+def test_frames_alone_give_the_moments_and_energies_of_the_run(motion: FigureMotion) -> None:
+    springs = read_springs(None, motion.figure)
+    whole = motion_quantities(motion, springs)
+    frames = motion_quantities(replace(motion, recording=None), springs)
+    assert whole.moments.keys() == frames.moments.keys() == whole.angles.keys()
+    for name, moments in whole.moments.items():
+        scale = max(1.0, float(np.abs(moments).max()))
+        # The spline's rates are worst in the first and last frames.
+        assert np.abs(moments - frames.moments[name])[2:-2].max() < 2e-3 * scale
+    assert set(whole.energies) == set(ENERGY_KINDS)
+    for kind, values in frames.energies.items():
+        scale = max(1.0, float(np.ptp(whole.energies[kind])))
+        assert np.abs(values - whole.energies[kind])[2:-2].max() < 1e-2 * scale
+    assert frames.centre_of_mass == pytest.approx(whole.centre_of_mass, abs=1e-6)
+
+
+def test_a_plate_has_a_row_of_panels_for_each_pair_of_joints(motion: FigureMotion) -> None:
+    plate = motion_plate(motion, read_springs(None, motion.figure), "fall")
+    pairs = {name.removeprefix("left_").removeprefix("right_") for name in motion.chains}
+    assert len(plate.figure.axes) == 2 * (len(pairs) + 1)
+    (columns,) = plate.tables.values()
+    assert columns["left_knee.1 [deg]"][0] == pytest.approx(np.degrees(0.5))
+    assert {"moment of waist.3 [N m]", "kinetic [J]", "centre of mass y [m]"} < columns.keys()
+
+
+@pytest.mark.parametrize(("stem", "name"), [("Fall of Ann", "fall_of_ann"), ("__", "motion")])
+def test_names_of_files(stem: str, name: str) -> None:
+    assert plate_name(stem) == name
+
+
+def test_the_command_draws_motions(tmp_path: Path) -> None:
+    for suffix in ("action", "npz"):
+        path = tmp_path / f"swing_{suffix}.{suffix}"
+        run("simulate", "pendulum", "--stop", 0.1, "--step", 0.01, "-q", "-o", path)
+    files = sorted(tmp_path.glob("swing*"))
+    done = run("plots", *files, "-o", tmp_path / "drawn")
+    assert len(done.stdout.splitlines()) == 4
+    names = {path.name for path in (tmp_path / "drawn").iterdir()}
+    assert names > {"report.html", "swing_action.svg", "swing_npz.png", "swing_npz.csv"}
+    for words, said in (
+        (("knee", files[0]), "motions and plates are drawn by commands of their own"),
+        (("none.action",), "`none.action` cannot be read"),
+        (("--against", "prototype"), "--against compares with the curves of --springs"),
+    ):
+        refused = mover("plots", *words, "-o", tmp_path / "other")
+        assert refused.exit_code in (1, 2)
+        assert said in refused.stderr

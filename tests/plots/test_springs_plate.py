@@ -1,0 +1,74 @@
+"""Plates of a user's springs, with published curves of their motion."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure, read_springs
+from generator.springs_file.read import parse_springs_file
+from plots.springs_plate import NamedSprings, matching_literature, springs_plates
+from springs import Linear
+from tests.command import mover, run
+
+TEXT = """
+figure = "prototype"
+[[spring]]
+joints = ["left_knee", "right_knee"]
+motion = "flexion"
+stiffness_Nm_rad = 10
+[[spring]]
+joints = ["waist"]
+axis = "z"
+stiffness_Nm_rad = 3
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.springs.toml"
+    path.write_text(TEXT, encoding="utf-8")
+    return path
+
+
+def test_each_curve_has_a_plate_with_both_springs_and_the_literature(path: Path) -> None:
+    own = NamedSprings(path.name, parse_springs_file(path).require_value().springs)
+    other = NamedSprings("prototype", read_springs(None, read_figure("prototype")))
+    plates = {plate.name: plate for plate in springs_plates(own, other)}
+    assert len(plates) == 2
+    knee = next(plate for name, plate in plates.items() if "knee" in name)
+    (columns,) = knee.tables.values()
+    angles = np.radians(columns["angle [deg]"])
+    (law,) = own.springs.joints["left_knee"].axes[0].elastic
+    assert law == Linear(10.0)
+    assert columns["mine.springs.toml [N m]"] == pytest.approx(-10.0 * angles)
+    thesis = columns["prototype [N m]"]
+    assert thesis[angles > 1.8].max() < -10.0
+    assert "silder 2007" in " ".join(columns)
+    assert any("Silder" in reference for reference in knee.references)
+    waist = next(plate for name, plate in plates.items() if "waist" in name)
+    assert "No published curve has this motion." in waist.caption
+
+
+def test_measurements_come_first_and_one_of_each_publication() -> None:
+    found = matching_literature("left_knee", "flexion")
+    assert found[0].label.startswith("silder 2007")
+    assert len({str(one.reference) for one in found}) == len(found)
+    obstacles = [bool(one.obstacle) for one in found]
+    assert obstacles == sorted(obstacles)
+    assert matching_literature("hinge", "flexion") == []
+
+
+def test_the_command_draws_springs(path: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "drawn"
+    run("plots", "--springs", path, "--against", "prototype", "-o", folder)
+    assert len(list(folder.glob("*.svg"))) == 2
+    assert (folder / "report.html").exists()
+    for words, said in (
+        (("--springs", tmp_path / "no.springs.toml"), "cannot be read"),
+        (("--springs", path, "--against", "nobody"), "nobody"),
+        (("--springs", path, "knee"), "leave out the names"),
+    ):
+        refused = mover("plots", *words, "-o", tmp_path / "other")
+        assert refused.exit_code in (1, 2)
+        assert said in refused.stderr
