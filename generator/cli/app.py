@@ -27,6 +27,7 @@ def leave_interrupted(*, as_json: bool) -> NoReturn:
 
 try:  # these take some tenths of a second, in which Ctrl-C may come
     import os
+    import re
     from collections.abc import Callable, Generator, Iterator
     from contextlib import contextmanager, suppress
     from importlib import import_module
@@ -125,10 +126,22 @@ _ParserError = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
 class _Commands(TyperGroup):
     """All commands. Errors of the parser are printed like those of a command, also as JSON."""
 
+    _lists_names = False
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Return completions of a command's name, without importing the commands."""
+        self._lists_names = True
+        try:
+            return super().shell_complete(ctx, incomplete)
+        finally:
+            self._lists_names = False
+
     def list_commands(self, ctx: Any) -> list[str]:
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if cmd_name in COMMANDS and self._lists_names:
+            return TyperCommand(cmd_name, help=COMMANDS[cmd_name][1])
         return _load_command(cmd_name) if cmd_name in COMMANDS else None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -185,7 +198,6 @@ def _load_command(name: str) -> Any:
 
 app = typer.Typer(
     cls=_Commands,
-    add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -241,15 +253,37 @@ def _print_result(
         with _error_stream():
             if not quiet:
                 for text in _warning_texts(result, in_full=verbose):
-                    typer.echo(text, err=True)
+                    _echo(text, err=True)
             if result.failure is not None:
-                typer.echo(f"error: {result.failure}", err=True)
+                _echo(f"error: {result.failure}", err=True)
         if as_json:
             typer.echo(json_text(result.data))
         elif not quiet:
             details = f"\n\n{result.details}" if verbose and result.details else ""
-            typer.echo(result.text + details)
+            _echo(result.text + details)
         raise typer.Exit(result.code)
+
+
+_SEVERITY = re.compile(r"^((?:\S.*?:[0-9]+:[0-9]+: )?)(error|warning|note):", re.MULTILINE)
+_MARK = re.compile(r"^( *\| *)(\^+)$", re.MULTILINE)
+_SEVERITY_COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
+
+
+def _echo(text: str, *, err: bool = False) -> None:
+    """Print a text, with colours on a terminal."""
+    typer.echo(paint(text), err=err)  # which drops the colours where it is not a terminal
+
+
+def paint(text: str) -> str:
+    """Return a text with colours for severities and marks, unless the variable NO_COLOR is set."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return text
+
+    def severity(found: "re.Match[str]") -> str:
+        return found[1] + typer.style(f"{found[2]}:", fg=_SEVERITY_COLOURS[found[2]], bold=True)
+
+    text = _SEVERITY.sub(severity, text)
+    return _MARK.sub(lambda mark: mark[1] + typer.style(mark[2], bold=True), text)
 
 
 def _warning_texts(result: "CommandResult", *, in_full: bool) -> Iterator[str]:
@@ -274,7 +308,7 @@ def _fail(code: int, text: str, data: object, as_json: bool) -> NoReturn:
     from generator.cli.answer import json_text
 
     with _error_stream():
-        typer.echo(text, err=True)
+        _echo(text, err=True)
     if as_json:
         typer.echo(json_text(data))
     raise typer.Exit(code)
@@ -321,7 +355,7 @@ def main() -> None:
     except OSError as failure:
         _silence(1)
         with _error_stream():
-            typer.echo(f"error: the output could not be written: {failure.strerror}", err=True)
+            _echo(f"error: the output could not be written: {failure.strerror}", err=True)
         sys.exit(1)
     except KeyboardInterrupt:
         leave_interrupted(as_json="--json" in sys.argv)

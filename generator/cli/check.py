@@ -12,7 +12,7 @@ import typer
 
 from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
 from generator.cli.inputs import parse_springs_option
-from generator.cli.options import SpringsChoice
+from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, UsageError, select_errors
 from generator.figure_file import parse_figure_file
@@ -125,6 +125,7 @@ def check(
         str,
         typer.Argument(
             metavar="FIGURE|SPRINGS.toml",
+            autocompletion=complete_figure_name,
             help="A figure file, the name of a shipped figure, or a springs file.",
         ),
     ],

@@ -8,7 +8,7 @@ import typer
 
 from generator.cli.answer import CommandResult, finite_or_none, format_count, format_table
 from generator.cli.inputs import load_figure, springs_from_option
-from generator.cli.options import SpringsChoice
+from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, InputError, UsageError, error, shorten, spelling_hint
 from generator.figure import Figure
@@ -220,6 +220,7 @@ def cite(
         str,
         typer.Argument(
             metavar="FIGURE|TABLE",
+            autocompletion=complete_figure_name,
             help="A figure file, the name of a shipped figure, a published table such as "
             "`riener_edrich_1999` or `riener_edrich_1999/leg`, or `tables` for a list of them.",
         ),

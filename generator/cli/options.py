@@ -15,6 +15,7 @@ import typer
 
 from generator.diagnostics import UsageError, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
+from generator.figure_file.read import FIGURE_SUFFIX, shipped_figures
 from generator.figure_file.values import displacement_bound
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.placement import initial_displacements
@@ -32,9 +33,23 @@ from generator.units import (
 )
 from springs import Joining
 
+
+def complete_figure_name(incomplete: str) -> list[str]:
+    """Return the figures that begin so, shipped or in this folder, for completion by the shell.
+
+    Nothing for other paths: the shell completes them itself.
+    """
+    found = [*shipped_figures(), *sorted(str(path) for path in Path().glob(f"*{FIGURE_SUFFIX}"))]
+    return [name for name in found if name.startswith(incomplete)]
+
+
 FigureName = Annotated[
     str,
-    typer.Argument(metavar="FIGURE", help="A figure file, or the name of a shipped figure."),
+    typer.Argument(
+        metavar="FIGURE",
+        help="A figure file, or the name of a shipped figure.",
+        autocompletion=complete_figure_name,
+    ),
 ]
 SpringsChoice = Annotated[
     str | None,

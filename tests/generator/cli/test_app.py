@@ -19,7 +19,7 @@ from generator.cli.answer import CommandResult, json_text
 from generator.cli.app import COMMANDS
 from generator.recording import Ending
 from tests.command import mover, run
-from tests.paths import FIGURES, ROOT
+from tests.paths import FAULTS, FIGURES, ROOT
 from tests.processes import ENVIRONMENT, on_terminal, read_to_end
 
 LOADED = """
@@ -216,3 +216,97 @@ def test_a_name_that_is_not_text_can_be_printed(tmp_path: Path):
     done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, check=False)
     assert done.returncode == 0
     assert b"odd\\udcff.fig: no errors" in done.stdout
+
+
+# Completion and colours
+
+
+def completions(shell: str, line: str, *python_options: str) -> "subprocess.CompletedProcess[str]":
+    """What a shell is offered for the last word of a line."""
+    environment = {
+        "_MOVER_COMPLETE": f"complete_{shell}",
+        "COMP_WORDS": line,
+        "COMP_CWORD": str(line.count(" ")),
+        "_TYPER_COMPLETE_ARGS": line,
+        "_TYPER_COMPLETE_FISH_ACTION": "get-args",
+    }
+    code = "import sys; sys.argv = ['mover']; from generator.cli.app import main; main()"
+    return subprocess.run(
+        [sys.executable, *python_options, "-c", code],
+        env={**ENVIRONMENT, **environment},
+        cwd=FAULTS / "pose",
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize(
+    ("line", "offered", "others"),
+    [
+        ("mover s", ["simulate", "settle", "shoulder", "stability"], ["check", "describe"]),
+        ("mover simulate p", ["prototype", "pendulum"], ["fourbar"]),
+        ("mover check pr", ["prototype"], ["pendulum"]),
+        ("mover simulate prototype --gr", ["--gravity"], ["--stop"]),
+    ],
+)
+def test_a_shell_completes_commands_figures_and_options(
+    shell: str, line: str, offered: list[str], others: list[str]
+):
+    words = re.findall(r"[\w-]+", completions(shell, line).stdout)
+    assert set(offered) <= set(words)
+    assert not set(others) & set(words)
+
+
+def test_names_of_commands_complete_without_importing_them():
+    done = completions("bash", "mover ", "-X", "importtime")
+    assert done.stdout.split() == list(COMMANDS)
+    assert not re.search(r"\b(numpy|scipy|exudyn|rich)\b", done.stderr)
+
+
+def test_a_script_for_completion_is_shown():
+    done = subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m generator.cli --show-completion; exit"],
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "COMPLETE=complete_" in done.stdout
+
+
+FAULTY = FAULTS / "figure" / "inertia.fig"
+
+
+def colours(folder: Path, **variables: str) -> str:
+    """What `describe` of a faulty figure prints on a terminal."""
+    line = [sys.executable, "-m", "generator.cli", "describe", str(FAULTY)]
+    with on_terminal(line, folder, {"NO_COLOR": "", **variables}) as (_, terminal):
+        return read_to_end(terminal).decode()
+
+
+def test_severities_and_marks_have_colours_on_a_terminal(tmp_path: Path):
+    told = colours(tmp_path)
+    assert re.search(r"inertia\.fig:\d+:\d+: \x1b\[31m\x1b\[1merror:\x1b\[0m the", told)
+    assert re.search(r"\| +\x1b\[1m\^+\x1b\[0m\r\n", told)
+    plain = re.sub(r"\x1b\[\d+m", "", told).replace("\r\n", "\n")
+    assert plain == mover("describe", FAULTY).stderr
+
+
+@pytest.mark.parametrize("variables", [{"NO_COLOR": "1"}, {"TERM": "dumb"}])
+def test_colours_can_be_left_out(variables: dict[str, str], tmp_path: Path):
+    told = colours(tmp_path, **variables)
+    assert ": error: the inertia of" in told
+    assert "\x1b" not in told
+
+
+def test_warnings_are_yellow_and_pipes_have_no_colours(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    assert module.paint("a.fig:1:2: warning: odd\nerrors: 3\nnotes: error: 4") == (
+        "a.fig:1:2: \x1b[33m\x1b[1mwarning:\x1b[0m odd\nerrors: 3\nnotes: error: 4"
+    )
+    assert "\x1b" not in mover("describe", FAULTY).output
