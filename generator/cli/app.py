@@ -167,14 +167,18 @@ def _load_command(name: str) -> Any:
     """Import the function of a command and make it a command that prints its result.
 
     Every command gets the options `--json`, `--quiet` and `--verbose`. A function with a keyword
-    `show_progress` or `as_json` gets its value.
+    `show_progress`, `as_json` or `verbose` gets its value.
     """
     module, _, attribute = COMMANDS[name][0].partition(":")
     function = getattr(import_module(module), attribute)
     accepted = signature(function).parameters
 
     def run(*, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> None:
-        settings = {"as_json": as_json, "show_progress": _has_terminal() and not quiet}
+        settings = {
+            "as_json": as_json,
+            "verbose": verbose,
+            "show_progress": _has_terminal() and not quiet,
+        }
         options |= {key: value for key, value in settings.items() if key in accepted}
         _print_result(lambda: function(**options), as_json, quiet, verbose)
 

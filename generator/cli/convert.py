@@ -1,6 +1,6 @@
 """`mover convert`: motions, figures and other programs' models in each other's formats."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from os.path import realpath
 from pathlib import Path
@@ -23,7 +23,6 @@ from generator.cli.outputs import (
     check_motion_formats,
     check_writable,
     losses_data,
-    losses_text,
     unwritable_file_error,
     write_all_or_none,
     write_files,
@@ -49,8 +48,46 @@ from generator.motion_files import (
     motion_writer,
 )
 
+MAX_BRIEF_LOSSES = 4
+"""Losses of all files that are listed without `--verbose`; at least one of each file."""
 
-def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False) -> CommandResult:
+MAX_BRIEF_LOSS_LENGTH = 110
+"""Length of the line of a loss without `--verbose`."""
+
+ROUNDING_LOSS = "digits:"
+"""Beginning of the losses that are left out without `--verbose`: they state how numbers round."""
+
+
+def format_losses(written: LossesByPath, ending: str = "", *, in_full: bool) -> Iterator[str]:
+    """Yield the lines that list the losses of files.
+
+    Args:
+        written: losses by file.
+        ending: end of the title of a file.
+        in_full: list all losses with all their places; otherwise a few, a line each.
+    """
+    for path, losses in written.items():
+        entries = [str(loss) for loss in losses.entries]
+        shown = entries
+        if not in_full:
+            entries = [entry for entry in entries if not entry.startswith(ROUNDING_LOSS)]
+            shown = [_shorten_loss(e) for e in entries[: max(1, MAX_BRIEF_LOSSES // len(written))]]
+        if shown:
+            yield f"not in {path}{ending}:"
+            yield from (f"  {entry}" for entry in shown)
+        if len(shown) < len(entries):
+            yield f"  {len(entries) - len(shown)} more: see them with --verbose"
+
+
+def _shorten_loss(text: str) -> str:
+    """Return a loss that fits a line."""
+    limit = MAX_BRIEF_LOSS_LENGTH
+    return text if len(text) <= limit else text[: limit - 4].rpartition(" ")[0] + " ..."
+
+
+def import_model(
+    source: str, outputs: Sequence[Path], *, separate: bool = False, verbose: bool = False
+) -> CommandResult:
     """Write the figure of a model, with a springs file beside it if it has springs.
 
     Args:
@@ -58,6 +95,7 @@ def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False
         outputs: figure files. A springs file beside one of them may replace an existing one only
             if it is listed as well.
         separate: keep hinges with springs, damping or limits as separate joints.
+        verbose: list all losses in full.
 
     Raises:
         UsageError: an output is not a figure file.
@@ -83,7 +121,7 @@ def import_model(source: str, outputs: Sequence[Path], *, separate: bool = False
         contents |= imported_files(imported, figure)
     write_files(contents)
     losses = {figure: import_losses(imported, figure) for figure in figures}
-    return _import_result(source, imported, losses)
+    return _import_result(source, imported, losses, verbose)
 
 
 def _check_springs_files(
@@ -123,22 +161,16 @@ def _output_files(imported: Imported, output: Path) -> list[Path]:
     return [output] if imported.springs is None else [output, springs_path(output)]
 
 
-def _import_result(source: str, imported: Imported, written: LossesByPath) -> CommandResult:
+def _import_result(
+    source: str, imported: Imported, written: LossesByPath, verbose: bool
+) -> CommandResult:
     figure = imported.figure
     files = [file for output in written for file in _output_files(imported, output)]
     title = (
         f"{source}: {format_count(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
         f"{format_count(figure.degrees_of_freedom, 'degree')} of freedom"
     )
-    lost = [
-        line
-        for output, losses in written.items()
-        if losses.entries
-        for line in (
-            f"not in {output}, or not as in the model:",
-            *(f"  {loss}" for loss in losses.entries),
-        )
-    ]
+    lost = format_losses(written, ", or not as in the model", in_full=verbose)
     return CommandResult(
         text="\n".join([title, *(f"wrote {file}" for file in files), *lost]),
         data={
@@ -189,6 +221,8 @@ def convert(
             "--apart", help="Keep hinges of a model with springs or limits as separate joints."
         ),
     ] = False,
+    *,
+    verbose: bool = False,
 ) -> CommandResult:
     """Convert a motion, a figure or a model, and list what the format cannot store."""
     check_distinct_paths(outputs)
@@ -201,17 +235,19 @@ def convert(
             raise UsageError(f"{path}: motions are read from {known}, not from other formats")
         if to is not None or springs is not None:
             raise UsageError(f"{path} is a motion; --to and --springs are for figures")
-        return _convert_motion(source, outputs, figure)
+        return _convert_motion(source, outputs, figure, verbose)
     if is_model(source):
         if (figure, springs, to) != (None, None, None):
             raise UsageError(f"{source} is a model of another program, which takes --apart only")
-        return import_model(source, outputs, separate=separate)
+        return import_model(source, outputs, separate=separate, verbose=verbose)
     if figure is not None:
         raise UsageError(f"{source} is a figure; --figure is for motions")
-    return _convert_figure(source, outputs, springs, to)
+    return _convert_figure(source, outputs, springs, to, verbose)
 
 
-def _convert_motion(source: str, outputs: Sequence[Path], figure_name: str | None) -> CommandResult:
+def _convert_motion(
+    source: str, outputs: Sequence[Path], figure_name: str | None, verbose: bool
+) -> CommandResult:
     """Write a motion in other formats of motions."""
     path = Path(source)
     for output in outputs:
@@ -231,11 +267,15 @@ def _convert_motion(source: str, outputs: Sequence[Path], figure_name: str | Non
     title = f"{frames} of {figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
     head = {"source": source, "figure": str(figure.path), "frames": motion.times.size}
     warnings += changed_figure_warnings(figure, motion.header, path)
-    return _conversion_result(title, head, written, warnings)
+    return _conversion_result(title, head, written, warnings, verbose)
 
 
 def _convert_figure(
-    source: str, outputs: Sequence[Path], springs_option: str | None, format_name: str | None
+    source: str,
+    outputs: Sequence[Path],
+    springs_option: str | None,
+    format_name: str | None,
+    verbose: bool,
 ) -> CommandResult:
     """Write a figure with its springs in the formats of models."""
     writers = [(output, _choose_model_format(source, output, format_name)) for output in outputs]
@@ -248,7 +288,7 @@ def _convert_figure(
     )
     title = f"{source} with springs: {springs.origin}"
     head = {"source": source, "figure": str(figure.path)}
-    return _conversion_result(title, head, written, warnings + more)
+    return _conversion_result(title, head, written, warnings + more, verbose)
 
 
 def _choose_model_format(source: str, output: Path, format_name: str | None) -> ModelFormat:
@@ -266,10 +306,11 @@ def _conversion_result(
     head: Mapping[str, object],
     written: LossesByPath,
     diagnostics: tuple[Diagnostic, ...],
+    verbose: bool,
 ) -> CommandResult:
-    lost = losses_text(written)
+    lost = format_losses(written, in_full=verbose)
     return CommandResult(
-        text="\n".join([title, *(f"wrote {path}" for path in written), *([lost] if lost else [])]),
+        text="\n".join([title, *(f"wrote {path}" for path in written), *lost]),
         data={
             **head,
             "files": [str(path) for path in written],

@@ -58,6 +58,28 @@ def test_losses_are_listed_as_text(swing: Path):
     assert "close loops; the motion of their segments is unchanged: rocker_pin" in said
 
 
+@pytest.mark.parametrize("suffix", [".glb", ".bvh", ".x3d", ".urdf", ".xml", ".osim"])
+def test_losses_are_few_lines_unless_all_are_asked_for(swing: Path, suffix: str, tmp_path: Path):
+    source = swing if suffix in MOTION_FORMATS else "prototype"
+    output = tmp_path / f"out{suffix}"
+    brief = run("convert", source, output).stdout.splitlines()
+    assert len(brief) <= 8
+    assert max(map(len, brief[3:])) <= 112
+    assert not [line for line in brief if "digits:" in line]
+    losses = answer("convert", source, output)["losses"][str(output)]
+    full = run("convert", source, output, "--verbose").stdout.splitlines()
+    listed = full[full.index(f"not in {output}:") + 1 :]
+    assert len(listed) == len(losses)
+    assert all(
+        line.startswith(f"  {one['what']}") for line, one in zip(listed, losses, strict=True)
+    )
+    shown = [line for line in brief[3:] if not line.endswith("see them with --verbose")]
+    exact = [one for one in losses if not one["what"].startswith("digits:")]
+    assert len(shown) == min(4, len(exact))
+    left = [line for line in brief if line.endswith("see them with --verbose")]
+    assert left == ([f"  {len(exact) - 4} more: see them with --verbose"] if exact[4:] else [])
+
+
 def test_a_run_goes_through_npz_without_a_loss(tmp_path: Path):
     first = ("-o", tmp_path / "run.npz", "-o", tmp_path / "run.action", "-o", tmp_path / "run.csv")
     said = answer("simulate", "fourbar", "--stop", 0.1, *first)

@@ -15,7 +15,7 @@ PIN, PLAIN_PIN = REFUSED / "pin.xml", REFUSED / "hinge.xml"
 @pytest.mark.parametrize("name", ["humanoid.xml", "arm.urdf", "leg.osim"])
 def test_a_model_becomes_a_figure_that_moves(name: str, tmp_path: Path):
     figure = tmp_path / "model.fig"
-    said = run("convert", MODELS / name, figure).stdout
+    said = run("convert", MODELS / name, figure, "--verbose").stdout
     assert f"wrote {figure}" in said
     assert "the world is turned" in said or name == "leg.osim"
     run("simulate", figure, "--stop", "0.1", "-o", tmp_path / "m.action", "--quiet")
