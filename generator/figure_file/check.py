@@ -336,11 +336,11 @@ def _check_segment_masses(figure: Figure, diagnostics: Diagnostics) -> None:
     low, high = PLAUSIBLE_MASS_RANGE
     odd = [one for one in segments if not low <= (one.mass or 0.0) <= high]
     if odd:
-        more = f"; so it is with {len(odd) - 1} more" if len(odd) > 1 else ""
+        more = f", {len(odd) - 1} more are as unusual" if len(odd) > 1 else ""
         diagnostics.warning(
-            f"segment `{shorten(odd[0].name)}` has a mass of {odd[0].mass:.4g} kg",
+            f"segment `{shorten(odd[0].name)}` has a mass of {odd[0].mass:.4g} kg{more}",
             origin_span(odd[0].origins, "mass"),
-            f"usual are {low:g} kg to {high:g} kg{more}: check the unit",
+            f"most segments have between {low:g} kg and {high:g} kg: check the unit",
         )
 
 
