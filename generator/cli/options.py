@@ -56,8 +56,9 @@ SpringsChoice = Annotated[
     typer.Option(
         "--springs",
         metavar="FILE|NAME|none|printed",
-        help="Springs instead of the figure's own: a .springs.toml or .optional file, the NAME of "
-        "FIGURE.NAME.springs.toml beside it, `none`, or `printed` for the values as printed.",
+        help="A .springs.toml file, which changes the figure's springs; an .optional file, which "
+        "replaces them; the NAME of FIGURE.NAME.springs.toml beside the figure; `none`; or "
+        "`printed` for the values as printed.",
     ),
 ]
 PoseFile = Annotated[
