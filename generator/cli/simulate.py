@@ -147,10 +147,7 @@ def simulate(
         options["gravity"] = vector_from_option("--gravity", gravity)
     plan = Plan()
     first, last, interval = (options.get(k, getattr(plan, k)) for k in ("start", "stop", "frame"))
-    if interval > 0.0 and (last - first) / interval > MAX_FRAMES:
-        raise UsageError(
-            f"more than {MAX_FRAMES:,} frames; use a longer --frame or an earlier --stop"
-        )
+    _check_frame_count(first, last, interval)
     plan = _replace_plan(
         plan, **options, joining=law, free_root=free_root, python_torques=python_torques
     )
@@ -173,6 +170,7 @@ def simulate(
     constraints, more = constraints_from_options(figure, links, locks or (), drive, driven or ())
     diagnostics += more
     plan = _limit_to_drive_times(plan, start, stop, constraints)
+    _check_frame_count(plan.start, plan.stop, plan.frame)
     constraints.check_consistency(
         figure, displacements or (), plan.start, velocities or (), free_root=free_root
     )
@@ -228,6 +226,14 @@ def _count_elastic_joints(figure: Figure, springs: SpringSet, recording: Recordi
     """Count the joints of a figure that move in a run, and those with an elastic law."""
     moving = {name for name, joint in figure.joints.items() if joint.chain} & set(recording.chains)
     return JointCounts(len(moving - set(limp_joints(figure, springs))), len(moving))
+
+
+def _check_frame_count(first: float, last: float, interval: float) -> None:
+    """Raise UsageError for a recording that is too long for the memory."""
+    if interval > 0.0 and (last - first) / interval > MAX_FRAMES:
+        raise UsageError(
+            f"more than {MAX_FRAMES:,} frames; use a longer --frame or an earlier --stop"
+        )
 
 
 def _limit_to_drive_times(
