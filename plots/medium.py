@@ -5,7 +5,7 @@ minus signs are typographic, and fonts are embedded.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -68,7 +68,7 @@ def current_medium() -> Medium:
 
 
 @contextmanager
-def drawing_for(medium: Medium) -> Iterator[None]:
+def drawing_for(medium: Medium) -> Generator[None]:
     """Draw pictures for a medium."""
     global _current
     before, _current = _current, medium

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from generator.figure import AxisKind
-from generator.kinematics.centre_of_mass import own_segments, segment_masses
+from generator.kinematics.centre_of_mass import segment_masses
 from generator.kinematics.placement import Displacements
 from generator.motion_files import FigureMotion
 from generator.recording import Recording
@@ -161,10 +161,11 @@ def _energies(motion: FigureMotion, springs: SpringSet, rates: Displacements) ->
     twists = kinematics.twists(values) * kinematics.displacement_vector(rates)[..., None]
     kinetic, gravity = np.zeros(len(motion.times)), np.zeros(len(motion.times))
     figure = motion.tree.figure
-    for name in own_segments(figure):
+    masses = segment_masses(figure)
+    for name, centre_in_segment in zip(masses.segments, masses.centres_in_segment, strict=True):
         segment, pose = figure.segments[name], motion.poses[name]
         velocity = twists[:, kinematics.motion_masks[name]].sum(axis=1)
-        centre = (pose[:, :3, :3] @ segment.centre_of_mass) + pose[:, :3, 3]
+        centre = np.asarray(pose[:, :3, :3] @ centre_in_segment + pose[:, :3, 3], dtype=float)
         spin = (np.swapaxes(pose[:, :3, :3], -1, -2) @ velocity[:, :3, None])[..., 0]
         linear = velocity[:, 3:] + np.cross(velocity[:, :3], centre)
         kinetic += 0.5 * (segment.mass or 0.0) * np.sum(linear**2, axis=1)

@@ -92,7 +92,7 @@ def plots(
     motions = [Path(name) for name in names if Path(name).suffix.lower() in READABLE_SUFFIXES]
     own = (springs, *motions) if springs is not None else tuple(motions)
     _check_options(names, springs, against, gallery, medium)
-    targets = {} if own else _select_targets(names, output, gallery)
+    targets = _select_targets(() if own else names, output, gallery)
     _prepare_output(output, gallery)
     if own and output is None:
         raise UsageError("no output folder: add -o DIR")

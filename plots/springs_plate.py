@@ -117,7 +117,7 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
             columns[f"{other.name} [N m]"] = beside
             _draw_spring(axes, angles, beside, _known_range(compared), OTHER_STYLE, other.name)
         draw_zero_line(axes)
-        axes.set_xlim(np.degrees(angles[[0, -1]]))
+        axes.set_xlim(degrees(float(angles[0])), degrees(float(angles[-1])))
         axes.set_ylim(*_torque_limits(angles, torque, literature, (low, high)))
         axes.set_xlabel(f"angle [deg], positive in {spring.motion or 'the sense of the axis'}")
         axes.set_ylabel("torque on the child [N m]")

@@ -144,7 +144,8 @@ def free_joint_rates(
     centre = pose[:3, :3] @ centre_of_mass + pose[:3, 3]
     at_origin = linear - np.cross(angular, centre)
     twists = build_chain(joint.chain).twists(displacements)
-    return np.linalg.solve(twists.T, np.concatenate([angular, at_origin]))
+    rates = np.linalg.solve(twists.T, np.concatenate([angular, at_origin]))
+    return np.asarray(rates, dtype=float)
 
 
 def lowest_point(placement: Placement, up: Array) -> float:
