@@ -279,6 +279,14 @@ class Diagnostics:
         self.has_syntax_errors = self.is_incomplete = True
         self.error(message, span, hint)
 
+    def extend(self, other: "Diagnostics") -> None:
+        """Add the diagnostics of a part of the input. Raises TooManyErrors as `error` does."""
+        for one in other.entries:
+            if one.severity is Severity.ERROR:
+                self.error(one.message, one.span, one.hint)
+            else:
+                self.entries.append(one)
+
     @property
     def has_errors(self) -> bool:
         """Return whether there is an error."""

@@ -11,8 +11,9 @@ import stat
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import TypeVar
 from zlib import crc32
 
 from generator.diagnostics import (
@@ -33,7 +34,7 @@ MAX_FILE_BYTES = 32_000_000
 _UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
-def open_regular_file(path: Path) -> BinaryIO:
+def open_regular_file(path: Path) -> BufferedReader:
     """Open a file to read its bytes.
 
     Raises OSError, also for a directory, and for a pipe or a device, which may have no end.

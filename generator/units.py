@@ -105,6 +105,10 @@ INPUT_BOUNDS: Mapping[Dimension, InputBound] = {
 }
 
 
+MAX_MODEL_NUMBER = 1e50
+"""Largest number of a model [SI]: products of six such numbers stay below the largest float."""
+
+
 @dataclass(frozen=True)
 class Unit:
     """A product of powers of the base units: `factor` is its value in SI."""

@@ -28,6 +28,7 @@ def leave_interrupted(*, as_json: bool) -> NoReturn:
 try:  # these take some tenths of a second, in which Ctrl-C may come
     import os
     import re
+    import warnings
     from collections.abc import Callable, Generator, Iterator
     from contextlib import contextmanager, suppress
     from importlib import import_module
@@ -237,10 +238,14 @@ def _print_result(
     """Print the result of a command, or why there is none, and exit with its code."""
     from generator.cli.answer import ExitCode, json_text
     from generator.diagnostics import InputError, MoverError, Severity, UsageError, select_errors
+    from generator.text_io import os_error_reason
 
     forget_written_files()
     try:
-        result = make()
+        with warnings.catch_warnings():
+            # Numbers beyond the largest float are reported in a sentence, where they matter.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            result = make()
     except UsageError as failure:
         _fail(ExitCode.USAGE, f"error: {failure}", {"error": str(failure)}, as_json)
     except InputError as failure:
@@ -250,6 +255,11 @@ def _print_result(
         _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, shown)), data, as_json)
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
+    except OSError as failure:
+        # Outputs have errors of their own, so this is of a file that the command reads.
+        subject = "an input file" if failure.filename is None else f"`{failure.filename}`"
+        message = f"{subject} cannot be read: {os_error_reason(failure)}"
+        _fail(ExitCode.WRONG_INPUT, f"error: {message}", {"error": message}, as_json)
     except KeyboardInterrupt:
         message = interruption_message()
         _fail(ExitCode.RUN_FAILED, f"error: {message}", {"error": message}, as_json)

@@ -21,6 +21,7 @@ from generator.diagnostics import (
 )
 from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Rotation, Segment, SiteRef
 from generator.figure_file.resolve import FigureDraft, origin_span
+from generator.units import MAX_MODEL_NUMBER
 
 INERTIA_TRIANGLE_TOLERANCE = 1e-6
 """By how much, relative, one printed moment of inertia may exceed the sum of the other two."""
@@ -122,7 +123,23 @@ def _without_origins(segment: Segment) -> Segment:
 
 def simulation_diagnostics(figure: Figure) -> tuple[Diagnostic, ...]:
     """Errors of a simulation that are warnings on reading: missing masses of moving segments."""
-    return tuple(error(message, place, hint) for message, place, hint in _missing_mass_data(figure))
+    faults = (*_missing_mass_data(figure), *_immense_numbers(figure))
+    return tuple(error(message, place, hint) for message, place, hint in faults)
+
+
+def _immense_numbers(figure: Figure) -> Iterable[tuple[str, Span | None, str]]:
+    """Masses, inertias and sites with which a motion cannot be computed: message, place, hint."""
+    hint = f"at most {MAX_MODEL_NUMBER:.0e} in SI units"
+    for name, segment in figure.bodies.items():
+        numbers = {"mass": (segment.mass or 0.0,), "inertia": segment.inertia or ()}
+        for field, values in numbers.items():
+            if any(abs(value) > MAX_MODEL_NUMBER for value in values):
+                message = f"the {field} of `{shorten(name)}` is too large"
+                yield message, origin_span(segment.origins, field), hint
+        for site in segment.sites.values():
+            if not abs(site.pose_in_segment).max() <= MAX_MODEL_NUMBER:
+                message = f"site `{shorten(site.name)}` of `{shorten(name)}` is too far away"
+                yield message, origin_span(site.origins, "location"), hint
 
 
 def _check_inertia(segment: Segment, diagnostics: Diagnostics) -> None:

@@ -1,5 +1,6 @@
 """Reading surfaces by the suffix of their file: psurfs, and the mesh formats that trimesh reads."""
 
+import json
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -12,10 +13,13 @@ from generator.figure import Figure, Segment
 from generator.figure_file.resolve import origin_span
 from generator.geometry.psurf import CENTIMETRE, read_psurf
 from generator.geometry.surface import Surface, merge_vertices
-from generator.text_io import os_error_reason
+from generator.text_io import open_regular_file, os_error_reason
 
 MAX_FILE_BYTES = 1_000_000_000
 """Bytes of the largest file that is read."""
+
+MIN_ARRAY_BYTES = 32_000_000
+"""Bytes of arrays that are read of any glTF file; of a larger one, twice its own."""
 
 _STL_SUFFIX = ".stl"
 _STL_HEADER_BYTES, _STL_TRIANGLE_BYTES = 84, 50
@@ -44,8 +48,12 @@ def read_mesh(path: str | Path, unit: Fraction) -> Surface:
     suffix = path.suffix.lower()
     if suffix == _STL_SUFFIX and (cut := _truncation_reason(path)) is not None:
         raise InputError([error(f"`{path}` cannot be read as stl: {cut}")])
+    if (excess := _declared_excess(path)) is not None:
+        raise InputError([error(f"`{path}` cannot be read: {excess}")])
+    settings = {} if suffix == _STL_SUFFIX else {"skip_materials": True}  # pictures may be large
     try:
-        mesh = load(path, file_type=suffix[1:], force="mesh", process=False)
+        with np.errstate(all="ignore"):  # the vertices are checked below
+            mesh = load(path, file_type=suffix[1:], force="mesh", process=False, **settings)
     except Exception as failure:  # trimesh raises many types for invalid files
         raise InputError([_unreadable_file_error(path, failure)]) from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
@@ -89,6 +97,42 @@ def _truncation_reason(path: Path) -> str | None:
     if size >= whole:
         return None
     return f"it is cut short, at {size:,} of {whole:,} bytes, or holds something else"
+
+
+_COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+_COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+
+_GLB_HEADER_BYTES = 20
+"""Bytes of a .glb file before its JSON: the last eight are the length of that, and its kind."""
+
+
+def _declared_excess(path: Path) -> str | None:
+    """Return the reason why arrays that a glTF file declares are too large; None if they are not.
+
+    An array without a view in the file is as long as it says, and many may share one view.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in (".glb", ".gltf"):
+        return None
+    with open_regular_file(path) as file:
+        head = file.read(_GLB_HEADER_BYTES) if suffix == ".glb" else b""
+        size = int.from_bytes(head[12:16], "little")
+        text = file.read(min(size, MAX_FILE_BYTES)) if head else file.read()
+    try:
+        content = json.loads(text)
+        declared = sum(
+            max(0, each["count"])
+            * _COMPONENT_BYTES[each["componentType"]]
+            * _COMPONENTS[each["type"]]
+            for each in content.get("accessors", ())
+        )
+        external = sum(each["byteLength"] for each in content.get("buffers", ()) if "uri" in each)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None  # its reader says what is wrong
+    most = max(MIN_ARRAY_BYTES, 2 * (path.stat().st_size + external))
+    if declared <= most:
+        return None
+    return f"its arrays take {declared / 1e6:,.0f} MB, and at most {most / 1e6:,.0f} MB are read"
 
 
 def _unreadable_reason(path: Path) -> str | None:

@@ -4,7 +4,7 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import inf, isfinite
+from math import inf
 from typing import Final
 from xml.etree.ElementTree import Element, SubElement
 from xml.parsers import expat
@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike
 from generator.diagnostics import Diagnostics, Source, Span, shorten
 from generator.figure import Vector
 from generator.rotations import Array, RotationSequence
+from generator.units import MAX_MODEL_NUMBER
 
-MAX_DEPTH: Final = 200
-"""Largest depth of elements; no model is deeper."""
+MAX_DEPTH: Final = 600
+"""Largest depth of elements; in MJCF a chain of bodies is as deep as it is long."""
 
 MAX_ELEMENTS: Final = 300_000
 """Largest number of elements; a file of 32 MB may hold millions, a model does not."""
@@ -260,11 +261,11 @@ def parse_numbers(
             )
             return None
         values.append(float(word))
-        if not isfinite(values[-1]):
+        if abs(values[-1]) > MAX_MODEL_NUMBER:
             diagnostics.error(
                 f"`{shorten(word)}` is too large",
                 _word_span(source_text, match),
-                "a number must be finite",
+                f"a number is at most {MAX_MODEL_NUMBER:.0e}",
             )
             return None
     if not min_count <= len(values) <= max_count:
@@ -331,6 +332,7 @@ __all__ = [
     "body_fixed_angles",
     "format_document",
     "format_numbers",
+    "nesting_depth",
     "roll_pitch_yaw",
 ]
 
@@ -380,6 +382,11 @@ def format_document(root: Element, comments: Iterable[str]) -> str:
         if element is root:
             lines += notes
     return "\n".join(lines) + "\n"
+
+
+def nesting_depth(document: str) -> int:
+    """Return the largest depth of elements of a document of `format_document`."""
+    return max((len(line) - len(line.lstrip())) // 2 + 1 for line in document.splitlines())
 
 
 def body_fixed_angles(matrix: Array) -> Array:

@@ -15,6 +15,7 @@ from generator.kinematics.tree import Tree
 from generator.losses import Loss
 from generator.recording import Ending, Recording
 from generator.rotations import Array
+from generator.text_io import open_regular_file
 
 NONE = "none"
 """Text of a missing value."""
@@ -83,7 +84,7 @@ def first_frame_interval(times: Array) -> float | None:
 def file_sha256(path: Path) -> str | None:
     """SHA-256 of a file's bytes, in hexadecimal; None for a file that cannot be read."""
     try:
-        return sha256(path.read_bytes()).hexdigest()
+        return sha256(open_regular_file(path).read()).hexdigest()
     except (OSError, ValueError):  # no path may hold a zero byte
         return None
 

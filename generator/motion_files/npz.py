@@ -9,12 +9,14 @@ import json
 import zlib
 from collections.abc import Iterable, Mapping
 from io import BytesIO
+from math import prod
 from pathlib import Path
-from typing import Any, cast
-from zipfile import BadZipFile
+from tokenize import TokenError
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
-from numpy.lib.npyio import NpzFile
+from numpy.lib import format as npy
 
 from generator.diagnostics import Diagnostic, InputError, error
 from generator.figure import AxisKind, JointAxis
@@ -22,7 +24,7 @@ from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, Header, first_frame_interval
 from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
-from generator.text_io import os_error_reason, write_atomic
+from generator.text_io import open_regular_file, os_error_reason, write_atomic
 
 VERSION = 1
 METADATA_KEY = "about"
@@ -60,9 +62,10 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         **{METADATA_KEY: np.array(json.dumps(_metadata(motion)))},
     )
     write_atomic(path, stream.getvalue())
-    return Losses.collect(
-        "npz", [Loss("the figure: its segments, masses and shapes; the names are there")]
-    )
+    losses = [Loss("the figure: its segments, masses and shapes; the names are there")]
+    if (size := sum(array.nbytes for array in arrays.values())) > MAX_RUN_BYTES:
+        losses.append(Loss(f"a way back into this program: {_size_text(size)}"))
+    return Losses.collect("npz", losses)
 
 
 def _prefix_names(field: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
@@ -114,7 +117,7 @@ def _json_number(number: float | None) -> float | str | None:
     return number if number is None or np.isfinite(number) else repr(float(number))
 
 
-_NUMPY_LOAD_ERRORS = (
+_INVALID_ARCHIVE_ERRORS = (
     BadZipFile,
     ValueError,
     EOFError,
@@ -122,8 +125,14 @@ _NUMPY_LOAD_ERRORS = (
     zlib.error,
     NotImplementedError,
     MemoryError,
+    TokenError,
+    RuntimeError,
+    OverflowError,
 )
-"""Exceptions of numpy for an invalid or truncated file."""
+"""Exceptions of zipfile and numpy for an invalid or truncated file."""
+
+MAX_RUN_BYTES = 400_000_000
+"""Bytes of all arrays of the largest run that is read: some 80,000 frames of the prototype."""
 
 MAX_ORTHONORMALITY_ERROR = 1e-6
 """Largest difference of R^T R of a pose from the identity."""
@@ -167,16 +176,40 @@ def _invalid_file(path: str | Path, messages: Iterable[str]) -> InputError:
 def _load_arrays(path: Path) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     """All arrays of the file by name."""
     try:
-        loaded = np.load(path, allow_pickle=False)
-        if not isinstance(loaded, NpzFile):
-            raise _invalid_file(path, ["it is one array, not an archive of them"])
-        archive = cast("NpzFile[Any]", loaded)
-        with archive:
-            return {name: archive[name] for name in archive.files}
+        with open_regular_file(path) as file:
+            if file.peek(len(npy.MAGIC_PREFIX)).startswith(npy.MAGIC_PREFIX):
+                raise _invalid_file(path, ["it is one array, not an archive of them"])
+            with ZipFile(file) as archive:
+                members = archive.infolist()
+                if (size := sum(member.file_size for member in members)) > MAX_RUN_BYTES:
+                    raise _invalid_file(path, [_size_text(size)])
+                return {
+                    member.filename.removesuffix(".npy"): _load_array(archive, member)
+                    for member in members
+                }
     except OSError as failure:
         raise InputError([_unreadable(path, failure)]) from None
-    except _NUMPY_LOAD_ERRORS:
+    except _INVALID_ARCHIVE_ERRORS:
         raise _invalid_file(path, ["it is not an archive of numpy, or is truncated"]) from None
+
+
+def _load_array(archive: ZipFile, member: ZipInfo) -> np.ndarray[Any, np.dtype[Any]]:
+    """Load one array. Raises ValueError if it declares another size than it has."""
+    if member.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
+        raise ValueError("numpy writes no such compression")
+    with archive.open(member) as stream:
+        version = npy.read_magic(stream)
+        read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        shape, _, kind = read_header(stream)
+        if kind.hasobject or stream.tell() + prod(shape) * kind.itemsize != member.file_size:
+            raise ValueError("the header does not fit the array")
+        stream.seek(0)
+        return npy.read_array(stream, allow_pickle=False)
+
+
+def _size_text(size: int) -> str:
+    largest = MAX_RUN_BYTES // 1_000_000
+    return f"its arrays take {size / 1e6:,.0f} MB, and at most {largest} MB are read"
 
 
 def _unreadable(path: Path, failure: OSError) -> Diagnostic:

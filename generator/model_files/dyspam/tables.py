@@ -30,7 +30,13 @@ from generator.model_files.dyspam.mechanism import (
     Row4,
     Triad,
 )
-from generator.units import Dimension, convert_to_si, default_unit_factor, shortest_decimal
+from generator.units import (
+    MAX_MODEL_NUMBER,
+    Dimension,
+    convert_to_si,
+    default_unit_factor,
+    shortest_decimal,
+)
 
 MAX_COUNT = 1_000_000
 """No mechanism has so many bodies, joints, points or springs."""
@@ -117,14 +123,13 @@ class RowReader:
             hint = "a number looks like `12`, `-0.5` or `2.41e+09`, without a unit"
             self.diagnostics.error(f"`{shorten(word.text)}` is not a number", word, hint)
             return 0.0
-        try:
-            return convert_to_si(
-                word.text.lower().replace("d", "e"), default_unit_factor(dimension)
-            )
-        except OverflowError:
-            message = f"`{shorten(word.text)}` is too large"
-            self.diagnostics.error(message, word, "a number must be finite")
-            return 0.0
+        text, factor = word.text.lower().replace("d", "e"), default_unit_factor(dimension)
+        with suppress(OverflowError):
+            if abs(value := convert_to_si(text, factor)) <= MAX_MODEL_NUMBER:
+                return value
+        message = f"`{shorten(word.text)}` is too large"
+        self.diagnostics.error(message, word, f"a number is at most {MAX_MODEL_NUMBER:.0e} in SI")
+        return 0.0
 
     def parse_numbers(
         self, words: tuple[Span, ...], dimension: Dimension = Dimension.NUMBER

@@ -170,5 +170,13 @@ class _Includer:
         if fault is not None:
             self.diagnostics.error(f"the included file cannot be used: {fault.message}", place)
             return ()
-        root = parse_xml(source, self.diagnostics)
+        found = Diagnostics()
+        root = parse_xml(source, found)
+        if root is None and "<mujoco" not in source.text:
+            # The text is not quoted: any file of the system may be named, and it is not a model.
+            message = f"the included file `{shorten(name)}` is not a model"
+            hint = "an included file is XML with the root element `mujoco`"
+            self.diagnostics.error(message, place, hint)
+            return ()
+        self.diagnostics.extend(found)
         return () if root is None else self.expand(root).children

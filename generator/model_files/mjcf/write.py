@@ -36,7 +36,14 @@ from generator.model_files.export_model import (
     tree_joint_springs,
 )
 from generator.model_files.piecewise import piecewise_cubic
-from generator.model_files.xml import Element, add_element, format_document, format_numbers
+from generator.model_files.xml import (
+    MAX_DEPTH,
+    Element,
+    add_element,
+    format_document,
+    format_numbers,
+    nesting_depth,
+)
 from generator.names import plain_names, reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
 from generator.text_io import write_atomic
@@ -191,6 +198,11 @@ def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
     """
     text, losses = format_mjcf(figure, springs)
     write_atomic(path, text)
+    if (depth := nesting_depth(text)) > MAX_DEPTH:
+        losses.add(
+            f"a way back into this program: elements are nested {depth:,} deep, and {MAX_DEPTH:,} "
+            "levels are read"
+        )
     return losses
 
 

@@ -11,6 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from generator import read_action
@@ -120,6 +121,30 @@ def test_numbers_that_json_does_not_have_are_null():
         "b": {"c": None, "d": "nan"},
     }
     assert json_text({"a": 1.5}) == '{\n  "a": 1.5\n}'
+
+
+def lose() -> CommandResult:
+    """Find a file gone."""
+    raise PermissionError(13, "Permission denied", "walk.fig")
+
+
+def test_an_input_that_vanishes_is_not_an_output(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(COMMANDS, "lose", (f"{__name__}:lose", "Lose."))
+    done = mover("lose", "--json")
+    message = "`walk.fig` cannot be read: permission denied"
+    assert (done.exit_code, done.stderr) == (1, f"error: {message}\n")
+    assert json.loads(done.stdout) == {"error": message}
+
+
+def overflow() -> CommandResult:
+    """Multiply numbers beyond the largest float."""
+    return CommandResult(str(np.array([1e308]) * np.array([10.0])), None)
+
+
+def test_numpy_warns_of_nothing(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder):
+    monkeypatch.setitem(COMMANDS, "overflow", (f"{__name__}:overflow", "Overflow."))
+    done = run("overflow")
+    assert (done.stdout, done.stderr, list(recwarn)) == ("[inf]\n", "", [])
 
 
 def interrupt(*_: object, **__: object) -> Any:

@@ -1,5 +1,8 @@
 """Mesh files, as trimesh writes and reads them, and colours of segments."""
 
+import json
+import struct
+import tracemalloc
 from dataclasses import replace
 from fractions import Fraction
 
@@ -172,3 +175,52 @@ def test_the_first_attribute_with_a_colour_gives_it(attributes, colour):
     made = figure([ground(), link], [joint("pin", "ground.base", "link.near", BALL)])
     made = replace(made, attributes={each.name: each for each in (RED, BRIGHT, SHINY)})
     assert segment_colour(made, link) == colour
+
+
+def gltf(path, **changes):
+    """Write a glTF file with one array of positions, and changes of it."""
+    positions = {"componentType": 5126, "type": "VEC3", "count": 2_000_000_000} | changes
+    content = {
+        "asset": {"version": "2.0"},
+        "accessors": [positions],
+        "bufferViews": [],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "scene": 0,
+    }
+    text = json.dumps(content).encode()
+    if path.suffix == ".glb":
+        head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A)
+        text = head + text
+    path.write_bytes(text)
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
+def test_an_array_that_is_larger_than_its_file_is_not_made(tmp_path, suffix):
+    """It once took 15 GB for 392 bytes; the count here would take 480 MB."""
+    path = tmp_path / f"large{suffix}"
+    gltf(path, count=40_000_000)
+    tracemalloc.start()
+    with pytest.raises(InputError, match="arrays take 480 MB, and at most 32 MB are read"):
+        read_surface(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 50_000_000
+
+
+@pytest.mark.parametrize("count", [-1, "many", 1e99, None])
+def test_counts_that_are_none_are_refused(tmp_path, count):
+    gltf(tmp_path / "count.glb", count=count)
+    with pytest.raises(InputError, match=r"count\.glb"):
+        read_surface(tmp_path / "count.glb")
+
+
+def test_pictures_of_a_mesh_are_not_read(tmp_path):
+    """A picture of a few bytes may declare any size."""
+    trimesh.creation.box(SIZE).export(tmp_path / "box.obj")
+    text = (tmp_path / "box.obj").read_text()
+    (tmp_path / "painted.obj").write_text("mtllib paint.mtl\n" + text)
+    (tmp_path / "paint.mtl").write_text("newmtl paint\nmap_Kd paint.png\n")
+    (tmp_path / "paint.png").write_bytes(b"no picture")
+    assert read_surface(tmp_path / "painted.obj", Fraction(1)).face_count == 12

@@ -1,14 +1,17 @@
 """All of a run in one archive: numpy reads it, and what is not a run is refused."""
 
 import json
+import tracemalloc
 from pathlib import Path
 from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
+from numpy.lib import format as npy
 
 from generator.diagnostics import InputError
-from generator.motion_files import motion_from_action, read_npz
+from generator.motion_files import motion_from_action, npz, read_npz
 from generator.motion_files.action import ActionFile
 from generator.motion_files.npz import write
 from tests.motions import clip
@@ -169,3 +172,41 @@ def test_other_files_are_refused(tmp_path: Path):
     assert "truncated" in refused(tmp_path / "two.npz")[0]
     assert "no such file" in refused(tmp_path / "none.npz")[0]
     assert "directory" in refused(tmp_path)[0]
+
+
+def test_arrays_too_large_for_the_memory_are_refused_before_they_are_made(path: Path):
+    """Zeros shrink to a thousandth: a small file may declare any number of bytes."""
+    header = {"descr": "<f8", "fortran_order": False, "shape": (60, 1_000_000)}
+    with (
+        ZipFile(path, "a", ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("poses/zeros.npy", "w") as stream,
+    ):
+        npy.write_array_header_1_0(stream, header)
+        for _ in range(60):
+            stream.write(bytes(8_000_000))
+    assert path.stat().st_size < 5_000_000
+    tracemalloc.start()
+    with pytest.raises(InputError, match="its arrays take 480 MB, and at most 400 MB are read"):
+        read_npz(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 1_000_000
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["{'descr': '<f8', 'fortran_order': False, 'shape': (2000000000,), }", "{'descr': ("],
+)
+def test_an_array_that_is_not_what_its_header_declares_is_refused(header: str, path: Path):
+    with ZipFile(path, "a") as archive:
+        text = header.encode() + b"\n"
+        start = npy.MAGIC_PREFIX + b"\x01\x00" + len(text).to_bytes(2, "little")
+        archive.writestr("more.npy", start + text)
+    with pytest.raises(InputError, match="is not an archive of numpy, or is truncated"):
+        read_npz(path)
+
+
+def test_a_run_that_cannot_be_read_back_is_a_loss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(npz, "MAX_RUN_BYTES", 1_000)
+    losses = write(clip("fourbar"), tmp_path / "run.npz")
+    assert "a way back into this program" in losses.entries[-1].what

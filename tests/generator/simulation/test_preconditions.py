@@ -161,3 +161,24 @@ def test_a_start_replaces_the_displacement_of_the_file(tmp_path: Path):
 def test_without_springs_nothing_is_refused(tmp_path: Path):
     path = written(next(iter(REFUSED)), tmp_path)
     assert CliRunner().invoke(app, ["check", str(path), "--springs", "none"]).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("after", "message"),
+    [
+        ("mass = 1e308kg; inertia = (9,9,9)", "the mass of `two` is too large"),
+        ("mass = 1kg; inertia = (1e300,1e300,1e300)", "the inertia of `two` is too large"),
+        ("mass = 1kg; inertia = (9,9,9); site far->location = trans(1e300,0,0)", "`far` of `two`"),
+    ],
+)
+def test_numbers_beyond_any_motion_are_refused(after: str, message: str, tmp_path: Path):
+    """They once ended in warnings of numpy and in a traceback of the eigenvalues."""
+    text = FIGURE.format(fields="type = R(0,0,1); displacement = (0deg);")
+    head, _, tail = text.rpartition("mass = 1kg; inertia = (9,9,9)")
+    path = tmp_path / "arm.fig"
+    path.write_text(head + after + tail, encoding="utf-8")
+    for words in (("check",), ("settle",), ("simulate", "--stop", "0.02")):
+        done = CliRunner().invoke(app, [words[0], str(path), *words[1:]])
+        assert isinstance(done.exception, SystemExit)
+        assert message in done.output
+    assert done.exit_code == 1
