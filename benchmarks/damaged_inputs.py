@@ -47,7 +47,8 @@ from plots.fit import fit
 MAX_MEMORY = 1_000_000_000
 """Largest memory of a reader [bytes]."""
 
-_FAULTS = Path(__file__).parents[1] / "tests" / "faults"
+_TESTS = Path(__file__).parents[1] / "tests"
+_FAULTS, _MODELS = _TESTS / "faults", _TESTS / "generator" / "model_files" / "models"
 
 LINKS = """figure = "prototype"
 [[link]]
@@ -154,6 +155,7 @@ def make_seeds(folder: Path) -> dict[str, list[Path]]:
     for name, suffix in (("mjcf", ".xml"), ("urdf", ".urdf"), ("osim", ".osim")):
         seeds["model"].append(folder / f"model{suffix}")
         MODEL_FORMATS[name].write(prototype(), springs.springs, seeds["model"][-1])
+    seeds["model"] += sorted(path for path in _MODELS.iterdir() if path.stem != "defaults")
     MODEL_FORMATS["dyspam"].write(prototype(), springs.springs, folder / "dyspam")
     seeds["dyspam"] += sorted((folder / "dyspam").iterdir())
     recording = simulate(prototype(), Plan(stop=0.04, step=0.002))
@@ -265,6 +267,8 @@ def read_damaged(
     if reader == "figure":
         for psurf in whole[0].parent.glob("*.pss"):
             (place / psurf.name).write_bytes(psurf.read_bytes())
+    if reader == "model":
+        (place / "defaults.xml").write_bytes((_MODELS / "defaults.xml").read_bytes())
     for k in range(count):
         source = chance.choice(whole if k % 2 else seeds)
         target = place / f"damaged{''.join(source.suffixes[-2:])}"

@@ -230,7 +230,7 @@ def test_ctrl_c_ends_the_processes(tmp_path: Path):
         seen += read_to_end(terminal)
         said, _ = process.communicate()
     assert process.returncode == 3
-    assert b"error: interrupted after 1 of 2 plates" in seen
+    assert b" interrupted after 1 of 2 plates" in seen
     assert b"All 2 claims hold." in said
     assert sorted(contents(folder)) == FILES
     with pytest.raises(ProcessLookupError):

@@ -34,7 +34,8 @@ class Document:
     def angle_convention(self) -> AngleConvention:
         """The convention of its angles."""
         degrees = self.setting("angle", "degree") != "radian"
-        return AngleConvention(degrees, self.setting("eulerseq", "xyz"))
+        sequence = self.setting("eulerseq", "xyz")
+        return AngleConvention(degrees, sequence if _is_euler_sequence(sequence) else "xyz")
 
     def setting(self, name: str, default: str) -> str:
         """A setting of the compiler."""
@@ -97,12 +98,14 @@ def _check_compiler(compiler: Mapping[str, SourceText], diagnostics: Diagnostics
                 f"known here: {', '.join(known)}",
             )
     sequence = compiler.get("eulerseq")
-    if sequence is not None and not (
-        len(sequence.text) == 3 and set(sequence.text.lower()) <= set("xyz")
-    ):
+    if sequence is not None and not _is_euler_sequence(sequence.text):
         diagnostics.error(
             "`eulerseq` has three letters out of xyzXYZ", sequence.span, "as in `xyz` or `XYZ`"
         )
+
+
+def _is_euler_sequence(text: str) -> bool:
+    return len(text) == 3 and set(text) <= set("xyzXYZ")
 
 
 def _collect_defaults(

@@ -103,6 +103,13 @@ def test_a_chain_that_is_not_read_back_is_a_loss(tmp_path):
         read_model(tmp_path / "a.xml")
 
 
+@pytest.mark.parametrize("sequence", ["0zYx", "xyw", "zz"])
+def test_a_wrong_sequence_of_angles_is_a_sentence(sequence):
+    text = (MODELS / "mechanism.xml").read_text(encoding="utf-8").replace('"zYx"', f'"{sequence}"')
+    (fault,) = parse_model(Source("model.xml", text), MODELS).diagnostics
+    assert fault.message == "`eulerseq` has three letters out of xyzXYZ"
+
+
 @pytest.mark.parametrize("number", ["1e308", "1e155"])
 def test_an_immense_inertia_is_a_sentence(number, tmp_path):
     """A traceback or warnings of numpy would be an error here."""
