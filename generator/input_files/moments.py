@@ -6,7 +6,7 @@ The first line that is not a comment names the columns with their units, in any 
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from math import degrees, radians
@@ -68,7 +68,7 @@ class MeasuredMoments:
     angles: tuple[float, ...]
     moments: tuple[float, ...]
     name: str
-    titles: tuple[str, str] = ("angle", "moment")
+    titles: tuple[str, str] = field(default=("angle", "moment"), compare=False)
 
 
 @dataclass(frozen=True)
