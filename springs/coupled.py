@@ -355,11 +355,9 @@ def nearest_conservative_law(law: CoupledExponential, box: Sequence[Range]) -> C
     )
     pairs = zip(nearest.torques(angles), law.torques(angles), strict=True)
     differences: list[Array] = [one - other for one, other in pairs]
-    return ConservativeFit(
-        nearest,
-        tuple(sqrt(float(weights @ d**2)) for d in differences),
-        tuple(float(np.abs(d).max()) for d in differences),
-    )
+    with np.errstate(over="ignore"):  # then it is infinite
+        rms = tuple(sqrt(float(weights @ d**2)) for d in differences)
+    return ConservativeFit(nearest, rms, tuple(float(np.abs(d).max()) for d in differences))
 
 
 def _gradient_basis(law: CoupledExponential) -> list[CoupledExponential]:

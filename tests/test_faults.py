@@ -3,6 +3,7 @@
 `pytest tests/test_faults.py --update-expected` rewrites the expected diagnostics.
 """
 
+import warnings
 from collections.abc import Callable
 from functools import cache
 from os import sep
@@ -79,7 +80,9 @@ def test_every_kind_has_files_and_every_answer_its_file():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureRequest):
-    parsed = PARSERS[path.parent.name](path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        parsed = PARSERS[path.parent.name](path)
     text = "\n".join(map(str, parsed.diagnostics)).replace(f"{path.parent}{sep}", "") + "\n"
     expected = path.with_suffix(".expected")
     if request.config.getoption("--update-expected"):
