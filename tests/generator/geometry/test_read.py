@@ -214,13 +214,3 @@ def test_counts_that_are_none_are_refused(tmp_path, count):
     gltf(tmp_path / "count.glb", count=count)
     with pytest.raises(InputError, match=r"count\.glb"):
         read_surface(tmp_path / "count.glb")
-
-
-def test_pictures_of_a_mesh_are_not_read(tmp_path):
-    """A picture of a few bytes may declare any size."""
-    trimesh.creation.box(SIZE).export(tmp_path / "box.obj")
-    text = (tmp_path / "box.obj").read_text()
-    (tmp_path / "painted.obj").write_text("mtllib paint.mtl\n" + text)
-    (tmp_path / "paint.mtl").write_text("newmtl paint\nmap_Kd paint.png\n")
-    (tmp_path / "paint.png").write_bytes(b"no picture")
-    assert read_surface(tmp_path / "painted.obj", Fraction(1)).face_count == 12
