@@ -103,7 +103,10 @@ def plots(
     ] = None,
     strict: Annotated[
         bool,
-        typer.Option("--strict", help="Fail if a claim does not hold; a comparison may differ."),
+        typer.Option(
+            "--strict",
+            help="Fail if a claim does not hold; differences from published curves do not count.",
+        ),
     ] = False,
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")
@@ -112,12 +115,15 @@ def plots(
         Path | None,
         typer.Option(
             metavar="FILE.springs.toml",
-            help="Draw the curves of a springs file, with published ones.",
+            help="Draw the curves of a springs file; with a motion, use its springs.",
         ),
     ] = None,
     against: Annotated[
         str | None,
-        typer.Option(metavar="SPRINGS|FIGURE", help="Springs to draw beside those of --springs."),
+        typer.Option(
+            metavar="FILE|FIGURE",
+            help="Springs to draw beside those of --springs: a springs file, or a figure's own.",
+        ),
     ] = None,
     medium: Annotated[
         Medium, typer.Option("--for", help="Medium of the pictures.")
@@ -134,8 +140,9 @@ def plots(
 ) -> "CommandResult":
     """Draw curves and motions, and check the claims about them.
 
-    Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows all. For
-    a paper a picture is .pdf and .svg, its caption .txt and its references .bib.
+    Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows them all.
+    With --for paper each is written as .pdf and .svg, with its caption in .txt and its references
+    in .bib; there is no report.
     """
     from generator.cli.progress import item_progress_bar, no_item_monitor
     from generator.diagnostics import UsageError

@@ -5,6 +5,7 @@ minus signs are typographic, and fonts are embedded.
 """
 
 import re
+import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -99,6 +100,9 @@ def prepare_for_paper(figure: "Figure") -> None:
     for legend in figure.findobj(Legend):
         for text in legend.get_texts():
             text.set_fontsize(min(text.get_fontsize(), _NARROW_LEGEND_SIZE))
-    figure.draw_without_rendering()
+    with warnings.catch_warnings():
+        # Matplotlib warns of a layout that is refused below.
+        warnings.simplefilter("ignore", UserWarning)
+        figure.draw_without_rendering()
     if min(axes.get_position().width for axes in figure.axes) < _LEAST_PANEL_WIDTH:
-        raise MoverError("its panels are too small in a column of 85 mm: --width 174")
+        raise MoverError("its panels do not fit a column of 85 mm: use --width 174")

@@ -275,7 +275,7 @@ def _draw_energies(axes: Axes, times: Array, energies: Mapping[str, Array]) -> N
         change = values - values[0]
         axes.plot(times, change, style.dash, color=style.colour, lw=1.2, label=kind)
     axes.set_ylabel("change of energy [J]", fontsize=8.0)
-    axes.legend(loc="best", ncols=2, fontsize=6.5)
+    _legend_above(axes)
 
 
 def _draw_centre_of_mass(axes: Axes, times: Array, centre: Array) -> None:
@@ -283,7 +283,19 @@ def _draw_centre_of_mass(axes: Axes, times: Array, centre: Array) -> None:
         moved = centre[:, k] - centre[0, k]
         axes.plot(times, moved, "-", color=style.colour, lw=1.2, label="xyz"[k])
     axes.set_ylabel("centre of mass,\nmoved by [m]", fontsize=8.0)
-    axes.legend(loc="best", ncols=3, fontsize=6.5)
+    _legend_above(axes)
+
+
+def _legend_above(axes: Axes) -> None:
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=5,
+        fontsize=6.5,
+        borderaxespad=0.0,
+        handlelength=1.4,
+        columnspacing=1.0,
+    )
 
 
 def _table(motion: FigureMotion, quantities: MotionQuantities) -> dict[str, Array]:
@@ -297,8 +309,3 @@ def _table(motion: FigureMotion, quantities: MotionQuantities) -> dict[str, Arra
         f"centre of mass {'xyz'[k]} [m]": row for k, row in enumerate(quantities.centre_of_mass.T)
     }
     return columns
-
-
-def plate_name(stem: str) -> str:
-    """Return a name of files made of a stem."""
-    return re.sub(r"[^a-z0-9_-]+", "_", stem.lower()).strip("_-") or "motion"

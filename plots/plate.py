@@ -248,6 +248,10 @@ class Plate:
     tables: "Mapping[str, Mapping[str, Array]]"
     references: tuple[str, ...]
 
+    def has(self, title: str) -> bool:
+        """Return whether a column of a table begins with a title."""
+        return any(name.startswith(title) for columns in self.tables.values() for name in columns)
+
     def __post_init__(self) -> None:
         """Raise ValueError for what cannot be written as files, and for missing parts."""
         for name in (self.name, *(self.tables if len(self.tables) > 1 else ())):
@@ -260,6 +264,11 @@ class Plate:
             shapes = {column.shape for column in columns.values()}
             if len(shapes) != 1 or len(shapes.pop()) != 1:
                 raise ValueError(f"the columns of the table `{table}` differ in length")
+
+
+def plate_name(stem: str) -> str:
+    """Return a name of files made of a stem."""
+    return re.sub(r"[^a-z0-9_-]+", "_", stem.lower()).strip("_-") or "motion"
 
 
 def table_files(plate: Plate) -> dict[str, str]:

@@ -25,9 +25,10 @@ from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.outputs import check_writable, unwritable_file_error, write_files
 from generator.cli.progress import ItemMonitor, no_item_monitor
 from generator.conversion import READABLE_SUFFIXES
-from generator.diagnostics import InputError, UsageError, spelling_hint
+from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, spelling_hint
 from generator.text_io import os_error_reason
 from plots.medium import REPORT, Medium, drawing_for
+from plots.own_plates import OwnFiles
 from plots.plate import Claim, DrawnPlate, FailedPlate, Outcome
 from plots.report import PICTURE_FORMAT, gallery_page, report, tally
 
@@ -90,14 +91,12 @@ def plots(
     if listed:
         return CommandResult(text="\n".join(PLATES), data=list(PLATES))
     motions = [Path(name) for name in names if Path(name).suffix.lower() in READABLE_SUFFIXES]
-    own = (springs, *motions) if springs is not None else tuple(motions)
+    own = OwnFiles(motions, springs, against)
     _check_options(names, springs, against, gallery, medium)
     targets = _select_targets(() if own else names, output, gallery)
+    drawn, warnings = _draw_own(own, medium) if own else ((), [])
     _prepare_output(output, gallery)
-    if own and output is None:
-        raise UsageError("no output folder: add -o DIR")
     if own:
-        drawn = _draw_own(motions, springs, against, medium)
         results = _PlateResults(drawn, (), False, ())
     else:
         results = _run_plates(targets, jobs or cores(), output, progress, medium)
@@ -106,7 +105,8 @@ def plots(
         if own and output is not None:
             files_of = [(name, text) for one in results.plates for name, text in one.files.items()]
             pages = {output / name: text for name, text in files_of}
-        pages |= _format_pages(results, names, None if medium.is_paper else output, gallery)
+        words = own.words or [name for name in PLATES if name in names]
+        pages |= _format_pages(results, words, None if medium.is_paper else output, gallery)
         write_files(pages)
     files = [*results.files, *pages]
     failure = _failure_message(results, strict)
@@ -114,19 +114,19 @@ def plots(
         text="\n".join(_format_summary(results, files, output)),
         details="\n\n".join(_format_paragraphs(results)),
         data=_json_data(results, files),
+        diagnostics=tuple(warnings),
         code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
     )
 
 
 def _format_pages(
-    results: "_PlateResults", names: Sequence[str], output: Path | None, gallery: Path | None
+    results: "_PlateResults", words: Sequence[str], output: Path | None, gallery: Path | None
 ) -> dict[Path, str | bytes]:
     """Return report and gallery, with the pictures of the gallery, by path."""
     pages: dict[Path, str | bytes] = {}
     if output is not None:
-        ordered = [name for name in PLATES if name in names]
-        provenance = report_provenance(ordered)
+        provenance = report_provenance(words)
         pages[output / REPORT_NAME] = report(results.plates, results.failed, provenance)
     if gallery is not None and not results.failed:
         folder = gallery.with_suffix("")
@@ -147,32 +147,24 @@ def _check_options(
     """Raise UsageError for options that exclude each other."""
     is_motion = [Path(name).suffix.lower() in READABLE_SUFFIXES for name in names]
     if any(is_motion) and not all(is_motion):
-        raise UsageError("motions and plates are drawn by commands of their own")
+        raise UsageError("draw motions and named plates in separate commands")
     if against is not None and springs is None:
         raise UsageError("--against compares with the curves of --springs, which is missing")
-    if springs is not None and names:
+    if springs is not None and names and not all(is_motion):
         raise UsageError("--springs draws the curves of a file: leave out the names")
+    if against is not None and names:
+        raise UsageError("--against compares curves: leave out the motions")
     if gallery is not None and (springs is not None or medium.is_paper):
         raise UsageError("--gallery shows all plates of the report: leave out the other options")
 
 
-def _draw_own(
-    motions: Sequence[Path], springs: Path | None, against: str | None, medium: Medium
-) -> tuple[DrawnPlate, ...]:
-    """Draw a user's motions, or the curves of a springs file.
-
-    Raises:
-        InputError: a file cannot be read.
-        MoverError: a motion is not one of its figure.
-    """
+def _draw_own(own: OwnFiles, medium: Medium) -> tuple[tuple[DrawnPlate, ...], list[Diagnostic]]:
+    """Draw a user's own files, with warnings; raises as `OwnFiles.plates`."""
     from plots.canvas import draw_plate  # matplotlib is slow to import
-    from plots.own_plates import plates_of_motion, plates_of_springs
 
     with drawing_for(medium):
-        made = [plate for path in motions for plate in plates_of_motion(path)]
-        if springs is not None:
-            made += plates_of_springs(springs, against)
-        return tuple(draw_plate(plate) for plate in made)
+        made, warnings = own.plates()
+        return tuple(map(draw_plate, made)), warnings
 
 
 def _select_targets(
@@ -433,8 +425,10 @@ def make_plate(name: str, target: str, medium: Medium = REPORT) -> DrawnPlate | 
 
 def _failure_reason(failure: BaseException, module: ModuleType | None) -> str:
     """The exception on one line, with the innermost line of the plate's module in its traceback."""
-    reason = type(failure).__name__
-    if message := _single_line(str(failure)):
+    reason, message = type(failure).__name__, _single_line(str(failure))
+    if isinstance(failure, MoverError):
+        return message
+    if message:
         reason += f": {message}"
     for frame in reversed(traceback.extract_tb(failure.__traceback__)):
         if module is not None and frame.filename == module.__file__:

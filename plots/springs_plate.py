@@ -21,8 +21,7 @@ from plots.canvas import (
     plot_style,
 )
 from plots.literature import Literature, published_curve
-from plots.motion_plate import plate_name
-from plots.plate import Plate
+from plots.plate import Plate, plate_name
 from springs import AxisSpring, SpringSet, total_torque
 from springs.backends import Array
 from springs.elastic import valid_range
@@ -56,8 +55,10 @@ class NamedSprings:
         for other in () if own is None else own.axes:
             across = np.cross(other.direction, spring.direction)
             if np.linalg.norm(across) < 1e-6:
-                same = float(np.dot(other.direction, spring.direction)) > 0.0
-                return other if same or not any(other.direction) else other.with_opposite_axis()
+                if any(other.direction) != any(spring.direction):
+                    return None  # the sense of one of the axes is not known
+                same = float(np.dot(other.direction, spring.direction)) >= 0.0
+                return other if same else other.with_opposite_axis()
         return None
 
 

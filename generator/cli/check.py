@@ -14,10 +14,11 @@ from generator.cli.answer import CommandResult, ExitCode, format_count, format_t
 from generator.cli.inputs import parse_springs_option
 from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
-from generator.diagnostics import Diagnostic, UsageError, select_errors
+from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
 from generator.figure_file import parse_figure_file
 from generator.kinematics.links import mirror_rotations
 from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
+from generator.springs_file.axes import parallel_sign
 from generator.springs_file.read import LoadedSprings, parse_springs_file
 from springs import SpringSet
 from springs.joint import UNKNOWN_AXIS
@@ -159,9 +160,20 @@ def _check_springs_file(name: str) -> CommandResult:
     use = "the springs cannot be used" if reading.value is None else "the springs can be used"
     figure = f" for `{loaded.figure}`" if loaded.figure is not None else ""
     verdict = f"{name}: {_severity_counts(faults)}; {use}{figure}"
-    reports = report_curves(loaded.springs)
+    everything = report_curves(loaded.complete or loaded.springs)
+    reports = [report for report in everything if _is_stated(report, loaded.springs)]
     return _check_result(
         faults, reports, loaded.springs, loaded.replaced, verdict, include_notes=True
+    )
+
+
+def _is_stated(report: CurveReport, springs: SpringSet) -> bool:
+    """Return whether a curve is about an axis with a law in `springs`."""
+    return any(
+        axis.elastic and parallel_sign(axis.direction, report.spring.direction) != 0
+        for name in report.joints
+        if name in springs.joints
+        for axis in springs.joints[name].axes
     )
 
 
@@ -195,7 +207,7 @@ def _check_result(
 
 def _severity_counts(diagnostics: tuple[Diagnostic, ...]) -> str:
     errors = len(select_errors(diagnostics))
-    warnings = len(diagnostics) - errors
+    warnings = sum(one.severity is Severity.WARNING for one in diagnostics)
     return f"{format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
 
 

@@ -207,7 +207,7 @@ def _checked_joint_values(figure: Figure, values: Mapping[str, Any]) -> dict[str
     checked: dict[str, Any] = {}
     for name, numbers in values.items():
         joint = figure.joints[name]
-        array = np.asarray(numbers, dtype=float)
+        array = np.atleast_1d(np.asarray(numbers, dtype=float))
         if array.shape != (joint.degrees_of_freedom,):
             raise ModelError(
                 f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"

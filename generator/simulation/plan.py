@@ -36,7 +36,8 @@ class Plan:
         step: fixed step [s]; None controls the step by the estimated error.
         springs: the springs to use; None loads those of the figure's file, or uses the figure's own
             `stiff`, `rest`, `damp` and limits if it has no file.
-        spring_choice: source of the springs if `springs` is None: a path, "none" or "printed".
+        spring_choice: source of the springs if `springs` is None: a path, a NAME beside the
+            figure's file, "none" or "printed".
         joining: law that joins the axes of a spherical joint; None uses that of the springs.
         gravity: acceleration in world axes [m/s^2].
         free_root: whether the joints to the ground are removed.
@@ -87,6 +88,10 @@ class Plan:
 
     def __post_init__(self) -> None:
         """Check the values. Raises ValueError."""
+        if isinstance(self.springs, str | Path):
+            raise ValueError("springs are a SpringSet; a file or a name is the spring_choice")
+        if isinstance(self.locked, str):
+            raise ValueError(f'locked are names of joints: ("{self.locked}",)')
         values = {"start": self.start, "stop": self.stop, "frame": self.frame}
         values.update(tolerance=self.tolerance, step=1.0 if self.step is None else self.step)
         for name, value in values.items():

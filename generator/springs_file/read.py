@@ -148,11 +148,14 @@ class LoadedSprings:
         springs: by joint.
         replaced: laws over several joints that stand for others.
         figure: name of the figure whose joints have them; None if a springs file names none.
+        complete: springs of a springs file, and of the file that it extends; None if it names no
+            figure.
     """
 
     springs: SpringSet
     replaced: tuple[LawReplacement, ...] = ()
     figure: str | None = None
+    complete: SpringSet | None = None
 
 
 def load_springs(
@@ -361,7 +364,9 @@ class _FileBinder:
             self.diagnostics.error(
                 f"there are no springs `{shorten(name)}` to extend",
                 content.origins.get(EXTENDS_KEY),
-                "name a file, or springs beside the figure or this file",
+                f'`{BASE_KEY} = "{NO_BASE}"` keeps no other springs'
+                if name == NO_SPRINGS
+                else "name a file, or springs beside the figure or this file",
             )
             return None
         return found
@@ -521,9 +526,14 @@ def parse_springs_file(path: Path) -> Parsed[LoadedSprings]:
     file = _find_figure_file(content, path.parent)
     figure = None if file is None else parse_figure_file(file).value
     if figure is not None:
-        bound = load_springs(figure, path.parent, content.figure, path, with_base=False)
-        loaded = None if bound.value is None else replace(bound.value, figure=content.figure)
-        return Parsed(loaded, bound.diagnostics)
+        folder = path.parent if file is None else file.parent
+        own = load_springs(figure, folder, content.figure, path, with_base=False)
+        complete = load_springs(figure, folder, content.figure, path)
+        if own.value is None or complete.value is None:
+            return Parsed(None, (own if own.value is None else complete).diagnostics)
+        springs = complete.value.springs
+        loaded = replace(own.value, figure=content.figure, complete=springs)
+        return Parsed(loaded, own.diagnostics)
     diagnostics = Diagnostics(list(parsed.diagnostics))
     if content.figure is not None:
         diagnostics.warning(

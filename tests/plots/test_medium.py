@@ -62,7 +62,7 @@ def test_panels_side_by_side_do_not_fit_a_column() -> None:
     with drawing_for(Medium.paper(85)):
         from plots.canvas import render_figure
 
-        with pytest.raises(Exception, match="too small in a column of 85 mm: --width 174"):
+        with pytest.raises(Exception, match="do not fit a column of 85 mm: use --width 174"):
             render_figure(figure, "pdf")
 
 

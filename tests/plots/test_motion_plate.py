@@ -9,7 +9,8 @@ import pytest
 from generator import Plan, read_figure, read_springs, simulate
 from generator.motion_files import FigureMotion, motion_from_recording
 from generator.recording import ENERGY_KINDS
-from plots.motion_plate import motion_plate, motion_quantities, plate_name
+from plots.motion_plate import motion_plate, motion_quantities
+from plots.plate import plate_name
 from tests.command import mover, run
 
 
@@ -62,10 +63,22 @@ def test_the_command_draws_motions(tmp_path: Path) -> None:
     names = {path.name for path in (tmp_path / "drawn").iterdir()}
     assert names > {"report.html", "swing_action.svg", "swing_npz.png", "swing_npz.csv"}
     for words, said in (
-        (("knee", files[0]), "motions and plates are drawn by commands of their own"),
+        (("knee", files[0]), "draw motions and named plates in separate commands"),
         (("none.action",), "`none.action` cannot be read"),
         (("--against", "prototype"), "--against compares with the curves of --springs"),
     ):
         refused = mover("plots", *words, "-o", tmp_path / "other")
         assert refused.exit_code in (1, 2)
         assert said in refused.stderr
+
+
+def test_other_springs_than_those_of_the_motion_are_told(tmp_path: Path) -> None:
+    path, springs = tmp_path / "fall.action", tmp_path / "stiff.springs.toml"
+    springs.write_text('[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 9\n', "utf-8")
+    words = ("--stop", 0.02, "--step", 0.01, "-q", "--springs", springs)
+    run("simulate", "prototype", *words, "-o", path)
+    told = run("plots", path, "-o", tmp_path / "a").stderr
+    assert "is a motion with the springs `stiff.springs.toml over prototype" in told
+    assert run("plots", path, "--springs", springs, "-o", tmp_path / "b").stderr == ""
+    twice = mover("plots", path, path, "-o", tmp_path / "c")
+    assert "two motions would be written as `fall`" in twice.stderr

@@ -7,9 +7,11 @@ import pytest
 
 from generator import read_figure, read_springs
 from generator.springs_file.read import parse_springs_file
+from plots.own_plates import OwnFiles
 from plots.springs_plate import NamedSprings, matching_literature, springs_plates
 from springs import Linear
 from tests.command import mover, run
+from tests.paths import FIGURES
 
 TEXT = """
 figure = "prototype"
@@ -48,6 +50,29 @@ def test_each_curve_has_a_plate_with_both_springs_and_the_literature(path: Path)
     assert any("Silder" in reference for reference in knee.references)
     waist = next(plate for name, plate in plates.items() if "waist" in name)
     assert "No published curve has this motion." in waist.caption
+
+
+def test_both_springs_have_the_sense_of_the_figure_s_axis(tmp_path: Path) -> None:
+    """A file that names no figure is bound to the one beside which it is drawn."""
+    path = tmp_path / "mine.springs.toml"
+    path.write_text(
+        '[[spring]]\njoints = ["left_knee"]\nmotion = "flexion"\nstiffness_Nm_rad = 10\n', "utf-8"
+    )
+    for against in ("prototype", str(FIGURES / "prototype.springs.toml")):
+        (plate,), _ = OwnFiles(springs=path, against=against).plates()
+        (columns,) = plate.tables.values()
+        (thesis,) = (v for name, v in columns.items() if name.startswith("prototype"))
+        at = columns["angle [deg]"]
+        assert np.abs(thesis[(at > 1.0) & (at < 88.0)]).max() == 0.0
+        assert thesis[at > 100.0].max() < -10.0
+
+
+def test_nothing_to_draw_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "damp.springs.toml"
+    path.write_text('[[spring]]\njoints = ["left_knee"]\nviscous_Nms_rad = 1\n', "utf-8")
+    refused = mover("plots", "--springs", path, "-o", tmp_path / "none")
+    assert (refused.exit_code, refused.stderr) == (1, f"error: `{path}` has no curve to draw\n")
+    assert not (tmp_path / "none").exists()
 
 
 def test_measurements_come_first_and_one_of_each_publication() -> None:

@@ -104,7 +104,7 @@ def test_a_figure_is_checked_with_the_doubts_about_its_curves():
     ):
         assert sentence in said
     assert "  note" not in said
-    assert said.endswith("prototype: no errors, 1 warning; the figure can be simulated\n")
+    assert said.endswith("prototype: no errors, no warnings; the figure can be simulated\n")
 
 
 def test_a_figure_without_springs_has_no_curves():

@@ -6,7 +6,7 @@ import pytest
 
 from generator import read_figure
 from generator.figure_file import shipped_figures
-from generator.springs_file.read import limp_joints, load_springs
+from generator.springs_file.read import limp_joints, load_springs, parse_springs_file
 from springs import Damping, Joining, Linear, SpringSet
 
 PROTOTYPE = read_figure("prototype")
@@ -111,3 +111,15 @@ def test_a_law_over_several_joints_replaces_the_curves_of_its_axes() -> None:
 )
 def test_a_file_that_cannot_extend(text: str, message: str, path: Path) -> None:
     assert failures(path, text) == [message]
+
+
+def test_a_check_of_a_file_finds_what_its_base_makes_wrong(path: Path) -> None:
+    path.write_text(
+        'figure = "prototype"\nextends = "coupled"\n' + ELBOW.replace("elbow", "knee"), "utf-8"
+    )
+    (fault,) = parse_springs_file(path).diagnostics
+    assert fault.message.startswith("`left_knee` has a law over several joints")
+    path.write_text('figure = "prototype"\n' + ELBOW, "utf-8")
+    loaded = parse_springs_file(path).require_value()
+    assert set(loaded.springs.joints) == {"left_elbow"}
+    assert loaded.complete.joints.keys() == OWN.joints.keys()
