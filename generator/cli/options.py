@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from generator.diagnostics import UsageError, spelling_hint
+from generator.diagnostics import UsageError, format_count, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.figure_file.read import FIGURE_SUFFIX, shipped_figures
 from generator.figure_file.values import displacement_bound
@@ -167,8 +167,17 @@ def velocities_from_options(
 
     Raises UsageError for text that is invalid or does not fit a chain.
     """
+    texts = list(texts)
     chains = settable_chains(figure, free_root=free_root)
     free = chains.keys() - figure.joints.keys() if free_root else ()
+    if not free_root:
+        for text in texts:
+            name = text.partition("=")[0].strip()
+            if name in figure.segments and name not in chains:
+                raise UsageError(
+                    f"--velocity {text}: `{name}` is a segment, which has a velocity of its own "
+                    "with --free-root only"
+                )
     return displacements_from_options("--velocity", texts, chains, free)
 
 
@@ -201,9 +210,9 @@ def displacements_from_options(
         if name in in_metres:
             units = ["m" if unit == LENGTH_UNIT else unit for unit in units]
         if len(parts) != len(chain):
+            count = format_count(len(chain), "value")
             raise UsageError(
-                f"{option} {text}: `{name}` takes {len(chain)} values ({','.join(units)}), "
-                f"not {len(parts)}"
+                f"{option} {text}: `{name}` takes {count} ({','.join(units)}), not {len(parts)}"
             )
         values_by_joint[name] = tuple(
             _displacement_value(option, text, part.strip(), factor, unit)

@@ -234,7 +234,7 @@ def _details_table(state: PoseStability, masses: Masses) -> str:
     rows.append(("nearest edge" if inside else "tips over", " to ".join(names)))
     if found.direction is not None:
         x, y, z = (format_rounded(part, 4) for part in found.direction)
-        rows.append(("out there" if inside else "towards", f"({x}, {y}, {z})"))
+        rows.append(("outwards" if inside else "towards", f"({x}, {y}, {z})"))
     return format_table(rows, left_columns=2)
 
 
