@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -72,8 +73,13 @@ def simulate(
 
     Raises:
         MoverError: the figure or the plan cannot be built; the message states the reason.
+        TypeError: the figure is a name, or the plan a number.
     """
-    plan = plan or Plan()
+    plan = Plan() if plan is None else plan
+    if isinstance(figure, str | Path):
+        raise TypeError(f"simulate needs a Figure, such as read_figure(...), not {figure!r}")
+    if isinstance(plan, int | float):
+        raise TypeError(f"the second argument is a Plan, such as Plan(stop=2.0), not {plan!r}")
     springs = resolve_springs(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
     deadline = time.monotonic() + plan.wall_limit

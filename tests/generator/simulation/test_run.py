@@ -142,3 +142,12 @@ def test_the_drift_is_that_of_the_sites() -> None:
     )
     assert run.constraint_drift == pytest.approx(parted, rel=1e-6)
     assert 0.0 < parted < 1e-2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [(("prototype",), "needs a Figure"), ((read_figure("pendulum"), 0.5), "Plan\\(stop=2.0\\)")],
+)
+def test_arguments_of_another_type_are_named(arguments, said) -> None:
+    with pytest.raises(TypeError, match=said):
+        simulate(*arguments)
