@@ -75,6 +75,8 @@ def convert(
     """
     paths = [Path(output) for output in outputs]
     motion = _motion(source, figure)
+    if motion is not None and springs is not None:
+        raise UsageError("`springs` are for figures")
     if motion is not None:
         writers = [motion_writer(path) for path in paths]
         return {path: write(motion, path) for path, write in zip(paths, writers, strict=True)}

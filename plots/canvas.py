@@ -83,8 +83,6 @@ def render_figure(figure: Figure, kind: str) -> bytes:
     stream = BytesIO()
     metadata = _METADATA[kind]
     with plot_style():
-        if current_medium().is_paper:
-            prepare_for_paper(figure)
         _fix_layout(figure)
         figure.savefig(stream, format=kind, dpi=_RESOLUTION, metadata=metadata)
     return stream.getvalue()
@@ -275,10 +273,11 @@ def add_title(figure: Figure, title: str) -> None:
     for legend in figure.legends[:1]:
         legend.set_title(title)
         legend.get_title().set_fontsize(_TITLE_SIZE)
+        legend.get_title().set_parse_math(False)
         legend.set_alignment("left")
         return
     if figure.get_suptitle() != title:
-        figure.suptitle(title, x=0.01, ha="left", fontsize=_TITLE_SIZE)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=_TITLE_SIZE, parse_math=False)
 
 
 def add_footer(figure: Figure, sign: str, references: Sequence[str]) -> None:
@@ -287,7 +286,9 @@ def add_footer(figure: Figure, sign: str, references: Sequence[str]) -> None:
         return
     parts = [sign, *(f"[{number}] {text}" for number, text in enumerate(references, start=1))]
     lines = [fill(part, _FOOTER_LINE_LENGTH, subsequent_indent="     ") for part in parts]
-    figure.supxlabel("\n".join(lines), fontsize=_FOOTER_FONT_SIZE, x=0.01, ha="left")
+    figure.supxlabel(
+        "\n".join(lines), fontsize=_FOOTER_FONT_SIZE, x=0.01, ha="left", parse_math=False
+    )
 
 
 def draw_plate(plate: Plate) -> DrawnPlate:
@@ -295,6 +296,9 @@ def draw_plate(plate: Plate) -> DrawnPlate:
     with plot_style():
         add_title(plate.figure, plate.title)
     is_paper = current_medium().is_paper
+    if is_paper:
+        with plot_style():
+            prepare_for_paper(plate.figure)
     return DrawnPlate(
         name=plate.name,
         title=plate.title,

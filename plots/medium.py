@@ -93,13 +93,15 @@ def prepare_for_paper(figure: "Figure") -> None:
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):
-        # Why a published curve stands for the thesis's source is said in its text.
-        text.set_text(typographic(text.get_text()).replace("substitute", "published"))
+        # Why a published curve stands for the thesis's source is said in the caption.
+        text.set_text(re.sub(r"^substitute(?=:| \[)", "published", typographic(text.get_text())))
     if not current_medium().is_narrow:
         return
     for legend in figure.findobj(Legend):
         for text in legend.get_texts():
             text.set_fontsize(min(text.get_fontsize(), _NARROW_LEGEND_SIZE))
+        if legend not in figure.legends:
+            legend.set_in_layout(False)  # it would take the panel's width
     with warnings.catch_warnings():
         # Matplotlib warns of a layout that is refused below.
         warnings.simplefilter("ignore", UserWarning)

@@ -31,6 +31,7 @@ from plots.canvas import (
 from plots.plate import Plate
 from springs import (
     NUMPY,
+    CoupledSpring,
     JointSprings,
     SpringSet,
     conservative_energy,
@@ -76,8 +77,8 @@ class MotionQuantities:
 def motion_quantities(motion: FigureMotion, springs: SpringSet) -> MotionQuantities:
     """Return the quantities of a run, or compute those of a motion without one.
 
-    Without a run rates are those of a cubic spline through the frames, moments those of `springs`
-    about single joints, and energies kinetic, of gravity along -y and of these springs.
+    Without a run rates are those of a cubic spline through the frames, moments those of `springs`,
+    and energies kinetic, of gravity along -y and of these springs.
     """
     angles = {
         name: rows[:, rotations]
@@ -90,8 +91,11 @@ def motion_quantities(motion: FigureMotion, springs: SpringSet) -> MotionQuantit
         return MotionQuantities(angles, moments, dict(run.energy), run.centre_of_mass)
     rates = _rates(motion)
     masses = segment_masses(motion.tree.figure)
+    coupled = _coupled_moments(motion, springs)
     moments = {
-        name: _about_axes(motion, name, _moment(motion, name, springs, rates[name]))
+        name: _about_axes(
+            motion, name, _moment(motion, name, springs, rates[name]) + coupled.get(name, 0.0)
+        )
         for name in angles
     }
     return MotionQuantities(
@@ -155,6 +159,64 @@ def _moment(motion: FigureMotion, joint: str, springs: SpringSet, rates: Array) 
     return (half @ (torque + damping_torque(own.axes, vectors, rate))[..., None])[..., 0]
 
 
+def _joint_rotations(motion: FigureMotion, spring: CoupledSpring) -> dict[str, Array]:
+    """Rotations of the joints of a coupled law: an angle of one rotation, else a vector."""
+    return {
+        axis.joint: motion.displacements[axis.joint][:, rotations[0]]
+        if len(rotations := _rotations(motion, axis.joint)) == 1
+        else _rotation_vectors(motion, axis.joint)
+        for axis in spring.axes
+    }
+
+
+def _coupled_moments(motion: FigureMotion, springs: SpringSet) -> dict[str, Array]:
+    """Moments of the laws over several joints on the children, parent's axes, (n, 3) [N m]."""
+    from generator.simulation.coupled_springs import coupled_torques
+
+    moments: dict[str, Array] = {}
+    for spring in springs.coupled:
+        if any(axis.joint not in motion.chains for axis in spring.axes):
+            continue
+        rotations = _joint_rotations(motion, spring)
+        for name, torque in coupled_torques(spring, motion.tree.chains, rotations).items():
+            if torque.ndim == 1:
+                axis = np.asarray(motion.chains[name][_rotations(motion, name)[0]].axis)
+                vector = np.outer(torque, axis / np.linalg.norm(axis))
+            else:
+                half = matrix_from_rotation_vector(0.5 * rotations[name])
+                vector = (half @ torque[..., None])[..., 0]
+            moments[name] = moments.get(name, 0.0) + vector
+    return moments
+
+
+def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
+    """Energy of the springs, shape (n,) [J]."""
+    from generator.simulation.coupled_springs import coupled_energy
+
+    stored = np.zeros(len(motion.times))
+    for name, own in springs.joints.items():
+        if name not in motion.chains:
+            continue
+        rotations, chain = _rotations(motion, name), motion.chains[name]
+        if len(rotations) == 1 and own.axes:
+            axis = np.asarray(own.axes[0].direction) @ chain[rotations[0]].axis
+            angle = float(np.sign(axis)) * motion.displacements[name][:, rotations[0]]
+            stored += total_energy(own.axes[0].elastic, angle)
+        elif rotations and own.axes:
+            stored += conservative_energy(own.axes, _rotation_vectors(motion, name))
+        for spring in own.translations:
+            for k, factor in enumerate(chain):
+                along = float(np.dot(spring.direction, factor.axis))
+                if factor.kind is AxisKind.TRANSLATION and abs(along) > 1.0 - 1e-9:
+                    displacement = np.sign(along) * motion.displacements[name][:, k]
+                    stored += total_energy(spring.elastic, displacement)
+    for spring in springs.coupled:
+        if spring.law.is_conservative and all(a.joint in motion.chains for a in spring.axes):
+            rotations = _joint_rotations(motion, spring)
+            stored += coupled_energy(spring, motion.tree.chains, rotations)
+    return stored
+
+
 def _energies(motion: FigureMotion, springs: SpringSet, rates: Displacements) -> dict[str, Array]:
     kinematics = motion.tree.kinematics
     values = kinematics.displacement_vector(motion.displacements)
@@ -171,23 +233,15 @@ def _energies(motion: FigureMotion, springs: SpringSet, rates: Displacements) ->
         kinetic += 0.5 * (segment.mass or 0.0) * np.sum(linear**2, axis=1)
         kinetic += 0.5 * np.sum(np.asarray(segment.inertia or (0.0,) * 3) * spin**2, axis=1)
         gravity += (segment.mass or 0.0) * _STANDARD_GRAVITY * centre[:, 1]
-    stored = np.zeros(len(motion.times))
-    for name, own in springs.joints.items():
-        rotations = _rotations(motion, name) if name in motion.chains else []
-        if len(rotations) == 1 and own.axes:
-            axis = np.asarray(own.axes[0].direction) @ motion.chains[name][rotations[0]].axis
-            angle = float(np.sign(axis)) * motion.displacements[name][:, rotations[0]]
-            stored += total_energy(own.axes[0].elastic, angle)
-        elif rotations and own.axes:
-            stored += conservative_energy(own.axes, _rotation_vectors(motion, name))
-    return {"kinetic": kinetic, "gravity": gravity, "spring": stored}
+    return {"kinetic": kinetic, "gravity": gravity, "spring": _stored_energy(motion, springs)}
 
 
 def motion_plate(motion: FigureMotion, springs: SpringSet, name: str) -> Plate:
     """Draw a motion; `name` is the stem of the files.
 
     Raises:
-        MoverError: the motion is not one of its figure, or a segment has no mass.
+        MoverError: the motion is not one of its figure.
+        InputError: a segment has no mass.
     """
     quantities = motion_quantities(motion, springs)
     groups = list(_groups(quantities.angles))
@@ -201,8 +255,9 @@ def motion_plate(motion: FigureMotion, springs: SpringSet, name: str) -> Plate:
         _draw_energies(panels[-1][0], motion.times, quantities.energies)
         _draw_centre_of_mass(panels[-1][1], motion.times, quantities.centre_of_mass)
         figure.legend(handles=_legend_handles(), ncols=6, loc="outside upper left", fontsize=7.5)
-        panels[0][0].set_title("joint angles [deg]", loc="left")
-        panels[0][1].set_title("passive moments on the child [N m]", loc="left")
+        if groups:
+            panels[0][0].set_title("joint angles [deg]", loc="left")
+            panels[0][1].set_title("passive moments on the child [N m]", loc="left")
         for axes in panels[-1]:
             axes.set_xlabel("time [s]")
     return Plate(
@@ -237,7 +292,7 @@ def _caption(run: Recording | None) -> str:
         return shown + "Moments and energies are those of the run."
     return shown + (
         "The file holds no run: rates are those of a cubic spline through the frames, moments "
-        "those of the figure's springs about single joints, gravity 9.81 m/s2 along -y."
+        "those of the springs named below, gravity 9.81 m/s2 along -y."
     )
 
 

@@ -3,21 +3,23 @@
 Matplotlib is slow to import, so the plates' modules are imported when they are drawn.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from generator.cli.inputs import check_chains
+from generator.cli.inputs import changed_figure_warnings, check_chains
 from generator.conversion import read_motion
 from generator.diagnostics import Diagnostic, MoverError, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file import read_figure
-from generator.springs_file.read import load_springs, parse_springs_file, read_springs
+from generator.springs_file.read import (
+    LoadedSprings,
+    load_springs,
+    parse_springs_file,
+    read_springs,
+)
 from plots.plate import Plate, plate_name
-
-if TYPE_CHECKING:
-    from plots.springs_plate import NamedSprings
+from springs import Joining, SpringSet
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class OwnFiles:
         """
         if not self.motions:
             assert self.springs is not None
-            return list(_plates_of_springs(self.springs, self.against)), []
+            return _plates_of_springs(self.springs, self.against)
         names = [plate_name(path.stem) for path in self.motions]
         for name in names:
             if names.count(name) > 1:
@@ -70,9 +72,13 @@ def _plate_of_motion(path: Path, springs: Path | None) -> tuple[Plate, list[Diag
     from plots.motion_plate import motion_plate
 
     motion = read_motion(path)
-    check_chains(motion.figure)
-    used = read_springs(springs, motion.figure)
-    warnings: list[Diagnostic] = []
+    if motion.recording is not None and springs is not None:
+        raise UsageError(f"`{path}` has the moments of its run: leave out --springs")
+    figure, laws = motion.figure, [law.value for law in Joining]
+    check_chains(figure)
+    joining = Joining(motion.header.law) if motion.header.law in laws else None
+    used = read_springs(springs, figure, joining)
+    warnings = list(changed_figure_warnings(figure, motion.header, path))
     if motion.recording is None and motion.header.springs != used.origin:
         warnings.append(
             warning(
@@ -84,40 +90,40 @@ def _plate_of_motion(path: Path, springs: Path | None) -> tuple[Plate, list[Diag
     return motion_plate(motion, used, plate_name(path.stem)), warnings
 
 
-def _plates_of_springs(path: Path, against: str | None) -> Iterator[Plate]:
-    """Yield a plate for each curve of a springs file."""
+def _plates_of_springs(path: Path, against: str | None) -> tuple[list[Plate], list[Diagnostic]]:
+    """Return a plate for each curve of a springs file, with warnings.
+
+    A file that names no figure is bound to that of the other springs, so that axes have senses.
+    """
     from plots.springs_plate import NamedSprings, springs_plates
 
-    own = parse_springs_file(path).require_value()
-    figure = None if own.figure is None else _figure_of(own.figure, path)
+    parsed = parse_springs_file(path)
+    own, warnings = parsed.require_value(), list(parsed.diagnostics)
     other = None
     if against is not None and Path(against).suffix == path.suffix:
-        beside = parse_springs_file(Path(against)).require_value()
-        if figure is None and beside.figure is not None:
-            figure = _figure_of(beside.figure, Path(against))
-        other = _named_springs(Path(against), figure)
+        beside = parse_springs_file(Path(against))
+        warnings += beside.diagnostics
+        name = Path(against).name if Path(against).name != path.name else against
+        bound = _bound(Path(against), beside.require_value(), own.owner)
+        other, owner = NamedSprings(name, bound), beside.require_value().owner
     elif against is not None:
-        figure = figure or read_figure(against)
-        other = NamedSprings(against, read_springs(None, read_figure(against)))
-    plates = list(springs_plates(_named_springs(path, figure), other))
+        owner = read_figure(against)
+        other = NamedSprings(against, read_springs(None, owner))
+    else:
+        owner = None
+    named = NamedSprings(path.name, _bound(path, own, owner))
+    if other is not None and other.name in (named.name, str(path)):
+        named = NamedSprings(str(path), named.springs)
+    plates = list(springs_plates(named, other))
     if not plates:
         raise MoverError(f"`{path}` has no curve to draw")
-    if other is not None and not any(plate.has(other.name) for plate in plates):
+    if other is not None and not named.shares_axis(other):
         raise MoverError(f"`{against}` has no spring about an axis of `{path}`")
-    yield from plates
+    return plates, warnings
 
 
-def _figure_of(name: str, springs: Path) -> Figure | None:
-    """Return the figure for which springs were written: beside them, or shipped."""
-    beside = springs.parent / f"{name}.fig"
-    return read_figure(beside if beside.is_file() else name)
-
-
-def _named_springs(path: Path, figure: Figure | None) -> "NamedSprings":
-    """Return a file's own springs, bound to a figure if one is known, so that axes have senses."""
-    from plots.springs_plate import NamedSprings
-
-    if figure is None:
-        return NamedSprings(path.name, parse_springs_file(path).require_value().springs)
-    bound = load_springs(figure, choice=path, with_base=False).require_value()
-    return NamedSprings(path.name, bound.springs)
+def _bound(path: Path, loaded: LoadedSprings, owner: Figure | None) -> SpringSet:
+    """Return a file's own springs; bound to `owner` if the file names no figure."""
+    if loaded.owner is not None or owner is None:
+        return loaded.springs
+    return load_springs(owner, choice=path, with_base=False).require_value().springs

@@ -248,10 +248,6 @@ class Plate:
     tables: "Mapping[str, Mapping[str, Array]]"
     references: tuple[str, ...]
 
-    def has(self, title: str) -> bool:
-        """Return whether a column of a table begins with a title."""
-        return any(name.startswith(title) for columns in self.tables.values() for name in columns)
-
     def __post_init__(self) -> None:
         """Raise ValueError for what cannot be written as files, and for missing parts."""
         for name in (self.name, *(self.tables if len(self.tables) > 1 else ())):

@@ -61,6 +61,15 @@ class NamedSprings:
                 return other if same else other.with_opposite_axis()
         return None
 
+    def shares_axis(self, other: "NamedSprings") -> bool:
+        """Return whether both have a spring about one axis of one joint."""
+        return any(
+            other.axis(name, spring) is not None
+            for name, joint in self.springs.joints.items()
+            for spring in joint.axes
+            if spring.elastic
+        )
+
 
 def springs_plates(own: NamedSprings, other: NamedSprings | None = None) -> Iterator[Plate]:
     """Yield a plate for each curve; left and right joints of one curve share it."""
@@ -122,7 +131,9 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
         axes.set_ylim(*_torque_limits(angles, torque, literature, (low, high)))
         axes.set_xlabel(f"angle [deg], positive in {spring.motion or 'the sense of the axis'}")
         axes.set_ylabel("torque on the child [N m]")
-        axes.legend(loc="best", fontsize=7.5)
+        axes.xaxis.label.set_parse_math(False)
+        for text in axes.legend(loc="best", fontsize=7.5).get_texts():
+            text.set_parse_math(False)
         add_footer(figure, _SIGN, references)
     return Plate(
         name=name,
@@ -170,7 +181,8 @@ def _draw_spring(
 ) -> None:
     """Draw a curve, thin and dotted beyond the range in which it is known, if it has one."""
     whole = (float(angles[0]), float(angles[-1]))
-    draw_curve(axes, np.degrees(angles), torque, known or whole, style, name, 2.0)
+    label = f" {name}"  # Matplotlib hides a label that begins with _
+    draw_curve(axes, np.degrees(angles), torque, known or whole, style, label, 2.0)
 
 
 def _draw_literature(

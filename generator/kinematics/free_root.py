@@ -55,7 +55,7 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
     """Return the figure without its joints to the ground, and its displacements in the same pose.
 
     Each part that was attached gets a joint of three rotations and three translations from the
-    root's site to its first segment, named after that segment (with "free " before it where a
+    root's site to its first segment, named after that segment (with "free_" before it where a
     joint has that name already). The rotations are zero where the segment has its orientation in
     the figure's file; the translations are the position of its frame.
 
@@ -87,8 +87,8 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
         chain = max(FREE_CHAINS, key=lambda chain: _sine_from_pole(chain, pose))
         displacement = build_chain(chain).displacements(pose)
         name = first
-        while name in remaining_joints:
-            name = f"free {name}"
+        while name in figure.joints:
+            name = f"free_{name}"
         free[name] = Joint(
             name,
             figure.root,

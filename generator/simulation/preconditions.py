@@ -92,8 +92,10 @@ def _spring_axis_obstacles(figure: Figure, springs: SpringSet) -> Iterator[Diagn
         check_spring_names(figure, springs)
     except UnknownNameError as failure:
         yield error(str(failure))
-    for name in springs.joints.keys() & figure.joints.keys():
-        own, joint = springs.joints[name], figure.joints[name]
+    for name, own in springs.joints.items():
+        joint = figure.joints.get(name)
+        if joint is None:
+            continue
         turns = _chain_axes(joint, AxisKind.ROTATION)
         slides = _chain_axes(joint, AxisKind.TRANSLATION)
         if own.axes and not turns:

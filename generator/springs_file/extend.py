@@ -9,6 +9,7 @@ from generator.springs_file.bind import BoundSpring
 from springs import CoupledSpring, Damping, Joining
 from springs.joint import Direction
 from springs.lint.report import LawReplacement
+from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 
 @dataclass(frozen=True)
@@ -112,5 +113,17 @@ def _merge(
                 reference=spring.reference or kept.reference,
                 why=spring.why or kept.why,
             )
-        yield replace(above, spring=spring)
+        yield replace(
+            above,
+            spring=spring,
+            stop_stiffness=_stated(
+                above.stop_stiffness, below.stop_stiffness, DEFAULT_STOP_STIFFNESS
+            ),
+            stop_onset=_stated(above.stop_onset, below.stop_onset, DEFAULT_STOP_ONSET),
+        )
     yield from (one for one in own if one not in used)
+
+
+def _stated(above: float, below: float, default: float) -> float:
+    """Return the value of a file, or that of the extended one where it is left at its default."""
+    return below if above == default else above

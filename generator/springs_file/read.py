@@ -125,7 +125,7 @@ def _find_sibling(
     if directory is None or stem is None:
         return None
     paths = (directory / f"{stem}{suffix}" for suffix in suffixes)
-    return next((path for path in paths if path.exists()), None)
+    return next((path for path in paths if path.exists() or path.is_symlink()), None)
 
 
 def _no_printed_values_error(stem: str | None) -> Diagnostic:
@@ -150,12 +150,14 @@ class LoadedSprings:
         figure: name of the figure whose joints have them; None if a springs file names none.
         complete: springs of a springs file, and of the file that it extends; None if it names no
             figure.
+        owner: the figure; None likewise.
     """
 
     springs: SpringSet
     replaced: tuple[LawReplacement, ...] = ()
     figure: str | None = None
     complete: SpringSet | None = None
+    owner: Figure | None = None
 
 
 def load_springs(
@@ -324,7 +326,7 @@ class _FileBinder:
         if fault is not None:
             self.diagnostics.error(fault.message, fault.span, fault.hint)
             return FileSprings(path.name), None
-        if path.suffix != ".toml":
+        if path.suffix.lower() != ".toml":
             records = parse_records(source, self.diagnostics)
             bound = bind_optional_records(
                 self.figure, records, self.use_printed_values, self.diagnostics
@@ -532,7 +534,7 @@ def parse_springs_file(path: Path) -> Parsed[LoadedSprings]:
         if own.value is None or complete.value is None:
             return Parsed(None, (own if own.value is None else complete).diagnostics)
         springs = complete.value.springs
-        loaded = replace(own.value, figure=content.figure, complete=springs)
+        loaded = replace(own.value, figure=content.figure, complete=springs, owner=figure)
         return Parsed(loaded, own.diagnostics)
     diagnostics = Diagnostics(list(parsed.diagnostics))
     if content.figure is not None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from generator.diagnostics import MoverError
 from plots.canvas import create_panels, draw_plate, plot_style
 from plots.medium import Medium, current_medium, drawing_for, typographic
 from plots.plate import FailedPlate
@@ -59,11 +60,9 @@ def test_panels_side_by_side_do_not_fit_a_column() -> None:
         figure, panels = create_panels(3.0, 1, 3)
         for axes in panels[0]:
             axes.plot([0.0, 1.0])
-    with drawing_for(Medium.paper(85)):
-        from plots.canvas import render_figure
-
-        with pytest.raises(Exception, match="do not fit a column of 85 mm: use --width 174"):
-            render_figure(figure, "pdf")
+    refusal = pytest.raises(MoverError, match="do not fit a column of 85 mm: use --width 174")
+    with drawing_for(Medium.paper(85)), refusal:
+        draw_plate(replace(spring(), figure=figure))
 
 
 def test_a_worker_draws_for_its_medium() -> None:

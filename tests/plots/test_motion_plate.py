@@ -14,17 +14,23 @@ from plots.plate import plate_name
 from tests.command import mover, run
 
 
-@pytest.fixture(scope="module")
-def motion() -> FigureMotion:
+def fall(choice: str | None) -> FigureMotion:
     """Two tenths of a second of the prototype, with so many frames that a spline holds them."""
     figure = read_figure("prototype")
     start = {"left_knee": (0.5,), "right_elbow": (1.0,), "left_shoulder": (0.2, 0.1, -0.3)}
-    plan = Plan(stop=0.2, frame=0.0025, displacements=start, tolerance=1e-4)
+    plan = Plan(stop=0.2, frame=0.0025, displacements=start, tolerance=1e-4, spring_choice=choice)
     return motion_from_recording(simulate(figure, plan), figure)
 
 
-def test_frames_alone_give_the_moments_and_energies_of_the_run(motion: FigureMotion) -> None:
-    springs = read_springs(None, motion.figure)
+@pytest.fixture(scope="module")
+def motion() -> FigureMotion:
+    return fall(None)
+
+
+@pytest.mark.parametrize("choice", [None, "coupled"])
+def test_frames_alone_give_the_moments_and_energies_of_the_run(choice: str | None) -> None:
+    motion = fall(choice)
+    springs = read_springs(choice, motion.figure)
     whole = motion_quantities(motion, springs)
     frames = motion_quantities(replace(motion, recording=None), springs)
     assert whole.moments.keys() == frames.moments.keys() == whole.angles.keys()

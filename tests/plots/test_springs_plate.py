@@ -97,3 +97,19 @@ def test_the_command_draws_springs(path: Path, tmp_path: Path) -> None:
         refused = mover("plots", *words, "-o", tmp_path / "other")
         assert refused.exit_code in (1, 2)
         assert said in refused.stderr
+
+
+def test_odd_names_and_narrow_pictures_of_springs(tmp_path: Path) -> None:
+    paths = [tmp_path / folder / "_a$x^$.springs.toml" for folder in ("one", "two")]
+    for stiffness, path in enumerate(paths, 5):
+        path.parent.mkdir()
+        table = f'[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = {stiffness}\n'
+        path.write_text(table + 'motion = "$x^$"\n', "utf-8")
+    words = ("plots", "--springs", paths[0], "--against", paths[1])
+    run(*words, "-o", tmp_path / "a")
+    (table,) = (tmp_path / "a").glob("*.csv")
+    titles = table.read_text("utf-8").splitlines()[3].split(",")
+    assert len({title for title in titles if "springs.toml" in title}) == 2
+    run(*words, "--for", "paper", "--width", 85, "-o", tmp_path / "b")
+    refused = mover("plots", "--springs", paths[0], "--against", "pendulum", "-o", tmp_path / "c")
+    assert refused.exit_code == 1

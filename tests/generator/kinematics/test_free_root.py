@@ -46,7 +46,7 @@ NAMESAKE = figure(
         (row(3), ["bar0", "joint1", "joint2"]),
         (PARTS, ["a", "b", "three"]),
         (read_figure("fourbar"), ["crank", "crank_pin", "rocker_pin"]),
-        (NAMESAKE, ["free link", "link"]),
+        (NAMESAKE, ["free_link", "link"]),
     ],
     ids=["row", "loose parts", "linkage", "namesake"],
 )
@@ -141,3 +141,10 @@ def test_a_velocity_at_a_pole_is_refused() -> None:
     )
     with pytest.raises(ModelError, match="waist starts at a pole"):
         initial_state(read_figure("prototype"), plan)
+
+
+def test_springs_of_a_removed_joint_do_not_act_on_the_free_one() -> None:
+    """A free joint takes the name of no joint of the figure, not even of one that is removed."""
+    made = figure([ground(), body("link")], [joint("link", "ground.base", "link.near", BALL)])
+    freed, _ = detach_root(made, initial_displacements(build_tree(made)))
+    assert list(freed.joints) == ["free_link"]

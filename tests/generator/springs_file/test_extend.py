@@ -1,5 +1,6 @@
 """Springs files that change some springs of another file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from generator import read_figure
 from generator.figure_file import shipped_figures
 from generator.springs_file.read import limp_joints, load_springs, parse_springs_file
-from springs import Damping, Joining, Linear, SpringSet
+from springs import Damping, Joining, Linear, SpringSet, Stop
 
 PROTOTYPE = read_figure("prototype")
 FOLDER = shipped_figures()["prototype"].parent
@@ -123,3 +124,17 @@ def test_a_check_of_a_file_finds_what_its_base_makes_wrong(path: Path) -> None:
     loaded = parse_springs_file(path).require_value()
     assert set(loaded.springs.joints) == {"left_elbow"}
     assert loaded.complete.joints.keys() == OWN.joints.keys()
+
+
+def test_damping_alone_leaves_the_stops_as_they_are(path: Path, tmp_path: Path) -> None:
+    text = ELBOW + "stop_stiffness_Nm_rad = 999\n"
+    path.with_name("base.springs.toml").write_text('base = "none"\n' + text, "utf-8")
+    path.write_text(
+        'extends = "base.springs.toml"\n[[spring]]\njoints = ["left_elbow"]\ncoulomb_Nm = 1\n',
+        "utf-8",
+    )
+    limited = replace(PROTOTYPE.joints["left_elbow"], lower_limit=(0.0,), upper_limit=(2.0,))
+    figure = PROTOTYPE.with_parts(limited)
+    springs = load_springs(figure, FOLDER, "prototype", path).require_value().springs
+    (stop,) = (s for s in springs.joints["left_elbow"].axes[0].elastic if isinstance(s, Stop))
+    assert stop.stiffness == 999.0
