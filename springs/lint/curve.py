@@ -240,7 +240,9 @@ def _lint_sense(curve: SampledCurve) -> Iterator[Finding]:
     if fine:
         over = f"over {_format_degrees(curve.low, '')} .. {_format_degrees(curve.high)}"
         message = (
-            f"the torque never drives the joint away {over}" if acting else f"there is no torque {over}"
+            f"the torque never drives the joint away {over}"
+            if acting
+            else f"there is no torque {over}"
         )
         yield Finding(FindingKind.SENSE, False, message)
 
