@@ -134,7 +134,7 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     "model": _read_model,
     "dyspam": _read_model,
 }
-"""What reads a file of each kind; MoverError is an answer."""
+"""Reader of each kind of file; raising a MoverError is a right answer."""
 
 
 def make_seeds(folder: Path) -> dict[str, list[Path]]:
@@ -184,7 +184,7 @@ TOKENS = (
     b",", b";", b"=", b"\n", b"\r", b"\t", b" ", b"\x00", b"\xff", b"\xef\xbb\xbf", b"\xe2\x84\xa2",
     b"#", b"//", b"/*", b"deg", b"kg", b"N m", b"joint", b"connect", b"<body>", b"<!--", b"&amp;",
 )  # fmt: skip
-"""What is inserted."""
+"""Texts that are inserted."""
 
 
 def damage(data: bytes, chance: random.Random) -> bytes:

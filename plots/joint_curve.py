@@ -286,7 +286,7 @@ def range_end_claim(
     at, normal = degrees(curve.resistance_angle(side, FIRM_TORQUE)), degrees(end.angle)
     reached = "nowhere" if isnan(at) else f"at {at:.1f} deg"
     sentence = (
-        f"The joint reaches {FIRM_TORQUE:g} N m, which stop an examiner's hand, {reached}; the "
+        f"The joint reaches {FIRM_TORQUE:g} N m, at which an examiner stops, {reached}; the "
         f"normal range of {end.motion} ends at {normal:.1f} deg ({end.sample}): difference"
     )
     if obstacle:

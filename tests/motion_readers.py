@@ -137,7 +137,7 @@ class X3d:
         )
 
     def displacement(self, element: ElementTree.Element) -> Array:
-        """What carries an element from the default pose to where it is, shape (n, 4, 4)."""
+        """Pose of an element relative to its default pose, shape (n, 4, 4)."""
         above = self.parents.get(element)
         outer = np.eye(4) if above is None else self.displacement(above)
         if element.tag != "HAnimJoint":

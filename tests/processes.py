@@ -33,7 +33,7 @@ def on_terminal(
 
 
 def read_to_end(terminal: int) -> bytes:
-    """What a process still prints on a terminal."""
+    """Return what a process still prints on a terminal."""
     seen = b""
     with suppress(OSError):  # how a terminal says that the other end is closed
         while chunk := os.read(terminal, 1000):

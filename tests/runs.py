@@ -1,4 +1,4 @@
-"""What tests of runs share: springs of one joint, the error of the energy, one freedom alone."""
+"""Shared parts of tests of runs: springs of one joint, energy error, one degree of freedom."""
 
 import numpy as np
 from scipy.integrate import solve_ivp

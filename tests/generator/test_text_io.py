@@ -1,4 +1,4 @@
-"""What a file that is written takes the place of, and what it leaves alone."""
+"""Files that a written file replaces, and files that it leaves alone."""
 
 import os
 import stat

@@ -98,7 +98,7 @@ def test_accelerations_are_those_of_pinocchio(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["MuJoCo", "OpenSim", "Drake"])
 def test_the_reference_figure_is_the_same_with_each_engine_s_own_springs(name: str) -> None:
-    """What the work-precision plate compares: springs held natively, against numpy's."""
+    """Native springs of the engines, as in the work-precision plate, against numpy's."""
     case = cases.reference()
     truth = fall(case.tree, case.law, accelerator("Pinocchio", case), 0.2, 1e-11, None)
     if name == "MuJoCo":

@@ -64,7 +64,7 @@ def test_the_prototype_s_curves(seed) -> None:
 
 @pytest.mark.parametrize("size", [0.0, 1e-12, 1e-5, 1e-3, 3e-3])
 def test_small_turns(size) -> None:
-    """Where the law takes a series."""
+    """Small angles, at which the law uses a series."""
     state = random_state(CASE, 9)
     axis = np.array([2.0, -1.0, 2.0]) / 3.0
     state[0][:] = np.append(np.cos(0.5 * size), np.sin(0.5 * size) * axis)

@@ -1,4 +1,4 @@
-"""What a figure does, does not depend on the order in which its file tells of it."""
+"""The motion of a figure does not depend on the order of its file."""
 
 from dataclasses import replace
 from random import Random

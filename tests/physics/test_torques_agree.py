@@ -19,7 +19,7 @@ SPRING = AxisSpring(SKEW, LAWS, Damping(0.2, 0.1))
 
 
 def torques(assembly) -> np.ndarray:
-    """What every connector gives now [N m or N]."""
+    """Present output of every connector [N m or N]."""
     kinds = exu.OutputVariableType
     given = []
     for connectors in assembly.springs.values():

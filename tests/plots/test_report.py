@@ -22,7 +22,7 @@ LOADING = {"src", "srcset", "data", "poster", "action", "background"}
 
 
 class Page(HTMLParser):
-    """What a page consists of; elements must be closed in order."""
+    """Content of a page; elements must be closed in order."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

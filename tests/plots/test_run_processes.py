@@ -66,7 +66,7 @@ def test_a_worker_ends_with_its_parent(tmp_path: Path):
 
 
 def soon(happens: Callable[[], bool]) -> bool:
-    """Whether something happens before patience ends."""
+    """Return whether a condition holds before the time limit."""
     patience = time.monotonic() + 30.0
     while not happens() and time.monotonic() < patience:
         time.sleep(0.02)
@@ -74,7 +74,7 @@ def soon(happens: Callable[[], bool]) -> bool:
 
 
 def alive(number: int) -> bool:
-    """Whether a process runs; one that has ended and is not yet asked for does not."""
+    """Return whether a process runs; one that has ended does not, even before it is waited for."""
     try:
         os.kill(number, 0)
     except ProcessLookupError:

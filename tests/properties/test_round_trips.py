@@ -1,4 +1,4 @@
-"""What is written is read back, in every format: a format without a row fails the first test."""
+"""Every format reads back what it has written: a format without a row fails the first test."""
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

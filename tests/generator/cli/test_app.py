@@ -247,7 +247,7 @@ def test_a_name_that_is_not_text_can_be_printed(tmp_path: Path):
 
 
 def completions(shell: str, line: str, *python_options: str) -> "subprocess.CompletedProcess[str]":
-    """What a shell is offered for the last word of a line."""
+    """Completions that a shell offers for the last word of a line."""
     environment = {
         "_MOVER_COMPLETE": f"complete_{shell}",
         "COMP_WORDS": line,
@@ -305,7 +305,7 @@ FAULTY = FAULTS / "figure" / "inertia.fig"
 
 
 def colours(folder: Path, **variables: str) -> str:
-    """What `describe` of a faulty figure prints on a terminal."""
+    """Output of `describe` of a faulty figure on a terminal."""
     line = [sys.executable, "-m", "generator.cli", "describe", str(FAULTY)]
     with on_terminal(line, folder, {"NO_COLOR": "", **variables}) as (_, terminal):
         return read_to_end(terminal).decode()

@@ -1,4 +1,4 @@
-"""What a run prints: few lines, details on demand, warnings of doubtful starts."""
+"""Output of a run: few lines, details on demand, warnings of doubtful starts."""
 
 from pathlib import Path
 

@@ -17,7 +17,7 @@ def area(ring):
 
 
 def is_within(point, ring):
-    """Whether a ray from the point crosses the ring an odd number of times."""
+    """Return whether a ray from the point crosses the ring an odd number of times."""
     inside = False
     for (x1, y1), (x2, y2) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         if (y1 > point[1]) != (y2 > point[1]):

@@ -1,4 +1,4 @@
-"""What is no body is refused, or mended where that was asked for.
+"""Surfaces that enclose no body are refused, or repaired on request.
 
 The sentences of psurf files are in `tests/faults/psurf`.
 """

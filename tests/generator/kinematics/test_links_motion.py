@@ -1,4 +1,4 @@
-"""What a links file means for a figure."""
+"""Motion of a figure with a links file."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Where segments are at given displacements, and the zero pose of the thesis's figures."""
+"""Positions of segments at known displacements, and the zero pose of the thesis's figures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the prototype stands on, and when it tips, against calculations by hand."""
+"""Support of the prototype and the poses in which it tips, against calculations by hand."""
 
 from dataclasses import replace
 from functools import cache
@@ -44,7 +44,7 @@ OVER_WAIST = np.array(
     ]
 )
 SHANK_MOMENT = 2 * 4000.77 * 2.61
-"""What the shanks weigh in front of the hips [g cm]; all else stands right over them."""
+"""Moment of the shanks about the hips [g cm]; all else is right above them."""
 WHOLE = 49277.98
 """[g]"""
 

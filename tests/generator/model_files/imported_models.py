@@ -1,4 +1,4 @@
-"""What the tests of models that are read from other programs share."""
+"""Shared parts of the tests of models from other programs."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What models in other formats do not hold, by joint, and figures that they refuse."""
+"""Losses of models in other formats, by joint, and figures that they refuse."""
 
 from collections.abc import Callable
 from dataclasses import replace

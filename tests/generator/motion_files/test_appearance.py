@@ -1,4 +1,4 @@
-"""What segments look like: colours from attributes, sticks where there is no psurf."""
+"""Appearance of segments: colours from attributes, sticks where there is no psurf."""
 
 import numpy as np
 import pytest

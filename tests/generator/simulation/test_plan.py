@@ -1,4 +1,4 @@
-"""What a plan may ask for."""
+"""Values of a plan that are accepted, and those that are refused."""
 
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What `mover check` says of springs that no simulation can hang is what the simulation says."""
+"""`mover check` and the simulation refuse the same springs with the same sentence."""
 
 import json
 from pathlib import Path
@@ -90,7 +90,7 @@ def test_what_the_engine_hangs_is_no_fault(fields: str, tmp_path: Path):
 
 
 def answers(path: Path) -> tuple[bool, bool, bool, bool]:
-    """Whether `check`, `describe`, `simulate` and Python's `simulate` accept a figure."""
+    """Return whether `check`, `describe`, `simulate` and Python's `simulate` accept a figure."""
     runner, name = CliRunner(), str(path)
     checked = json.loads(runner.invoke(app, ["check", name, "--json"]).stdout)["verdict"]
     described = json.loads(runner.invoke(app, ["describe", name, "--json"]).stdout)

@@ -129,7 +129,7 @@ def test_slides_are_passed_over(angles) -> None:
 
 
 def test_at_a_pole_the_rates_are_finite() -> None:
-    """Where the outer axes are one, a solver gets large numbers, and no division by zero."""
+    """At a pole a solver gets large numbers and no division by zero."""
     made = build_chain(chain("Rx Ry Rz"))
     q = np.array([0.3, 0.5 * np.pi, 0.1])
     found = np.array(JointRates.from_chain(made, q).rate_axes(quaternion(made.pose(q)[:3, :3])))

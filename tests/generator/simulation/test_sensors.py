@@ -1,4 +1,4 @@
-"""What is summed at every step: work of damping and loads, whatever the frames."""
+"""Work of damping and loads is summed at every step, whatever the frames."""
 
 import numpy as np
 import pytest

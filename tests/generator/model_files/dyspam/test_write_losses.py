@@ -1,4 +1,4 @@
-"""What DYSPAM's files do not hold: told as losses, or refused."""
+"""Losses of DYSPAM's files, and figures that they refuse."""
 
 from dataclasses import replace
 from importlib.resources import files
