@@ -139,6 +139,10 @@ class Drive:
                 found.append(Overshoot(column, int(row), time, value, float(low), float(high)))
         return tuple(found)
 
+    def derivatives(self, times: float | Array, order: int) -> Array:
+        """Derivative of an order in time, shape (..., k) [rad/s^order], at times (...)."""
+        return np.asarray(self._splines[0](times, order))
+
     def rates(self, times: float | Array) -> Array:
         """Rates of the displacements, shape (..., k) [rad/s or m/s], at times of shape (...)."""
         return np.asarray(self._splines[1](times))

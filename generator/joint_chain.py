@@ -100,6 +100,14 @@ class Chain:
         """Rotation sequence of a chain with three rotations; else None."""
         return RotationSequence(self.rotation_axes) if len(self.rotations) == 3 else None
 
+    def translation_along(self, direction: Sequence[float]) -> int:
+        """Return the index of the translation whose axis is nearest to a direction."""
+
+        def deviation(k: int) -> float:
+            return float(np.linalg.norm(np.cross(unit_vector(self.joint_axes[k].axis), direction)))
+
+        return min(self.translations, key=deviation)
+
     def pose(self, displacements: ArrayLike) -> Array:
         """Return the child's site in the parent's frame, (..., n) [rad or m] to (..., 4, 4)."""
         values = np.asarray(displacements, dtype=float)

@@ -29,7 +29,15 @@ class Operations(Protocol):
     """Functions that every kind of number must offer."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
-        """`yes` where the condition holds, else `no`."""
+        """`yes` where the condition holds, else `no`; a breakpoint is where the condition changes."""
+        ...
+
+    def removable(self, condition: Real, yes: Real, no: Real) -> Real:
+        """`yes` where the condition holds, else `no`: two forms of one smooth function.
+
+        For a removable singularity, such as (1 - cos x)/x^2 and its series. Where the condition
+        changes is no breakpoint.
+        """
         ...
 
     def sin(self, value: Real) -> Real:
@@ -71,6 +79,8 @@ class _Numpy:
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         return np.where(cast("Array", condition), cast("Array", yes), cast("Array", no))
 
+    removable = where
+
     def sin(self, value: Real) -> Real:
         return np.sin(value)
 
@@ -102,6 +112,8 @@ class _Floats:
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         return yes if condition else no
+
+    removable = where
 
     def sin(self, value: Real) -> Real:
         return math.sin(value)

@@ -58,6 +58,11 @@ class AxisSpring:
         damping = self.damping.torque(rate, ops)
         return damping if friction is None else damping + friction
 
+    def oriented_along(self, axis: Direction) -> "AxisSpring":
+        """Return the same spring about `axis`, which is its direction or the opposite."""
+        along = sum(a * b for a, b in zip(self.direction, axis, strict=True))
+        return self if along > 0.0 else self.with_opposite_axis()
+
     def with_opposite_axis(self) -> "AxisSpring":
         """Return the same spring about the opposite axis: direction and laws mirrored."""
         x, y, z = self.direction

@@ -83,6 +83,8 @@ class _Symbolic:
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         return symbols.IfThenElse(condition, _as_symbol(yes), _as_symbol(no))
 
+    removable = where
+
     def sin(self, value: Real) -> Real:
         return symbols.sin(value)
 

@@ -20,7 +20,6 @@ from generator.rotations import (
     Array,
     pose_matrix,
     rotation_with_z_axis,
-    unit_vector,
 )
 from generator.simulation.bodies import add_marker
 from generator.simulation.exudyn_api import (
@@ -117,11 +116,6 @@ class SpringBuilder:
         return symbolic_user_function(self.mbs, function, field, item)
 
 
-def orient_spring(spring: AxisSpring, axis: tuple[float, float, float]) -> AxisSpring:
-    """Express a spring about `axis`, which is its direction or the opposite."""
-    return spring if float(np.dot(spring.direction, axis)) > 0.0 else spring.with_opposite_axis()
-
-
 def generalized_force(spring: AxisSpring, value: Real, rate: Real, ops: Operations) -> Real:
     """Torque or force of a spring of one displacement on the child."""
     return total_torque(spring.elastic, value, ops) + spring.resistance(value, rate, ops)
@@ -216,7 +210,7 @@ def add_revolute_spring(
     """Add a torque about one axis; without a spring, only measure the angle."""
     if spring is None:
         return _add_torsional_connector(builder, joint, chain, (), None)
-    spring = orient_spring(spring, chain.rotation_axes[0])
+    spring = spring.oriented_along(chain.rotation_axes[0])
     function = _scalar_user_function(
         builder, spring, "springTorqueUserFunction", "ObjectConnectorTorsionalSpringDamper"
     )
@@ -261,8 +255,8 @@ def _add_single_translation_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
 ) -> Connector:
     """Add a force along the only translation of a joint."""
-    index = _translation_index(joint, chain, spring)
-    spring = orient_spring(spring, chain.joint_axes[index].axis)
+    index = chain.translation_along(spring.direction)
+    spring = spring.oriented_along(chain.joint_axes[index].axis)
     function = _scalar_user_function(
         builder, spring, "springForceUserFunction", "ObjectConnectorLinearSpringDamper"
     )
@@ -290,8 +284,8 @@ def _add_multi_translation_spring(
     the parent's. Exudyn's intrinsic connector applies a wrench half-way between the sites, so the
     force has a moment about that point.
     """
-    index = _translation_index(joint, chain, spring)
-    spring = orient_spring(spring, chain.joint_axes[index].axis)
+    index = chain.translation_along(spring.direction)
+    spring = spring.oriented_along(chain.joint_axes[index].axis)
     ops = FLOATS if builder.python_torques else SYMBOLIC
     axes = np.array([chain.joint_axes[k].axis for k in chain.translations]).T
     # Row of the pseudo-inverse, because the axes may be oblique.
@@ -312,16 +306,6 @@ def _add_multi_translation_spring(
 
     item, function = _add_wrench_connector(builder, joint, wrench)
     return Connector(item, (spring,), JointKind.PRISMATIC, function, index, (x, y, z))
-
-
-def _translation_index(joint: Joint, chain: Chain, spring: AxisSpring) -> int:
-    """Index in the chain of the translation along a spring."""
-
-    def deviation(k: int) -> float:
-        axis = unit_vector(chain.joint_axes[k].axis)
-        return float(np.linalg.norm(np.cross(axis, spring.direction)))
-
-    return min(chain.translations, key=deviation)
 
 
 def add_joint_springs(

@@ -1,0 +1,1 @@
+"""A compiled evaluation of the equations of motion, and their explicit integration."""

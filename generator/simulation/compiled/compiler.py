@@ -1,0 +1,126 @@
+"""Compilation by numba with fixed signatures, cached by the hash of the sources.
+
+numba's own cache looks at the file of a function only, not at those that it calls. So compiled code
+is kept in a folder that is named by the hash of all files of this package: it is never stale, and
+the laws that are generated later are stored beside it, each in a file named by its own hash.
+"""
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar, cast
+
+import numba
+from numba import types
+from platformdirs import user_cache_dir
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+REAL = types.float64
+COUNT = types.int64
+FLAG = types.boolean
+NOTHING = types.void
+VECTOR = types.Array(types.float64, 1, "C")
+CONSTANT_VECTOR = types.Array(types.float64, 1, "C", readonly=True)
+MATRIX = types.Array(types.float64, 2, "C")
+STACK = types.Array(types.float64, 3, "C")
+INDICES = types.Array(types.int64, 1, "C")
+INDEX_TABLE = types.Array(types.int64, 2, "C")
+
+_RELAXED_ARITHMETIC = {"contract", "reassoc", "arcp", "nsz"}
+"""Freedoms of LLVM in floating-point arithmetic; infinities and not-a-number keep their meaning."""
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Return the folder of compiled code, created if necessary; None if none can be written."""
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    digest = sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+    folder = Path(user_cache_dir("exudyn-mover", appauthor=False)) / f"compiled-{digest}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError:
+        return None
+
+
+def compiled(*signature: Any) -> Callable[[Function], Function]:
+    """Compile a function for one signature: the type of the result, then those of the arguments."""
+    result, *arguments = signature
+
+    def decorate(function: Function) -> Function:
+        with _numba_cache_folder():
+            return cast(
+                "Function",
+                numba.njit(
+                    [result(*arguments)],
+                    fastmath=_RELAXED_ARITHMETIC,
+                    error_model="numpy",
+                    cache=cache_folder() is not None,
+                )(function),
+            )
+
+    return decorate
+
+
+def inlined(function: Function) -> Function:
+    """Compile a function for whatever types its compiled callers use."""
+    return cast("Function", numba.njit(fastmath=_RELAXED_ARITHMETIC, error_model="numpy")(function))
+
+
+def compile_source(source: str, name: str, signature: Any) -> Any:
+    """Compile the function `name` of generated source text.
+
+    Args:
+        source: text of a module that decorates nothing and imports only `math`.
+        name: of the function in it.
+        signature: numba signature of the function.
+    """
+    folder = cache_folder()
+    module_name = f"mover_laws_{sha256(source.encode()).hexdigest()[:16]}"
+    module = ModuleType(module_name)
+    path = f"<{module_name}>"
+    if folder is not None:
+        path = str(folder / f"{module_name}.py")
+        _write_once(Path(path), source)
+        module.__file__ = path
+    # numba finds the module of what it loads from its cache by this name.
+    sys.modules[module_name] = module
+    exec(compile(source, path, "exec"), module.__dict__)
+    with _numba_cache_folder():
+        return numba.njit(
+            [signature],
+            fastmath=_RELAXED_ARITHMETIC,
+            error_model="numpy",
+            cache=folder is not None,
+        )(getattr(module, name))
+
+
+def _write_once(path: Path, text: str) -> None:
+    """Write a file unless it is there; a concurrent writer would write the same."""
+    with suppress(OSError):
+        if path.read_text() == text:
+            return
+    handle, temporary = tempfile.mkstemp(dir=path.parent)
+    with os.fdopen(handle, "w") as file:
+        file.write(text)
+    Path(temporary).replace(path)
+
+
+@contextmanager
+def _numba_cache_folder() -> Generator[None]:
+    """Let numba store what is compiled within in `cache_folder`."""
+    folder, config = cache_folder(), cast("Any", numba.config)
+    before = config.CACHE_DIR
+    config.CACHE_DIR = "" if folder is None else str(folder)
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before

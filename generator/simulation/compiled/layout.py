@@ -1,0 +1,202 @@
+"""Tables of a mechanism for compiled code, and the names of their columns.
+
+A joint of several freedoms is a chain of links with one freedom each, of which the last one is the
+segment and the others have no mass; three rotations are one ball. Every link has a point of its
+own, that of its joint, and axes; a segment's are those of its file.
+"""
+
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from generator.rotations import Array
+from generator.simulation.compiled.compiler import INDEX_TABLE, INDICES, MATRIX, STACK, VECTOR
+
+IndexArray: TypeAlias = NDArray[np.int64]
+CompiledLaw: TypeAlias = Any
+"""A function of the type `LAW`."""
+
+BALL, HINGE, SLIDE, FIXED = range(4)
+"""Kinds of a link's joint: free rotation, rotation about an axis, translation along it, none."""
+
+PARENT, KIND, COORDINATE, RATE, DRIVE = range(5)
+"""Columns of `links`: the inboard link (-1 is the ground), the kind of the joint, the places of its
+first coordinate and of its first rate in the state (-1: none), and its row of `drive_pieces` (-1:
+free). A ball's coordinates are the quaternion of its link, its rates its angular velocity [rad/s]
+in world axes; those of other joints are a displacement and its rate."""
+
+LINK_COLUMNS = 5
+
+ARM_IN_PARENT = 0
+"""From the inboard link's point to the joint, in the inboard link's axes [m] (3 numbers)."""
+AXIS_IN_PARENT = 3
+"""Axis of a hinge or slide in the inboard link's axes (3)."""
+COSINE_TURN = 6
+"""Quaternion c of a relative orientation cos(x/2) c + sin(x/2) s at the angle x (4)."""
+SINE_TURN = 10
+"""Quaternion s of the same (4)."""
+CENTRE = 14
+"""From the link's point to its centre of mass, in the link's axes [m] (3)."""
+MASS = 17
+"""Mass [kg]."""
+INERTIA = 18
+"""Principal moments of inertia about the centre of mass [kg m2] (3)."""
+CONSTANT_COLUMNS = 21
+
+ROW_PARENT, ROW_CHILD, ROW_LINK, ROW_ENDS_AT_HALF_TURN = range(4)
+"""Columns of `measured`: the links of the parent's and of the child's site of a joint of several
+rotations; or the link of a single displacement, else -1."""
+
+SITE_IN_PARENT, SITE_IN_CHILD = 0, 4
+"""Columns of `sites`: quaternions of the joint's sites in the axes of their links."""
+
+LOAD_LINK, LOAD_IS_FORCE, LOAD_IS_LOCAL = range(3)
+"""Columns of `loads`: the link, and 1 or 0 for what acts and along which axes."""
+
+
+class Mechanism(NamedTuple):
+    """Tables of a mechanism with n links, m measured joints and l loads; k intervals of time.
+
+    Attributes:
+        links: integers by link, shape (n, 5); a link follows its inboard link.
+        constants: numbers by link, shape (n, 21).
+        measured: links of each joint with a law, shape (m, 4).
+        sites: orientation of its sites, shape (m, 8).
+        loads: links and kinds of the loads, shape (l, 3).
+        load_points: where they act, from the link's point in its axes, shape (l, 3) [m].
+        knots: starts of the intervals in which loads and drives are polynomials, shape (k,) [s].
+        load_pieces: values at the start of an interval and slopes, shape (k, l, 6).
+        drive_pieces: coefficients of cubics in the time since its start, shape (k, drives, 4).
+        gravity: acceleration in world axes, shape (3,) [m/s2].
+        parameters: constants of the laws, shape (p,); the first two scale springs and damping.
+        law_rows: rows of `measured` and first parameter of each use of a law's form, shape (r, c).
+        law_bounds: first use of each form, and the end, shape (forms + 1,).
+        branches: 1 where a switching function of a law counts as positive, else -1, shape (s,);
+            followed by the sign of each measured joint's quaternion, shape (s + m,).
+    """
+
+    links: IndexArray
+    constants: Array
+    measured: IndexArray
+    sites: Array
+    loads: IndexArray
+    load_points: Array
+    knots: Array
+    load_pieces: Array
+    drive_pieces: Array
+    gravity: Array
+    parameters: Array
+    law_rows: IndexArray
+    law_bounds: IndexArray
+    branches: Array
+
+
+MECHANISM = types.NamedTuple(
+    (
+        INDEX_TABLE,
+        MATRIX,
+        INDEX_TABLE,
+        MATRIX,
+        INDEX_TABLE,
+        MATRIX,
+        VECTOR,
+        STACK,
+        STACK,
+        VECTOR,
+        VECTOR,
+        INDEX_TABLE,
+        INDICES,
+        VECTOR,
+    ),
+    Mechanism,
+)
+
+ROTATION = 0
+"""Axes of a link in the world (9)."""
+ORIENTATION = 9
+"""Their quaternion (4)."""
+SPIN = 13
+"""Angular velocity (3)."""
+POINT = 16
+"""Point of the link (3)."""
+VELOCITY = 19
+"""Velocity of the point (3)."""
+SPIN_RATE = 22
+"""Angular acceleration (3)."""
+POINT_ACCELERATION = 25
+"""Acceleration of the point less gravity (3)."""
+RECORDED_COLUMNS = 28
+"""Number of the columns before, which a recording keeps."""
+ARM = 28
+"""From the inboard link's point to its own (3)."""
+AXIS = 31
+"""Axis of its joint (3)."""
+SPIN_BIAS = 34
+"""Angular acceleration relative to the inboard link without that of the joint (3)."""
+POINT_BIAS = 37
+"""Acceleration of the point beyond that of the inboard link's body, likewise (3)."""
+ANGULAR_INERTIA = 40
+"""Part J of the articulated inertia, symmetric (6)."""
+COUPLING_INERTIA = 46
+"""Part H (9)."""
+LINEAR_INERTIA = 55
+"""Part M, symmetric (6)."""
+MOMENT = 61
+"""Bias moment n about the point (3)."""
+FORCE = 64
+"""Bias force f (3)."""
+EFFORT = 67
+"""Torque of a hinge or force of a slide by its law."""
+JOINT_RATE = 68
+"""Rate of a hinge or slide."""
+BALL_GAIN = 69
+"""Of a ball: J^-1 H (9)."""
+BALL_SPIN_RATE = 78
+"""Of a ball: -J^-1 n (3)."""
+AXIS_INERTIA = 81
+"""Of a hinge or slide: J and H, or H and M, times the axis (6)."""
+INVERSE_INERTIA = 87
+"""Inverse of the inertia along the axis."""
+NET_EFFORT = 88
+"""Effort less the bias along the axis."""
+WORK_COLUMNS = 89
+"""Number of all columns."""
+
+DISSIPATION, NONCONSERVATIVE, EXTERNAL = range(3)
+"""Powers that are integrated with the state [W]: of damping, into laws without an energy, and of
+loads and drives."""
+POWERS = 3
+
+
+class Scratch(NamedTuple):
+    """Working memory of an evaluation.
+
+    Attributes:
+        work: quantities of each link in world axes, shape (n, WORK_COLUMNS).
+        displacements: of the measured joints [rad or m], shape (m, 3).
+        rates: of the same, rotations in the half-way frame, shape (m, 3).
+        torques: of the laws, on the child [N m or N], shape (m, 3).
+        half_way: half-way frames of the measured joints in the world, shape (m, 9).
+        switching: switching functions of the laws, then the cosines with their signs, (s + m,).
+        powers: see `POWERS`, shape (3,).
+    """
+
+    work: Array
+    displacements: Array
+    rates: Array
+    torques: Array
+    half_way: Array
+    switching: Array
+    powers: Array
+
+
+SCRATCH = types.NamedTuple((MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, VECTOR, VECTOR), Scratch)
+
+LAW_SIGNATURE = types.void(
+    MATRIX, MATRIX, VECTOR, VECTOR, INDEX_TABLE, INDICES, MATRIX, VECTOR, VECTOR
+)
+"""Displacements, rates, parameters, branches, uses, bounds; torques, switching functions, powers."""
+
+LAW = types.FunctionType(LAW_SIGNATURE)

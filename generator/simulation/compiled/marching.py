@@ -1,0 +1,503 @@
+"""Adaptive integration by DOP853 whose steps end at the breakpoints of laws and loads.
+
+During a step every law keeps to one branch, so that the step is smooth. A *switching function* is
+positive or negative on either side of a breakpoint; its sign, held in `Mechanism.branches`, is
+wrong after the breakpoint has been passed. The stages of each step show such a passage. The zero is
+then located on the continuous solution, the step ends there, and the sign is reversed.
+
+A zero counts as passed when the function is `SLACK` beyond it. After the reversal it is thus clearly
+on its new side: a start on a breakpoint, or a track that grazes one, needs no special treatment.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+
+from generator.rotations import Array
+from generator.simulation.compiled.algebra import quaternion, store, unit
+from generator.simulation.compiled.compiler import (
+    CONSTANT_VECTOR,
+    COUNT,
+    FLAG,
+    INDICES,
+    MATRIX,
+    NOTHING,
+    REAL,
+    VECTOR,
+    compiled,
+)
+from generator.simulation.compiled.layout import (
+    LAW,
+    MECHANISM,
+    POWERS,
+    RECORDED_COLUMNS,
+    ROW_ENDS_AT_HALF_TURN,
+    SCRATCH,
+    CompiledLaw,
+    IndexArray,
+    Mechanism,
+    Scratch,
+)
+from generator.simulation.compiled.recursion import compute_rates
+from generator.simulation.compiled.tableau import (
+    CONTINUOUS,
+    ERROR_3,
+    ERROR_5,
+    NODES,
+    SOLUTION,
+    STAGES,
+)
+
+SLACK = 1e-10
+"""Distance beyond a breakpoint at which it counts as passed [rad, m or 1]."""
+
+SHORTEST_STEP = 1e-12
+"""Step below which an integration has failed [s]."""
+
+FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
+"""Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a joint
+at 180 deg whose law is not defined there."""
+
+TIME, STEP = range(2)
+"""Columns of `Progress.clock` [s]."""
+
+EVALUATIONS, STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH = range(8)
+"""Columns of `Progress.counts`: evaluations, accepted and rejected steps, the next frame, the
+interval of time, breakpoints passed, 1 where the rates at the start of the step are to be computed,
+and the switching function of the last breakpoint."""
+
+MAX_EVENTS = 100_000
+"""Breakpoints whose times are kept."""
+
+_EIGHTH = 0.125
+
+
+class Progress(NamedTuple):
+    """An integration in progress: its state, and the working memory of a step; n numbers a state.
+
+    Attributes:
+        state: shape (n,).
+        clock: time and next step, shape (2,) [s].
+        counts: shape (8,).
+        event_times: times of the breakpoints passed [s], shape (MAX_EVENTS,).
+        event_switches: their switching functions, shape (MAX_EVENTS,).
+        slopes: rates at the stages, shape (16, n).
+        end: state at the end of the step, shape (n,).
+        trial: another state, shape (n,).
+        continuous: coefficients of the continuous solution, shape (7, n).
+        sums: sums of the error estimates, shape (2, n).
+        passed: switching functions that have passed zero, shape (s,).
+    """
+
+    state: Array
+    clock: Array
+    counts: IndexArray
+    event_times: Array
+    event_switches: IndexArray
+    slopes: Array
+    end: Array
+    trial: Array
+    continuous: Array
+    sums: Array
+    passed: IndexArray
+
+
+PROGRESS = types.NamedTuple(
+    (VECTOR, VECTOR, INDICES, VECTOR, INDICES, MATRIX, VECTOR, VECTOR, MATRIX, MATRIX, INDICES),
+    Progress,
+)
+
+_GRID = np.unique(NODES[:13])[1:]
+"""Places within a step at which the continuous solution is searched for breakpoints."""
+
+
+def start_progress(state: Array, time: float, step: float, switches: int) -> Progress:
+    """Return the integration of a state from a time with a first step [s]."""
+    size = len(state)
+    counts = np.zeros(8, dtype=np.int64)
+    counts[FRESH] = 1
+    return Progress(
+        state.copy(),
+        np.array([time, step]),
+        counts,
+        np.zeros(MAX_EVENTS),
+        np.zeros(MAX_EVENTS, dtype=np.int64),
+        np.zeros((16, size)),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((7, size)),
+        np.zeros((2, size)),
+        np.zeros(switches, dtype=np.int64),
+    )
+
+
+@compiled(NOTHING, VECTOR, REAL, CONSTANT_VECTOR, MATRIX, COUNT, VECTOR)
+def _combine(
+    state: Array, step: float, weights: Array, slopes: Array, stages: int, result: Array
+) -> None:
+    """Set the result to state + step * sum of weights times slopes."""
+    size = len(state)
+    for k in range(size):
+        result[k] = 0.0
+    for s in range(stages):
+        weight = weights[s]
+        if weight != 0.0:
+            for k in range(size):
+                result[k] += weight * slopes[s, k]
+    for k in range(size):
+        result[k] = state[k] + step * result[k]
+
+
+@compiled(REAL, PROGRESS, REAL, REAL)
+def _step_error(progress: Progress, step: float, tolerance: float) -> float:
+    """Return the error of a step over the tolerance; the integrals of powers do not count."""
+    state, end, fifth, third = progress.state, progress.end, progress.sums[0], progress.sums[1]
+    size = len(state) - POWERS
+    for k in range(size):
+        fifth[k] = 0.0
+        third[k] = 0.0
+    for s in range(13):
+        a, b = ERROR_5[s], ERROR_3[s]
+        if a != 0.0 or b != 0.0:
+            for k in range(size):
+                fifth[k] += a * progress.slopes[s, k]
+                third[k] += b * progress.slopes[s, k]
+    square_5, square_3 = 0.0, 0.0
+    for k in range(size):
+        scale = 1.0 / (tolerance * (1.0 + max(abs(state[k]), abs(end[k]))))
+        square_5 += (fifth[k] * scale) ** 2
+        square_3 += (third[k] * scale) ** 2
+    if square_5 == 0.0 and square_3 == 0.0:
+        return 0.0
+    return step * square_5 / sqrt((square_5 + 0.01 * square_3) * size)
+
+
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, PROGRESS, REAL)
+def _build_continuous(
+    law: CompiledLaw, mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
+) -> None:
+    """Compute the continuous solution of the step, by three more stages."""
+    state, end, slopes = progress.state, progress.end, progress.slopes
+    F, interval, time = progress.continuous, progress.counts[INTERVAL], progress.clock[TIME]
+    for s in range(13, 16):
+        _combine(state, step, STAGES[s], slopes, s, progress.trial)
+        at = time + NODES[s] * step
+        compute_rates(law, mechanism, scratch, interval, at, progress.trial, slopes[s])
+    progress.counts[EVALUATIONS] += 3
+    for k in range(len(state)):
+        change = end[k] - state[k]
+        F[0, k] = change
+        F[1, k] = step * slopes[0, k] - change
+        F[2, k] = 2.0 * change - step * (slopes[12, k] + slopes[0, k])
+        for m in range(3, 7):
+            F[m, k] = 0.0
+    for m in range(4):
+        for s in range(16):
+            weight = step * CONTINUOUS[m, s]
+            if weight != 0.0:
+                for k in range(len(state)):
+                    F[3 + m, k] += weight * slopes[s, k]
+
+
+@compiled(NOTHING, COUNT, VECTOR)
+def _normalize(balls: int, state: Array) -> None:
+    for ball in range(balls):
+        store(state, 4 * ball, unit(quaternion(state, 4 * ball)))
+
+
+@compiled(NOTHING, PROGRESS, COUNT, REAL, VECTOR)
+def _interpolate(progress: Progress, balls: int, share: float, result: Array) -> None:
+    """Set the result to the continuous solution at a share of the step."""
+    F, rest = progress.continuous, 1.0 - share
+    for k in range(len(result)):
+        value = F[6, k] * share
+        value = (value + F[5, k]) * rest
+        value = (value + F[4, k]) * share
+        value = (value + F[3, k]) * rest
+        value = (value + F[2, k]) * share
+        value = (value + F[1, k]) * rest
+        result[k] = progress.state[k] + (value + F[0, k]) * share
+    _normalize(balls, result)
+
+
+@compiled(FLAG, MECHANISM, SCRATCH)
+def _has_passed(mechanism: Mechanism, scratch: Scratch) -> bool:
+    """Return whether a switching function of the last evaluation is beyond its zero."""
+    for k in range(len(mechanism.branches)):
+        if mechanism.branches[k] * scratch.switching[k] < -SLACK:
+            return True
+    return False
+
+
+@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, COUNT)
+def _margin(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    share: float,
+    switch: int,
+) -> float:
+    """Return the distance of a switching function from being passed, at a share of the step."""
+    _interpolate(progress, balls, share, progress.trial)
+    at = progress.clock[TIME] + share * step
+    compute_rates(
+        law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial, progress.sums[0]
+    )
+    progress.counts[EVALUATIONS] += 1
+    return mechanism.branches[switch] * scratch.switching[switch] + SLACK
+
+
+@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, REAL, COUNT)
+def _locate_zero(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    before: float,
+    after: float,
+    switch: int,
+) -> float:
+    """Return the share of the step at which a margin is zero, by the Illinois method."""
+    low = _margin(law, mechanism, scratch, progress, balls, step, before, switch)
+    if low <= 0.0:
+        return before
+    high = _margin(law, mechanism, scratch, progress, balls, step, after, switch)
+    share = after
+    for _ in range(60):
+        share = after - high * (after - before) / (high - low)
+        if not before < share < after:
+            share = 0.5 * (before + after)
+        middle = _margin(law, mechanism, scratch, progress, balls, step, share, switch)
+        if abs(middle) < 0.25 * SLACK or after - before < 1e-15:
+            break
+        if middle < 0.0:
+            after, high = share, middle
+            low *= 0.5
+        else:
+            before, low = share, middle
+            high *= 0.5
+    return share
+
+
+@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL)
+def _locate_breakpoint(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+) -> float:
+    """Return the share of the step at the first breakpoint, 2.0 if none is passed.
+
+    The switching function is left in `progress.counts[SWITCH]`.
+    """
+    before = 0.0
+    for m in range(len(_GRID)):
+        after = _GRID[m]
+        _margin(law, mechanism, scratch, progress, balls, step, after, 0)
+        count = 0
+        for k in range(len(mechanism.branches)):
+            if mechanism.branches[k] * scratch.switching[k] < -SLACK:
+                progress.passed[count] = k
+                count += 1
+        if count > 0:
+            first = 2.0
+            for n in range(count):
+                k = progress.passed[n]
+                share = _locate_zero(
+                    law, mechanism, scratch, progress, balls, step, before, after, k
+                )
+                if share < first:
+                    first = share
+                    progress.counts[SWITCH] = k
+            return first
+        before = after
+    return 2.0
+
+
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL)
+def settle_branches(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    interval: int,
+    time: float,
+    state: Array,
+    rates: Array,
+    fixed: int,
+    slack: float,
+) -> None:
+    """Compute the rates of a state with the branches that it lies on.
+
+    A branch may decide on which side another switching function is, so this is repeated. Functions
+    nearer to zero than `slack`, and the one with the index `fixed`, keep their sign.
+    """
+    for _ in range(8):
+        compute_rates(law, mechanism, scratch, interval, time, state, rates)
+        changed = False
+        for k in range(len(mechanism.branches)):
+            if k != fixed and mechanism.branches[k] * scratch.switching[k] < -slack:
+                mechanism.branches[k] = -mechanism.branches[k]
+                changed = True
+        if not changed:
+            return
+
+
+@compiled(COUNT, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, VECTOR, MATRIX, REAL, REAL, COUNT)
+def march(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    frames: Array,
+    frame_states: Array,
+    stop: float,
+    tolerance: float,
+    max_steps: int,
+) -> int:
+    """Integrate until the stop time, and write the states of the frames.
+
+    Args:
+        law: compiled laws.
+        mechanism: tables.
+        scratch: working memory of evaluations.
+        progress: the integration so far, which is continued.
+        balls: number of balls, whose quaternions come first in a state.
+        frames: times of the frames, shape (f,) [s].
+        frame_states: result, shape (f, n); rows from `progress.counts[FRAME]` are written.
+        stop: time of the end [s].
+        tolerance: error of a step, relative to 1 + the size of each number of the state.
+        max_steps: number of accepted and rejected steps after which to pause.
+
+    Returns:
+        `FINISHED`, `PAUSED`, `COLLAPSED` or `TURNED_OVER`.
+    """
+    state, clock, counts, slopes = progress.state, progress.clock, progress.counts, progress.slopes
+    end, knots = progress.end, mechanism.knots
+    first_joint = len(mechanism.branches) - len(mechanism.measured)
+    taken = 0
+    while True:
+        interval, time = counts[INTERVAL], clock[TIME]
+        if time >= stop:
+            return FINISHED
+        if counts[FRESH]:
+            settle_branches(
+                law, mechanism, scratch, interval, time, state, slopes[0], -1, SLACK * (counts[STEPS] > 0)
+            )
+            counts[FRESH] = 0
+            counts[EVALUATIONS] += 1
+        if taken >= max_steps:
+            return PAUSED
+        taken += 1
+        limit = stop
+        if interval + 1 < len(knots) and knots[interval + 1] < stop:
+            limit = knots[interval + 1]
+        step, reaches_limit = clock[STEP], False
+        if time + step >= limit - SHORTEST_STEP:
+            step, reaches_limit = limit - time, True
+        elif step < SHORTEST_STEP:
+            return COLLAPSED
+        passed = False
+        for s in range(1, 12):
+            _combine(state, step, STAGES[s], slopes, s, progress.trial)
+            at = time + NODES[s] * step
+            compute_rates(law, mechanism, scratch, interval, at, progress.trial, slopes[s])
+            passed = passed or _has_passed(mechanism, scratch)
+        _combine(state, step, SOLUTION, slopes, 12, end)
+        compute_rates(law, mechanism, scratch, interval, time + step, end, slopes[12])
+        passed = passed or _has_passed(mechanism, scratch)
+        counts[EVALUATIONS] += 12
+        error = _step_error(progress, step, tolerance)
+        if not error <= 1.0:
+            shrink = 0.2
+            if error == error:
+                shrink = max(0.2, 0.9 * error**-_EIGHTH)
+            clock[STEP] = step * shrink
+            counts[REJECTED] += 1
+            continue
+        counts[STEPS] += 1
+        grown = step * (min(10.0, 0.9 * error**-_EIGHTH) if error > 0.0 else 10.0)
+        clock[STEP] = max(grown, clock[STEP]) if reaches_limit else grown
+        share, has_continuous = 2.0, False
+        if passed:
+            _build_continuous(law, mechanism, scratch, progress, step)
+            has_continuous = True
+            share = _locate_breakpoint(law, mechanism, scratch, progress, balls, step)
+        reached = limit if reaches_limit else time + step
+        if share <= 1.0:
+            reached = time + share * step
+        while counts[FRAME] < len(frames) and frames[counts[FRAME]] <= reached:
+            if not has_continuous:
+                _build_continuous(law, mechanism, scratch, progress, step)
+                has_continuous = True
+            at = (frames[counts[FRAME]] - time) / step
+            _interpolate(progress, balls, at, frame_states[counts[FRAME]])
+            counts[FRAME] += 1
+        if share <= 1.0:
+            _interpolate(progress, balls, share, progress.trial)
+            for k in range(len(state)):
+                state[k] = progress.trial[k]
+            clock[TIME] = reached
+            switch = counts[SWITCH]
+            mechanism.branches[switch] = -mechanism.branches[switch]
+            if counts[EVENTS] < MAX_EVENTS:
+                progress.event_times[counts[EVENTS]] = reached
+                progress.event_switches[counts[EVENTS]] = switch
+            counts[EVENTS] += 1
+            if switch >= first_joint and mechanism.measured[switch - first_joint, ROW_ENDS_AT_HALF_TURN]:
+                return TURNED_OVER
+            settle_branches(
+                law, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
+            )
+            counts[EVALUATIONS] += 1
+            continue
+        for k in range(len(state)):
+            state[k] = end[k]
+            slopes[0, k] = slopes[12, k]
+        _normalize(balls, state)
+        clock[TIME] = reached
+        if reaches_limit and reached < stop:
+            counts[INTERVAL] += 1
+            counts[FRESH] = 1
+
+
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, VECTOR, MATRIX, types.Array(types.float64, 3, "C"), MATRIX)
+def record_frames(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    times: Array,
+    states: Array,
+    links: Array,
+    rates: Array,
+) -> None:
+    """Evaluate the states of frames.
+
+    Args:
+        law: compiled laws.
+        mechanism: tables.
+        scratch: working memory.
+        times: shape (f,) [s].
+        states: shape (f, n).
+        links: result: the recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
+        rates: result: the rates of the states, shape (f, n).
+    """
+    interval = 0
+    for f in range(len(times)):
+        while interval + 1 < len(mechanism.knots) and mechanism.knots[interval + 1] <= times[f]:
+            interval += 1
+        settle_branches(
+            law, mechanism, scratch, interval, times[f], states[f], rates[f], -1, 0.0
+        )
+        for i in range(len(mechanism.links)):
+            for k in range(RECORDED_COLUMNS):
+                links[f, i, k] = scratch.work[i, k]

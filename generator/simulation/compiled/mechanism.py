@@ -1,0 +1,459 @@
+"""Tables of a figure for the compiled evaluation, and its initial state."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from generator.drive import Drive
+from generator.figure import AxisKind
+from generator.joint_chain import Chain
+from generator.kinematics.placement import Placement, segment_jacobians
+from generator.kinematics.prescribed import PrescribedMotion, driven_indices
+from generator.kinematics.tree import TreeJoint
+from generator.loads import TimedLoad
+from generator.rotations import Array, inverse_pose, unit_vector
+from generator.simulation.compiled.law_code import (
+    LawUse,
+    build_law_tables,
+    coupled_law,
+    displacement_law,
+    rotation_law,
+)
+from generator.simulation.compiled.layout import (
+    ARM_IN_PARENT,
+    AXIS_IN_PARENT,
+    BALL,
+    CENTRE,
+    CONSTANT_COLUMNS,
+    COORDINATE,
+    COSINE_TURN,
+    DRIVE,
+    FIXED,
+    HINGE,
+    INERTIA,
+    KIND,
+    LINK_COLUMNS,
+    MASS,
+    PARENT,
+    POWERS,
+    RATE,
+    RECORDED_COLUMNS,
+    SINE_TURN,
+    SLIDE,
+    WORK_COLUMNS,
+    CompiledLaw,
+    IndexArray,
+    Mechanism,
+    Scratch,
+)
+from springs import JointSprings, SpringSet
+
+_HALF = np.array([0.25, 0.75])
+"""Places within an interval at which a load is read, away from jumps at its ends."""
+
+
+@dataclass(frozen=True)
+class CompiledModel:
+    """A figure ready for compiled integration.
+
+    Attributes:
+        law: the compiled laws of its joints.
+        mechanism: its tables.
+        scratch: working memory of evaluations.
+        initial_state: coordinates, rates and integrals of powers, shape (n,).
+        balls: number of balls; their quaternions come first in a state.
+        segment_links: link of each moving segment.
+        points: point of each link in the axes of its segment, shape (links, 3) [m]; zero for links
+            within a joint.
+        joint_links: inboard link (-1 for the ground) and outboard link of each joint, shape (j, 2).
+        measured_joints: joint name of each measured joint.
+    """
+
+    law: CompiledLaw
+    mechanism: Mechanism
+    scratch: Scratch
+    initial_state: Array
+    balls: int
+    segment_links: Mapping[str, int]
+    points: Array
+    joint_links: IndexArray
+    measured_joints: tuple[str, ...]
+
+
+@dataclass
+class _Link:
+    """A link while the tables are made; `axis` and poses are in the inboard link's axes."""
+
+    parent: int
+    kind: int
+    arm: Array
+    turn: Array
+    axis: Array
+    joint: str
+    factor: int = -1
+    tip: Array | None = None
+    segment: str | None = None
+    drive: int = -1
+
+
+def build_compiled_model(
+    placement: Placement,
+    rates: Array,
+    springs: SpringSet,
+    prescribed: PrescribedMotion,
+    loads: Sequence[TimedLoad],
+    gravity: Sequence[float],
+    times: tuple[float, float],
+) -> CompiledModel:
+    """Compile a figure.
+
+    Args:
+        placement: initial placement, with closed loops.
+        rates: rates of the tree's displacements, shape (m,) [rad/s or m/s].
+        springs: the springs of its joints, without obstacles.
+        prescribed: locks and drives.
+        loads: on moving segments.
+        gravity: in world axes [m/s2].
+        times: start and stop [s].
+    """
+    return _Builder(placement, rates, springs, prescribed, loads, gravity, times).build()
+
+
+class _Builder:
+    """Builds the tables step by step."""
+
+    def __init__(
+        self,
+        placement: Placement,
+        rates: Array,
+        springs: SpringSet,
+        prescribed: PrescribedMotion,
+        loads: Sequence[TimedLoad],
+        gravity: Sequence[float],
+        times: tuple[float, float],
+    ) -> None:
+        self.placement, self.rates, self.springs = placement, rates, springs
+        self.prescribed, self.loads, self.gravity, self.times = prescribed, loads, gravity, times
+        self.tree, self.figure = placement.tree, placement.tree.figure
+        self.links: list[_Link] = []
+        self.segment_links: dict[str, int] = {}
+        self.factor_links: dict[tuple[str, int], int] = {}
+        self.drives: list[tuple[Drive, int]] = []
+
+    def build(self) -> CompiledModel:
+        for branch in self.tree.joints:
+            self._add_joint(branch)
+        links, constants, points = self._link_tables()
+        measured, sites, uses, names = self._laws()
+        tables = build_law_tables(uses)
+        knots = self._knots()
+        state = self._initial_state(links)
+        mechanism = Mechanism(
+            links,
+            constants,
+            measured,
+            sites,
+            *self._load_tables(points),
+            knots,
+            self._load_pieces(knots),
+            self._drive_pieces(knots),
+            np.array(self.gravity, dtype=float),
+            tables.parameters,
+            tables.rows,
+            tables.bounds,
+            np.ones(tables.switches + len(measured)),
+        )
+        count = len(measured)
+        scratch = Scratch(
+            np.zeros((len(links), WORK_COLUMNS)),
+            np.zeros((count, 3)),
+            np.zeros((count, 3)),
+            np.zeros((count, 3)),
+            np.zeros((count, 9)),
+            np.zeros(tables.switches + count),
+            np.zeros(POWERS),
+        )
+        joint_links = [
+            [self.segment_links.get(ref.segment, -1) for ref in joint.ends]
+            for joint in self.figure.joints.values()
+        ]
+        return CompiledModel(
+            tables.function,
+            mechanism,
+            scratch,
+            state,
+            sum(link.kind == BALL for link in self.links),
+            self.segment_links,
+            points,
+            np.array(joint_links, dtype=np.int64).reshape(-1, 2),
+            tuple(names),
+        )
+
+    def _add_joint(self, branch: TreeJoint) -> None:
+        """Add the links of a joint, from its inboard to its outboard segment."""
+        joint, chain = branch.joint, self.tree.chains[branch.joint.name]
+        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
+        inboard, outboard = (self.figure.site(ref).pose_in_segment for ref in ends)
+        parent = self.segment_links.get(branch.inboard, -1)
+        if parent < 0:
+            inboard = self.placement.poses[branch.inboard] @ inboard
+        else:
+            inboard = inboard.copy()
+            inboard[:3, 3] -= self._own_point(parent)
+        steps = self._steps(joint.name, chain, branch.parent_is_inboard)
+        if not steps or joint.name in self.prescribed.locked:
+            locked = self.placement.pose_in_parent(joint)
+            pose = inboard @ (locked if branch.parent_is_inboard else inverse_pose(locked))
+            steps = [(FIXED, np.zeros(3), -1)]
+            inboard = pose
+        for number, (kind, axis, factor) in enumerate(steps):
+            pose = inboard if number == 0 else np.eye(4)
+            link = _Link(
+                parent, kind, pose[:3, 3], pose[:3, :3], pose[:3, :3] @ axis, joint.name, factor
+            )
+            parent = len(self.links)
+            self.links.append(link)
+            self.factor_links[joint.name, factor] = parent
+            drive = self.prescribed.drives.get(joint.name)
+            if drive is not None and factor in (driven := driven_indices(joint, drive)):
+                link.drive = len(self.drives)
+                self.drives.append((drive, driven.index(factor)))
+        self.links[-1].tip = outboard
+        self.links[-1].segment = branch.outboard
+        self.segment_links[branch.outboard] = parent
+
+    def _steps(
+        self, name: str, chain: Chain, parent_is_inboard: bool
+    ) -> list[tuple[int, Array, int]]:
+        """Kind, axis and factor of the links of a joint, in their order from the inboard side."""
+        sense = 1.0 if parent_is_inboard else -1.0
+        slides = [
+            (SLIDE, sense * unit_vector(chain.joint_axes[k].axis), k)
+            for k in reversed(chain.translations)
+        ]
+        linked = {
+            end.joint
+            for link in self.prescribed.links.resolved
+            for end in (link.follower, link.control)
+        }
+        if len(chain.rotations) == 3 and name not in linked and name not in self.prescribed.drives:
+            turns = [(BALL, np.zeros(3), chain.rotations[0])]
+        else:
+            turns = [
+                (HINGE, sense * unit_vector(chain.joint_axes[k].axis), k)
+                for k in reversed(chain.rotations)
+            ]
+        steps = [*slides, *turns] if chain.translations_are_outer else [*turns, *slides]
+        return steps if parent_is_inboard else steps[::-1]
+
+    def _own_point(self, link: int) -> Array:
+        """Point of a link in the axes of its segment."""
+        tip = self.links[link].tip
+        return np.zeros(3) if tip is None else tip[:3, 3]
+
+    def _link_tables(self) -> tuple[IndexArray, Array, Array]:
+        links = np.full((len(self.links), LINK_COLUMNS), -1, dtype=np.int64)
+        constants = np.zeros((len(self.links), CONSTANT_COLUMNS))
+        points = np.array([self._own_point(k) for k in range(len(self.links))])
+        balls = sum(link.kind == BALL for link in self.links)
+        free = [link for link in self.links if link.kind in (HINGE, SLIDE) and link.drive < 0]
+        coordinates = 4 * balls + len(free)
+        ball, scalar = 0, 0
+        for k, link in enumerate(self.links):
+            links[k, PARENT], links[k, KIND], links[k, DRIVE] = link.parent, link.kind, link.drive
+            if link.kind == BALL:
+                links[k, COORDINATE], links[k, RATE] = 4 * ball, coordinates + 3 * ball
+                ball += 1
+            elif link.kind != FIXED and link.drive < 0:
+                links[k, COORDINATE] = 4 * balls + scalar
+                links[k, RATE] = coordinates + 3 * balls + scalar
+                scalar += 1
+            row = constants[k]
+            row[ARM_IN_PARENT : ARM_IN_PARENT + 3] = link.arm
+            row[AXIS_IN_PARENT : AXIS_IN_PARENT + 3] = link.axis
+            tip = np.eye(3) if link.tip is None else link.tip[:3, :3].T
+            base = quaternion_from_matrix(link.turn)
+            after = quaternion_from_matrix(tip)
+            row[COSINE_TURN : COSINE_TURN + 4] = _product(base, after)
+            if link.kind == HINGE:
+                local = np.append(0.0, link.turn.T @ link.axis)
+                row[SINE_TURN : SINE_TURN + 4] = _product(base, _product(local, after))
+            if link.segment is not None:
+                segment = self.figure.segments[link.segment]
+                centre = segment.centre_of_mass
+                assert centre is not None
+                assert segment.inertia is not None
+                row[CENTRE : CENTRE + 3] = centre - points[k]
+                row[MASS] = segment.mass
+                row[INERTIA : INERTIA + 3] = segment.inertia
+        return links, constants, points
+
+    def _laws(self) -> tuple[IndexArray, Array, list[LawUse], list[str]]:
+        """Measured joints with their sites, the laws that use them, and the joints' names."""
+        coupled = [
+            spring
+            for spring in self.springs.coupled
+            if all(axis.joint in self._moving for axis in spring.axes)
+        ]
+        coupled_names = {axis.joint for spring in coupled for axis in spring.axes}
+        rows: list[list[int]] = []
+        sites: list[list[float]] = []
+        uses: list[LawUse] = []
+        names: list[str] = []
+        row_of: dict[str, int] = {}
+        for name in dict.fromkeys([*self.springs.joints, *coupled_names]):
+            if name not in self._moving:
+                continue
+            joint, chain = self.figure.joints[name], self.tree.chains[name]
+            own = self.springs.joints.get(name, JointSprings(name))
+            if own.axes or name in coupled_names:
+                row_of[name] = len(rows)
+                if len(chain.rotations) == 1:
+                    spring = (
+                        own.axes[0].oriented_along(chain.rotation_axes[0]) if own.axes else None
+                    )
+                    uses.append(displacement_law(spring, len(rows)))
+                    rows.append([-1, -1, self.factor_links[name, chain.rotations[0]], 0])
+                    sites.append([0.0] * 8)
+                else:
+                    uses.append(rotation_law(own.axes, self.springs.joining, len(rows)))
+                    elastic = name in coupled_names or any(axis.elastic for axis in own.axes)
+                    ends = [self.segment_links.get(ref.segment, -1) for ref in joint.ends]
+                    rows.append([*ends, -1, int(elastic)])
+                    sites.append(self._site_quaternions(name))
+                names.append(name)
+            for spring in own.translations:
+                index = chain.translation_along(spring.direction)
+                spring = spring.oriented_along(chain.joint_axes[index].axis)
+                uses.append(displacement_law(spring, len(rows)))
+                rows.append([-1, -1, self.factor_links[name, index], 0])
+                sites.append([0.0] * 8)
+                names.append(name)
+        uses.extend(coupled_law(spring, row_of, self.tree.chains) for spring in coupled)
+        return (
+            np.array(rows, dtype=np.int64).reshape(-1, 4),
+            np.array(sites, dtype=float).reshape(-1, 8),
+            uses,
+            names,
+        )
+
+    @property
+    def _moving(self) -> set[str]:
+        """Names of the joints that connect at least one moving segment."""
+        return {
+            name
+            for name, joint in self.figure.joints.items()
+            if not {ref.segment for ref in joint.ends} <= self.figure.ground
+        }
+
+    def _site_quaternions(self, name: str) -> list[float]:
+        numbers: list[float] = []
+        for ref in self.figure.joints[name].ends:
+            pose = self.figure.site(ref).pose_in_segment
+            if ref.segment not in self.segment_links:
+                pose = self.placement.poses[ref.segment] @ pose
+            numbers.extend(quaternion_from_matrix(pose[:3, :3]).tolist())
+        return numbers
+
+    def _initial_state(self, links: IndexArray) -> Array:
+        jacobians = segment_jacobians(self.placement)
+        columns = self.tree.kinematics.columns
+        size = int(
+            sum(
+                7 if link.kind == BALL else 2 * (link.kind != FIXED and link.drive < 0)
+                for link in self.links
+            )
+        )
+        state = np.zeros(size + POWERS)
+        outboard = {branch.joint.name: branch for branch in self.tree.joints}
+        for row, link in zip(links, self.links, strict=True):
+            place, rate = row[COORDINATE], row[RATE]
+            if place < 0:
+                continue
+            if link.kind == BALL:
+                branch = outboard[link.joint]
+                orientation = self.placement.poses[branch.outboard][:3, :3]
+                if link.segment is None:
+                    ends = branch.joint.ends
+                    ref = ends[1] if branch.parent_is_inboard else ends[0]
+                    orientation = orientation @ self.figure.site(ref).pose_in_segment[:3, :3]
+                state[place : place + 4] = quaternion_from_matrix(orientation)
+                state[rate : rate + 3] = (jacobians[branch.outboard] @ self.rates)[:3]
+            else:
+                state[place] = self.placement.displacements[link.joint][link.factor]
+                state[rate] = self.rates[columns[link.joint].start + link.factor]
+        return state
+
+    def _knots(self) -> Array:
+        """Start, and the times until the stop at which a load or a drive is not smooth."""
+        start, stop = self.times
+        times = [float(t) for load in self.loads for t in load.times]
+        times += [float(t) for drive, _ in self.drives for t in drive.times]
+        return np.array([start, *sorted({t for t in times if start < t < stop})])
+
+    def _load_tables(self, points: Array) -> tuple[IndexArray, Array]:
+        rows = [
+            [
+                self.segment_links[load.site.segment],
+                int(load.kind.is_force),
+                int(load.kind.is_local),
+            ]
+            for load in self.loads
+        ]
+        places = [
+            self.figure.site(load.site).pose_in_segment[:3, 3]
+            - points[self.segment_links[load.site.segment]]
+            for load in self.loads
+        ]
+        return (
+            np.array(rows, dtype=np.int64).reshape(-1, 3),
+            np.array(places, dtype=float).reshape(-1, 3),
+        )
+
+    def _load_pieces(self, knots: Array) -> Array:
+        """Value at the start of each interval and slope of each load."""
+        lengths = np.diff(np.append(knots, self.times[1]))
+        inner = knots[:, None] + _HALF * lengths[:, None]
+        pieces = np.zeros((len(knots), len(self.loads), 6))
+        for k, load in enumerate(self.loads):
+            values = load.components(inner)
+            slopes = (values[:, 1] - values[:, 0]) / (0.5 * lengths[:, None])
+            pieces[:, k, 3:] = slopes
+            pieces[:, k, :3] = values[:, 0] - slopes * (0.25 * lengths[:, None])
+        return pieces
+
+    def _drive_pieces(self, knots: Array) -> Array:
+        """Coefficients of each drive's cubic in the time since the start of each interval."""
+        middles = 0.5 * (knots + np.append(knots[1:], self.times[1]))
+        pieces = np.zeros((len(knots), len(self.drives), 4))
+        for k, (drive, column) in enumerate(self.drives):
+            for order, factor in enumerate((1.0, 1.0, 0.5)):
+                pieces[:, k, order] = factor * drive.derivatives(knots, order)[:, column]
+            pieces[:, k, 3] = drive.derivatives(middles, 3)[:, column] / 6.0
+        return pieces
+
+
+def quaternion_from_matrix(matrix: Array) -> Array:
+    """Unit quaternion (4,), scalar first, of a rotation matrix (3, 3)."""
+    m = matrix
+    squares = np.array(
+        [
+            1.0 + m[0, 0] + m[1, 1] + m[2, 2],
+            1.0 + m[0, 0] - m[1, 1] - m[2, 2],
+            1.0 - m[0, 0] + m[1, 1] - m[2, 2],
+            1.0 - m[0, 0] - m[1, 1] + m[2, 2],
+        ]
+    )
+    w = [squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
+    x = [w[1], squares[1], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]]
+    y = [w[2], x[2], squares[2], m[1, 2] + m[2, 1]]
+    z = [w[3], x[3], y[3], squares[3]]
+    row = np.array([w, x, y, z][int(np.argmax(squares))])
+    return row / np.linalg.norm(row)
+
+
+def _product(p: Array, q: Array) -> Array:
+    """Quaternion of the rotation by q followed by p."""
+    scalar = p[0] * q[0] - p[1:] @ q[1:]
+    return np.append(scalar, p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))

@@ -1,0 +1,183 @@
+"""A kind of number that records a law as lines of code.
+
+The laws of `springs` are written once, for every kind of number. Evaluated with a `Symbol`, a law
+leaves a line of code for each of its operations. Constants become entries of a table, so the code
+depends on the form of a law and not on its coefficients. A comparison becomes a *switching
+function*, whose sign is data: the code holds one branch until the integrator has located the
+zero of the function and changes the sign. So all breakpoints of all laws are found.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from springs import Operations, Real, Vector
+
+
+class BranchingLawError(TypeError):
+    """A law decides by `if` about a number that is not known before the run."""
+
+
+@dataclass(eq=False)
+class Recorder:
+    """The lines of code of the laws of one joint or one coupled law.
+
+    Attributes:
+        lines: assignments, each to a new name.
+        constants: entries of the table that the lines read as `P[o + k]`.
+        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`.
+        initial_signs: 1.0 or -1.0 where the sign is known from constants...
+    """
+
+    lines: list[str] = field(default_factory=list[str])
+    constants: list[float] = field(default_factory=list[float])
+    switching: list[str] = field(default_factory=list[str])
+    _names: dict[str, str] = field(default_factory=dict[str, str])
+
+    def name(self, value: "Real") -> str:
+        """Return the name of a symbol, or the table's entry of a constant."""
+        if isinstance(value, Symbol):
+            return value.name
+        self.constants.append(float(value))
+        return f"P[o + {len(self.constants) - 1}]"
+
+    def record(self, form: str, *operands: Real) -> "Symbol":
+        """Record an operation; the same one on the same operands is recorded once."""
+        text = form.format(*map(self.name, operands))
+        if text not in self._names:
+            self._names[text] = f"v{len(self._names)}"
+            self.lines.append(f"{self._names[text]} = {text}")
+        return Symbol(self, self._names[text])
+
+    def switch(self, comparison: "Comparison") -> str:
+        """Return the held sign of a comparison's switching function."""
+        difference = self.record("{} - {}", comparison.larger, comparison.smaller)
+        if difference.name not in self.switching:
+            self.switching.append(difference.name)
+        return f"Z[s + {self.switching.index(difference.name)}]"
+
+
+@dataclass(frozen=True, eq=False)
+class Symbol:
+    """A number that is known at run time; arithmetic with it is recorded."""
+
+    recorder: Recorder
+    name: str
+
+    __array_ufunc__ = None  # so that numpy's numbers leave arithmetic with symbols to them
+
+    def __add__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} + {}", self, other)
+
+    def __radd__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} + {}", other, self)
+
+    def __sub__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} - {}", self, other)
+
+    def __rsub__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} - {}", other, self)
+
+    def __mul__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} * {}", self, other)
+
+    def __rmul__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} * {}", other, self)
+
+    def __truediv__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} / {}", self, other)
+
+    def __rtruediv__(self, other: Real) -> "Symbol":
+        return self.recorder.record("{} / {}", other, self)
+
+    def __neg__(self) -> "Symbol":
+        return self.recorder.record("-{}", self)
+
+    def __lt__(self, other: Real) -> "Comparison":
+        return Comparison(other, self)
+
+    def __gt__(self, other: Real) -> "Comparison":
+        return Comparison(self, other)
+
+    def __bool__(self) -> bool:
+        raise BranchingLawError("a law decides by `ops.where`, not by `if`")
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The condition larger > smaller."""
+
+    larger: Real
+    smaller: Real
+
+    def __bool__(self) -> bool:
+        raise BranchingLawError("a law decides by `ops.where`, not by `if`")
+
+
+@dataclass(frozen=True)
+class Triple:
+    """A vector of three numbers."""
+
+    parts: tuple[Real, Real, Real]
+
+    def __getitem__(self, index: int) -> Real:
+        return self.parts[index]
+
+    def __add__(self, other: "Triple") -> "Triple":
+        x, y, z = (a + b for a, b in zip(self.parts, other.parts, strict=True))
+        return Triple((x, y, z))
+
+    def __sub__(self, other: "Triple") -> "Triple":
+        x, y, z = (a - b for a, b in zip(self.parts, other.parts, strict=True))
+        return Triple((x, y, z))
+
+
+class _Recording:
+    """Symbols; a branch is held by the sign of its switching function."""
+
+    def where(self, condition: Real, yes: Real, no: Real) -> Real:
+        if not isinstance(condition, Comparison):
+            return yes if condition else no
+        recorder = _recorder(condition.larger, condition.smaller)
+        held = recorder.switch(condition)
+        return recorder.record("{} if " + held + " > 0.0 else {}", yes, no)
+
+    def removable(self, condition: Real, yes: Real, no: Real) -> Real:
+        if not isinstance(condition, Comparison):
+            return yes if condition else no
+        recorder = _recorder(condition.larger, condition.smaller)
+        operands = yes, condition.larger, condition.smaller, no
+        return recorder.record("{} if {} > {} else {}", *operands)
+
+    def sin(self, value: Real) -> Real:
+        return _recorder(value).record("math.sin({})", value)
+
+    def tanh(self, value: Real) -> Real:
+        return _recorder(value).record("math.tanh({})", value)
+
+    def exp(self, value: Real) -> Real:
+        return _recorder(value).record("math.exp({})", value)
+
+    def vector(self, parts: Sequence[Real]) -> Vector:
+        x, y, z = parts
+        return Triple((x, y, z))
+
+    def part(self, vector: Vector, index: int) -> Real:
+        return vector[index]
+
+    def dot(self, one: Vector, other: Vector) -> Real:
+        return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+    def norm(self, vector: Vector) -> Real:
+        square = self.dot(vector, vector)
+        return _recorder(square).record("math.sqrt({})", square)
+
+    def scaled(self, factor: Real, vector: Vector) -> Vector:
+        return Triple((factor * vector[0], factor * vector[1], factor * vector[2]))
+
+
+def _recorder(*values: Any) -> Recorder:
+    return next(value.recorder for value in values if isinstance(value, Symbol))
+
+
+RECORDING: Operations = _Recording()

@@ -1,0 +1,331 @@
+"""Accelerations of a tree of links, by eliminating its joint constraints from the tips inwards.
+
+The redundant equations of motion are those of Exudyn's model: Newton's and Euler's for each body,
+with the constraint forces of the joints. The velocity transformation expresses the bodies'
+velocities by those of the joints (Jerkovsky 1978; Kim & Vanderploeg 1986). Along a tree it
+eliminates the constraint forces joint by joint: the articulated-body recursion of Featherstone
+(*The calculation of robot dynamics using articulated-body inertias*, 1983), with n links in a time
+proportional to n. All quantities are in world axes. Each link is referred to the point of its own
+joint: about the centre of mass the recursion would lose a digit every few links.
+
+With angular acceleration `alpha` and acceleration `a` of the link's point, the joint must exert
+
+    moment = J alpha + H a + n,    force = H^T alpha + M a + f
+
+on everything outboard of it, where J, H, M is the articulated inertia and n, f its bias.
+`docs/compiled-integration.md` derives the equations.
+"""
+
+from generator.rotations import Array
+from generator.simulation.compiled.algebra import (
+    accumulate,
+    apply,
+    apply_symmetric,
+    apply_transposed,
+    cross,
+    cross_rows,
+    cross_symmetric,
+    dot,
+    inverse_symmetric,
+    matrix,
+    minus,
+    plus,
+    quaternion,
+    quaternion_rate,
+    rotated_diagonal,
+    store,
+    symmetric,
+    symmetric_times,
+    times,
+    vector,
+)
+from generator.simulation.compiled.compiler import COUNT, NOTHING, REAL, VECTOR, compiled
+from generator.simulation.compiled.layout import (
+    ANGULAR_INERTIA,
+    ARM,
+    AXIS,
+    AXIS_INERTIA,
+    BALL,
+    BALL_GAIN,
+    BALL_SPIN_RATE,
+    CENTRE,
+    COORDINATE,
+    COUPLING_INERTIA,
+    DRIVE,
+    EFFORT,
+    EXTERNAL,
+    FIXED,
+    FORCE,
+    HINGE,
+    INERTIA,
+    INVERSE_INERTIA,
+    JOINT_RATE,
+    KIND,
+    LAW,
+    LINEAR_INERTIA,
+    LOAD_IS_FORCE,
+    LOAD_IS_LOCAL,
+    LOAD_LINK,
+    MASS,
+    MECHANISM,
+    MOMENT,
+    NET_EFFORT,
+    ORIENTATION,
+    PARENT,
+    POINT_ACCELERATION,
+    POINT_BIAS,
+    POWERS,
+    RATE,
+    ROTATION,
+    ROW_CHILD,
+    ROW_LINK,
+    ROW_PARENT,
+    SCRATCH,
+    SPIN,
+    SPIN_BIAS,
+    SPIN_RATE,
+    VELOCITY,
+    CompiledLaw,
+    Mechanism,
+    Scratch,
+)
+from generator.simulation.compiled.link_motion import compute_kinematics, measure_joints
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+def compute_inertia_and_loads(
+    mechanism: Mechanism, scratch: Scratch, interval: int, time: float, state: Array
+) -> None:
+    """Start each link's articulated inertia and bias with its own, the laws' torques and loads."""
+    for i in range(len(mechanism.links)):
+        c, w = mechanism.constants[i], scratch.work[i]
+        mass, turn, spin = c[MASS], matrix(w, ROTATION), vector(w, SPIN)
+        x, y, z = apply(turn, vector(c, CENTRE))
+        own = rotated_diagonal(turn, vector(c, INERTIA))
+        inertia = (
+            own[0] + mass * (y * y + z * z),
+            own[1] - mass * x * y,
+            own[2] - mass * x * z,
+            own[3] + mass * (x * x + z * z),
+            own[4] - mass * y * z,
+            own[5] + mass * (x * x + y * y),
+        )
+        store(w, ANGULAR_INERTIA, inertia)
+        mx, my, mz = mass * x, mass * y, mass * z
+        store(w, COUPLING_INERTIA, (0.0, -mz, my, mz, 0.0, -mx, -my, mx, 0.0))
+        store(w, LINEAR_INERTIA, (mass, 0.0, 0.0, mass, 0.0, mass))
+        store(w, MOMENT, cross(spin, apply_symmetric(inertia, spin)))
+        store(w, FORCE, cross(spin, cross(spin, (mx, my, mz))))
+    for j in range(len(mechanism.measured)):
+        row = mechanism.measured[j]
+        if row[ROW_LINK] >= 0:
+            scratch.work[row[ROW_LINK], EFFORT] += scratch.torques[j, 0]
+            continue
+        torque = apply(matrix(scratch.half_way[j], 0), vector(scratch.torques[j], 0))
+        if row[ROW_PARENT] >= 0:
+            accumulate(scratch.work[row[ROW_PARENT]], MOMENT, torque)
+        if row[ROW_CHILD] >= 0:
+            accumulate(scratch.work[row[ROW_CHILD]], MOMENT, times(-1.0, torque))
+    since = time - mechanism.knots[interval]
+    for k in range(len(mechanism.loads)):
+        load, piece = mechanism.loads[k], mechanism.load_pieces[interval, k]
+        w = scratch.work[load[LOAD_LINK]]
+        turn = matrix(w, ROTATION)
+        acting = plus(vector(piece, 0), times(since, vector(piece, 3)))
+        if load[LOAD_IS_LOCAL]:
+            acting = apply(turn, acting)
+        if load[LOAD_IS_FORCE]:
+            arm = apply(turn, vector(mechanism.load_points[k], 0))
+            accumulate(w, FORCE, times(-1.0, acting))
+            accumulate(w, MOMENT, times(-1.0, cross(arm, acting)))
+            speed = plus(vector(w, VELOCITY), cross(vector(w, SPIN), arm))
+            scratch.powers[EXTERNAL] += dot(acting, speed)
+        else:
+            accumulate(w, MOMENT, times(-1.0, acting))
+            scratch.powers[EXTERNAL] += dot(acting, vector(w, SPIN))
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH)
+def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
+    """Pass from the tips inwards: add what each joint transmits to the inboard link."""
+    for i in range(len(mechanism.links) - 1, -1, -1):
+        link, w = mechanism.links[i], scratch.work[i]
+        parent, kind = link[PARENT], link[KIND]
+        J, H = symmetric(w, ANGULAR_INERTIA), matrix(w, COUPLING_INERTIA)
+        M, n, f = symmetric(w, LINEAR_INERTIA), vector(w, MOMENT), vector(w, FORCE)
+        spin_bias, point_bias = vector(w, SPIN_BIAS), vector(w, POINT_BIAS)
+        if kind == BALL:
+            # The joint exerts no moment: alpha = g - G a, and only a force is left.
+            inverse = inverse_symmetric(J)
+            G = symmetric_times(inverse, H)
+            g = times(-1.0, apply_symmetric(inverse, n))
+            store(w, BALL_GAIN, G)
+            store(w, BALL_SPIN_RATE, g)
+            if parent < 0:
+                continue
+            M = (
+                M[0] - H[0] * G[0] - H[3] * G[3] - H[6] * G[6],
+                M[1] - H[0] * G[1] - H[3] * G[4] - H[6] * G[7],
+                M[2] - H[0] * G[2] - H[3] * G[5] - H[6] * G[8],
+                M[3] - H[1] * G[1] - H[4] * G[4] - H[7] * G[7],
+                M[4] - H[1] * G[2] - H[4] * G[5] - H[7] * G[8],
+                M[5] - H[2] * G[2] - H[5] * G[5] - H[8] * G[8],
+            )
+            f = plus(plus(f, apply_transposed(H, g)), apply_symmetric(M, point_bias))
+            arm = vector(w, ARM)
+            H = cross_symmetric(arm, M)
+            J_rows = cross_rows(arm, H)
+            p = scratch.work[parent]
+            accumulate(
+                p,
+                ANGULAR_INERTIA,
+                (J_rows[0], J_rows[1], J_rows[2], J_rows[4], J_rows[5], J_rows[8]),
+            )
+            accumulate(p, COUPLING_INERTIA, H)
+            accumulate(p, LINEAR_INERTIA, M)
+            accumulate(p, MOMENT, cross(arm, f))
+            accumulate(p, FORCE, f)
+            continue
+        if link[DRIVE] < 0 and kind != FIXED:
+            axis = vector(w, AXIS)
+            if kind == HINGE:
+                u, v = apply_symmetric(J, axis), apply_transposed(H, axis)
+                inverse, net = 1.0 / dot(axis, u), w[EFFORT] - dot(axis, n)
+            else:
+                u, v = apply(H, axis), apply_symmetric(M, axis)
+                inverse, net = 1.0 / dot(axis, v), w[EFFORT] - dot(axis, f)
+            store(w, AXIS_INERTIA, u)
+            store(w, AXIS_INERTIA + 3, v)
+            w[INVERSE_INERTIA], w[NET_EFFORT] = inverse, net
+            x, y = times(inverse, u), times(inverse, v)
+            J = (
+                J[0] - x[0] * u[0],
+                J[1] - x[0] * u[1],
+                J[2] - x[0] * u[2],
+                J[3] - x[1] * u[1],
+                J[4] - x[1] * u[2],
+                J[5] - x[2] * u[2],
+            )
+            H = (
+                H[0] - x[0] * v[0],
+                H[1] - x[0] * v[1],
+                H[2] - x[0] * v[2],
+                H[3] - x[1] * v[0],
+                H[4] - x[1] * v[1],
+                H[5] - x[1] * v[2],
+                H[6] - x[2] * v[0],
+                H[7] - x[2] * v[1],
+                H[8] - x[2] * v[2],
+            )
+            M = (
+                M[0] - y[0] * v[0],
+                M[1] - y[0] * v[1],
+                M[2] - y[0] * v[2],
+                M[3] - y[1] * v[1],
+                M[4] - y[1] * v[2],
+                M[5] - y[2] * v[2],
+            )
+            n, f = plus(n, times(net, x)), plus(f, times(net, y))
+        if parent < 0:
+            continue
+        n = plus(n, plus(apply_symmetric(J, spin_bias), apply(H, point_bias)))
+        f = plus(f, plus(apply_transposed(H, spin_bias), apply_symmetric(M, point_bias)))
+        arm, p = vector(w, ARM), scratch.work[parent]
+        # About the inboard link's point: J + L + L^T + K [s]x^T and H + K.
+        K, L = cross_symmetric(arm, M), cross_rows(arm, H)
+        k = cross_rows(arm, K)
+        accumulate(
+            p,
+            ANGULAR_INERTIA,
+            (
+                J[0] + 2.0 * L[0] + k[0],
+                J[1] + L[1] + L[3] + k[1],
+                J[2] + L[2] + L[6] + k[2],
+                J[3] + 2.0 * L[4] + k[4],
+                J[4] + L[5] + L[7] + k[5],
+                J[5] + 2.0 * L[8] + k[8],
+            ),
+        )
+        accumulate(p, COUPLING_INERTIA, H)
+        accumulate(p, COUPLING_INERTIA, K)
+        accumulate(p, LINEAR_INERTIA, M)
+        accumulate(p, MOMENT, plus(n, cross(arm, f)))
+        accumulate(p, FORCE, f)
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, VECTOR)
+def compute_accelerations(
+    mechanism: Mechanism, scratch: Scratch, state: Array, rates: Array
+) -> None:
+    """Pass from the ground outwards: accelerations of all links, and the rates of the state."""
+    for i in range(len(mechanism.links)):
+        link, w = mechanism.links[i], scratch.work[i]
+        kind, coordinate, rate = link[KIND], link[COORDINATE], link[RATE]
+        if link[PARENT] >= 0:
+            p = scratch.work[link[PARENT]]
+            alpha = vector(p, SPIN_RATE)
+            a = plus(vector(p, POINT_ACCELERATION), cross(alpha, vector(w, ARM)))
+        else:
+            alpha, a = (0.0, 0.0, 0.0), times(-1.0, vector(mechanism.gravity, 0))
+        a = plus(a, vector(w, POINT_BIAS))
+        if kind == BALL:
+            alpha = minus(vector(w, BALL_SPIN_RATE), apply(matrix(w, BALL_GAIN), a))
+            store(rates, rate, alpha)
+            store(rates, coordinate, quaternion_rate(quaternion(w, ORIENTATION), vector(w, SPIN)))
+        else:
+            alpha = plus(alpha, vector(w, SPIN_BIAS))
+            if coordinate >= 0:
+                required = dot(vector(w, AXIS_INERTIA), alpha) + dot(vector(w, AXIS_INERTIA + 3), a)
+                acceleration = (w[NET_EFFORT] - required) * w[INVERSE_INERTIA]
+                rates[rate], rates[coordinate] = acceleration, state[rate]
+                along = times(acceleration, vector(w, AXIS))
+                if kind == HINGE:
+                    alpha = plus(alpha, along)
+                else:
+                    a = plus(a, along)
+        store(w, SPIN_RATE, alpha)
+        store(w, POINT_ACCELERATION, a)
+        if link[DRIVE] >= 0:
+            H, axis = matrix(w, COUPLING_INERTIA), vector(w, AXIS)
+            if kind == HINGE:
+                inertial = plus(apply_symmetric(symmetric(w, ANGULAR_INERTIA), alpha), apply(H, a))
+                effort = dot(axis, plus(inertial, vector(w, MOMENT)))
+            else:
+                inertial = plus(
+                    apply_transposed(H, alpha), apply_symmetric(symmetric(w, LINEAR_INERTIA), a)
+                )
+                effort = dot(axis, plus(inertial, vector(w, FORCE)))
+            scratch.powers[EXTERNAL] += (effort - w[EFFORT]) * w[JOINT_RATE]
+
+
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR)
+def compute_rates(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    interval: int,
+    time: float,
+    state: Array,
+    rates: Array,
+) -> None:
+    """Compute the rates of a state at a time, in an interval of `Mechanism.knots`."""
+    compute_kinematics(mechanism, scratch, interval, time, state)
+    measure_joints(mechanism, scratch, state)
+    for k in range(POWERS):
+        scratch.powers[k] = 0.0
+    law(
+        scratch.displacements,
+        scratch.rates,
+        mechanism.parameters,
+        mechanism.branches,
+        mechanism.law_rows,
+        mechanism.law_bounds,
+        scratch.torques,
+        scratch.switching,
+        scratch.powers,
+    )
+    compute_inertia_and_loads(mechanism, scratch, interval, time, state)
+    eliminate_constraints(mechanism, scratch)
+    compute_accelerations(mechanism, scratch, state, rates)
+    for k in range(POWERS):
+        rates[len(rates) - POWERS + k] = scratch.powers[k]
