@@ -51,8 +51,12 @@ def cache_folder() -> Path | None:
         return None
 
 
-def compiled(*signature: Any) -> Callable[[Function], Function]:
-    """Compile a function for one signature: the type of the result, then those of the arguments."""
+def compiled(*signature: Any, entry: bool = False) -> Callable[[Function], Function]:
+    """Compile a function for one signature: the type of the result, then those of the arguments.
+
+    Only an `entry` can be called from Python: the conversion of its arguments takes as long to
+    compile as many lines.
+    """
     result, *arguments = signature
 
     def decorate(function: Function) -> Function:
@@ -64,6 +68,8 @@ def compiled(*signature: Any) -> Callable[[Function], Function]:
                     fastmath=_RELAXED_ARITHMETIC,
                     error_model="numpy",
                     cache=cache_folder() is not None,
+                    no_cpython_wrapper=not entry,
+                    no_cfunc_wrapper=True,
                 )(function),
             )
 

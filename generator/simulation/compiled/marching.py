@@ -40,7 +40,7 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.recursion import compute_rates
+from generator.simulation.compiled.recursion import compute_rates, evaluate_laws
 from generator.simulation.compiled.tableau import (
     CONTINUOUS,
     ERROR_3,
@@ -245,10 +245,7 @@ def _margin(
     """Return the distance of a switching function from being passed, at a share of the step."""
     _interpolate(progress, balls, share, progress.trial)
     at = progress.clock[TIME] + share * step
-    compute_rates(
-        law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial, progress.sums[0]
-    )
-    progress.counts[EVALUATIONS] += 1
+    evaluate_laws(law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial)
     return mechanism.branches[switch] * scratch.switching[switch] + SLACK
 
 
@@ -286,7 +283,7 @@ def _locate_zero(
     return share
 
 
-@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL)
+@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
 def _locate_breakpoint(
     law: CompiledLaw,
     mechanism: Mechanism,
@@ -294,14 +291,18 @@ def _locate_breakpoint(
     progress: Progress,
     balls: int,
     step: float,
+    earliest: float,
 ) -> float:
     """Return the share of the step at the first breakpoint, 2.0 if none is passed.
 
-    The switching function is left in `progress.counts[SWITCH]`.
+    It is searched for from the earliest share at which a stage has passed one. The switching function is left in `progress.counts[SWITCH]`.
     """
     before = 0.0
     for m in range(len(_GRID)):
         after = _GRID[m]
+        if after < earliest:
+            before = after
+            continue
         _margin(law, mechanism, scratch, progress, balls, step, after, 0)
         count = 0
         for k in range(len(mechanism.branches)):
@@ -323,7 +324,7 @@ def _locate_breakpoint(
     return 2.0
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL)
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL, entry=True)
 def settle_branches(
     law: CompiledLaw,
     mechanism: Mechanism,
@@ -351,7 +352,9 @@ def settle_branches(
             return
 
 
-@compiled(COUNT, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, VECTOR, MATRIX, REAL, REAL, COUNT)
+@compiled(
+    COUNT, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, VECTOR, MATRIX, REAL, REAL, COUNT, entry=True
+)
 def march(
     law: CompiledLaw,
     mechanism: Mechanism,
@@ -391,7 +394,15 @@ def march(
             return FINISHED
         if counts[FRESH]:
             settle_branches(
-                law, mechanism, scratch, interval, time, state, slopes[0], -1, SLACK * (counts[STEPS] > 0)
+                law,
+                mechanism,
+                scratch,
+                interval,
+                time,
+                state,
+                slopes[0],
+                -1,
+                SLACK * (counts[STEPS] > 0),
             )
             counts[FRESH] = 0
             counts[EVALUATIONS] += 1
@@ -406,15 +417,17 @@ def march(
             step, reaches_limit = limit - time, True
         elif step < SHORTEST_STEP:
             return COLLAPSED
-        passed = False
+        earliest = 2.0
         for s in range(1, 12):
             _combine(state, step, STAGES[s], slopes, s, progress.trial)
             at = time + NODES[s] * step
             compute_rates(law, mechanism, scratch, interval, at, progress.trial, slopes[s])
-            passed = passed or _has_passed(mechanism, scratch)
+            if NODES[s] < earliest and _has_passed(mechanism, scratch):
+                earliest = NODES[s]
         _combine(state, step, SOLUTION, slopes, 12, end)
         compute_rates(law, mechanism, scratch, interval, time + step, end, slopes[12])
-        passed = passed or _has_passed(mechanism, scratch)
+        if earliest > 1.0 and _has_passed(mechanism, scratch):
+            earliest = 1.0
         counts[EVALUATIONS] += 12
         error = _step_error(progress, step, tolerance)
         if not error <= 1.0:
@@ -428,10 +441,10 @@ def march(
         grown = step * (min(10.0, 0.9 * error**-_EIGHTH) if error > 0.0 else 10.0)
         clock[STEP] = max(grown, clock[STEP]) if reaches_limit else grown
         share, has_continuous = 2.0, False
-        if passed:
+        if earliest <= 1.0:
             _build_continuous(law, mechanism, scratch, progress, step)
             has_continuous = True
-            share = _locate_breakpoint(law, mechanism, scratch, progress, balls, step)
+            share = _locate_breakpoint(law, mechanism, scratch, progress, balls, step, earliest)
         reached = limit if reaches_limit else time + step
         if share <= 1.0:
             reached = time + share * step
@@ -453,7 +466,10 @@ def march(
                 progress.event_times[counts[EVENTS]] = reached
                 progress.event_switches[counts[EVENTS]] = switch
             counts[EVENTS] += 1
-            if switch >= first_joint and mechanism.measured[switch - first_joint, ROW_ENDS_AT_HALF_TURN]:
+            if (
+                switch >= first_joint
+                and mechanism.measured[switch - first_joint, ROW_ENDS_AT_HALF_TURN]
+            ):
                 return TURNED_OVER
             settle_branches(
                 law, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
@@ -470,7 +486,17 @@ def march(
             counts[FRESH] = 1
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, VECTOR, MATRIX, types.Array(types.float64, 3, "C"), MATRIX)
+@compiled(
+    NOTHING,
+    LAW,
+    MECHANISM,
+    SCRATCH,
+    VECTOR,
+    MATRIX,
+    types.Array(types.float64, 3, "C"),
+    MATRIX,
+    entry=True,
+)
 def record_frames(
     law: CompiledLaw,
     mechanism: Mechanism,
@@ -495,9 +521,7 @@ def record_frames(
     for f in range(len(times)):
         while interval + 1 < len(mechanism.knots) and mechanism.knots[interval + 1] <= times[f]:
             interval += 1
-        settle_branches(
-            law, mechanism, scratch, interval, times[f], states[f], rates[f], -1, 0.0
-        )
+        settle_branches(law, mechanism, scratch, interval, times[f], states[f], rates[f], -1, 0.0)
         for i in range(len(mechanism.links)):
             for k in range(RECORDED_COLUMNS):
                 links[f, i, k] = scratch.work[i, k]

@@ -92,9 +92,9 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.link_motion import compute_kinematics, measure_joints
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL)
 def compute_inertia_and_loads(
-    mechanism: Mechanism, scratch: Scratch, interval: int, time: float, state: Array
+    mechanism: Mechanism, scratch: Scratch, interval: int, time: float
 ) -> None:
     """Start each link's articulated inertia and bias with its own, the laws' torques and loads."""
     for i in range(len(mechanism.links)):
@@ -298,17 +298,16 @@ def compute_accelerations(
             scratch.powers[EXTERNAL] += (effort - w[EFFORT]) * w[JOINT_RATE]
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR)
-def compute_rates(
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+def evaluate_laws(
     law: CompiledLaw,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
     time: float,
     state: Array,
-    rates: Array,
 ) -> None:
-    """Compute the rates of a state at a time, in an interval of `Mechanism.knots`."""
+    """Compute the motion of a state, and the torques and switching functions of the laws."""
     compute_kinematics(mechanism, scratch, interval, time, state)
     measure_joints(mechanism, scratch, state)
     for k in range(POWERS):
@@ -324,7 +323,21 @@ def compute_rates(
         scratch.switching,
         scratch.powers,
     )
-    compute_inertia_and_loads(mechanism, scratch, interval, time, state)
+
+
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, entry=True)
+def compute_rates(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    interval: int,
+    time: float,
+    state: Array,
+    rates: Array,
+) -> None:
+    """Compute the rates of a state at a time, in an interval of `Mechanism.knots`."""
+    evaluate_laws(law, mechanism, scratch, interval, time, state)
+    compute_inertia_and_loads(mechanism, scratch, interval, time)
     eliminate_constraints(mechanism, scratch)
     compute_accelerations(mechanism, scratch, state, rates)
     for k in range(POWERS):
