@@ -51,8 +51,13 @@ _POLYNOMIAL_STEP = 0.3
 _SMOOTH_STEP = 0.01
 """The same for links and drives."""
 
-_SOLUTION_SWEEPS = 3
+_SOLUTION_SWEEPS = 2
 """Number of solutions of the linear equations, each for the residual of those before it."""
+
+_MAX_CONSTRAINT_ERROR = 1e-9
+"""Largest relative error of the constraints' second derivatives, which independent ones meet."""
+
+_DEPENDENT_CONSTRAINTS = "the constraints of the model depend on each other in this pose"
 
 
 @dataclass(frozen=True)
@@ -95,14 +100,6 @@ class _ConstraintPattern:
     probes: Indices
 
 
-@dataclass(frozen=True)
-class _Solution:
-    """Accelerations, shape (B, 6), and multipliers of all constraints, shape (rows,)."""
-
-    accelerations: Array
-    multipliers: Array
-
-
 class ExudynEquations:
     """Exudyn's equations of motion of a model, evaluated without a step.
 
@@ -110,10 +107,14 @@ class ExudynEquations:
     """
 
     def __init__(self, model: ExudynModel) -> None:
-        """Set up the evaluation of a model that has been assembled."""
+        """Set up the evaluation of a model that has been assembled.
+
+        Exudyn clears the values that sensors have stored, so do it before or after a run.
+        """
         self._model, self._data = model, model.mbs.systemData
         settings = exu.SimulationSettings()
         settings.timeIntegration.numberOfSteps = 1
+        settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
         settings.solution.file.write = False
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
         self._solver: Any = exu.MainSolverImplicitSecondOrder()
@@ -121,10 +122,10 @@ class ExudynEquations:
         self._reference = np.array(
             self._data.GetODE2Coordinates(configuration=exu.ConfigurationType.Reference)
         )[: self._count]
-        self._has_clock = int(self._data.ODE2Size()) > self._count
+        self._size = int(self._data.ODE2Size())
+        self._has_clock = self._size > self._count
         with self._state_kept():
             self._solver.InitializeSolver(model.mbs, settings)
-            self._size = int(self._solver.GetODE2size())
         self._pattern = self._constraint_pattern()
         self._angle_indices = {
             name: int(self._data.GetNodeLTGData(connector.angle_node)[0])
@@ -140,20 +141,20 @@ class ExudynEquations:
         [m/s^2].
 
         Raises:
-            ModelError: the constraints depend on each other at this state.
+            ModelError: the constraints depend on each other in this pose.
         """
         with self._state_kept():
-            return self._solve(state).accelerations
+            return self._solve(state)[0]
 
     def multipliers(self, state: BodyState) -> Multipliers:
         """Multipliers of all constraints, as the trace of a run holds them.
 
         Raises:
-            ModelError: the constraints depend on each other at this state.
+            ModelError: the constraints depend on each other in this pose.
         """
         with self._state_kept():
-            solution = self._solve(state)
-            self._data.SetAECoordinates(solution.multipliers.tolist())
+            _, multipliers = self._solve(state)
+            self._data.SetAECoordinates(multipliers.tolist())
             return current_multipliers(self._model)
 
     @contextmanager
@@ -169,13 +170,13 @@ class ExudynEquations:
     def _constraint_pattern(self) -> _ConstraintPattern:
         model, figure = self._model, self._model.figure
         bodies = {name: k for k, name in enumerate(figure.bodies)}
-        items: list[tuple[Any, tuple[str, ...]]] = [
-            (constraint.item, (name,))
+        items = [
+            (constraint.item, {name})
             for name, constraints in model.joints.items()
             for constraint in constraints
         ]
         items += [
-            (constraint.item, tuple(term.joint for row in constraint.equations for term in row))
+            (constraint.item, {term.joint for row in constraint.equations for term in row})
             for constraint in model.coordinate_constraints
         ]
         groups: list[tuple[list[int], list[int]]] = []
@@ -195,8 +196,8 @@ class ExudynEquations:
         shape = (int(self._data.AEsize()), _MOTIONS * len(bodies))
         return _ConstraintPattern(shape, colours, rows, columns, probes)
 
-    def _solve(self, state: BodyState) -> _Solution:
-        """Solve the equations at a state, which stays set without multipliers."""
+    def _solve(self, state: BodyState) -> tuple[Array, Array]:
+        """Set a state and return its accelerations (B, 6) and multipliers (rows,)."""
         basis = _velocity_basis(state.parameters)
         speeds = np.concatenate([state.angular_velocities, state.velocities], axis=1)
         rates = (basis @ speeds[..., None])[..., 0]
@@ -210,7 +211,7 @@ class ExudynEquations:
         forces = np.swapaxes(basis, 1, 2) @ (forces[..., None] - masses @ bias[..., None])
         masses = np.swapaxes(basis, 1, 2) @ masses @ basis
         jacobian = self._jacobian(basis)
-        right = -self._rates(bias.ravel()) - self._bias(coordinates, rates.ravel(), state.time)
+        right = -self._rates(bias.ravel()) - self._bias(coordinates, rates.ravel())
         return _solve_constrained(masses, forces.reshape(-1), jacobian, right)
 
     def _set_state(self, state: BodyState, coordinates: Array, rates: Array) -> None:
@@ -265,22 +266,19 @@ class ExudynEquations:
         matrix.eliminate_zeros()
         return matrix
 
-    def _bias(self, coordinates: Array, rates: Array, time: float) -> Array:
+    def _bias(self, coordinates: Array, rates: Array) -> Array:
         """Derivatives of the rates of all constraints at constant rates of the coordinates."""
-        speed = float(np.max(np.abs(rates)))
-        if speed == 0.0:
-            bias = np.zeros(self._pattern.shape[0])
-        else:
-            bias = self._rates_of_change(coordinates, rates, _POLYNOMIAL_STEP / speed)
+        speed = float(np.max(np.abs(rates))) or 1.0
+        bias = self._rates_of_change(coordinates, rates, _POLYNOMIAL_STEP / speed)
         if not self._model.coordinate_constraints:
             return bias
-        smooth = self._rates_of_change(coordinates, rates, _SMOOTH_STEP / speed) if speed else bias
+        smooth = self._rates_of_change(coordinates, rates, _SMOOTH_STEP / speed)
         for constraint in self._model.coordinate_constraints:
             rows = list(self._data.GetObjectLTGAE(constraint.item))
             bias[rows] = smooth[rows]
             driven = constraint.rate_constraint.driven_rotation
             if driven is not None:
-                bias[rows] -= driven.accelerations(time)
+                bias[rows] -= driven.accelerations(float(self._data.GetTime()))
         return bias
 
     def _rates_of_change(self, coordinates: Array, rates: Array, step: float) -> Array:
@@ -320,8 +318,8 @@ def _velocity_basis(parameters: Array) -> Array:
 
 def _solve_constrained(
     masses: Array, forces: Array, jacobian: csc_array, right: Array
-) -> _Solution:
-    """Solve for accelerations and multipliers; unused rows have zero multipliers.
+) -> tuple[Array, Array]:
+    """Return accelerations (B, 6) and multipliers (rows,), which are zero for unused rows.
 
     Args:
         masses: of the bodies, shape (B, 6, 6).
@@ -336,19 +334,20 @@ def _solve_constrained(
     try:
         factors = splu(csc_array(c @ inverse @ c.T)) if used.size else None
     except RuntimeError:
-        raise ModelError(
-            "the constraints of the model depend on each other at this state"
-        ) from None
+        raise ModelError(_DEPENDENT_CONSTRAINTS) from None
     accelerations, multipliers = np.zeros(forces.size), np.zeros(used.size)
     for _ in range(_SOLUTION_SWEEPS):
         product = (masses @ accelerations.reshape(count, _MOTIONS, 1)).reshape(-1)
-        missing = forces - product - c.T @ multipliers
-        change = inverse @ missing
+        change = inverse @ (forces - product - c.T @ multipliers)
         if factors is not None:
             extra = factors.solve(c @ (accelerations + change) - g)
             multipliers += extra
             change -= inverse @ (c.T @ extra)
         accelerations += change
+    error = np.max(np.abs(c @ accelerations - g), initial=0.0)
+    scale = np.max(abs(c) @ np.abs(accelerations) + np.abs(g), initial=0.0)
+    if not error <= _MAX_CONSTRAINT_ERROR * scale:
+        raise ModelError(_DEPENDENT_CONSTRAINTS)
     all_multipliers = np.zeros(right.size)
     all_multipliers[used] = multipliers
-    return _Solution(accelerations.reshape(count, _MOTIONS), all_multipliers)
+    return accelerations.reshape(count, _MOTIONS), all_multipliers

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 
 from generator import read_figure
 from generator.diagnostics import ModelError
@@ -25,9 +26,8 @@ from generator.kinematics.placement import (
 )
 from generator.loads import LoadKind, TimedLoad
 from generator.rotations import cross_matrix
-from generator.simulation.agreement import BodyState, ExudynEquations
+from generator.simulation.agreement import BodyState, ExudynEquations, _solve_constrained
 from generator.simulation.bodies import body_pose, load_pose
-from generator.simulation.constraints import RateConstraint
 from generator.simulation.exudyn_api import rigid
 from generator.simulation.integrate import Trace, frame_times, integrate
 from generator.simulation.joint_motion import SegmentMotion
@@ -35,8 +35,8 @@ from generator.simulation.joints import constraint_jacobian, independent_constra
 from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from generator.simulation.springs import JointKind, generalized_force
-from springs import NUMPY, AxisSpring, Damping, Joining, JointSprings, Linear, SpringSet
-from tests.chains import BALL, SKEW, X, Y, Z, at, body, chain, figure, ground, joint, one_body, row
+from springs import NUMPY, AxisSpring, Damping, Joining, Linear, SpringSet
+from tests.chains import BALL, SKEW, X, chain, free_body, one_body, row
 from tests.runs import springs_of
 
 STENCIL = tuple(zip((1, 2, 3, 4), (4 / 5, -1 / 5, 4 / 105, -1 / 280), strict=True))
@@ -187,7 +187,7 @@ def prescribed_rows(pose: Pose):
 def reference(pose: Pose):
     """Accelerations of the bodies and of the displacements."""
     matrix, state = motion_matrix(pose.placement), pose.state
-    step = 0.02 / np.max(np.abs(pose.rates))
+    step = 0.02 / (np.max(np.abs(pose.rates)) or 1.0)
     bias = slope(lambda s: motion_matrix(pose.shifted(s)) @ pose.rates, step)
     size = pose.rates.size
     masses, forces = np.zeros((size, size)), passive_forces(pose, matrix)
@@ -310,4 +310,173 @@ def test_accelerations_are_those_of_the_displacements(name) -> None:
     model = build(name)
     for seed in range(3):
         size = 0.1 if name == "fourbar" else 0.4
-        assert error(model, random_pose(model, seed, size)) < 1e-11
+        assert error(model, random_pose(model, seed, size)) < 1e-12
+
+
+@pytest.mark.parametrize("name", ["prototype", "all prescribed", "fourbar"])
+def test_at_rest(name) -> None:
+    model = build(name)
+    pose = random_pose(model, 1, 0.1)
+    at_rest = Pose(model, pose.placement, 0.0 * pose.rates, 0.0)
+    if name == "all prescribed":
+        at_rest = random_pose(model, 1, 0.1, speed=0.0)
+    assert error(model, at_rest) < 1e-12
+
+
+def test_a_free_body_has_no_constraints() -> None:
+    model = ExudynModel.of(free_body((0.4, 0.3, -0.2, 0.1, 0.5, 0.3)), Plan(springs=SpringSet()))
+    assert error(model, random_pose(model)) < 1e-12
+    assert model.joints["pin"] == ()
+
+
+@pytest.mark.parametrize("angle", [-8.0, -4.0, 3.0, 3.5, 5.0, 7.0, 13.0])
+def test_a_stiff_hinge_turned_beyond_half_turns(angle) -> None:
+    """Exudyn counts turns from the stored angle, not from the start at 0.5 rad."""
+    spring = AxisSpring(SKEW, (Linear(500.0, 0.1),), Damping(0.3))
+    model = ExudynModel.of(one_body(chain("Rs"), (0.5,)), Plan(springs=springs_of("pin", spring)))
+    placement = forward_kinematics(model.placement.tree, {"pin": np.array([angle])})
+    assert error(model, Pose(model, placement, np.array([2.0]), 0.0)) < 1e-12
+
+
+def test_a_coupled_law_of_a_hinge_turned_beyond_half_turns() -> None:
+    model = build("prototype, coupled")
+    names = {axis.joint for one in model.coupled for axis in one.spring.axes}
+    hinges = [name for name in names if model.figure.joints[name].degrees_of_freedom == 1]
+    assert hinges
+    pose = random_pose(model, 2)
+    displacements = dict(pose.placement.displacements)
+    for name in hinges:
+        displacements[name] = displacements[name] + np.where(name.startswith("left"), -4.0, 4.0)
+    placement = forward_kinematics(pose.placement.tree, displacements)
+    assert error(model, Pose(model, placement, pose.rates, 0.0)) < 1e-12
+
+
+def test_prescribed_joints_accelerate_as_prescribed() -> None:
+    """The displacements' accelerations, found from the bodies' alone."""
+    for name in ("driven", "locked", "linked", "all prescribed"):
+        model = build(name)
+        pose = random_pose(model)
+        found = ExudynEquations(model).accelerations(pose.state)
+        matrix = motion_matrix(pose.placement).reshape(-1, pose.rates.size)
+        step = 0.02 / (np.max(np.abs(pose.rates)) or 1.0)
+        bias = slope(lambda s, pose=pose: motion_matrix(pose.shifted(s)) @ pose.rates, step)
+        solved = np.linalg.lstsq(matrix, (found - bias).ravel())[0]
+        rows, right = prescribed_rows(pose)
+        assert len(rows) == {"driven": 5, "locked": 4, "linked": 1, "all prescribed": 3}[name]
+        assert rows @ solved == pytest.approx(right, abs=1e-10)
+
+
+def states(model, trace):
+    """The states of a trace."""
+    parameters = [
+        [rigid.RotationMatrix2EulerParameters(rotation) for rotation in rotations]
+        for rotations in trace.rotations
+    ]
+    segments = SegmentMotion(model, trace)
+    angles = {
+        name: segments.joint(
+            model.figure.joints[name], model.placement.displacements[name]
+        ).displacements[:, connector.axis_index]
+        for name, connectors in model.springs.items()
+        for connector in connectors
+        if connector.angle_node is not None
+    }
+    return [
+        BodyState(
+            float(trace.times[k]),
+            trace.positions[k],
+            np.array(parameters[k]),
+            trace.velocities[k],
+            trace.angular_velocities[k],
+            {name: float(values[k]) for name, values in angles.items()},
+        )
+        for k in range(len(trace))
+    ]
+
+
+@pytest.mark.parametrize("name", ["prototype", "clavicles", "fourbar", "linked", "driven", "loads"])
+def test_a_run_has_these_accelerations_and_multipliers(name) -> None:
+    model, times = build(name), np.linspace(0.0, 0.02, 5)
+    equations = ExudynEquations(model)
+    deadline = time.monotonic() + 60.0
+    trace = integrate(model, times, 1e-4, 1e-9, deadline, lambda _: None).trace
+    velocities = np.concatenate([trace.angular_velocities, trace.velocities], axis=2)
+    expected = (velocities[:-4] - 8.0 * velocities[1:-3] + 8.0 * velocities[3:-1] - velocities[4:])[
+        0
+    ] / (12.0 * 0.005)
+    state = states(model, trace)[2]
+    found = equations.accelerations(state)
+    assert np.max(np.abs(found - expected)) < 2e-3 * np.max(np.abs(expected))
+    multipliers = equations.multipliers(state)
+    for joint, values in trace.multipliers.items():
+        scale = max(1.0, float(np.max(np.abs(values), initial=0.0)))
+        assert multipliers.joints[joint].shape == values[2].shape
+        assert np.allclose(multipliers.joints[joint], values[2], rtol=0.0, atol=1e-3 * scale)
+    assert np.allclose(multipliers.coordinates, trace.coordinate_multipliers[2], rtol=1e-3)
+
+
+def test_the_model_keeps_its_state_and_can_be_integrated() -> None:
+    def run(*, is_evaluated: bool):
+        model = build("driven")
+        data = model.mbs.systemData
+        before = [*data.GetSystemState(), data.GetODE2Coordinates_tt(), data.GetTime()]
+        if is_evaluated:
+            equations, state = ExudynEquations(model), random_pose(model).state
+            equations.accelerations(state)
+            equations.multipliers(state)
+            after = [*data.GetSystemState(), data.GetODE2Coordinates_tt(), data.GetTime()]
+            assert all(np.array_equal(*pair) for pair in zip(before, after, strict=True))
+        deadline = time.monotonic() + 60.0
+        times = frame_times(0.0, 0.1, 0.02)
+        return integrate(model, times, 1e-3, 1e-9, deadline, lambda _: None).trace
+
+    one, other = run(is_evaluated=True), run(is_evaluated=False)
+    assert np.array_equal(one.positions, other.positions)
+    assert np.array_equal(one.coordinate_multipliers, other.coordinate_multipliers)
+
+
+def test_it_may_be_made_before_or_after_a_run() -> None:
+    model = build("prototype")
+    state, before = random_pose(model).state, ExudynEquations(model)
+    first = before.accelerations(state)
+    deadline = time.monotonic() + 60.0
+    integrate(model, frame_times(0.0, 0.04, 0.02), 1e-3, 1e-9, deadline, lambda _: None)
+    assert np.array_equal(before.accelerations(state), first)
+    assert np.array_equal(ExudynEquations(model).accelerations(state), first)
+
+
+def test_a_long_chain_loses_no_digits() -> None:
+    """100 balls: the multipliers and the accelerations satisfy each body's own equations."""
+    model = ExudynModel.of(row(100), Plan(springs=SpringSet()))
+    pose = random_pose(model, size=0.1, speed=0.5)
+    state = pose.state
+    equations = ExudynEquations(model)
+    found = equations.accelerations(state)
+    forces = -np.array(
+        [equations.multipliers(state).joints[f"joint{k}"][0, :3] for k in range(100)]
+    )
+    scale = np.max(np.abs(forces))
+    for k, segment in enumerate(model.figure.bodies.values()):
+        weight = segment.mass * np.array(model.plan.gravity)
+        outer = forces[k + 1] if k < 99 else 0.0
+        missing = segment.mass * found[k, 3:] - weight - forces[k] + outer
+        assert np.max(np.abs(missing)) < 1e-13 * scale
+
+
+def test_dependent_constraints_are_refused() -> None:
+    masses, forces = np.eye(6)[None], np.ones(6)
+    jacobian = csc_array(np.array([[1.0, 0, 0, 0, 2, 0], [1.0, 0, 0, 0, 2, 0]]))
+    with pytest.raises(ModelError, match="constraints of the model depend on each other"):
+        _solve_constrained(masses, forces, jacobian, np.array([0.0, 1.0]))
+
+
+def test_memory_does_not_grow() -> None:
+    """Exudyn frees the system although a solver was set up on it."""
+    state = random_pose(build("driven")).state
+    peaks = []
+    for count in (30, 120):
+        for _ in range(count):
+            ExudynEquations(build("driven")).multipliers(state)
+        gc.collect()
+        peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    assert peaks[1] - peaks[0] < 4000
