@@ -6,11 +6,12 @@ multipliers m solve
     M a + C^T m = Q,    C a = g,
 
 where the mass matrix M, the forces Q and the rates C v of the constraints are Exudyn's. The
-accelerations are angular and linear ones instead of the second derivatives of Euler parameters, so
-that the lengths of the parameters need no constraint. The columns of C are the rates at unit
-velocities; bodies without a common constraint share an evaluation. Exudyn's own differences give
-the bias g with an error of 1e-7. Here the rates are differenced along the motion with an error of
-rounding: those of joints are polynomials in the coordinates, those of links and drives are smooth.
+accelerations are angular and linear ones instead of the second derivatives of Euler parameters:
+changes of the parameters' lengths contribute neither to M nor to C. The columns of C are the rates
+at unit velocities; bodies without a common constraint share an evaluation. Exudyn's own differences
+give the bias g with an error of 1e-7. Here the rates are differenced along the motion with an error
+of rounding: those of joints are polynomials in the coordinates, those of links and drives are
+smooth.
 """
 
 from collections.abc import Generator, Mapping
@@ -204,14 +205,11 @@ class ExudynEquations:
         coordinates = np.concatenate([state.positions, state.parameters], axis=1)
         coordinates = coordinates.ravel() - self._reference
         self._set_state(state, coordinates, rates.ravel())
-        # The second derivative of the parameters without acceleration keeps their length.
-        bias = np.zeros_like(rates)
-        bias[:, 3:] = -0.25 * np.sum(speeds[:, :3] ** 2, axis=1)[:, None] * state.parameters
         forces, masses = self._forces_and_masses()
-        forces = np.swapaxes(basis, 1, 2) @ (forces[..., None] - masses @ bias[..., None])
+        forces = np.swapaxes(basis, 1, 2) @ forces[..., None]
         masses = np.swapaxes(basis, 1, 2) @ masses @ basis
         jacobian = self._jacobian(basis)
-        right = -self._rates(bias.ravel()) - self._bias(coordinates, rates.ravel())
+        right = -self._bias(coordinates, rates.ravel())
         return _solve_constrained(masses, forces.reshape(-1), jacobian, right)
 
     def _set_state(self, state: BodyState, coordinates: Array, rates: Array) -> None:

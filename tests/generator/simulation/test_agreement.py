@@ -445,6 +445,17 @@ def test_it_may_be_made_before_or_after_a_run() -> None:
     assert np.array_equal(ExudynEquations(model).accelerations(state), first)
 
 
+def test_the_current_multipliers_do_not_matter() -> None:
+    """Exudyn's equations of unused rows are the multipliers themselves."""
+    model = build("loads")
+    state = random_pose(model).state
+    equations = ExudynEquations(model)
+    first = equations.accelerations(state)
+    data = model.mbs.systemData
+    data.SetAECoordinates(np.ones(data.AEsize()).tolist())
+    assert np.array_equal(equations.accelerations(state), first)
+
+
 def test_a_long_chain_loses_no_digits() -> None:
     """100 balls: the multipliers and the accelerations satisfy each body's own equations."""
     model = ExudynModel.of(row(100), Plan(springs=SpringSet()))
