@@ -146,3 +146,7 @@ class Drive:
     def rates(self, times: float | Array) -> Array:
         """Rates of the displacements, shape (..., k) [rad/s or m/s], at times of shape (...)."""
         return np.asarray(self._splines[1](times))
+
+    def accelerations(self, times: float | Array) -> Array:
+        """Second derivatives of the displacements, shape (..., k) [rad/s^2 or m/s^2]."""
+        return np.asarray(self._splines[0](times, 2))

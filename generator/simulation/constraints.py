@@ -105,6 +105,16 @@ class DrivenRotation:
         ]
         return np.array(angular_velocities).reshape(rates.shape)
 
+    def accelerations(self, time: float) -> Array:
+        """Derivatives of the prescribed rates [rad/s^2], shape (number of rows,), at a time."""
+        accelerations = self.drive.accelerations(time)
+        if not self._is_fully_driven:
+            return accelerations
+        order = [self.driven_indices.index(index) for index in self.chain.rotations]
+        derivatives = (self.drive.displacements(time), self.drive.rates(time), accelerations)
+        angles, rates, second = (values[order].tolist() for values in derivatives)
+        return np.array(self.joint_rates.angular_acceleration(angles, rates, second))
+
 
 class RateConstraint:
     """User functions of a rate constraint; the Jacobian of the last coordinates is cached."""

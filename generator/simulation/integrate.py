@@ -347,7 +347,7 @@ def _advance(
 class _StateLog:
     """States at the frames of a pass."""
 
-    def __init__(self, model: ExudynModel, start: float, multipliers: "_Multipliers") -> None:
+    def __init__(self, model: ExudynModel, start: float, multipliers: "Multipliers") -> None:
         """Record the initial state with its multipliers."""
         self._model = model
         # The bodies' coordinates come first; that of a clock may follow.
@@ -357,7 +357,7 @@ class _StateLog:
         )[: self._count]
         self._times: list[float] = []
         self._states: list[tuple[Array, Array]] = []
-        self._multipliers: list[_Multipliers] = []
+        self._multipliers: list[Multipliers] = []
         self.record(start, multipliers)
 
     def __len__(self) -> int:
@@ -368,14 +368,14 @@ class _StateLog:
         """Time of the last state [s]."""
         return self._times[len(self) - 1]
 
-    def record(self, now: float, multipliers: "_Multipliers | None" = None) -> None:
+    def record(self, now: float, multipliers: "Multipliers | None" = None) -> None:
         """Record the current state, with the current multipliers by default."""
         data = self._model.mbs.systemData
         coordinates = np.array(data.GetODE2Coordinates())[: self._count]
         rates = np.array(data.GetODE2Coordinates_t())[: self._count]
         self._times.append(now)
         self._states.append((coordinates, rates))
-        self._multipliers.append(multipliers or _current_multipliers(self._model))
+        self._multipliers.append(multipliers or current_multipliers(self._model))
 
     def fastest_joint(self) -> str:
         """Return the joint with the largest relative angular velocity at the last state."""
@@ -443,14 +443,14 @@ def angular_velocities_from_parameters(parameters: Array, rates: Array) -> Array
 
 
 @dataclass(frozen=True)
-class _Multipliers:
+class Multipliers:
     """Multipliers of joints, shape (items, 6) each, and of links and drives, shape (rows,)."""
 
     joints: dict[str, Array]
     coordinates: Array
 
 
-def _initial_multipliers(model: ExudynModel, settings: Any, start: float) -> _Multipliers:
+def _initial_multipliers(model: ExudynModel, settings: Any, start: float) -> Multipliers:
     """Multipliers at the start, which Exudyn leaves zero: those after a negligible step.
 
     Assembling again resets the model to its start. A solver failure is ignored here, because it
@@ -458,10 +458,10 @@ def _initial_multipliers(model: ExudynModel, settings: Any, start: float) -> _Mu
     """
     with suppress(SolverError):
         _advance(model, settings, (start, start + _NEGLIGIBLE_STEP), 1, False, keep=False)
-    return _current_multipliers(model)
+    return current_multipliers(model)
 
 
-def _current_multipliers(model: ExudynModel) -> _Multipliers:
+def current_multipliers(model: ExudynModel) -> Multipliers:
     """Return the current multipliers of all constraints."""
     joints = {
         name: np.array([_joint_multipliers(model.mbs, c) for c in constraints])
@@ -472,7 +472,7 @@ def _current_multipliers(model: ExudynModel) -> _Multipliers:
         np.atleast_1d(np.asarray(model.mbs.GetObjectOutput(constraint.item, kind), dtype=float))
         for constraint in model.coordinate_constraints
     ]
-    return _Multipliers(joints, np.concatenate([np.zeros(0), *coordinates]))
+    return Multipliers(joints, np.concatenate([np.zeros(0), *coordinates]))
 
 
 def _joint_multipliers(mbs: Any, constraint: Constraint) -> Array:

@@ -296,6 +296,23 @@ class JointRates:
             total = _sum(rotated, _scale(axis, rate))
         return total
 
+    def angular_acceleration(
+        self, angles: Sequence[float], rates: Sequence[float], accelerations: Sequence[float]
+    ) -> Vector:
+        """Derivative of `angular_velocity` [rad/s^2], from angles and their two derivatives."""
+        velocity: Vector = (0.0, 0.0, 0.0)
+        total: Vector = (0.0, 0.0, 0.0)
+        for axis, angle, rate, acceleration in zip(
+            self.chain_axes, angles, rates, accelerations, strict=True
+        ):
+            x, y, z = axis
+            sine = sin(0.5 * angle)
+            rotation = (cos(0.5 * angle), sine * x, sine * y, sine * z)
+            velocity, total = _rotate(rotation, velocity), _rotate(rotation, total)
+            turning = _sum(_cross(_scale(axis, rate), velocity), _scale(axis, acceleration))
+            velocity, total = _sum(velocity, _scale(axis, rate)), _sum(total, turning)
+        return total
+
 
 def _rotate(rotation: Quaternion, vector: Vector) -> Vector:
     """Rotate a vector by a quaternion of any length."""

@@ -33,6 +33,7 @@ def test_rows_are_met_and_accelerations_do_not_jump(values) -> None:
     before = (drive.rates(inner) - drive.rates(inner - h)) / h
     after = (drive.rates(inner + h) - drive.rates(inner)) / h
     assert np.max(np.abs(after - before)) < 1e-3
+    assert drive.accelerations(inner) == pytest.approx(0.5 * (after + before), abs=1e-3)
 
 
 def test_two_rows_are_a_line_and_three_a_parabola() -> None:

@@ -118,6 +118,25 @@ def test_the_rates_of_an_angular_velocity(word, angles, rates, scale) -> None:
     )
 
 
+@given(st.sampled_from(CHAINS), three, three, three)
+def test_the_angular_acceleration_is_the_slope_of_the_angular_velocity(
+    word, angles, rates, accelerations
+) -> None:
+    made = build_chain(chain(word))
+    count = len(made.joint_axes)
+    q, v, a = (np.array(values[:count]) for values in (angles, rates, accelerations))
+    found = JointRates.from_chain(made, q)
+    h = 1e-4
+
+    def spin(t):
+        moved = q + t * v + 0.5 * t * t * a
+        return np.array(found.angular_velocity(moved.tolist(), (v + t * a).tolist()))
+
+    expected = (spin(h) - spin(-h)) / (2.0 * h)
+    solved = found.angular_acceleration(q.tolist(), v.tolist(), a.tolist())
+    assert solved == pytest.approx(list(expected), abs=1e-5)
+
+
 @given(three)
 def test_slides_are_passed_over(angles) -> None:
     made = build_chain(chain("Rx Ry Rz Tx"))
