@@ -266,7 +266,7 @@ def _locate_zero(
     if low <= 0.0:
         return before
     high = _margin(law, mechanism, scratch, progress, balls, step, after, switch)
-    share = after
+    share, side = after, 0
     for _ in range(60):
         share = after - high * (after - before) / (high - low)
         if not before < share < after:
@@ -276,10 +276,14 @@ def _locate_zero(
             break
         if middle < 0.0:
             after, high = share, middle
-            low *= 0.5
+            if side < 0:
+                low *= 0.5
+            side = -1
         else:
             before, low = share, middle
-            high *= 0.5
+            if side > 0:
+                high *= 0.5
+            side = 1
     return share
 
 
@@ -310,15 +314,19 @@ def _locate_breakpoint(
                 progress.passed[count] = k
                 count += 1
         if count > 0:
-            first = 2.0
+            # The zero of one function; then those of the others that it has not excluded.
+            first = after
             for n in range(count):
                 k = progress.passed[n]
-                share = _locate_zero(
-                    law, mechanism, scratch, progress, balls, step, before, after, k
+                if (
+                    n > 0
+                    and _margin(law, mechanism, scratch, progress, balls, step, first, k) > 0.0
+                ):
+                    continue
+                first = _locate_zero(
+                    law, mechanism, scratch, progress, balls, step, before, first, k
                 )
-                if share < first:
-                    first = share
-                    progress.counts[SWITCH] = k
+                progress.counts[SWITCH] = k
             return first
         before = after
     return 2.0
