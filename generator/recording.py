@@ -23,6 +23,15 @@ class Ending(Enum):
     INTERRUPTED = "interrupted"
 
 
+class Integrator(Enum):
+    """Method of integration of a run."""
+
+    COMPILED = "compiled"
+    """Explicit, of order 8, on a compiled evaluation of the equations of the Exudyn model."""
+    EXUDYN = "exudyn"
+    """Exudyn's implicit trapezoidal rule."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """Ending of a run, with its sentence.
@@ -121,6 +130,11 @@ class Recording:
         build_time: time spent building the system [s].
         springs: where the springs are from, "none" without any.
         law: how the axes of spherical joints join.
+        integrator: method of integration.
+        integrator_reason: why it is Exudyn's; "" for the compiled one.
+        agreement_with_exudyn: largest difference of the accelerations of the compiled method from
+            those of the Exudyn model in several frames, relative to the largest; None for Exudyn's
+            integrator.
     """
 
     times: Array
@@ -142,6 +156,9 @@ class Recording:
     build_time: float = 0.0
     springs: str = "none"
     law: str = "conservative"
+    integrator: Integrator = Integrator.COMPILED
+    integrator_reason: str = ""
+    agreement_with_exudyn: float | None = None
 
     def __post_init__(self) -> None:
         """Give the mappings errors that state the nearest name."""

@@ -59,6 +59,25 @@ def rotation_vector_from_matrix(matrix: ArrayLike) -> Array:
     return flat.reshape(*m.shape[:-2], 3)
 
 
+def quaternion_from_matrix(matrix: Array) -> Array:
+    """Unit quaternion (4,), scalar first, of a rotation matrix (3, 3)."""
+    m = matrix
+    squares = np.array(
+        [
+            1.0 + m[0, 0] + m[1, 1] + m[2, 2],
+            1.0 + m[0, 0] - m[1, 1] - m[2, 2],
+            1.0 - m[0, 0] + m[1, 1] - m[2, 2],
+            1.0 - m[0, 0] - m[1, 1] + m[2, 2],
+        ]
+    )
+    w = [squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
+    x = [w[1], squares[1], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]]
+    y = [w[2], x[2], squares[2], m[1, 2] + m[2, 1]]
+    z = [w[3], x[3], y[3], squares[3]]
+    row = np.array([w, x, y, z][int(np.argmax(squares))])
+    return row / np.linalg.norm(row)
+
+
 def matrix_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
     """Return the rotation by `angle` [rad] about a unit `axis`; shape of `angle` plus (3, 3)."""
     angles = np.asarray(angle, dtype=float)

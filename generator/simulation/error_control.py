@@ -264,7 +264,7 @@ def _build_refined_run(
         float(errors[-1]), tolerance, accurate_until, passes[-1].step, steps, errors
     )
     last = float(trace.times[-1])
-    message = outcome.message or _accuracy_message(accuracy, last)
+    message = outcome.message or accuracy_message(accuracy, last)
     if outcome.last_time < last:
         message += " of a finer pass"
     return RefinedRun(trace, replace(outcome, message=message, last_time=last), accuracy, wall_time)
@@ -286,7 +286,7 @@ def _extrapolate_until_divergence(
     )
 
 
-def _accuracy_message(accuracy: Accuracy, last: float) -> str:
+def accuracy_message(accuracy: Accuracy, last: float) -> str:
     """Message of a finished run about its error."""
     asked, estimate = accuracy.asked, accuracy.estimate
     if asked is None or estimate is None:

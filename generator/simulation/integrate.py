@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from generator.figure import Figure
 from generator.recording import Ending, Outcome
 from generator.rotations import Array
 from generator.simulation.exudyn_api import SolverError, exu, set_times
@@ -58,6 +59,8 @@ class Trace:
         load_work: work done by loads and drives since the start, shape (n,) [J].
         coordinate_multipliers: multipliers of links and drives, which are minus their torques,
             shape (n, rows) [N m].
+        accelerations: angular, and of the centres of mass, shape (n, B, 6) [rad/s2, m/s2]; known
+            after compiled integration, in place of the multipliers.
     """
 
     times: Array
@@ -70,6 +73,7 @@ class Trace:
     spring_work: Array
     load_work: Array
     coordinate_multipliers: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    accelerations: Array | None = None
 
     def __len__(self) -> int:
         """Number of frames."""
@@ -124,6 +128,7 @@ class Trace:
             change(self.spring_work),
             change(self.load_work),
             change(self.coordinate_multipliers),
+            None if self.accelerations is None else change(self.accelerations),
         )
 
 
@@ -238,7 +243,7 @@ def integrate(
                 crossing = sensors.read(times[last_read + 1 : k + 1])
                 last_read = k
                 if crossing is not None:
-                    outcome = _half_turn_outcome(crossing)
+                    outcome = half_turn_outcome(crossing)
                     break
             on_frame(stop)
             if time.monotonic() > deadline and stop < times[-1]:
@@ -249,7 +254,7 @@ def integrate(
     reached = len(log)
     if last_read + 1 < reached:
         crossing = sensors.read(times[last_read + 1 : reached])
-        outcome = outcome if crossing is None else _half_turn_outcome(crossing)
+        outcome = outcome if crossing is None else half_turn_outcome(crossing)
     wall_time = time.monotonic() - wall_start
     trace = log.build_trace(sensors)
     if outcome.ending is Ending.TURNED_OVER:
@@ -379,22 +384,11 @@ class _StateLog:
 
     def fastest_joint(self) -> str:
         """Return the joint with the largest relative angular velocity at the last state."""
-        figure = self._model.figure
         coordinates, rates = (part.reshape(-1, 7) for part in self._states[len(self) - 1])
         parameters = (coordinates + self._reference.reshape(-1, 7))[:, 3:]
-        spins = dict.fromkeys(figure.ground, np.zeros(3))
-        spins.update(
-            zip(
-                figure.bodies,
-                angular_velocities_from_parameters(parameters, rates[:, 3:]),
-                strict=True,
-            )
+        return fastest_joint(
+            self._model.figure, angular_velocities_from_parameters(parameters, rates[:, 3:])
         )
-        speeds = {
-            name: float(np.linalg.norm(spins[joint.child.segment] - spins[joint.parent.segment]))
-            for name, joint in figure.joints.items()
-        }
-        return max(speeds, key=lambda name: speeds[name])
 
     def build_trace(self, sensors: SensorLog) -> Trace:
         """Return the states whose sensors have been read."""
@@ -489,17 +483,34 @@ def _solver_failure_outcome(model: ExudynModel, log: _StateLog, sensors: SensorL
     """Return the outcome of a solver failure, with the joint that probably caused it."""
     near = sensors.nearest_half_turn()
     if near is not None and near[1] > _MIN_SUSPECT_ANGLE:
-        return _half_turn_outcome(HalfTurnCrossing(near[0], log.last_time))
-    joint = log.fastest_joint()
-    return Outcome(
-        Ending.SOLVER_FAILED,
-        f"the solver failed after {log.last_time:.4g} s; the fastest joint was {joint}",
-        log.last_time,
-        joint,
-    )
+        return half_turn_outcome(HalfTurnCrossing(near[0], log.last_time))
+    return solver_failure_outcome(log.fastest_joint(), log.last_time)
 
 
-def _half_turn_outcome(crossing: HalfTurnCrossing) -> Outcome:
+def solver_failure_outcome(fastest: str, last_time: float) -> Outcome:
+    """Return the outcome of a run whose step became too short, or whose iterations diverged."""
+    message = f"the solver failed after {last_time:.4g} s; the fastest joint was {fastest}"
+    return Outcome(Ending.SOLVER_FAILED, message, last_time, fastest)
+
+
+def fastest_joint(figure: Figure, spins: Array) -> str:
+    """Return the joint with the largest relative angular velocity.
+
+    Args:
+        figure: with B moving segments.
+        spins: their angular velocities, shape (B, 3) [rad/s].
+    """
+    by_segment = dict.fromkeys(figure.ground, np.zeros(3))
+    by_segment.update(zip(figure.bodies, spins, strict=True))
+    speeds = {
+        name: float(np.linalg.norm(np.subtract(*(by_segment[ref.segment] for ref in joint.ends))))
+        for name, joint in figure.joints.items()
+    }
+    return max(speeds, key=lambda name: speeds[name])
+
+
+def half_turn_outcome(crossing: HalfTurnCrossing) -> Outcome:
+    """Return the outcome of a run that ends at 180 deg of a joint."""
     return Outcome(
         Ending.TURNED_OVER,
         f"joint {crossing.joint} rotated through 180 deg at {crossing.time:.4g} s, where "

@@ -193,6 +193,99 @@ class SegmentMotion:
         return total
 
 
+def newton_euler_reactions(
+    model: ExudynModel,
+    trace: Trace,
+    joints: Mapping[str, JointMotion],
+    motion: SegmentMotion,
+    passive_torques: Mapping[str, Array],
+) -> dict[str, Array]:
+    """Force and moment of each joint on its child by Newton's and Euler's equations.
+
+    What a joint transmits balances the inertial, gravity and load wrenches of all segments outboard
+    of it; the torques and forces of its springs are subtracted. For a figure without loops.
+
+    Args:
+        model: the simulated model.
+        trace: n frames with accelerations.
+        joints: motion of every joint.
+        motion: poses of the segments.
+        passive_torques: the result of `SegmentMotion.passive_torques`.
+
+    Returns:
+        By joint, at the child's site and in the parent's site axes, shape (n, 6) [N, N m].
+    """
+    count, figure = len(trace), model.figure
+    assert trace.accelerations is not None
+    gravity = np.asarray(model.plan.gravity, dtype=float)
+    # Wrenches about the world's origin: force, moment.
+    wrenches = {name: np.zeros((count, 6)) for name in figure.segments}
+    for k, (name, body) in enumerate(figure.bodies.items()):
+        assert body.mass is not None
+        force = body.mass * (trace.accelerations[:, k, 3:] - gravity)
+        turn, inertia = trace.rotations[:, k], np.asarray(body.inertia)
+        to_body = np.swapaxes(turn, -1, -2)
+        spin = (to_body @ trace.angular_velocities[:, k, :, None])[..., 0]
+        spin_rate = (to_body @ trace.accelerations[:, k, :3, None])[..., 0]
+        moment = inertia * spin_rate + np.cross(spin, inertia * spin)
+        _add_wrench(wrenches[name], force, trace.positions[:, k])
+        wrenches[name][:, 3:] += (turn @ moment[..., None])[..., 0]
+    stop = model.plan.stop
+    beside = np.where(
+        trace.times < stop, np.nextafter(trace.times, np.inf), np.nextafter(trace.times, -np.inf)
+    )
+    for load, *_ in model.loads:
+        pose = motion.site(load.site)
+        value = load.components(beside)
+        if load.kind.is_local:
+            turn = motion.poses[load.site.segment][:, :3, :3]
+            value = (turn @ value[..., None])[..., 0]
+        if load.kind.is_force:
+            _add_wrench(wrenches[load.site.segment], -value, pose[:, :3, 3])
+        else:
+            wrenches[load.site.segment][:, 3:] -= value
+    reactions: dict[str, Array] = {}
+    for branch in reversed(model.placement.tree.joints):
+        joint, total = branch.joint, wrenches[branch.outboard]
+        wrenches[branch.inboard] += total
+        on_child = total if branch.parent_is_inboard else -total
+        to_parent = np.swapaxes(motion.site(joint.parent)[:, :3, :3], -1, -2)
+        moment = on_child[:, 3:] - np.cross(motion.site(joint.child)[:, :3, 3], on_child[:, :3])
+        force = (to_parent @ on_child[:, :3, None])[..., 0]
+        moment = (to_parent @ moment[..., None])[..., 0] - passive_torques[joint.name]
+        force -= _slide_spring_force(model, joint, joints[joint.name])
+        reactions[joint.name] = np.concatenate([force, moment], axis=1)
+    return {name: reactions.get(name, np.zeros((count, 6))) for name in figure.joints}
+
+
+def _add_wrench(wrench: Array, force: Array, point: Array) -> None:
+    """Add a force at a point to wrenches (n, 6) about the world's origin."""
+    wrench[:, :3] += force
+    wrench[:, 3:] += np.cross(point, force)
+
+
+def _slide_spring_force(model: ExudynModel, joint: Joint, motion: JointMotion) -> Array:
+    """Force of the springs along a joint's translations on the child, parent's axes, (n, 3) [N]."""
+    total = np.zeros((len(motion.displacements), 3))
+    chain = model.placement.tree.chains[joint.name]
+    for connector in model.springs.get(joint.name, ()):
+        if connector.kind is not JointKind.PRISMATIC:
+            continue
+        index = connector.axis_index
+        size = generalized_force(
+            connector.springs[0], motion.displacements[:, index], motion.rates[:, index], NUMPY
+        )
+        if len(chain.translations) > 1:
+            total += np.outer(size, connector.output_weights)
+            continue
+        axis = unit_vector(chain.joint_axes[index].axis)
+        direction = np.broadcast_to(axis, total.shape)
+        if not chain.translations_are_outer:
+            direction = motion.pose_in_parent[:, :3, :3] @ axis
+        total += np.asarray(size)[:, None] * direction
+    return total
+
+
 def _rotation_equations(locks: tuple[int, int, int]) -> list[tuple[int, int, int]]:
     """Exudyn's equations u0 . v1 = 0 of locked rotations: (axis u, axis v, multiplier)."""
     x, y, z = 0, 1, 2
@@ -310,7 +403,7 @@ def drive_torques(
 
     Args:
         model: the simulated model.
-        torques: the result of `constraint_torques`.
+        torques: the result of `constraint_torques`, or the moments of the reactions.
         joints: motion of every joint.
 
     Returns:

@@ -28,6 +28,7 @@ from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.named_mapping import NamedMapping
+from generator.rotations import Array
 from generator.simulation.bodies import (
     add_bodies,
     add_loads,
@@ -63,6 +64,7 @@ class ExudynModel:
         container: the Exudyn container that owns the system; None if the caller provided it. It is
             reset when this object is deleted, so keep the model as long as its system.
         placement: initial placement of the figure.
+        rates: initial rates of the tree's displacements, shape (m,) [rad/s or m/s].
         bodies: object index of each segment; fixed segments share the ground's.
         sites: marker index of each site, by "segment.site", along the site's axes.
         joints: constraint items of each joint; none for a free joint, or for one whose locks the
@@ -79,6 +81,7 @@ class ExudynModel:
     mbs: MainSystem
     container: Any
     placement: Placement
+    rates: Array
     bodies: Mapping[str, Index]
     sites: Mapping[str, Index]
     joints: Mapping[str, tuple[Constraint, ...]]
@@ -319,6 +322,7 @@ def _build_from_initial_state(
         mbs,
         container,
         placement,
+        rates,
         NamedMapping(bodies, "the model has no segment"),
         NamedMapping(sites, "the model has no site"),
         NamedMapping(joints, "the model has no joint"),

@@ -9,6 +9,7 @@ from generator.drive import Drive
 from generator.figure import Figure
 from generator.kinematics.links import Links
 from generator.loads import TimedLoad
+from generator.recording import Integrator
 from generator.springs_file.read import read_springs
 from springs import Joining, SpringSet
 
@@ -52,6 +53,8 @@ class Plan:
         locked: names of joints that stay at their initial displacement.
         drives: prescribed rotations by joint, in place of `displacements`; other joints are
             simulated.
+        integrator: method of integration. The compiled one gives way to Exudyn's for a model that it
+            does not support; the recording tells why.
         python_torques: whether torques are Python functions instead of expression trees.
         wall_limit: wall-time limit of the run [s].
     """
@@ -73,6 +76,7 @@ class Plan:
     links: Links = field(default_factory=Links)
     locked: Sequence[str] = ()
     drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
+    integrator: Integrator = Integrator.COMPILED
     python_torques: bool = False
     wall_limit: float = 600.0
 

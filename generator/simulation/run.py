@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure
-from generator.recording import Accuracy, Ending, Outcome, Recording
+from generator.recording import Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation.error_control import (
     EARLY_STOP_ENDINGS,
@@ -23,6 +23,7 @@ from generator.simulation.joint_motion import (
     constraint_torques,
     drive_torques,
     energy_by_kind,
+    newton_euler_reactions,
 )
 from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan, resolve_springs
@@ -84,6 +85,12 @@ def simulate(
     times = frame_times(plan.start, plan.stop, plan.frame)
     deadline = time.monotonic() + plan.wall_limit
     runner = _PassRunner(figure, plan, springs, times, deadline, watch)
+    obstacle = _compiled_obstacle(runner.first_model)
+    if obstacle is None:
+        recording = _try_compiled(runner)
+        if isinstance(recording, Recording):
+            return recording
+        obstacle = recording
     if plan.step is None:
         refined = refine_until_converged(
             runner.first_model.figure,
@@ -94,7 +101,37 @@ def simulate(
         )
     else:
         refined = _fixed_step_run(runner.run_pass())
-    return _build_recording(runner, refined)
+    recording = _build_recording(runner, refined)
+    return replace(recording, integrator=Integrator.EXUDYN, integrator_reason=obstacle)
+
+
+def _compiled_obstacle(model: ExudynModel) -> str | None:
+    """Return why Exudyn's integrator is used; None for the compiled one."""
+    if model.plan.integrator is Integrator.EXUDYN:
+        return "it was asked for"
+    from generator.simulation.compiled_run import compiled_obstacle
+
+    return compiled_obstacle(model)
+
+
+def _try_compiled(runner: "_PassRunner") -> Recording | str:
+    """Run the model by the compiled method, or return why its result does not count."""
+    from generator.simulation.compiled.refinement import StiffMotionError
+    from generator.simulation.compiled_run import (
+        MAX_DISAGREEMENT,
+        agreement_with_exudyn,
+        run_compiled,
+    )
+
+    try:
+        refined = run_compiled(runner.first_model, runner.times, runner.deadline, runner.report)
+    except StiffMotionError as stiff:
+        return str(stiff)
+    recording = _build_recording(runner, refined)
+    agreement = agreement_with_exudyn(runner.first_model, refined.trace, recording.displacements)
+    if not agreement <= MAX_DISAGREEMENT:
+        return f"the compiled accelerations differ from Exudyn's by {agreement:.1e}"
+    return replace(recording, agreement_with_exudyn=agreement)
 
 
 class _PassRunner:
@@ -110,7 +147,7 @@ class _PassRunner:
         watch: Callable[[Progress], None] | None,
     ) -> None:
         self._figure, self._plan, self._springs = figure, plan, springs
-        self._times, self._deadline, self._watch = times, deadline, watch
+        self.times, self.deadline, self._watch = times, deadline, watch
         self._passes = 0
         start = time.monotonic()
         self.first_model: ExudynModel = build_model(figure, plan, springs)
@@ -131,8 +168,13 @@ class _PassRunner:
     @property
     def longest_step(self) -> float:
         """Fixed step of the plan, or the step of the first pass [s]."""
-        frame = float(self._times[1] - self._times[0])
+        frame = float(self.times[1] - self.times[0])
         return self._plan.step or first_step(frame, self._plan.tolerance)
+
+    def report(self, number: int, step: float, now: float) -> None:
+        """Report the progress of a compiled run."""
+        if self._watch is not None:
+            self._watch(Progress(number, step, now))
 
     def run_pass(self, subdivision: int = 1, hints: StepHints | None = None) -> IntegrationPass:
         """Run a pass with the longest step subdivided, using the hints of an earlier one."""
@@ -150,10 +192,10 @@ class _PassRunner:
 
         return integrate(
             model,
-            self._times,
+            self.times,
             self.longest_step,
             newton,
-            self._deadline,
+            self.deadline,
             on_frame,
             hints,
             subdivision,
@@ -194,10 +236,15 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         trace = project_to_constraints(model, trace, joints)
         motion = SegmentMotion(model, trace)
         joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
-    constraint_moments = constraint_torques(model, trace, joints)
-    reactions = {name: motion.reaction(one, joints[name]) for name, one in figure.joints.items()}
-    for name, torque in constraint_moments.items():
-        reactions[name][:, 3:] += torque
+    passive_torques = motion.passive_torques(joints)
+    if trace.accelerations is None:
+        constraint_moments = constraint_torques(model, trace, joints)
+        reactions = {name: motion.reaction(j, joints[name]) for name, j in figure.joints.items()}
+        for name, torque in constraint_moments.items():
+            reactions[name][:, 3:] += torque
+    else:
+        reactions = newton_euler_reactions(model, trace, joints, motion, passive_torques)
+        constraint_moments = {name: wrench[:, 3:] for name, wrench in reactions.items()}
     return Recording(
         times=trace.times,
         poses=motion.poses,
@@ -206,7 +253,7 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         velocities={name: moved.rates for name, moved in joints.items()},
         rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()},
         reactions=reactions,
-        passive_torques=motion.passive_torques(joints),
+        passive_torques=passive_torques,
         centre_of_mass=_centre_of_mass_path(figure, trace),
         energy=energy_by_kind(model, trace, joints),
         outcome=explain_singularity(

@@ -12,7 +12,7 @@ from generator.kinematics.placement import Placement, segment_jacobians
 from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.kinematics.tree import TreeJoint
 from generator.loads import TimedLoad
-from generator.rotations import Array, inverse_pose, unit_vector
+from generator.rotations import Array, inverse_pose, quaternion_from_matrix, unit_vector
 from generator.simulation.compiled.law_code import (
     LawUse,
     build_law_tables,
@@ -432,25 +432,6 @@ class _Builder:
                 pieces[:, k, order] = factor * drive.derivatives(knots, order)[:, column]
             pieces[:, k, 3] = drive.derivatives(middles, 3)[:, column] / 6.0
         return pieces
-
-
-def quaternion_from_matrix(matrix: Array) -> Array:
-    """Unit quaternion (4,), scalar first, of a rotation matrix (3, 3)."""
-    m = matrix
-    squares = np.array(
-        [
-            1.0 + m[0, 0] + m[1, 1] + m[2, 2],
-            1.0 + m[0, 0] - m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] + m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] - m[1, 1] + m[2, 2],
-        ]
-    )
-    w = [squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
-    x = [w[1], squares[1], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]]
-    y = [w[2], x[2], squares[2], m[1, 2] + m[2, 1]]
-    z = [w[3], x[3], y[3], squares[3]]
-    row = np.array([w, x, y, z][int(np.argmax(squares))])
-    return row / np.linalg.norm(row)
 
 
 def _product(p: Array, q: Array) -> Array:

@@ -1,0 +1,306 @@
+"""Runs at tolerances a decade apart until two agree.
+
+The error of a run is estimated by its difference from one at a tenth of its tolerance, whose own
+error is some ten times smaller. The finer of two runs that agree is handed over, so the estimate is
+an upper bound of its error rather than the error itself. Two runs agree if they differ by no more
+than the tolerance in all frames and have passed the same breakpoints.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from generator.recording import Ending
+from generator.rotations import Array
+from generator.simulation.compiled.layout import (
+    COORDINATE,
+    KIND,
+    ORIENTATION,
+    RECORDED_COLUMNS,
+    SLIDE,
+    IndexArray,
+)
+from generator.simulation.compiled.marching import (
+    COLLAPSED,
+    EVALUATIONS,
+    EVENTS,
+    FINISHED,
+    FRAME,
+    MAX_EVENTS,
+    PAUSED,
+    REJECTED,
+    STEPS,
+    SWITCH,
+    TIME,
+    TURNED_OVER,
+    march,
+    record_frames,
+    start_progress,
+)
+from generator.simulation.compiled.mechanism import CompiledModel
+
+DECADE = 0.1
+"""Ratio of the tolerances of two runs that are compared."""
+
+MAX_RUNS = 8
+"""Number of runs after which a difference above the tolerance is accepted and told."""
+
+_FIRST_STEP = 1e-3
+"""First step of a run [s]; the error control changes it at once."""
+
+_STEPS_PER_CALL = 2_000
+"""Steps between two looks at the clock and at Ctrl-C."""
+
+MAX_STEPS_PER_SECOND = 100_000
+"""Steps per simulated second above which a motion is called stiff. A step costs some 25 us, so that
+the implicit method of Exudyn is cheaper from there on."""
+
+_MIN_STIFF_TIME = 1e-3
+"""Simulated time before which steps are not counted as those of a stiff motion [s]."""
+
+
+class StiffMotionError(Exception):
+    """A motion that needs so many steps that an implicit method is cheaper."""
+
+
+@dataclass(frozen=True)
+class CompiledRun:
+    """One run.
+
+    Attributes:
+        times: of the f frames reached, shape (f,) [s].
+        states: shape (f, n).
+        links: recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
+        rates: rates of the states, shape (f, n).
+        ending: how it ended.
+        last_time: time reached [s].
+        turned_joint: the joint that reached 180 deg, if one did.
+        tolerance: of its steps.
+        steps: accepted and rejected steps.
+        evaluations: evaluations of the accelerations.
+        event_times: of the breakpoints passed [s].
+        event_switches: switching functions of the breakpoints.
+    """
+
+    times: Array
+    states: Array
+    links: Array
+    rates: Array
+    ending: Ending
+    last_time: float
+    turned_joint: str | None
+    tolerance: float
+    steps: int
+    evaluations: int
+    event_times: Array
+    event_switches: IndexArray
+
+
+@dataclass(frozen=True)
+class AgreedRun:
+    """The finest run, and the estimated error of each of its frames [rad or m], shape (f,)."""
+
+    run: CompiledRun
+    errors: Array
+    steps: int
+    evaluations: int
+    runs: int
+
+
+Watch = Callable[[int, float, float], None]
+"""Called with the number of the run, its mean step [s] and its simulated time [s]."""
+
+
+def run_once(
+    model: CompiledModel,
+    times: Array,
+    tolerance: float,
+    deadline: float = np.inf,
+    watch: Callable[[float, float], None] | None = None,
+) -> CompiledRun:
+    """Run a model from its initial state.
+
+    Args:
+        model: its branches are set anew.
+        times: of the frames, shape (f,) [s]; the first is the start.
+        tolerance: of the steps.
+        deadline: `time.monotonic()` after which to stop.
+        watch: called with the mean step and the simulated time [s] several times a second.
+
+    Raises:
+        StiffMotionError: the motion needs too many steps.
+    """
+    mechanism = model.mechanism
+    mechanism.branches[:] = 1.0
+    start, stop = float(times[0]), float(times[-1])
+    progress = start_progress(
+        model.initial_state, start, min(_FIRST_STEP, stop - start), len(mechanism.branches)
+    )
+    states = np.empty((len(times), len(model.initial_state)))
+    states[0] = model.initial_state
+    progress.counts[FRAME] = 1
+    ending, turned = Ending.DONE, None
+    arguments = (model.law, mechanism, model.scratch, progress, model.balls)
+    while True:
+        try:
+            status = march(*arguments, times, states, stop, tolerance, _STEPS_PER_CALL)
+        except KeyboardInterrupt:
+            ending = Ending.INTERRUPTED
+            break
+        steps = int(progress.counts[STEPS] + progress.counts[REJECTED])
+        passed = float(progress.clock[TIME]) - start
+        if watch is not None:
+            watch(passed / max(steps, 1), start + passed)
+        if status == FINISHED:
+            break
+        if status == COLLAPSED:
+            ending = Ending.SOLVER_FAILED
+            break
+        if status == TURNED_OVER:
+            ending = Ending.TURNED_OVER
+            first = len(mechanism.branches) - len(mechanism.measured)
+            turned = model.measured_joints[int(progress.counts[SWITCH]) - first]
+            break
+        assert status == PAUSED
+        if steps > MAX_STEPS_PER_SECOND * max(passed, _MIN_STIFF_TIME):
+            raise StiffMotionError(
+                f"the motion needs more than {MAX_STEPS_PER_SECOND:,} steps a second"
+            )
+        if time.monotonic() > deadline:
+            ending = Ending.TOO_LONG
+            break
+    count = int(progress.counts[FRAME])
+    states = states[:count]
+    links = np.empty((count, len(mechanism.links), RECORDED_COLUMNS))
+    rates = np.empty_like(states)
+    record_frames(model.law, mechanism, model.scratch, times[:count], states, links, rates)
+    events = min(int(progress.counts[EVENTS]), MAX_EVENTS)
+    return CompiledRun(
+        times[:count],
+        states,
+        links,
+        rates,
+        ending,
+        float(progress.clock[TIME]),
+        turned,
+        tolerance,
+        int(progress.counts[STEPS] + progress.counts[REJECTED]),
+        int(progress.counts[EVALUATIONS]),
+        progress.event_times[:events].copy(),
+        progress.event_switches[:events].copy(),
+    )
+
+
+def run_until_agreed(
+    model: CompiledModel,
+    times: Array,
+    tolerance: float,
+    deadline: float = np.inf,
+    watch: Watch | None = None,
+) -> AgreedRun:
+    """Repeat a run at smaller tolerances until two agree within `tolerance`.
+
+    Raises:
+        StiffMotionError: the motion needs too many steps.
+    """
+    step_tolerance, smallest = DECADE * tolerance, 1e-13
+    runs: list[CompiledRun] = []
+    errors = np.full(1, np.inf)
+    agreed_before = False
+    while len(runs) < MAX_RUNS:
+        number = len(runs) + 1
+
+        def report(step: float, now: float, number: int = number) -> None:
+            if watch is not None:
+                watch(number, step, now)
+
+        latest = run_once(model, times, step_tolerance, deadline, report)
+        runs.append(latest)
+        if latest.ending in (Ending.INTERRUPTED, Ending.TOO_LONG):
+            break
+        if len(runs) > 1:
+            before = runs[-2]
+            errors = np.maximum.accumulate(joint_differences(model, before, latest))
+            agree = errors[-1] <= tolerance and len(before.times) == len(latest.times)
+            if agree and (agreed_before or have_same_breakpoints(before, latest)):
+                break
+            agreed_before = agree
+        next_tolerance = _next_tolerance(runs, float(errors[-1]), tolerance)
+        if next_tolerance < smallest:
+            break
+        step_tolerance = next_tolerance
+    return _finest_agreed(runs, model)
+
+
+def _next_tolerance(runs: list[CompiledRun], difference: float, tolerance: float) -> float:
+    """Tolerance of the next run: a decade below the last, or further where that cannot suffice.
+
+    The difference of the last two runs is the error of the first of them. The next difference will
+    be smaller by the ratio of the tolerances.
+    """
+    last = runs[-1].tolerance
+    if len(runs) < 2 or not np.isfinite(difference) or difference * DECADE <= 0.5 * tolerance:
+        return DECADE * last
+    if difference > 0.1:  # different motions, whose difference predicts nothing
+        return DECADE * last
+    return max(DECADE * last * 0.5 * tolerance / (difference * DECADE), DECADE**2 * last)
+
+
+def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:
+    """Return the last run that got furthest, with its difference from the one before."""
+    steps, evaluations = (
+        sum(run.steps for run in runs),
+        sum(run.evaluations for run in runs),
+    )
+    last = runs[-1]
+    if len(runs) > 1 and last.ending in (Ending.INTERRUPTED, Ending.TOO_LONG):
+        stopped, last = last, runs[-2]
+        last = replace(last, ending=stopped.ending)
+        runs = runs[:-1]
+    errors = np.full(len(last.times), np.inf)
+    if len(runs) > 1:
+        known = np.maximum.accumulate(joint_differences(model, runs[-2], last))
+        errors[: len(known)] = known
+    return AgreedRun(last, errors, steps, evaluations, len(runs))
+
+
+def have_same_breakpoints(one: CompiledRun, other: CompiledRun) -> bool:
+    """Return whether two runs have passed each breakpoint equally often.
+
+    Then they have passed them in one order, except for breakpoints so near in time that the error
+    of their times exchanges them.
+    """
+    return np.array_equal(np.sort(one.event_switches), np.sort(other.event_switches))
+
+
+def joint_differences(model: CompiledModel, one: CompiledRun, other: CompiledRun) -> Array:
+    """Return the largest angle between the joints of two runs in each common frame [rad].
+
+    Of slides, the difference of their displacements [m].
+    """
+    count = min(len(one.times), len(other.times))
+    first, second = (_joint_quaternions(model, run.links[:count]) for run in (one, other))
+    w = np.sum(first * second, axis=-1)
+    chord = np.minimum(
+        np.linalg.norm(first - second, axis=-1), np.linalg.norm(first + second, axis=-1)
+    )
+    del w
+    angles = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
+    links = model.mechanism.links
+    slides = links[(links[:, KIND] == SLIDE) & (links[:, COORDINATE] >= 0), COORDINATE]
+    shifts = np.abs(one.states[:count, slides] - other.states[:count, slides])
+    return np.max(np.concatenate([angles, shifts], axis=1), axis=1, initial=0.0)
+
+
+def _joint_quaternions(model: CompiledModel, links: Array) -> Array:
+    """Orientation of the outboard links of all joints in the inboard ones, shape (f, j, 4)."""
+    quaternions = links[:, :, ORIENTATION : ORIENTATION + 4]
+    ground = np.zeros((len(links), 1, 4))
+    ground[:, :, 0] = 1.0
+    quaternions = np.concatenate([quaternions, ground], axis=1)
+    p, q = (quaternions[:, model.joint_links[:, k]] for k in range(2))
+    scalar = np.sum(p * q, axis=-1)
+    vector = p[..., :1] * q[..., 1:] - q[..., :1] * p[..., 1:] - np.cross(p[..., 1:], q[..., 1:])
+    return np.concatenate([scalar[..., None], vector], axis=-1)

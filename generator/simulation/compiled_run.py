@@ -1,0 +1,209 @@
+"""A run by compiled integration: of an Exudyn model, compared with it.
+
+The compiled evaluation states the equations of the Exudyn model once more. So their accelerations
+are compared at several frames of every run.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import assert_never
+
+import numpy as np
+
+from generator.recording import Accuracy, Ending, Outcome
+from generator.rotations import Array, quaternion_from_matrix
+from generator.simulation.agreement import BodyState, ExudynEquations
+from generator.simulation.compiled.layout import (
+    CENTRE,
+    POINT,
+    POINT_ACCELERATION,
+    ROTATION,
+    SPIN,
+    SPIN_RATE,
+    VELOCITY,
+)
+from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
+from generator.simulation.compiled.refinement import AgreedRun, CompiledRun, run_until_agreed
+from generator.simulation.error_control import RefinedRun, accuracy_message
+from generator.simulation.integrate import (
+    Trace,
+    fastest_joint,
+    half_turn_outcome,
+    solver_failure_outcome,
+)
+from generator.simulation.model import ExudynModel
+from generator.simulation.sensors import HalfTurnCrossing
+
+COMPARED_FRAMES = 5
+"""Number of frames, with the first and the last, whose accelerations are compared."""
+
+MAX_DISAGREEMENT = 1e-8
+"""Largest difference of accelerations, relative to the largest one, at which a compiled run counts."""
+
+_SMALLEST_SCALE = 1.0
+"""Scale of the difference where all accelerations are smaller [m/s2 or rad/s2]."""
+
+
+def compiled_obstacle(model: ExudynModel) -> str | None:
+    """Return why a model cannot be integrated by the compiled method; None if it can."""
+    if model.plan.step is not None:
+        return "a fixed step is one of Exudyn's integrator"
+    if model.plan.python_torques:
+        return "the torques are Python functions"
+    if model.placement.tree.closures:
+        return "the figure has closed loops"
+    if model.prescribed.links.links:
+        return "rotations are linked"
+    return None
+
+
+def compile_model(model: ExudynModel) -> CompiledModel:
+    """Compile the equations of an Exudyn model that has no obstacle."""
+    plan = model.plan
+    return build_compiled_model(
+        model.placement,
+        model.rates,
+        model.spring_set,
+        model.prescribed,
+        [load for load, *_ in model.loads],
+        plan.gravity,
+        (plan.start, plan.stop),
+    )
+
+
+def run_compiled(
+    model: ExudynModel,
+    times: Array,
+    deadline: float,
+    watch: Callable[[int, float, float], None] | None,
+) -> RefinedRun:
+    """Run a model until two runs agree.
+
+    Args:
+        model: without an obstacle.
+        times: of the frames [s], shape (n,).
+        deadline: `time.monotonic()` after which the run stops.
+        watch: called with the number of a run, its step and its time [s].
+
+    Raises:
+        StiffMotionError: the motion needs so many steps that Exudyn's integrator is cheaper.
+    """
+    compiled = compile_model(model)
+    start = time.monotonic()
+    agreed = run_until_agreed(compiled, times, model.plan.tolerance, deadline, watch)
+    wall_time = time.monotonic() - start
+    trace = _build_trace(model, compiled, agreed.run)
+    accuracy = _accuracy(model, agreed)
+    return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
+
+
+def _accuracy(model: ExudynModel, agreed: AgreedRun) -> Accuracy:
+    """Return the error of the finest run, estimated by its difference from the one before."""
+    run, tolerance = agreed.run, model.plan.tolerance
+    errors = agreed.errors.copy()
+    if len(errors) > 1:
+        errors[0] = 0.0
+    held = run.times[errors <= tolerance]
+    return Accuracy(
+        float(errors[-1]),
+        tolerance,
+        float(held[-1]) if held.size else float(run.times[0]),
+        (run.last_time - float(run.times[0])) / max(run.steps, 1),
+        agreed.steps,
+        errors,
+    )
+
+
+def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accuracy) -> Outcome:
+    """Return the ending of the run, with its sentence."""
+    run = agreed.run
+    last = float(run.times[-1])
+    match run.ending:
+        case Ending.DONE:
+            return Outcome(run.ending, accuracy_message(accuracy, last), last)
+        case Ending.INTERRUPTED:
+            return Outcome(run.ending, f"interrupted at {run.last_time:.4g} s", last)
+        case Ending.TOO_LONG:
+            message = f"the wall-time limit was reached at {run.last_time:.4g} s"
+            return Outcome(run.ending, message, last)
+        case Ending.TURNED_OVER:
+            assert run.turned_joint is not None
+            crossing = HalfTurnCrossing(run.turned_joint, run.last_time)
+            return replace(half_turn_outcome(crossing), last_time=last)
+        case Ending.SOLVER_FAILED:
+            joint = fastest_joint(model.figure, trace.angular_velocities[-1])
+            return solver_failure_outcome(joint, last)
+        case _:
+            assert_never(run.ending)
+
+
+def _build_trace(model: ExudynModel, compiled: CompiledModel, run: CompiledRun) -> Trace:
+    """Return the bodies' states and accelerations in the frames."""
+    bodies = [compiled.segment_links[name] for name in model.figure.bodies]
+    links = run.links[:, bodies]
+
+    def vectors(at: int) -> Array:
+        return links[..., at : at + 3]
+
+    rotations = links[..., ROTATION : ROTATION + 9].reshape(*links.shape[:2], 3, 3)
+    centres = compiled.mechanism.constants[bodies, CENTRE : CENTRE + 3]
+    arms = (rotations @ centres[..., None])[..., 0]
+    spins, spin_rates = vectors(SPIN), vectors(SPIN_RATE)
+    gravity = np.asarray(model.plan.gravity, dtype=float)
+    around = np.cross(spins, arms)
+    accelerations = (
+        vectors(POINT_ACCELERATION) + gravity + np.cross(spin_rates, arms) + np.cross(spins, around)
+    )
+    dissipated, spring_work, load_work = run.states[:, -3:].T
+    return Trace(
+        run.times,
+        vectors(POINT) + arms,
+        rotations,
+        vectors(VELOCITY) + around,
+        spins,
+        {},
+        dissipated,
+        spring_work,
+        load_work,
+        accelerations=np.concatenate([spin_rates, accelerations], axis=-1),
+    )
+
+
+def agreement_with_exudyn(
+    model: ExudynModel, trace: Trace, displacements: Mapping[str, Array]
+) -> float:
+    """Return the largest difference of the accelerations from Exudyn's, relative to the largest.
+
+    Args:
+        model: the model whose forces, masses and constraints are Exudyn's.
+        trace: with accelerations.
+        displacements: of every joint in the frames [rad or m].
+    """
+    assert trace.accelerations is not None
+    equations = ExudynEquations(model)
+    revolutes = {
+        name: connector.axis_index
+        for name, connectors in model.springs.items()
+        for connector in connectors
+        if connector.angle_node is not None
+    }
+    jumps = [time for load, *_ in model.loads for time in load.discontinuities]
+    smooth = np.nonzero(~np.isclose(trace.times[:, None], jumps, rtol=0.0, atol=1e-9).any(axis=1))[
+        0
+    ]
+    largest, places = 0.0, np.linspace(0, len(smooth) - 1, COMPARED_FRAMES)
+    for k in smooth[np.unique(places.round().astype(int))].tolist():
+        state = BodyState(
+            float(trace.times[k]),
+            trace.positions[k],
+            np.array([quaternion_from_matrix(rotation) for rotation in trace.rotations[k]]),
+            trace.velocities[k],
+            trace.angular_velocities[k],
+            {name: float(displacements[name][k, i]) for name, i in revolutes.items()},
+        )
+        exact = equations.accelerations(state)
+        scale = max(float(np.max(np.abs(exact))), _SMALLEST_SCALE)
+        difference = float(np.max(np.abs(trace.accelerations[k] - exact))) / scale
+        largest = difference if np.isnan(difference) else max(largest, difference)
+    return largest
