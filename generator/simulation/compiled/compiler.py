@@ -78,7 +78,15 @@ def compiled(*signature: Any, entry: bool = False) -> Callable[[Function], Funct
 
 def inlined(function: Function) -> Function:
     """Compile a function for whatever types its compiled callers use."""
-    return cast("Function", numba.njit(fastmath=_RELAXED_ARITHMETIC, error_model="numpy")(function))
+    return cast(
+        "Function",
+        numba.njit(
+            fastmath=_RELAXED_ARITHMETIC,
+            error_model="numpy",
+            no_cpython_wrapper=True,
+            no_cfunc_wrapper=True,
+        )(function),
+    )
 
 
 def compile_source(source: str, name: str, signature: Any) -> Any:
