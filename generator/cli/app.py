@@ -32,7 +32,6 @@ try:  # these take some tenths of a second, in which Ctrl-C may come
     from collections.abc import Callable, Generator, Iterator
     from contextlib import contextmanager, suppress
     from importlib import import_module
-    from importlib.metadata import version
     from inspect import Parameter, signature
     from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -214,6 +213,8 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
+        from importlib.metadata import version
+
         typer.echo(f"mover {version('exudyn-mover')}")
         raise typer.Exit
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from generator.springs_file.laws import MAX_LAW_VALUE
 from generator.springs_file.parse import SpringsFile
 from springs import CoupledAxis, CoupledSpring
 from springs.coupled import CoupledExponential
-from springs.lint.report import LawReplacement
+
+if TYPE_CHECKING:
+    from springs.lint.report import LawReplacement
 
 _TEST_ANGLES = np.radians([-200.0, 200.0])
 """Angles that a joint may reach [rad]."""
@@ -110,8 +113,10 @@ def _report_duplicate(
         diagnostics.warning(message, place, where)
 
 
-def replaced_laws(content: SpringsFile) -> tuple[LawReplacement, ...]:
+def replaced_laws(content: SpringsFile) -> "tuple[LawReplacement, ...]":
     """The laws of a file that stand for others, to which they are the nearest conservative ones."""
+    from springs.lint.report import LawReplacement  # no run needs it
+
     return tuple(
         LawReplacement(entry.law, original)
         for entry in content.coupled
