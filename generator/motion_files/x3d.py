@@ -10,7 +10,6 @@ The names that HAnim (ISO/IEC 19774-1:2019) has for the joints and segments of a
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -289,6 +288,8 @@ class _SceneWriter:
 
 def _format_tag(kind: str, end: str = "", **fields: str) -> str:
     """The beginning of an element, or all of it with the end `/`."""
+    from xml.sax.saxutils import quoteattr  # imports the whole of urllib
+
     attributes = "".join(
         f" {k}={quoteattr(_INVALID_XML_CHARACTER.sub('?', value))}" for k, value in fields.items()
     )

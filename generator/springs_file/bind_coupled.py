@@ -115,13 +115,12 @@ def _report_duplicate(
 
 def replaced_laws(content: SpringsFile) -> "tuple[LawReplacement, ...]":
     """The laws of a file that stand for others, to which they are the nearest conservative ones."""
-    from springs.lint.report import LawReplacement  # no run needs it
+    pairs = [(entry.law, entry.original_law) for entry in content.coupled]
+    if not any(original for _, original in pairs):
+        return ()
+    from springs.lint.report import LawReplacement  # few files need it
 
-    return tuple(
-        LawReplacement(entry.law, original)
-        for entry in content.coupled
-        if (original := entry.original_law) is not None
-    )
+    return tuple(LawReplacement(law, original) for law, original in pairs if original is not None)
 
 
 def _bind_side(
