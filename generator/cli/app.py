@@ -26,6 +26,8 @@ def leave_interrupted(*, as_json: bool) -> NoReturn:
 
 
 try:  # these take some tenths of a second, in which Ctrl-C may come
+    import atexit
+    import gc
     import os
     import re
     import warnings
@@ -360,8 +362,18 @@ def _silence(descriptor: int) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
+def _collect_garbage_rarely() -> None:
+    """Save the time in which Python searches the objects of imported modules for garbage.
+
+    They stay until the process ends, when freezing them saves a last search.
+    """
+    gc.set_threshold(100_000, 20, 20)
+    atexit.register(gc.freeze)
+
+
 def main() -> None:
     """Run the command: the entry point of the program."""
+    _collect_garbage_rarely()
     # File names may not be encodable in the terminal's encoding; stdout may be closed (None).
     with suppress(AttributeError):
         cast("TextIOWrapper", sys.stdout).reconfigure(errors="backslashreplace")
