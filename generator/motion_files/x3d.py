@@ -82,7 +82,7 @@ _MIN_TRANSLATION = 1e-7
 _DIGITS = 12
 _CLOCK = "clock"
 
-_INVALID_XML_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_INVALID_XML_CHARACTER = re.compile("[\0-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 _HEAD = """\
 <?xml version="1.0" encoding="UTF-8"?>
