@@ -37,13 +37,9 @@ def unit_vector(vector: ArrayLike) -> Array:
 def cross_matrix(vector: ArrayLike) -> Array:
     """Return `[v]x`, so that `cross_matrix(v) @ w` is `v x w`; shape (..., 3) to (..., 3, 3)."""
     v = np.asarray(vector, dtype=float)
-    zero = np.zeros_like(v[..., 0])
-    rows = [
-        [zero, -v[..., 2], v[..., 1]],
-        [v[..., 2], zero, -v[..., 0]],
-        [-v[..., 1], v[..., 0], zero],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    matrix = np.zeros((*v.shape, 3))
+    matrix[..., 2, 1], matrix[..., 0, 2], matrix[..., 1, 0] = np.moveaxis(v, -1, 0)
+    return matrix - np.swapaxes(matrix, -1, -2)
 
 
 def matrix_from_rotation_vector(vector: ArrayLike) -> Array:
@@ -104,13 +100,11 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
         [m[..., i, j] + sign * m[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0))]
         for sign in (1.0, -1.0)
     )
-    rows = [
-        [1.0 + a + b + c, x, y, z],
-        [x, 1.0 + a - b - c, xy, zx],
-        [y, xy, 1.0 - a + b - c, yz],
-        [z, zx, yz, 1.0 - a - b + c],
-    ]
-    products = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    products = np.empty((*m.shape[:-2], 4, 4))
+    for i, diagonal in enumerate((a + b + c, a - b - c, b - a - c, c - a - b)):
+        products[..., i, i] = 1.0 + diagonal
+    for i, j, product in ((0, 1, x), (0, 2, y), (0, 3, z), (1, 2, xy), (1, 3, zx), (2, 3, yz)):
+        products[..., i, j] = products[..., j, i] = product
     largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
     q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
     return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
