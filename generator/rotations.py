@@ -15,11 +15,18 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+_Triple: TypeAlias = tuple[float, float, float]
+
 PERPENDICULAR_TOLERANCE = 1e-9
 """Largest cosine between two axes that count as perpendicular."""
 
 SINGULAR_SINE = 1e-8
 """Sine of the middle angle below which only the sum or difference of the outer two is known."""
+
+_IDENTITY = np.eye(3)
+
+_ORTHOGONALITY_TOLERANCE = 1e-12 + 1e-5 * _IDENTITY
+"""Errors of the products of two rows up to which a matrix counts as orthogonal, as in scipy."""
 
 _TURN = 2.0 * pi
 """A whole turn [rad]."""
@@ -47,7 +54,8 @@ def matrix_from_rotation_vector(vector: ArrayLike) -> Array:
     v = np.asarray(vector, dtype=float)
     half = 0.5 * np.sqrt(np.sum(v * v, axis=-1))
     # sinc(x) is sin(pi x) / (pi x), and 1 at zero.
-    x, y, z = np.moveaxis(0.5 * np.sinc(half / np.pi)[..., None] * v, -1, 0)
+    sinc = 0.5 * np.sinc(half / np.pi)
+    x, y, z = sinc * v[..., 0], sinc * v[..., 1], sinc * v[..., 2]
     w = np.cos(half)
     xx, yy, zz, ww, xy, zw, xz, yw, yz, xw = (
         *(x * x, y * y, z * z, w * w),
@@ -69,11 +77,10 @@ def rotation_vector_from_matrix(matrix: ArrayLike) -> Array:
     Of the two of a half turn, the one whose first component that is not zero is positive.
     """
     q = quaternion_from_matrix(matrix)
-    leading = np.take_along_axis(q, np.argmax(q != 0.0, axis=-1)[..., None], axis=-1)
-    q = np.where(leading < 0.0, -q, q)
-    sine = np.sqrt(np.sum(q[..., 1:] ** 2, axis=-1))
-    half = np.arctan2(sine, q[..., 0])
-    return q[..., 1:] * (2.0 / np.sinc(half / np.pi))[..., None]
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    leading = np.where(w != 0.0, w, np.where(x != 0.0, x, np.where(y != 0.0, y, z)))
+    half = np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(w))
+    return q[..., 1:] * (np.copysign(2.0, leading) / np.sinc(half / np.pi))[..., None]
 
 
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
@@ -88,11 +95,12 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     m = np.asarray(matrix, dtype=float)
     if np.any(np.linalg.det(m) <= 0.0):
         raise ValueError("the determinant of a rotation matrix must be positive")
-    skewed = ~np.all(np.isclose(m @ np.swapaxes(m, -1, -2), np.eye(3), atol=1e-12), axis=(-2, -1))
-    skewed &= np.all(np.isfinite(m), axis=(-2, -1))
+    products = m @ np.swapaxes(m, -1, -2)
+    skewed = np.any(np.abs(products - _IDENTITY) > _ORTHOGONALITY_TOLERANCE, axis=(-2, -1))
     if np.any(skewed):
-        left, _, right = np.linalg.svd(m)
-        m = np.where(skewed[..., None, None], left @ right, m)
+        left, _, right = np.linalg.svd(m[skewed])
+        m = m.copy()
+        m[skewed] = left @ right
     # Each row is the quaternion times four times one of its components; the row of the largest
     # component is the most accurate (Shepperd, J. Guidance Control 1, 1978).
     a, b, c = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
@@ -100,13 +108,13 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
         [m[..., i, j] + sign * m[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0))]
         for sign in (1.0, -1.0)
     )
-    products = np.empty((*m.shape[:-2], 4, 4))
+    rows = np.empty((*m.shape[:-2], 4, 4))
     for i, diagonal in enumerate((a + b + c, a - b - c, b - a - c, c - a - b)):
-        products[..., i, i] = 1.0 + diagonal
+        rows[..., i, i] = 1.0 + diagonal
     for i, j, product in ((0, 1, x), (0, 2, y), (0, 3, z), (1, 2, xy), (1, 3, zx), (2, 3, yz)):
-        products[..., i, j] = products[..., j, i] = product
-    largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
-    q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
+        rows[..., i, j] = rows[..., j, i] = product
+    largest = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(rows, largest[..., None, None], axis=-2)[..., 0, :]
     return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
 
 
@@ -223,7 +231,7 @@ class RotationSequence:
         before it, whole turns included.
         """
         m = np.asarray(matrices, dtype=float)
-        frame, offset = self._frame
+        offset = self._frame[1]
         turned = self._last_frame_direction(m)
         sine = np.hypot(turned[:, 0], turned[:, 1])
         middle = np.arctan2(sine, turned[:, 2]) - offset
@@ -233,21 +241,28 @@ class RotationSequence:
         # The outer two plus pi and the opposite polar angle give the same orientation.
         other = (first + np.pi, -(middle + offset) - offset, last + np.pi)
         pairs = np.stack([first, middle, last, *other], axis=-1).reshape(-1, 2, 3).tolist()
+        singular = sine < SINGULAR_SINE
         # At a pole only `last + sign * first` is known.
-        upper = turned[:, 2] > 0.0
-        sign, poles = np.where(upper, 1.0, -1.0), wrap_angle(np.where(upper, 0.0, np.pi) - offset)
-        back = np.swapaxes(matrix_from_axis_angle(frame[0], poles), -1, -2)
-        sums = np.stack([sign, poles, _angle_about(frame[2], m @ back)], axis=-1).tolist()
+        sums = iter(self._singular_sums(m[singular], turned[singular, 2] > 0.0))
         previous = None if near is None else _triple(np.asarray(near, dtype=float).tolist())
         triples: list[_Triple] = []
-        singular = (sine < SINGULAR_SINE).tolist()
-        for is_singular, pair, (one_sign, pole, total) in zip(singular, pairs, sums, strict=True):
+        for is_singular, pair in zip(singular.tolist(), pairs, strict=True):
             if is_singular:
-                previous = _singular_triple(one_sign, pole, total, previous)
+                previous = _singular_triple(*next(sums), previous)
             else:
                 previous = _choose_triple(pair, previous)
             triples.append(previous)
         return np.array(triples, dtype=float).reshape(-1, 3)
+
+    def _singular_sums(self, matrices: Array, upper: NDArray[np.bool_]) -> list[_Triple]:
+        """Return (sign, middle angle, last + sign * first) of singular orientations (n, 3, 3)."""
+        if not len(matrices):
+            return []
+        frame, offset = self._frame
+        sign, middle = np.where(upper, 1.0, -1.0), wrap_angle(np.where(upper, 0.0, np.pi) - offset)
+        back = np.swapaxes(matrix_from_axis_angle(frame[0], middle), -1, -2)
+        total = _angle_about(frame[2], matrices @ back)
+        return list(zip(sign.tolist(), middle.tolist(), total.tolist(), strict=True))
 
     def is_singular(self, matrix: ArrayLike) -> bool:
         """Return whether only the sum or the difference of the outer angles is known."""
@@ -257,9 +272,6 @@ class RotationSequence:
     def _last_frame_direction(self, matrix: Array) -> Array:
         """Rotated first axis in the axes of `_frame`, shape (..., 3)."""
         return np.asarray(self._frame[0] @ matrix @ unit_vector(self.axes[0]))
-
-
-_Triple: TypeAlias = tuple[float, float, float]
 
 
 def _triple(values: Sequence[float]) -> _Triple:
