@@ -7,6 +7,7 @@ are timed in processes that do nothing else. Best of several rounds in which all
 """
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -29,6 +30,9 @@ IMPORTS: Mapping[str, str] = {
     "Pinocchio": "import pinocchio",
     "Drake": "import pydrake.all",
 }
+
+ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+"""Environment of the processes. All engines are imported from bytecode, as installed ones are."""
 
 
 def main() -> None:
@@ -55,7 +59,7 @@ def main() -> None:
 def _wall(code: str) -> float:
     """Of a Python process that does this [s]."""
     begun = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=ENVIRONMENT)
     return time.perf_counter() - begun
 
 
@@ -63,6 +67,7 @@ def _child(name: str) -> dict[str, float]:
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks.child", name],
         check=True,
+        env=ENVIRONMENT,
         capture_output=True,
         text=True,
     )

@@ -3,7 +3,6 @@
 from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from enum import Enum
 from functools import cached_property
 from typing import Generic, TypeVar
@@ -168,6 +167,8 @@ def closest_match(word: str, known: Iterable[str]) -> str | None:
     if len(words) > 2 * _NEIGHBOURS_PER_SIDE:
         place = bisect_left(words, word)
         words = words[max(0, place - _NEIGHBOURS_PER_SIDE) : place + _NEIGHBOURS_PER_SIDE]
+    from difflib import get_close_matches
+
     close = get_close_matches(word, words, n=1, cutoff=0.6)
     return close[0] if close else None
 

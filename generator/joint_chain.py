@@ -26,7 +26,6 @@ from generator.rotations import (
     matrix_from_chain_angles,
     pose_matrix,
     unit_vector,
-    wrap_angle,
 )
 
 
@@ -144,43 +143,60 @@ class Chain:
         For a pose that the chain cannot reach: those of its rotation, and the least-squares fit of
         its translation.
         """
-        x = np.asarray(pose, dtype=float)
-        previous = None if near is None else np.asarray(near, dtype=float)
-        result = np.zeros(len(self.joint_axes))
+        return self.continuous_displacements(np.asarray(pose, dtype=float)[None], near)[0]
+
+    def continuous_displacements(self, poses: ArrayLike, near: ArrayLike | None = None) -> Array:
+        """Return the displacements (m, n) [rad or m] of successive poses (m, 4, 4).
+
+        Those of the first pose are `displacements` with `near`; every other row is the nearest to
+        the one before it, whole turns included.
+        """
+        x = np.asarray(poses, dtype=float)
+        result = np.zeros((len(x), len(self.joint_axes)))
         turns, slides = list(self.rotations), list(self.translations)
-        result[turns] = self._angles(x[:3, :3], None if previous is None else previous[turns])
+        first = None if near is None else np.asarray(near, dtype=float)[turns]
+        result[:, turns] = self._continuous_angles(x[:, :3, :3], first)
         if slides:
             axes = np.array([unit_vector(self.joint_axes[k].axis) for k in slides]).T
-            offset = x[:3, 3]
+            offsets = x[:, :3, 3]
             if not self.translations_are_outer:
-                turned = matrix_from_chain_angles(self.rotation_axes, result[turns])
-                offset = turned.T @ offset
-            result[slides] = np.linalg.lstsq(axes, offset, rcond=None)[0]
+                turned = matrix_from_chain_angles(self.rotation_axes, result[:, turns])
+                offsets = (offsets[:, None] @ turned)[:, 0]
+            result[:, slides] = np.linalg.lstsq(axes, offsets.T, rcond=None)[0].T
         return result
 
-    def _angles(self, matrix: Array, near: Array | None) -> Array:
-        """Return the angles of the rotations, shape (number of rotations,)."""
-        axes = self.rotation_axes
+    def _continuous_angles(self, matrices: Array, near: Array | None) -> Array:
+        """Return the angles of the rotations, shape (m, number of rotations)."""
+        axes = [unit_vector(axis) for axis in self.rotation_axes]
         if self.sequence is not None:
-            return self.sequence.angles(matrix, near)
-        angles: list[float] = []
+            return self.sequence.continuous_angles(matrices, near)
+        columns: list[Array] = []
         if len(axes) == 2:
-            inner, outer = unit_vector(axes[0]), unit_vector(axes[1])
-            moved = matrix @ inner
-            angles.append(float(np.arctan2(outer @ np.cross(inner, moved), inner @ moved)))
-            matrix = matrix_from_axis_angle(outer, angles[0]).T @ matrix
+            inner, outer = axes
+            moved = matrices @ inner
+            columns.append(np.arctan2(np.cross(inner, moved) @ outer, moved @ inner))
+            back = np.swapaxes(matrix_from_axis_angle(outer, columns[0]), -1, -2)
+            matrices = back @ matrices
         if axes:
-            angles.insert(0, _nearest_rotation_angle(unit_vector(axes[0]), matrix))
-        base = np.zeros(len(axes)) if near is None else near
-        return base + wrap_angle(np.array(angles) - base)
+            columns.insert(0, _nearest_rotation_angle(axes[0], matrices))
+        angles = np.array(columns).reshape(len(axes), len(matrices)).T
+        start = np.zeros(len(axes)) if near is None else near
+        steps = np.diff(angles, axis=0, prepend=start[None])
+        return angles - 2.0 * np.pi * np.cumsum(np.round(steps / (2.0 * np.pi)), axis=0)
 
     def pose_residual(self, pose: ArrayLike) -> Array:
-        """Return the part of a pose that the chain cannot reach: (angle [rad], offset [m])."""
-        reached = self.pose(self.displacements(pose))
-        between = inverse_pose(reached) @ np.asarray(pose, dtype=float)
-        r = between[:3, :3]
-        turn = 0.5 * np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
-        return np.concatenate([turn, between[:3, 3]])
+        """Return the part of poses that the chain cannot reach, (..., 4, 4) to (..., 6).
+
+        It is the sine of an angle about an axis, times the axis, and an offset [m].
+        """
+        x = np.asarray(pose, dtype=float)
+        reached = self.pose(self.continuous_displacements(x.reshape(-1, 4, 4)))
+        between = inverse_pose(reached.reshape(x.shape)) @ x
+        r = between[..., :3, :3]
+        turn = 0.5 * np.stack(
+            [r[..., i, j] - r[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0))], axis=-1
+        )
+        return np.concatenate([turn, between[..., :3, 3]], axis=-1)
 
 
 def _commute(rotation: JointAxis, translation: JointAxis) -> bool:
@@ -205,12 +221,11 @@ def _axis_pose(joint_axis: JointAxis, value: ArrayLike) -> Array:
             assert_never(joint_axis.kind)
 
 
-def _nearest_rotation_angle(axis: Array, matrix: Array) -> float:
-    """Return the angle of the rotation about `axis` that is nearest to `matrix` [rad]."""
-    k = cross_matrix(axis)
-    sine = -float(np.sum(k.T * matrix))
-    cosine = float(np.trace(matrix) - axis @ matrix @ axis)
-    return float(np.arctan2(sine, cosine))
+def _nearest_rotation_angle(axis: Array, matrices: Array) -> Array:
+    """Return the angles of the rotations about `axis` that are nearest to `matrices` [rad]."""
+    sine = np.sum(cross_matrix(axis) * matrices, axis=(-2, -1))
+    cosine = np.trace(matrices, axis1=-2, axis2=-1) - (matrices @ axis) @ axis
+    return np.arctan2(sine, cosine)
 
 
 def build_chain(joint_axes: Sequence[JointAxis]) -> Chain:

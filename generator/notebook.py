@@ -1,11 +1,12 @@
 """Tables in HTML, as which notebooks show figures and recordings."""
 
 from collections.abc import Iterable, Sequence
-from html import escape
 
 
 def html_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return a table with its title above it; all texts are escaped."""
+    from html import escape  # notebooks alone need it
+
     head = "".join(f"<th>{escape(column)}</th>" for column in columns)
     body = "".join(
         "<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows

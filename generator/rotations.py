@@ -7,17 +7,29 @@ in radians. `matrix_from_chain_angles` defines the order of a joint's chain.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import hypot, pi, remainder
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+_Triple: TypeAlias = tuple[float, float, float]
+
 PERPENDICULAR_TOLERANCE = 1e-9
 """Largest cosine between two axes that count as perpendicular."""
 
 SINGULAR_SINE = 1e-8
 """Sine of the middle angle below which only the sum or difference of the outer two is known."""
+
+_IDENTITY = np.eye(3)
+
+_ORTHOGONALITY_TOLERANCE = 1e-12 + 1e-5 * _IDENTITY
+"""Errors of the products of two rows up to which a matrix counts as orthogonal, as in scipy."""
+
+_TURN = 2.0 * pi
+"""A whole turn [rad]."""
 
 
 def unit_vector(vector: ArrayLike) -> Array:
@@ -32,50 +44,78 @@ def unit_vector(vector: ArrayLike) -> Array:
 def cross_matrix(vector: ArrayLike) -> Array:
     """Return `[v]x`, so that `cross_matrix(v) @ w` is `v x w`; shape (..., 3) to (..., 3, 3)."""
     v = np.asarray(vector, dtype=float)
-    zero = np.zeros_like(v[..., 0])
-    rows = [
-        [zero, -v[..., 2], v[..., 1]],
-        [v[..., 2], zero, -v[..., 0]],
-        [-v[..., 1], v[..., 0], zero],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    matrix = np.zeros((*v.shape, 3))
+    matrix[..., 2, 1], matrix[..., 0, 2], matrix[..., 1, 0] = np.moveaxis(v, -1, 0)
+    return matrix - np.swapaxes(matrix, -1, -2)
 
 
 def matrix_from_rotation_vector(vector: ArrayLike) -> Array:
     """Return exp([r]x) for r = angle times axis [rad]; shape (..., 3) to (..., 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
     v = np.asarray(vector, dtype=float)
-    flat = Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix()
-    return flat.reshape(*v.shape[:-1], 3, 3)
+    half = 0.5 * np.sqrt(np.sum(v * v, axis=-1))
+    # sinc(x) is sin(pi x) / (pi x), and 1 at zero.
+    sinc = 0.5 * np.sinc(half / np.pi)
+    x, y, z = sinc * v[..., 0], sinc * v[..., 1], sinc * v[..., 2]
+    w = np.cos(half)
+    xx, yy, zz, ww, xy, zw, xz, yw, yz, xw = (
+        *(x * x, y * y, z * z, w * w),
+        *(x * y, z * w, x * z, y * w, y * z, x * w),
+    )
+    matrix = np.empty((*v.shape[:-1], 3, 3))
+    matrix[..., 0, 0] = xx - yy - zz + ww
+    matrix[..., 1, 1] = yy - xx - zz + ww
+    matrix[..., 2, 2] = zz - xx - yy + ww
+    matrix[..., 0, 1], matrix[..., 1, 0] = 2.0 * (xy - zw), 2.0 * (xy + zw)
+    matrix[..., 0, 2], matrix[..., 2, 0] = 2.0 * (xz + yw), 2.0 * (xz - yw)
+    matrix[..., 1, 2], matrix[..., 2, 1] = 2.0 * (yz - xw), 2.0 * (yz + xw)
+    return matrix
 
 
 def rotation_vector_from_matrix(matrix: ArrayLike) -> Array:
-    """Return the rotation vector, of length 0 to pi [rad]; shape (..., 3, 3) to (..., 3)."""
-    from scipy.spatial.transform import Rotation
+    """Return the rotation vector, of length 0 to pi [rad]; shape (..., 3, 3) to (..., 3).
 
+    Of the two of a half turn, the one whose first component that is not zero is positive.
+    """
+    q = quaternion_from_matrix(matrix)
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    leading = np.where(w != 0.0, w, np.where(x != 0.0, x, np.where(y != 0.0, y, z)))
+    half = np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(w))
+    return q[..., 1:] * (np.copysign(2.0, leading) / np.sinc(half / np.pi))[..., None]
+
+
+def quaternion_from_matrix(matrix: ArrayLike) -> Array:
+    """Return the unit quaternion, scalar first; shape (..., 3, 3) to (..., 4).
+
+    Of the two, the one whose largest component is positive. A matrix that is not orthogonal is
+    replaced by the nearest rotation.
+
+    Raises:
+        ValueError: the matrix is a reflection or singular.
+    """
     m = np.asarray(matrix, dtype=float)
-    flat = Rotation.from_matrix(m.reshape(-1, 3, 3)).as_rotvec()
-    return flat.reshape(*m.shape[:-2], 3)
-
-
-def quaternion_from_matrix(matrix: Array) -> Array:
-    """Unit quaternion (4,), scalar first, of a rotation matrix (3, 3)."""
-    m = matrix
-    squares = np.array(
-        [
-            1.0 + m[0, 0] + m[1, 1] + m[2, 2],
-            1.0 + m[0, 0] - m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] + m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] - m[1, 1] + m[2, 2],
-        ]
+    if np.any(np.linalg.det(m) <= 0.0):
+        raise ValueError("the determinant of a rotation matrix must be positive")
+    products = m @ np.swapaxes(m, -1, -2)
+    skewed = np.any(np.abs(products - _IDENTITY) > _ORTHOGONALITY_TOLERANCE, axis=(-2, -1))
+    if np.any(skewed):
+        left, _, right = np.linalg.svd(m[skewed])
+        m = m.copy()
+        m[skewed] = left @ right
+    # Each row is the quaternion times four times one of its components; the row of the largest
+    # component is the most accurate (Shepperd, J. Guidance Control 1, 1978).
+    a, b, c = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    (yz, zx, xy), (x, y, z) = (
+        [m[..., i, j] + sign * m[..., j, i] for i, j in ((2, 1), (0, 2), (1, 0))]
+        for sign in (1.0, -1.0)
     )
-    w = [squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
-    x = [w[1], squares[1], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]]
-    y = [w[2], x[2], squares[2], m[1, 2] + m[2, 1]]
-    z = [w[3], x[3], y[3], squares[3]]
-    row = np.array([w, x, y, z][int(np.argmax(squares))])
-    return row / np.linalg.norm(row)
+    rows = np.empty((*m.shape[:-2], 4, 4))
+    for i, diagonal in enumerate((a + b + c, a - b - c, b - a - c, c - a - b)):
+        rows[..., i, i] = 1.0 + diagonal
+    for i, j, product in ((0, 1, x), (0, 2, y), (0, 3, z), (1, 2, xy), (1, 3, zx), (2, 3, yz)):
+        rows[..., i, j] = rows[..., j, i] = product
+    largest = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(rows, largest[..., None, None], axis=-2)[..., 0, :]
+    return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
 
 
 def matrix_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
@@ -182,67 +222,93 @@ class RotationSequence:
         (eq. 3.14 and the corrected 3.15). With `near`: of all triples that give the orientation,
         whole turns included, the nearest to it.
         """
-        m = np.asarray(matrix, dtype=float)
-        frame, offset = self._frame
-        turned = frame @ m @ unit_vector(self.axes[0])
-        sine = float(np.hypot(turned[0], turned[1]))
-        polar = float(np.arctan2(sine, turned[2]))
-        if sine < SINGULAR_SINE:
-            return self._singular_angles(m, frame, offset, 0.0 if turned[2] > 0 else np.pi, near)
-        last = float(np.arctan2(turned[0], -turned[1]))
-        first = self._inner_angle(m, polar - offset, last)
-        triple = np.array([first, polar - offset, last])
+        return self.continuous_angles(np.asarray(matrix, dtype=float)[None], near)[0]
+
+    def continuous_angles(self, matrices: ArrayLike, near: ArrayLike | None = None) -> Array:
+        """Return the angles (n, 3) of successive orientations (n, 3, 3) [rad].
+
+        The first triple is that of `angles` with `near`; every other is the nearest to the one
+        before it, whole turns included.
+        """
+        m = np.asarray(matrices, dtype=float)
+        offset = self._frame[1]
+        turned = self._last_frame_direction(m)
+        sine = np.hypot(turned[:, 0], turned[:, 1])
+        middle = np.arctan2(sine, turned[:, 2]) - offset
+        last = np.arctan2(turned[:, 0], -turned[:, 1])
+        outer = matrix_from_chain_angles(self.axes[1:], np.stack([middle, last], axis=-1))
+        first = _angle_about(unit_vector(self.axes[0]), np.swapaxes(outer, -1, -2) @ m)
         # The outer two plus pi and the opposite polar angle give the same orientation.
-        other = np.array([first + np.pi, -polar - offset, last + np.pi])
-        return _choose_triple([triple, other], near)
+        other = (first + np.pi, -(middle + offset) - offset, last + np.pi)
+        pairs = np.stack([first, middle, last, *other], axis=-1).reshape(-1, 2, 3).tolist()
+        singular = sine < SINGULAR_SINE
+        # At a pole only `last + sign * first` is known.
+        sums = iter(self._singular_sums(m[singular], turned[singular, 2] > 0.0))
+        previous = None if near is None else _triple(np.asarray(near, dtype=float).tolist())
+        triples: list[_Triple] = []
+        for is_singular, pair in zip(singular.tolist(), pairs, strict=True):
+            if is_singular:
+                previous = _singular_triple(*next(sums), previous)
+            else:
+                previous = _choose_triple(pair, previous)
+            triples.append(previous)
+        return np.array(triples, dtype=float).reshape(-1, 3)
+
+    def _singular_sums(self, matrices: Array, upper: NDArray[np.bool_]) -> list[_Triple]:
+        """Return (sign, middle angle, last + sign * first) of singular orientations (n, 3, 3)."""
+        if not len(matrices):
+            return []
+        frame, offset = self._frame
+        sign, middle = np.where(upper, 1.0, -1.0), wrap_angle(np.where(upper, 0.0, np.pi) - offset)
+        back = np.swapaxes(matrix_from_axis_angle(frame[0], middle), -1, -2)
+        total = _angle_about(frame[2], matrices @ back)
+        return list(zip(sign.tolist(), middle.tolist(), total.tolist(), strict=True))
 
     def is_singular(self, matrix: ArrayLike) -> bool:
         """Return whether only the sum or the difference of the outer angles is known."""
-        frame, _ = self._frame
-        turned = frame @ np.asarray(matrix, dtype=float) @ unit_vector(self.axes[0])
+        turned = self._last_frame_direction(np.asarray(matrix, dtype=float))
         return bool(np.hypot(turned[0], turned[1]) < SINGULAR_SINE)
 
-    def _inner_angle(self, matrix: Array, middle: float, last: float) -> float:
-        """Return the innermost angle once the other two are known."""
-        outer = matrix_from_chain_angles(self.axes[1:], [middle, last])
-        return _angle_about(unit_vector(self.axes[0]), outer.T @ matrix)
-
-    def _singular_angles(
-        self, matrix: Array, frame: Array, offset: float, polar: float, near: ArrayLike | None
-    ) -> Array:
-        """Return the angles where only `last + sign * first` is known."""
-        sign = 1.0 if polar == 0.0 else -1.0
-        middle = float(wrap_angle(np.asarray(polar - offset)))
-        total = _angle_about(frame[2], matrix @ matrix_from_axis_angle(frame[0], middle).T)
-        if near is None:
-            return np.array([sign * total / 2.0, middle, total / 2.0])
-        previous = np.asarray(near, dtype=float)
-        rest = float(wrap_angle(np.asarray(total - previous[2] - sign * previous[0])))
-        middle = middle + 2.0 * np.pi * round((previous[1] - middle) / (2.0 * np.pi))
-        return np.array([previous[0] + sign * rest / 2.0, middle, previous[2] + rest / 2.0])
+    def _last_frame_direction(self, matrix: Array) -> Array:
+        """Rotated first axis in the axes of `_frame`, shape (..., 3)."""
+        return np.asarray(self._frame[0] @ matrix @ unit_vector(self.axes[0]))
 
 
-def _angle_about(axis: Array, matrix: Array) -> float:
-    """Return the angle of a rotation about the known `axis` [rad]."""
-    sine = 0.5 * float(
-        axis
-        @ np.array(
-            [
-                matrix[2, 1] - matrix[1, 2],
-                matrix[0, 2] - matrix[2, 0],
-                matrix[1, 0] - matrix[0, 1],
-            ]
-        )
+def _triple(values: Sequence[float]) -> _Triple:
+    first, middle, last = values
+    return first, middle, last
+
+
+def _angle_about(axis: Array, matrix: Array) -> Array:
+    """Return the angle of rotations (..., 3, 3) about the known `axis`, shape (...) [rad]."""
+    x, y, z = axis.tolist()
+    sine = 0.5 * (
+        x * (matrix[..., 2, 1] - matrix[..., 1, 2])
+        + y * (matrix[..., 0, 2] - matrix[..., 2, 0])
+        + z * (matrix[..., 1, 0] - matrix[..., 0, 1])
     )
-    cosine = 0.5 * (float(np.trace(matrix)) - 1.0)
-    return float(np.arctan2(sine, cosine))
+    cosine = 0.5 * (matrix[..., 0, 0] + matrix[..., 1, 1] + matrix[..., 2, 2] - 1.0)
+    return np.arctan2(sine, cosine)
 
 
-def _choose_triple(triples: list[Array], near: ArrayLike | None) -> Array:
+def _singular_triple(sign: float, middle: float, total: float, near: _Triple | None) -> _Triple:
+    """Return the angles where only `total`, which is `last + sign * first`, is known."""
+    if near is None:
+        return sign * total / 2.0, middle, total / 2.0
+    first, before, last = near
+    rest = remainder(total - last - sign * first, _TURN)
+    return first + sign * rest / 2.0, before + remainder(middle - before, _TURN), last + rest / 2.0
+
+
+def _choose_triple(triples: Sequence[Sequence[float]], near: _Triple | None) -> _Triple:
     """Return the conventional triple, or the one nearest to `near` modulo 2 pi."""
     if near is None:
-        whole = [wrap_angle(triple) for triple in triples]
-        return min(whole, key=lambda triple: (round(abs(float(triple[1])), 9), triple[1] < 0.0))
-    previous = np.asarray(near, dtype=float)
-    moved = [previous + wrap_angle(triple - previous) for triple in triples]
-    return min(moved, key=lambda triple: float(np.linalg.norm(triple - previous)))
+        whole = [_triple([remainder(angle, _TURN) for angle in triple]) for triple in triples]
+        return min(whole, key=lambda triple: (round(abs(triple[1]), 9), triple[1] < 0.0))
+    x, y, z = near
+    steps = [
+        (remainder(a - x, _TURN), remainder(b - y, _TURN), remainder(c - z, _TURN))
+        for a, b, c in triples
+    ]
+    p, q, r = min(steps, key=lambda step: hypot(*step))
+    return x + p, y + q, z + r

@@ -5,7 +5,6 @@ import errno
 import os
 import platform
 import re
-import secrets
 import shutil
 import stat
 from collections.abc import Callable
@@ -253,7 +252,7 @@ def _link_target(path: Path) -> Path:
 
 def temporary_path(target: Path) -> Path:
     """Return a new hidden name in the folder of a file, for what will take its place."""
-    token = f"{os.getpid()}-{_machine()}-{secrets.token_hex(4)}"
+    token = f"{os.getpid()}-{_machine()}-{os.urandom(4).hex()}"
     return target.with_name(f".{target.name[:50]}.{token}.part")
 
 

@@ -1,8 +1,9 @@
 """A curve through measured points, without the overshoot of other splines.
 
-The points are joined by scipy's monotone cubic Hermite interpolation (PCHIP, Fritsch & Butland
-1984): between two points the torque never leaves their two values. Beyond the first and the last
-point it continues along the tangent: an extrapolation, which begins at the ends of `valid_range`.
+The points are joined by monotone cubic Hermite interpolation (PCHIP; Fritsch & Butland, SIAM J.
+Sci. Comput. 5, 1984): between two points the torque never leaves their two values. Beyond the first
+and the last point it continues along the tangent: an extrapolation, which begins at the ends of
+`valid_range`.
 """
 
 from collections.abc import Callable
@@ -13,10 +14,13 @@ from math import isfinite
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from springs.backends import NUMPY, Operations, Real
 from springs.cubic import Coefficients, antiderivative, polynomial
 from springs.elastic import Range
+
+Array: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -76,24 +80,25 @@ class Interpolated:
     @cached_property
     def _pieces(self) -> tuple[_CubicPiece, ...]:
         """The tangent before the first point, the cubics, the tangent after the last point."""
-        from scipy.interpolate import PchipInterpolator
-
         angles, torques = np.array(self.points).T
-        curve = PchipInterpolator(angles, torques)
-        cubics = [tuple(column[::-1]) for column in np.asarray(curve.c).T.tolist()]
-        slopes = np.asarray(curve.derivative()(angles[[0, -1]])).tolist()
-        stored = -np.asarray(curve.antiderivative()(angles))
-        first, last = self.points[0], self.points[-1]
-        return (
-            _CubicPiece(first[0], (first[1], slopes[0], 0.0, 0.0), 0.0),
-            *(
-                _CubicPiece(start, (c0, c1, c2, c3), energy)
-                for start, (c0, c1, c2, c3), energy in zip(
-                    angles.tolist(), cubics, stored.tolist(), strict=False
-                )
-            ),
-            _CubicPiece(last[0], (last[1], slopes[1], 0.0, 0.0), float(stored[-1])),
-        )
+        widths = np.diff(angles)
+        chords = np.diff(torques) / widths
+        slopes = _monotone_slopes(widths, chords)
+        bends = (slopes[:-1] + slopes[1:] - 2.0 * chords) / widths
+        columns = [
+            torques[:-1],
+            slopes[:-1],
+            (chords - slopes[:-1]) / widths - bends,
+            bends / widths,
+        ]
+        first, last, energy = self.points[0], self.points[-1], 0.0
+        pieces = [_CubicPiece(first[0], (first[1], float(slopes[0]), 0.0, 0.0), energy)]
+        for start, width, (c0, c1, c2, c3) in zip(
+            angles.tolist(), widths.tolist(), np.transpose(columns).tolist(), strict=False
+        ):
+            pieces.append(_CubicPiece(start, (c0, c1, c2, c3), energy))
+            energy = float(_piece_energy(pieces[-1], width))
+        return *pieces, _CubicPiece(last[0], (last[1], float(slopes[-1]), 0.0, 0.0), energy)
 
     def _evaluate_piece(
         self, angle: Real, function: "_PieceFunction", ops: Operations, first: int, end: int
@@ -120,3 +125,40 @@ def _piece_torque(piece: _CubicPiece, x: Real) -> Real:
 
 def _piece_energy(piece: _CubicPiece, x: Real) -> Real:
     return piece.energy - antiderivative(piece.coefficients, x)
+
+
+def _monotone_slopes(widths: Array, chords: Array) -> Array:
+    """Slopes at n + 1 points for which the cubics between them are monotone [N m/rad].
+
+    Args:
+        widths: distances of the points, shape (n,) [rad].
+        chords: slopes of the straight lines between the points, shape (n,) [N m/rad].
+    """
+    if len(chords) == 1:
+        return np.repeat(chords, 2)
+    slopes = np.zeros(len(chords) + 1)
+    before, after = chords[:-1], chords[1:]
+    rising = np.flatnonzero(np.sign(before) * np.sign(after) > 0.0)
+    first, second = 2.0 * widths[1:] + widths[:-1], widths[1:] + 2.0 * widths[:-1]
+    first, second = first[rising], second[rising]
+    # The weighted harmonic mean; zero where the torque has an extremum.
+    slopes[1 + rising] = 1.0 / (
+        (first / before[rising] + second / after[rising]) / (first + second)
+    )
+    slopes[0] = _end_slope(widths[:2], chords[:2])
+    slopes[-1] = _end_slope(widths[:-3:-1], chords[:-3:-1])
+    return slopes
+
+
+def _end_slope(widths: Array, chords: Array) -> float:
+    """Slope at an end by the parabola through three points, limited to monotone cubics.
+
+    From C. Moler, Numerical Computing with MATLAB, 2004, section 3.6.
+    """
+    (h, k), (near, far) = widths.tolist(), chords.tolist()
+    slope = ((2.0 * h + k) * near - h * far) / (h + k)
+    if np.sign(slope) != np.sign(near):
+        return 0.0
+    if np.sign(near) != np.sign(far) and abs(slope) > 3.0 * abs(near):
+        return 3.0 * near
+    return slope

@@ -26,13 +26,14 @@ def leave_interrupted(*, as_json: bool) -> NoReturn:
 
 
 try:  # these take some tenths of a second, in which Ctrl-C may come
+    import atexit
+    import gc
     import os
     import re
     import warnings
     from collections.abc import Callable, Generator, Iterator
     from contextlib import contextmanager, suppress
     from importlib import import_module
-    from importlib.metadata import version
     from inspect import Parameter, signature
     from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -214,6 +215,8 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
+        from importlib.metadata import version
+
         typer.echo(f"mover {version('exudyn-mover')}")
         raise typer.Exit
 
@@ -359,8 +362,18 @@ def _silence(descriptor: int) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
+def _collect_garbage_rarely() -> None:
+    """Save the time in which Python searches the objects of imported modules for garbage.
+
+    They stay until the process ends, when freezing them saves a last search.
+    """
+    gc.set_threshold(100_000, 20, 20)
+    atexit.register(gc.freeze)
+
+
 def main() -> None:
     """Run the command: the entry point of the program."""
+    _collect_garbage_rarely()
     # File names may not be encodable in the terminal's encoding; stdout may be closed (None).
     with suppress(AttributeError):
         cast("TextIOWrapper", sys.stdout).reconfigure(errors="backslashreplace")

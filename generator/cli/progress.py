@@ -1,15 +1,17 @@
-"""Progress of a command on a terminal."""
+"""Progress of a command on a terminal.
+
+rich is imported for a bar only, since most runs write no progress to a terminal.
+"""
 
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, TypeAlias
 
-from rich.console import Console
-from rich.progress import BarColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
-from rich.progress import Progress as ProgressBar
-from rich.text import Text
-
 if TYPE_CHECKING:
+    from rich.progress import Progress as ProgressBar
+    from rich.progress import ProgressColumn, Task
+    from rich.text import Text
+
     from generator.simulation.run import Progress
 
 
@@ -42,12 +44,24 @@ def _ignore(value: object) -> None:
     del value
 
 
-class RateColumn(ProgressColumn):
-    """Simulated seconds in a second."""
+def _rate_column() -> "ProgressColumn":
+    """Return a column with the simulated seconds in a second."""
+    from rich.progress import ProgressColumn
+    from rich.text import Text
 
-    def render(self, task: Task) -> Text:
-        """Return the rate of the running pass."""
-        return Text("" if task.speed is None else f"{task.speed:.2f} x real time")
+    class RateColumn(ProgressColumn):
+        def render(self, task: "Task") -> "Text":
+            return Text("" if task.speed is None else f"{task.speed:.2f} x real time")
+
+    return RateColumn()
+
+
+def _new_bar(*columns: "ProgressColumn") -> "ProgressBar":
+    """Return a bar on the standard error stream, wiped away at the end."""
+    from rich.console import Console
+    from rich.progress import Progress as ProgressBar
+
+    return ProgressBar(*columns, console=Console(stderr=True), transient=True)
 
 
 @contextmanager
@@ -56,14 +70,14 @@ def progress_bar(start: float, stop: float) -> Generator[RunCallback]:
 
     It shows the pass of the run, simulated time, rate and time to go, and is wiped away at the end.
     """
-    bar = ProgressBar(
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+
+    bar = _new_bar(
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.completed:.2f} of {task.total:.2f} s"),
-        RateColumn(),
+        _rate_column(),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
-        transient=True,
     )
     row = bar.add_task("building", total=stop - start)
     pass_number = 0
@@ -85,13 +99,13 @@ def item_progress_bar(total: int, noun: str) -> Generator[ItemCallback]:
 
     It shows how many are done and which was the last.
     """
-    bar = ProgressBar(
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+
+    bar = _new_bar(
         BarColumn(),
         TextColumn(f"{{task.completed}} of {{task.total}} {noun}"),
         TimeRemainingColumn(),
         TextColumn("{task.description}"),
-        console=Console(stderr=True),
-        transient=True,
     )
     row = bar.add_task("", total=total)
 

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 
+import figures
 from generator.diagnostics import (
     Diagnostics,
     Parsed,
@@ -23,7 +23,7 @@ FIGURE_SUFFIX = ".fig"
 
 def shipped_figures() -> dict[str, Path]:
     """The figures that come with this program, by name."""
-    folder = Path(str(files("figures")))
+    folder = Path(figures.__path__[0])
     return {path.stem: path for path in sorted(folder.glob(f"*{FIGURE_SUFFIX}"))}
 
 

@@ -18,7 +18,6 @@ from generator.figure import (
     SiteRef,
     Vector,
 )
-from generator.geometry.read import read_segment_surface
 from generator.joint_chain import build_chain
 from generator.kinematics.placement import (
     Displacements,
@@ -156,6 +155,8 @@ def lowest_point(placement: Placement, up: Array) -> float:
     Raises:
         InputError: a psurf cannot be read.
     """
+    from generator.geometry.read import read_segment_surface  # no other run reads surfaces
+
     figure = placement.tree.figure
     heights: list[float] = []
     for name, segment in figure.bodies.items():

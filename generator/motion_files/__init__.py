@@ -6,7 +6,7 @@ from pathlib import Path
 from generator.diagnostics import UsageError
 from generator.figure import Figure
 from generator.losses import Losses
-from generator.motion_files import action, bvh, glb, npz, tables, x3d
+from generator.motion_files import action, bvh, npz, tables
 from generator.motion_files.action import (
     ActionFile,
     action_from_recording,
@@ -42,15 +42,28 @@ It raises OSError when the path cannot be written, ModelError when the motion is
 its figure, MoverError when the format cannot hold it at all.
 """
 
+
+def _write_glb(motion: FigureMotion, path: Path) -> Losses:
+    from generator.motion_files import glb  # imports what reads surfaces
+
+    return glb.write(motion, path)
+
+
+def _write_x3d(motion: FigureMotion, path: Path) -> Losses:
+    from generator.motion_files import x3d  # imports what reads surfaces
+
+    return x3d.write(motion, path)
+
+
 MOTION_FORMATS: Mapping[str, MotionWriter] = {
     ".action": action.write,
     ".csv": tables.write_csv,
     ".npz": npz.write,
-    ".glb": glb.write,
+    ".glb": _write_glb,
     ".bvh": bvh.write,
     ".mot": tables.write_mot,
     ".sto": tables.write_sto,
-    ".x3d": x3d.write,
+    ".x3d": _write_x3d,
 }
 """Writers by suffix."""
 

@@ -10,7 +10,6 @@ The names that HAnim (ISO/IEC 19774-1:2019) has for the joints and segments of a
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -83,7 +82,7 @@ _MIN_TRANSLATION = 1e-7
 _DIGITS = 12
 _CLOCK = "clock"
 
-_INVALID_XML_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_INVALID_XML_CHARACTER = re.compile("[\0-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 _HEAD = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -289,6 +288,8 @@ class _SceneWriter:
 
 def _format_tag(kind: str, end: str = "", **fields: str) -> str:
     """The beginning of an element, or all of it with the end `/`."""
+    from xml.sax.saxutils import quoteattr  # imports the whole of urllib
+
     attributes = "".join(
         f" {k}={quoteattr(_INVALID_XML_CHARACTER.sub('?', value))}" for k, value in fields.items()
     )

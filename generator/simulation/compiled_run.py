@@ -197,7 +197,7 @@ def agreement_with_exudyn(
         state = BodyState(
             float(trace.times[k]),
             trace.positions[k],
-            np.array([quaternion_from_matrix(rotation) for rotation in trace.rotations[k]]),
+            quaternion_from_matrix(trace.rotations[k]),
             trace.velocities[k],
             trace.angular_velocities[k],
             {name: float(displacements[name][k, i]) for name, i in revolutes.items()},

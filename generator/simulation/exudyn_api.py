@@ -1,7 +1,7 @@
 """Interface to Exudyn: the only module that casts its untyped objects.
 
-Importing it takes about a second. Exudyn's console output has global switches only; they are set
-here. `SYMBOLIC` makes Exudyn's symbols a kind of number for the laws of `springs`.
+Importing it takes a tenth of a second. Exudyn's console output has global switches only; they are
+set here. `SYMBOLIC` makes Exudyn's symbols a kind of number for the laws of `springs`.
 """
 
 from collections.abc import Sequence

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import assert_never
 
 import numpy as np
@@ -49,7 +50,7 @@ class JointMotion:
     displacements: Array
     rates: Array
 
-    @property
+    @cached_property
     def rotation_vectors(self) -> Array:
         """Rotation vectors of the child's site in the parent's, shape (n, 3) [rad]."""
         return rotation_vector_from_matrix(self.pose_in_parent[:, :3, :3])
@@ -304,12 +305,8 @@ def _rotation_equations(locks: tuple[int, int, int]) -> list[tuple[int, int, int
 
 def _continuous_displacements(chain: Chain, pose_in_parent: Array, start: Array) -> Array:
     """Displacements of a chain over the frames, continuous from one to the next, (n, dof)."""
-    rows: list[Array] = []
-    nearest: Array | None = None if _starts_at_singularity(chain, pose_in_parent[0]) else start
-    for pose in pose_in_parent:
-        nearest = chain.displacements(pose, nearest)
-        rows.append(nearest)
-    return np.array(rows).reshape(len(pose_in_parent), len(chain.joint_axes))
+    near = None if _starts_at_singularity(chain, pose_in_parent[0]) else start
+    return chain.continuous_displacements(pose_in_parent, near)
 
 
 def _starts_at_singularity(chain: Chain, pose: Array) -> bool:

@@ -10,7 +10,6 @@ from generator.figure import Figure
 from generator.kinematics.links import Links
 from generator.loads import TimedLoad
 from generator.recording import Integrator
-from generator.springs_file.read import read_springs
 from springs import Joining, SpringSet
 
 Vector = tuple[float, float, float]
@@ -154,4 +153,6 @@ def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:
     """
     if plan.springs is not None:
         return plan.springs
+    from generator.springs_file.read import read_springs  # not needed for springs made in Python
+
     return read_springs(plan.spring_choice, figure, plan.joining)

@@ -179,8 +179,11 @@ def placement_obstacles(
 
 def is_at_half_turn(placement: Placement, joint: Joint) -> bool:
     """Return whether a joint is rotated by 180 deg, where its rotation vector changes sign."""
-    rotation = rotation_vector_from_matrix(placement.pose_in_parent(joint)[:3, :3])
-    return float(np.linalg.norm(rotation)) > np.pi - _HALF_TURN_TOLERANCE
+    rotation = placement.pose_in_parent(joint)[:3, :3]
+    if np.trace(rotation) > 0.0:  # less than 120 deg
+        return False
+    size = float(np.linalg.norm(rotation_vector_from_matrix(rotation)))
+    return size > np.pi - _HALF_TURN_TOLERANCE
 
 
 def _translation_obstacle(

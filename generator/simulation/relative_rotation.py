@@ -19,11 +19,10 @@ from math import atan2, cos, pi, sin, sqrt
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from generator.figure import Figure, SiteRef
 from generator.joint_chain import Chain
-from generator.rotations import Array, unit_vector
+from generator.rotations import Array, quaternion_from_matrix, unit_vector
 
 Quaternion: TypeAlias = tuple[float, float, float, float]
 """Quaternion, scalar first."""
@@ -37,7 +36,7 @@ _PARAMETER_OFFSET = 3
 
 def quaternion(matrix: Array) -> Quaternion:
     """Unit quaternion of a rotation matrix (3, 3)."""
-    x, y, z, w = Rotation.from_matrix(matrix).as_quat().tolist()
+    w, x, y, z = quaternion_from_matrix(matrix).tolist()
     return w, x, y, z
 
 

@@ -284,10 +284,8 @@ def _joint_gaps(model: ExudynModel, joints: Mapping[str, JointMotion]) -> dict[s
         if not chain.translations:
             gaps[name] = np.linalg.norm(motion.pose_in_parent[:, :3, 3], axis=1)
         elif len(chain.translations) < 3:
-            distances = [
-                np.linalg.norm(chain.pose_residual(pose)[3:]) for pose in motion.pose_in_parent
-            ]
-            gaps[name] = np.array(distances, dtype=float)
+            residuals = chain.pose_residual(motion.pose_in_parent)
+            gaps[name] = np.linalg.norm(residuals[:, 3:], axis=1)
     return gaps
 
 

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from itertools import compress
-
-import numpy as np
+from math import hypot
 
 from generator.diagnostics import shorten
 from generator.figure import AxisKind, Joint, Vector
@@ -40,9 +39,10 @@ def unit_axis(axis: Vector) -> Vector:
 
 def parallel_sign(direction: Vector, axis: Vector) -> int:
     """+1 or -1 where two unit vectors are parallel or opposite, 0 where they are neither."""
-    if np.linalg.norm(np.cross(direction, axis)) > PERPENDICULAR_TOLERANCE:
+    (a, b, c), (x, y, z) = direction, axis
+    if hypot(b * z - c * y, c * x - a * z, a * y - b * x) > PERPENDICULAR_TOLERANCE:
         return 0
-    return 1 if np.dot(direction, axis) > 0.0 else -1
+    return 1 if a * x + b * y + c * z > 0.0 else -1
 
 
 def axis_by_name(joint: Joint, name: str | None) -> Vector:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from generator.springs_file.laws import MAX_LAW_VALUE
 from generator.springs_file.parse import SpringsFile
 from springs import CoupledAxis, CoupledSpring
 from springs.coupled import CoupledExponential
-from springs.lint.report import LawReplacement
+
+if TYPE_CHECKING:
+    from springs.lint.report import LawReplacement
 
 _TEST_ANGLES = np.radians([-200.0, 200.0])
 """Angles that a joint may reach [rad]."""
@@ -110,13 +113,14 @@ def _report_duplicate(
         diagnostics.warning(message, place, where)
 
 
-def replaced_laws(content: SpringsFile) -> tuple[LawReplacement, ...]:
+def replaced_laws(content: SpringsFile) -> "tuple[LawReplacement, ...]":
     """The laws of a file that stand for others, to which they are the nearest conservative ones."""
-    return tuple(
-        LawReplacement(entry.law, original)
-        for entry in content.coupled
-        if (original := entry.original_law) is not None
-    )
+    pairs = [(entry.law, entry.original_law) for entry in content.coupled]
+    if not any(original for _, original in pairs):
+        return ()
+    from springs.lint.report import LawReplacement  # few files need it
+
+    return tuple(LawReplacement(law, original) for law, original in pairs if original is not None)
 
 
 def _bind_side(

@@ -2,14 +2,17 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from generator.diagnostics import Diagnostics, shorten
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.bind import BoundSpring
 from springs import CoupledSpring, Damping, Joining
 from springs.joint import Direction
-from springs.lint.report import LawReplacement
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
+
+if TYPE_CHECKING:
+    from springs.lint.report import LawReplacement
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class FileSprings:
     springs: tuple[BoundSpring, ...] = ()
     coupled: tuple[CoupledSpring, ...] = ()
     joining: Joining | None = None
-    replaced: tuple[LawReplacement, ...] = ()
+    replaced: "tuple[LawReplacement, ...]" = ()
 
     def extend(self, base: "FileSprings", diagnostics: Diagnostics) -> "FileSprings":
         """Return these springs, and those of `base` that they do not replace.

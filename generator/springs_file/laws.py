@@ -173,7 +173,7 @@ _TEST_ANGLES = np.radians(np.linspace(-200.0, 200.0, 401))
 def is_finite(law: Elastic) -> bool:
     """Return whether torque and energy of a law are finite at all angles a joint may reach."""
     curves = (law.increasing, law.decreasing) if isinstance(law, Hysteresis) else (law,)
-    places = np.unique([*_TEST_ANGLES, *law.breakpoints])
+    places = np.concatenate([_TEST_ANGLES, np.array(law.breakpoints, dtype=float)])
     try:
         with np.errstate(all="ignore"):
             values = [np.asarray(f(places)) for one in curves for f in (one.torque, one.energy)]

@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import assert_never
+from typing import TYPE_CHECKING, assert_never
 
 from generator.diagnostics import (
     Diagnostic,
@@ -52,13 +52,15 @@ from generator.springs_file.parse import (
 from generator.text_io import load_text, parse_file
 from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
 from springs.joint import UNKNOWN_AXIS
-from springs.lint.report import LawReplacement
 from springs.stop import (
     DEFAULT_STOP_ONSET,
     DEFAULT_STOP_STIFFNESS,
     DEFAULT_TRANSLATION_STOP_ONSET,
     DEFAULT_TRANSLATION_STOP_STIFFNESS,
 )
+
+if TYPE_CHECKING:
+    from springs.lint.report import LawReplacement
 
 OPTIONAL_SUFFIX = ".optional"
 
@@ -154,7 +156,7 @@ class LoadedSprings:
     """
 
     springs: SpringSet
-    replaced: tuple[LawReplacement, ...] = ()
+    replaced: "tuple[LawReplacement, ...]" = ()
     figure: str | None = None
     complete: SpringSet | None = None
     owner: Figure | None = None

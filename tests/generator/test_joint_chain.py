@@ -2,13 +2,21 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from generator.diagnostics import ModelError
 from generator.figure import AxisKind, JointAxis
 from generator.joint_chain import Chain, build_chain
-from generator.rotations import matrix_from_xyz, pose_matrix
+from generator.rotations import (
+    SINGULAR_SINE,
+    Array,
+    matrix_from_axis_angle,
+    matrix_from_xyz,
+    pose_matrix,
+    unit_vector,
+    wrap_angle,
+)
 from tests.chains import SKEW, chain
 
 GOOD = [
@@ -43,6 +51,121 @@ def test_displacements_of_a_pose(text, numbers) -> None:
     assert np.max(np.abs(made.pose(found) - made.pose(values)), initial=0.0) < 1e-7
     assert np.max(np.abs(found - values), initial=0.0) < 1e-6
     assert np.max(np.abs(made.pose_residual(made.pose(values)))) < 1e-7
+
+
+class FrameByFrame:
+    """Displacements of a chain, one pose after another, in the formulas of eq. 3.1-3.15.
+
+    Attributes:
+        smallest_sine: smallest sine of the middle angle outside the singular poses.
+        smallest_margin: smallest difference of the distances of the two triples to the last one.
+    """
+
+    def __init__(self, made: Chain) -> None:
+        self.chain = made
+        self.smallest_sine, self.smallest_margin = 1.0, 1.0
+        self.sines: list[float] = []
+
+    def displacements(self, pose: Array, near: Array) -> Array:
+        turns, slides = list(self.chain.rotations), list(self.chain.translations)
+        result = np.zeros(len(self.chain.joint_axes))
+        axes = [unit_vector(axis) for axis in self.chain.rotation_axes]
+        matrix = pose[:3, :3]
+        if len(axes) == 3:
+            result[turns] = self.triple(axes, matrix, near[turns])
+        else:
+            angles: list[float] = []
+            if len(axes) == 2:
+                moved = matrix @ axes[0]
+                sine, cosine = axes[1] @ np.cross(axes[0], moved), axes[0] @ moved
+                angles.append(float(np.arctan2(sine, cosine)))
+                matrix = matrix_from_axis_angle(axes[1], angles[0]).T @ matrix
+            if axes:
+                angles.insert(0, angle_about(axes[0], matrix))
+            result[turns] = near[turns] + wrap_angle(np.array(angles) - near[turns])
+        if slides:
+            directions = [unit_vector(self.chain.joint_axes[k].axis) for k in slides]
+            offset = pose[:3, 3]
+            if not self.chain.translations_are_outer:
+                for axis, angle in reversed(list(zip(axes, result[turns], strict=True))):
+                    offset = matrix_from_axis_angle(axis, angle).T @ offset
+            result[slides] = np.linalg.lstsq(np.array(directions).T, offset, rcond=None)[0]
+        return result
+
+    def triple(self, axes: list[Array], matrix: Array, near: Array) -> Array:
+        first, middle, last = axes
+        side = np.cross(last, middle)
+        offset = np.arctan2(-(first @ side), first @ last)
+        x, y, z = np.stack([middle, side, last]) @ matrix @ first
+        sine = float(np.hypot(x, y))
+        self.sines.append(sine)
+        if sine < SINGULAR_SINE:
+            sign, pole = (1.0, 0.0) if z > 0.0 else (-1.0, np.pi)
+            turned = matrix @ matrix_from_axis_angle(middle, pole - offset).T
+            rest = wrap_angle(angle_about(last, turned) - near[2] - sign * near[0])
+            steps = [sign * rest / 2.0, wrap_angle(pole - offset - near[1]), rest / 2.0]
+            return near + np.array(steps)
+        polar, outer = np.arctan2(sine, z), np.arctan2(x, -y)
+        rest = matrix_from_axis_angle(last, outer) @ matrix_from_axis_angle(middle, polar - offset)
+        inner = angle_about(first, rest.T @ matrix)
+        triples = [
+            near + wrap_angle(np.array(triple) - near)
+            for triple in (
+                (inner, polar - offset, outer),
+                (inner + np.pi, -polar - offset, outer + np.pi),
+            )
+        ]
+        distances = [float(np.linalg.norm(triple - near)) for triple in triples]
+        self.smallest_sine = min(self.smallest_sine, sine)
+        self.smallest_margin = min(self.smallest_margin, abs(distances[0] - distances[1]))
+        return triples[int(np.argmin(distances))]
+
+
+def angle_about(axis: Array, matrix: Array) -> float:
+    """Angle of the rotation about the axis nearest to the matrix."""
+    skew = np.array(
+        [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]
+    )
+    return float(np.arctan2(axis @ skew, np.trace(matrix) - axis @ matrix @ axis))
+
+
+@given(
+    st.sampled_from([text for text in GOOD if text]),
+    st.lists(st.floats(-3.0, 3.0), min_size=6, max_size=6),
+    st.lists(st.floats(-12.0, 12.0), min_size=6, max_size=6),
+    st.sampled_from([None, 0.0, 1e-11, 1e-7, 1e-5, 1e-3]),
+    st.sampled_from([np.pi / 2, -np.pi / 2, np.pi, 0.0]),
+)
+def test_continuous_displacements_equal_those_frame_by_frame(
+    text, starts, changes, distance_from_pole, pole
+) -> None:
+    """Of many turns, with slides, through singular poses and past them at a small distance."""
+    made = build_chain(chain(text))
+    count = len(made.joint_axes)
+    times = np.linspace(0.0, 1.0, 31)[:, None]
+    values = np.array(starts[:count]) + np.array(changes[:count]) * times
+    if distance_from_pole is not None and len(made.rotations) == 3:
+        # The middle angle stays near the pole for some frames, then passes it.
+        values[:, made.rotations[1]] = pole + distance_from_pole + np.maximum(times[:, 0] - 0.2, 0)
+    poses, reference = made.pose(values), FrameByFrame(made)
+    expected = [values[0]]
+    for pose in poses:
+        expected.append(reference.displacements(pose, expected[-1]))
+    assume(reference.smallest_margin > 1e-6)
+    assume(not any(0.1 < sine / SINGULAR_SINE < 10.0 for sine in reference.sines))
+    tolerance = 1e-13 + 1e-14 / reference.smallest_sine
+    found = made.continuous_displacements(poses, values[0])
+    assert np.max(np.abs(found - expected[1:])) < tolerance
+
+
+def test_residuals_of_many_poses_equal_those_of_each() -> None:
+    made = build_chain(chain("Rz Tx"))
+    values = np.linspace(0.0, 9.0, 12).reshape(6, 2)
+    poses = made.pose(values) @ pose_matrix(matrix_from_xyz(0.02, 0.01, 0.0), [0.0, 0.1, 0.2])
+    residuals = made.pose_residual(poses)
+    assert residuals.shape == (6, 6)
+    each = [made.pose_residual(pose) for pose in poses]
+    assert np.allclose(residuals, each, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("text", [text for text in GOOD if text])

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from generator.rotations import (
+    Array,
     RotationSequence,
     cross_matrix,
     inverse_pose,
@@ -17,6 +18,7 @@ from generator.rotations import (
     matrix_from_rotation_vector,
     matrix_from_xyz,
     pose_matrix,
+    quaternion_from_matrix,
     rotation_vector_from_matrix,
     rotation_with_z_axis,
     unit_vector,
@@ -184,6 +186,43 @@ def test_angles_run_continuously_through_a_pole(order, pole, aside) -> None:
 def test_oblique_axes_are_refused_with_the_reason(axes) -> None:
     with pytest.raises(ValueError, match="perpendicular to the next"):
         RotationSequence(tuple(AXES[a] if isinstance(a, str) else a for a in axes))
+
+
+@given(vector, st.sampled_from([0.0, 1e-200, 1e-9, 1e-3, 1.0, 6.0]))
+def test_rotation_vectors_and_matrices_equal_those_of_scipy(v, size) -> None:
+    rotation = Rotation.from_rotvec(size * v)
+    matrix = rotation.as_matrix()
+    assert np.max(np.abs(matrix_from_rotation_vector(size * v) - matrix)) < 1e-14
+    assert quaternion_error(matrix) < 1e-14
+    if rotation.magnitude() < np.pi - 1e-9:
+        vectors = rotation_vector_from_matrix(np.stack([matrix, np.eye(3)]))
+        assert np.max(np.abs(vectors - [rotation.as_rotvec(), np.zeros(3)])) < 1e-14
+
+
+@pytest.mark.parametrize("axis", [(-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (-1.0, 2.0, -3.0)])
+def test_rotation_vectors_of_half_turns_equal_those_of_scipy(axis) -> None:
+    u = unit_vector(axis)
+    matrix = 2.0 * np.outer(u, u) - np.eye(3)
+    expected = Rotation.from_matrix(matrix).as_rotvec()
+    assert np.allclose(rotation_vector_from_matrix(matrix), expected, rtol=0.0, atol=1e-14)
+
+
+@given(vector, vector)
+def test_a_skewed_matrix_becomes_the_nearest_rotation(v, w) -> None:
+    matrix = matrix_from_rotation_vector(2.0 * v) + 1e-3 * np.outer(v, w)
+    assert quaternion_error(matrix) < 1e-13
+
+
+def test_a_reflection_has_no_quaternion() -> None:
+    with pytest.raises(ValueError, match="determinant"):
+        quaternion_from_matrix(np.diag([1.0, 1.0, -1.0]))
+
+
+def quaternion_error(matrix: Array) -> float:
+    """Largest difference from scipy's quaternion, or from its negative."""
+    found, expected = quaternion_from_matrix(matrix), Rotation.from_matrix(matrix)
+    q = expected.as_quat(scalar_first=True)
+    return float(np.max(np.abs(found - np.sign(found @ q) * q)))
 
 
 @given(vector)

@@ -36,6 +36,26 @@ def test_inside_it_is_the_interpolation_of_scipy(table, angle):
     assert table.torque(x) == pytest.approx(float(expected), rel=1e-9, abs=1e-9)
 
 
+@given(tables)
+def test_pieces_equal_those_of_scipy(table):
+    """Coefficients, slopes at the ends and energies, relative to the largest of each."""
+    angles, torques = np.array(table.points).T
+    curve = PchipInterpolator(angles, torques)
+    found = table._pieces
+    coefficients = np.array([piece.coefficients for piece in found])
+    expected = np.zeros_like(coefficients)
+    expected[1:-1] = curve.c[::-1].T
+    expected[[0, -1], 0] = torques[[0, -1]]
+    expected[[0, -1], 1] = curve.derivative()(angles[[0, -1]])
+    close = 1e-14 * np.max(np.abs(expected), axis=0) + 1e-300
+    # The energies at the ends are sums of the areas of all pieces.
+    assert np.all(np.abs(coefficients - expected)[:-1] <= close)
+    assert np.all(np.abs(coefficients - expected)[-1] <= 10.0 * close)
+    energies = -np.array([0.0, *curve.antiderivative()(angles)])
+    largest = np.max(np.abs(torques)) * np.sum(np.diff(angles)) + 1e-300
+    assert np.max(np.abs([piece.energy for piece in found] - energies)) <= 1e-14 * largest
+
+
 def test_beyond_its_ends_it_goes_on_along_the_tangent():
     first = (SAMPLE.torque(-0.5 + 1e-7) - 4.0) / 1e-7
     assert SAMPLE.torque(-1.5) == pytest.approx(4.0 - first, rel=1e-4)

@@ -1,6 +1,9 @@
 """`mover simulate`: what reaches the run, and what is written and printed of it."""
 
 import json
+import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -230,3 +233,15 @@ def test_a_spline_that_overshoots_its_rows_is_a_warning(tmp_path: Path):
     done = run("simulate", "prototype", "--drive", table, *words)
     assert "jump.csv:2:3: warning: between this row and the next the spline takes" in done.stderr
     assert "to -221.1 deg at 0.04097 s, though the rows are from 0 to 90 deg" in done.stderr
+
+
+def test_a_run_imports_only_what_it_uses(tmp_path: Path):
+    """Each of these packages takes longer to import than a fall takes to simulate."""
+    line = [sys.executable, "-X", "importtime", "-m", "generator.cli.app", "simulate", "prototype"]
+    line += ["--stop", "0.02", "--step", "0.01", "-o", str(tmp_path / "fall.action")]
+    done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True)
+    packages = re.findall(r"\| +([a-z_]+(?:\.[a-z_]+)?)", done.stderr)
+    assert "exudyn" in packages
+    slow = {"matplotlib", "trimesh", "rich", "xml.sax", "generator.geometry"}
+    slow |= {f"scipy.{name}" for name in ("interpolate", "linalg", "optimize", "sparse", "spatial")}
+    assert not slow & set(packages)
