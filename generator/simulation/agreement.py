@@ -14,21 +14,21 @@ of rounding: those of joints are polynomials in the coordinates, those of links 
 smooth.
 """
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import bsr_array, csc_array
-from scipy.sparse.linalg import splu
-
 from generator.diagnostics import ModelError
 from generator.rotations import Array
 from generator.simulation.exudyn_api import exu
 from generator.simulation.integrate import Multipliers, current_multipliers
 from generator.simulation.model import ExudynModel
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 Indices = NDArray[np.int64]
 
@@ -54,6 +54,9 @@ _SMOOTH_STEP = 0.01
 
 _SOLUTION_SWEEPS = 2
 """Number of solutions of the linear equations, each for the residual of those before it."""
+
+_MAX_DENSE_BODIES = 40
+"""Number of bodies above which the linear equations are solved as sparse ones."""
 
 _MAX_CONSTRAINT_ERROR = 1e-9
 """Largest relative error of the constraints' second derivatives, which independent ones meet."""
@@ -247,11 +250,11 @@ class ExudynEquations:
         self._solver.ComputeAlgebraicEquations(self._model.mbs, True)
         return np.array(self._solver.GetSystemResidual())[self._size :]
 
-    def _jacobian(self, basis: Array) -> csc_array:
+    def _jacobian(self, basis: Array) -> "Array | csc_array":
         """Rates of all constraints for unit velocities of the bodies."""
         pattern, count = self._pattern, len(basis)
         if not pattern.rows.size:
-            return csc_array(pattern.shape)
+            return np.zeros(pattern.shape)
         probes: list[Array] = []
         for colour in range(int(pattern.colours.max()) + 1):
             coloured = basis * (pattern.colours == colour)[:, None, None]
@@ -260,9 +263,13 @@ class ExudynEquations:
                 for k in range(_MOTIONS)
             ]
         entries = np.array(probes)[pattern.probes, pattern.rows]
-        matrix = csc_array((entries, (pattern.rows, pattern.columns)), shape=pattern.shape)
-        matrix.eliminate_zeros()
-        return matrix
+        if count <= _MAX_DENSE_BODIES:
+            matrix = np.zeros(pattern.shape)
+            matrix[pattern.rows, pattern.columns] = entries
+            return matrix
+        from scipy.sparse import csc_array
+
+        return csc_array((entries, (pattern.rows, pattern.columns)), shape=pattern.shape)
 
     def _bias(self, coordinates: Array, rates: Array) -> Array:
         """Derivatives of the rates of all constraints at constant rates of the coordinates."""
@@ -314,8 +321,31 @@ def _velocity_basis(parameters: Array) -> Array:
     return basis
 
 
+def _solver(masses: Array, c: "Array | csc_array") -> tuple[Any, Callable[[Array], Array]]:
+    """Return M^-1, and the solution of (C M^-1 C^T) m = r as a function of r.
+
+    Raises:
+        ModelError: the rows of C depend on each other.
+    """
+    count, inverses = len(masses), np.linalg.inv(masses)
+    try:
+        if isinstance(c, np.ndarray):
+            inverse = np.zeros((count, _MOTIONS, count, _MOTIONS))
+            inverse[np.arange(count), :, np.arange(count), :] = inverses
+            inverse = inverse.reshape(count * _MOTIONS, count * _MOTIONS)
+            inverse_product = np.linalg.inv(c @ inverse @ c.T)
+            return inverse, lambda right: inverse_product @ right
+        from scipy.sparse import bsr_array, csc_array
+        from scipy.sparse.linalg import splu
+
+        inverse = bsr_array((inverses, np.arange(count), np.arange(count + 1)))
+        return inverse, splu(csc_array(c @ inverse @ c.T)).solve
+    except (np.linalg.LinAlgError, RuntimeError):
+        raise ModelError(_DEPENDENT_CONSTRAINTS) from None
+
+
 def _solve_constrained(
-    masses: Array, forces: Array, jacobian: csc_array, right: Array
+    masses: Array, forces: Array, jacobian: "Array | csc_array", right: Array
 ) -> tuple[Array, Array]:
     """Return accelerations (B, 6) and multipliers (rows,), which are zero for unused rows.
 
@@ -326,19 +356,15 @@ def _solve_constrained(
         right: g, shape (rows,).
     """
     count = len(masses)
-    used = np.flatnonzero(np.diff(jacobian.tocsr().indptr))
+    used = np.flatnonzero(abs(jacobian).sum(axis=1))
     c, g = jacobian[used], right[used]
-    inverse = bsr_array((np.linalg.inv(masses), np.arange(count), np.arange(count + 1)))
-    try:
-        factors = splu(csc_array(c @ inverse @ c.T)) if used.size else None
-    except RuntimeError:
-        raise ModelError(_DEPENDENT_CONSTRAINTS) from None
+    inverse, solve = _solver(masses, c)
     accelerations, multipliers = np.zeros(forces.size), np.zeros(used.size)
     for _ in range(_SOLUTION_SWEEPS):
         product = (masses @ accelerations.reshape(count, _MOTIONS, 1)).reshape(-1)
         change = inverse @ (forces - product - c.T @ multipliers)
-        if factors is not None:
-            extra = factors.solve(c @ (accelerations + change) - g)
+        if used.size:
+            extra = solve(c @ (accelerations + change) - g)
             multipliers += extra
             change -= inverse @ (c.T @ extra)
         accelerations += change
