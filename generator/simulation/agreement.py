@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from generator.diagnostics import ModelError
 from generator.rotations import Array
 from generator.simulation.exudyn_api import exu
