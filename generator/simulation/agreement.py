@@ -371,6 +371,7 @@ def _solve_constrained(
         accelerations += change
     error = np.max(np.abs(c @ accelerations - g), initial=0.0)
     scale = np.max(abs(c) @ np.abs(accelerations) + np.abs(g), initial=0.0)
+    scale = max(scale, np.max(np.abs(inverse @ forces), initial=0.0))  # at rest all else is zero
     if not error <= _MAX_CONSTRAINT_ERROR * scale:
         raise ModelError(_DEPENDENT_CONSTRAINTS)
     all_multipliers = np.zeros(right.size)

@@ -43,7 +43,9 @@ MASS = 17
 """Mass [kg]."""
 INERTIA = 18
 """Principal moments of inertia about the centre of mass [kg m2] (3)."""
-CONSTANT_COLUMNS = 21
+LOCKED_VALUE = 21
+"""Displacement of a locked joint [rad or m]."""
+CONSTANT_COLUMNS = 22
 
 ROW_PARENT, ROW_CHILD, ROW_LINK, ROW_ENDS_AT_HALF_TURN = range(4)
 """Columns of `measured`: the links of the parent's and of the child's site of a joint of several
@@ -61,7 +63,7 @@ class Mechanism(NamedTuple):
 
     Attributes:
         links: integers by link, shape (n, 5); a link follows its inboard link.
-        constants: numbers by link, shape (n, 21).
+        constants: numbers by link, shape (n, CONSTANT_COLUMNS).
         measured: links of each joint with a law, shape (m, 4).
         sites: orientation of its sites, shape (m, 8).
         loads: links and kinds of the loads, shape (l, 3).
@@ -149,19 +151,21 @@ FORCE = 64
 """Bias force f (3)."""
 EFFORT = 67
 """Torque of a hinge or force of a slide by its law."""
-JOINT_RATE = 68
+JOINT_VALUE = 68
+"""Displacement of a hinge or slide."""
+JOINT_RATE = 69
 """Rate of a hinge or slide."""
-BALL_GAIN = 69
+BALL_GAIN = 70
 """Of a ball: J^-1 H (9)."""
-BALL_SPIN_RATE = 78
+BALL_SPIN_RATE = 79
 """Of a ball: -J^-1 n (3)."""
-AXIS_INERTIA = 81
+AXIS_INERTIA = 82
 """Of a hinge or slide: J and H, or H and M, times the axis (6)."""
-INVERSE_INERTIA = 87
+INVERSE_INERTIA = 88
 """Inverse of the inertia along the axis."""
-NET_EFFORT = 88
+NET_EFFORT = 89
 """Effort less the bias along the axis."""
-WORK_COLUMNS = 89
+WORK_COLUMNS = 90
 """Number of all columns."""
 
 DISSIPATION, NONCONSERVATIVE, EXTERNAL = range(3)

@@ -32,7 +32,9 @@ from generator.simulation.compiled.layout import (
     EFFORT,
     HINGE,
     JOINT_RATE,
+    JOINT_VALUE,
     KIND,
+    LOCKED_VALUE,
     MECHANISM,
     ORIENTATION,
     PARENT,
@@ -75,12 +77,13 @@ def compute_kinematics(
             outer, spin, velocity = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
             arm, axis = vector(c, ARM_IN_PARENT), vector(c, AXIS_IN_PARENT)
             point = (0.0, 0.0, 0.0)
-        spin_bias, point_bias, joint_rate = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
+        spin_bias, point_bias = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        joint_value, joint_rate = 0.0, 0.0
         if kind == BALL:
             own = unit(quaternion(state, link[COORDINATE]))
             own_spin = vector(state, link[RATE])
         else:
-            value, rate, acceleration = 0.0, 0.0, 0.0
+            value, rate, acceleration = c[LOCKED_VALUE], 0.0, 0.0
             if link[DRIVE] >= 0:
                 since = time - mechanism.knots[interval]
                 cubic = mechanism.drive_pieces[interval, link[DRIVE]]
@@ -89,7 +92,7 @@ def compute_kinematics(
                 acceleration = 2.0 * cubic[2] + 6.0 * since * cubic[3]
             elif link[COORDINATE] >= 0:
                 value, rate = state[link[COORDINATE]], state[link[RATE]]
-            own_spin, joint_rate = spin, rate
+            own_spin, joint_value, joint_rate = spin, value, rate
             along = times(rate, axis)
             turn = quaternion(c, COSINE_TURN)
             if kind == HINGE:
@@ -118,11 +121,11 @@ def compute_kinematics(
         store(w, SPIN_BIAS, spin_bias)
         store(w, POINT_BIAS, plus(point_bias, cross(spin, carried)))
         w[EFFORT] = 0.0
-        w[JOINT_RATE] = joint_rate
+        w[JOINT_VALUE], w[JOINT_RATE] = joint_value, joint_rate
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR)
-def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None:
+@compiled(NOTHING, MECHANISM, SCRATCH)
+def measure_joints(mechanism: Mechanism, scratch: Scratch) -> None:
     """Compute the displacements and rates of the joints with laws.
 
     For several rotations: the rotation vector, and the angular velocity in the half-way frame. Up
@@ -133,9 +136,9 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
     for j in range(len(mechanism.measured)):
         row, sites = mechanism.measured[j], mechanism.sites[j]
         if row[ROW_LINK] >= 0:
-            link = mechanism.links[row[ROW_LINK]]
-            scratch.displacements[j, 0] = state[link[COORDINATE]]
-            scratch.rates[j, 0] = state[link[RATE]]
+            w = scratch.work[row[ROW_LINK]]
+            scratch.displacements[j, 0] = w[JOINT_VALUE]
+            scratch.rates[j, 0] = w[JOINT_RATE]
             switching[first + j] = branches[first + j]
             continue
         outer, spin = quaternion(sites, SITE_IN_PARENT), (0.0, 0.0, 0.0)

@@ -46,7 +46,6 @@ from generator.simulation.compiled.tableau import (
     ERROR_3,
     ERROR_5,
     NODES,
-    SOLUTION,
     STAGES,
 )
 
@@ -426,16 +425,13 @@ def march(
         elif step < SHORTEST_STEP:
             return COLLAPSED
         earliest = 2.0
-        for s in range(1, 12):
-            _combine(state, step, STAGES[s], slopes, s, progress.trial)
+        for s in range(1, 13):
+            stage = end if s == 12 else progress.trial
+            _combine(state, step, STAGES[s], slopes, s, stage)
             at = time + NODES[s] * step
-            compute_rates(law, mechanism, scratch, interval, at, progress.trial, slopes[s])
+            compute_rates(law, mechanism, scratch, interval, at, stage, slopes[s])
             if NODES[s] < earliest and _has_passed(mechanism, scratch):
                 earliest = NODES[s]
-        _combine(state, step, SOLUTION, slopes, 12, end)
-        compute_rates(law, mechanism, scratch, interval, time + step, end, slopes[12])
-        if earliest > 1.0 and _has_passed(mechanism, scratch):
-            earliest = 1.0
         counts[EVALUATIONS] += 12
         error = _step_error(progress, step, tolerance)
         if not error <= 1.0:

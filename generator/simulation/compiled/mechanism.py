@@ -34,6 +34,7 @@ from generator.simulation.compiled.layout import (
     INERTIA,
     KIND,
     LINK_COLUMNS,
+    LOCKED_VALUE,
     MASS,
     PARENT,
     POWERS,
@@ -205,6 +206,9 @@ class _Builder:
         if not steps or joint.name in self.prescribed.locked:
             locked = self.placement.pose_in_parent(joint)
             pose = inboard @ (locked if branch.parent_is_inboard else inverse_pose(locked))
+            self.factor_links.update(
+                {(joint.name, k): len(self.links) for k in range(len(joint.chain))}
+            )
             steps = [(FIXED, np.zeros(3), -1)]
             inboard = pose
         for number, (kind, axis, factor) in enumerate(steps):
@@ -272,6 +276,9 @@ class _Builder:
             row = constants[k]
             row[ARM_IN_PARENT : ARM_IN_PARENT + 3] = link.arm
             row[AXIS_IN_PARENT : AXIS_IN_PARENT + 3] = link.axis
+            if link.kind == FIXED and len(self.tree.chains[link.joint].rotations) == 1:
+                index = self.tree.chains[link.joint].rotations[0]
+                row[LOCKED_VALUE] = self.placement.displacements[link.joint][index]
             tip = np.eye(3) if link.tip is None else link.tip[:3, :3].T
             base = quaternion_from_matrix(link.turn)
             after = quaternion_from_matrix(tip)

@@ -309,7 +309,7 @@ def evaluate_laws(
 ) -> None:
     """Compute the motion of a state, and the torques and switching functions of the laws."""
     compute_kinematics(mechanism, scratch, interval, time, state)
-    measure_joints(mechanism, scratch, state)
+    measure_joints(mechanism, scratch)
     for k in range(POWERS):
         scratch.powers[k] = 0.0
     law(
