@@ -101,6 +101,10 @@ COMMANDS = {
         "generator.cli.complete:complete",
         "Estimate missing masses, inertias and centres of mass of a figure from psurfs.",
     ),
+    "warm-up": (
+        "generator.cli.warm_up:warm_up",
+        "Compile the integrator ahead of the first simulation.",
+    ),
     "fit": (
         "plots.commands:fit",
         "Fit a cubic to measured moments and write it as a spring.",

@@ -3,8 +3,10 @@
 rich is imported for a bar only, since most runs write no progress to a terminal.
 """
 
+import sys
 from collections.abc import Callable, Generator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
+from importlib import import_module
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -114,3 +116,26 @@ def item_progress_bar(total: int, noun: str) -> Generator[ItemCallback]:
 
     with bar:
         yield update
+
+
+def load_compiled_integrator(*, show_progress: bool) -> None:
+    """Import the compiled integrator, with a bar while it is compiled for the first time.
+
+    Where numba cannot be loaded, nothing happens: the run says why it uses Exudyn's integrator.
+    """
+    from generator.simulation.compiled.code_cache import (
+        cache_folder,
+        count_functions,
+        expected_folder,
+        is_compiled,
+        listeners,
+    )
+
+    with suppress(ImportError), ExitStack() as stack:
+        if show_progress and not is_compiled():
+            where = "" if cache_folder() else f"; it cannot be stored in {expected_folder()}"
+            print(f"Compiling the integrator, once on this machine{where}.", file=sys.stderr)
+            update = stack.enter_context(item_progress_bar(count_functions(), "functions"))
+            listeners.append(update)
+            stack.callback(listeners.remove, update)
+        import_module("generator.simulation.compiled_run")

@@ -39,12 +39,12 @@ from generator.cli.outputs import (
     losses_text,
     write_motion,
 )
-from generator.cli.progress import no_run_monitor, progress_bar
+from generator.cli.progress import load_compiled_integrator, no_run_monitor, progress_bar
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
 from generator.input_files.loads import parse_loads_file
 from generator.motion_files import MOTION_FORMATS, motion_from_recording
-from generator.recording import ENERGY_KINDS, Recording
+from generator.recording import ENERGY_KINDS, Integrator, Recording
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 from generator.springs_file.read import limp_joints
@@ -103,6 +103,10 @@ def simulate(
         list[str] | None,
         typer.Option(metavar="JOINT", help="Joint to drive from the --drive file. [default: all]"),
     ] = None,
+    integrator: Annotated[
+        Integrator | None,
+        typer.Option(help="Method of integration (docs/simulation.md). [default: compiled]"),
+    ] = None,
     python_torques: Annotated[
         bool,
         typer.Option("--python-torques", help="Evaluate torques in Python: slower, same result."),
@@ -144,6 +148,8 @@ def simulate(
     for option, value in options.items():
         if not isfinite(value):
             raise UsageError(f"--{option.replace('_', '-')} {value}: the number must be finite")
+    if integrator is not None:
+        options["integrator"] = integrator
     if gravity is not None:
         options["gravity"] = vector_from_option("--gravity", gravity)
     plan = Plan()
@@ -188,6 +194,8 @@ def simulate(
     check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
+    if plan.integrator is Integrator.COMPILED:
+        load_compiled_integrator(show_progress=show_progress)
     from generator.simulation.run import simulate as run  # Exudyn takes its time
 
     monitor = progress_bar if show_progress else no_run_monitor
@@ -270,6 +278,9 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
         "message": outcome.message,
         "joint": outcome.joint,
         "simulated_s": _simulated_time(recording),
+        "integrator": recording.integrator.value,
+        "integrator_reason": recording.integrator_reason,
+        "agreement_with_exudyn": recording.agreement_with_exudyn,
         "wall_s": recording.wall_time,
         "build_s": recording.build_time,
         "steps": accuracy.steps,
@@ -306,10 +317,19 @@ def summary_text(recording: Recording, files: Sequence[Path], joints: JointCount
             f"{joints.elastic} of {joints.moving} joints are elastic",
         ),
         ("energy", f"balanced to {imbalance:.2g} J, with {exchanged:.4g} J exchanged"),
+        ("method", _method(recording)),
         ("time", f"{recording.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),
         ("wrote", wrote),
     ]
     return "\n".join([*lines, format_table(rows, left_columns=2)])
+
+
+def _method(recording: Recording) -> str:
+    """Name the integrator, with its agreement with Exudyn or the reason for Exudyn's."""
+    if recording.agreement_with_exudyn is not None:
+        difference = recording.agreement_with_exudyn
+        return f"compiled; accelerations differ from Exudyn's by {difference:.1e} of the largest"
+    return f"Exudyn's integrator, because {recording.integrator_reason}"
 
 
 def details_text(recording: Recording) -> str:
@@ -325,7 +345,7 @@ def details_text(recording: Recording) -> str:
     accuracy = recording.accuracy
     rows = [
         ("drift", f"{recording.constraint_drift:.2g} m, largest gap between sites of one joint"),
-        ("steps", f"{accuracy.steps}, the shortest {1000.0 * accuracy.step:.4g} ms"),
+        ("steps", f"{accuracy.steps}; in the finest pass {1000.0 * accuracy.step:.4g} ms"),
     ]
     if recording.strayed > 0.0:
         strayed = f"{recording.strayed:.2g} rad or m in locked, linked or driven joints"

@@ -14,6 +14,7 @@ import numpy as np
 from generator.recording import Accuracy, Ending, Outcome
 from generator.rotations import Array, quaternion_from_matrix
 from generator.simulation.agreement import BodyState, ExudynEquations
+from generator.simulation.compiled.code_cache import mark_compiled
 from generator.simulation.compiled.layout import (
     CENTRE,
     POINT,
@@ -34,6 +35,8 @@ from generator.simulation.integrate import (
 )
 from generator.simulation.model import ExudynModel
 from generator.simulation.sensors import HalfTurnCrossing
+
+mark_compiled()  # importing the integrator has compiled it
 
 COMPARED_FRAMES = 5
 """Number of frames, with the first and the last, whose accelerations are compared."""

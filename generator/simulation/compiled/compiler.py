@@ -1,9 +1,4 @@
-"""Compilation by numba with fixed signatures, cached by the hash of the sources.
-
-numba's own cache looks at the file of a function only, not at those that it calls. So compiled code
-is kept in a folder that is named by the hash of all files of this package: it is never stale, and
-the laws that are generated later are stored beside it, each in a file named by its own hash.
-"""
+"""Compilation by numba with fixed signatures."""
 
 import os
 import sys
@@ -18,7 +13,8 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba import types
-from platformdirs import user_cache_dir
+
+from generator.simulation.compiled.code_cache import cache_folder, listeners
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -37,20 +33,6 @@ _RELAXED_ARITHMETIC = {"contract", "reassoc", "arcp", "nsz"}
 """Freedoms of LLVM in floating-point arithmetic; infinities and not-a-number keep their meaning."""
 
 
-@cache
-def cache_folder() -> Path | None:
-    """Return the folder of compiled code, created if necessary; None if none can be written."""
-    sources = sorted(Path(__file__).parent.glob("*.py"))
-    digest = sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
-    folder = Path(user_cache_dir("exudyn-mover", appauthor=False)) / f"compiled-{digest}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    except OSError:
-        return None
-
-
 def compiled(*signature: Any, entry: bool = False) -> Callable[[Function], Function]:
     """Compile a function for one signature: the type of the result, then those of the arguments.
 
@@ -60,6 +42,8 @@ def compiled(*signature: Any, entry: bool = False) -> Callable[[Function], Funct
     result, *arguments = signature
 
     def decorate(function: Function) -> Function:
+        for listen in listeners:
+            listen(function.__name__.strip("_"))
         with _numba_cache_folder():
             return cast(
                 "Function",
@@ -89,6 +73,7 @@ def inlined(function: Function) -> Function:
     )
 
 
+@cache
 def compile_source(source: str, name: str, signature: Any) -> Any:
     """Compile the function `name` of generated source text.
 
