@@ -42,7 +42,7 @@ COMPARED_FRAMES = 5
 """Number of frames, with the first and the last, whose accelerations are compared."""
 
 MAX_DISAGREEMENT = 1e-8
-"""Largest difference of accelerations, relative to the largest one, at which a compiled run counts."""
+"""Largest difference of accelerations, relative to the largest, at which a compiled run counts."""
 
 _SMALLEST_SCALE = 1.0
 """Scale of the difference where all accelerations are smaller [m/s2 or rad/s2]."""

@@ -52,8 +52,8 @@ class Plan:
         locked: names of joints that stay at their initial displacement.
         drives: prescribed rotations by joint, in place of `displacements`; other joints are
             simulated.
-        integrator: method of integration. The compiled one gives way to Exudyn's for a model that it
-            does not support; the recording tells why.
+        integrator: method of integration. The compiled one gives way to Exudyn's for a model that
+            it does not support; the recording tells why.
         python_torques: whether torques are Python functions instead of expression trees.
         wall_limit: wall-time limit of the run [s].
     """

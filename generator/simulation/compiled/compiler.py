@@ -33,11 +33,14 @@ _RELAXED_ARITHMETIC = {"contract", "reassoc", "arcp", "nsz"}
 """Freedoms of LLVM in floating-point arithmetic; infinities and not-a-number keep their meaning."""
 
 
-def compiled(*signature: Any, entry: bool = False) -> Callable[[Function], Function]:
+def compiled(
+    *signature: Any, entry: bool = False, pointer: bool = False
+) -> Callable[[Function], Function]:
     """Compile a function for one signature: the type of the result, then those of the arguments.
 
     Only an `entry` can be called from Python: the conversion of its arguments takes as long to
-    compile as many lines.
+    compile as many lines. A function with a `pointer` can be an argument of compiled functions;
+    one that is called by its name is compiled again with each of its callers.
     """
     result, *arguments = signature
 
@@ -53,7 +56,7 @@ def compiled(*signature: Any, entry: bool = False) -> Callable[[Function], Funct
                     error_model="numpy",
                     cache=cache_folder() is not None,
                     no_cpython_wrapper=not entry,
-                    no_cfunc_wrapper=True,
+                    no_cfunc_wrapper=not pointer,
                 )(function),
             )
 
@@ -73,8 +76,30 @@ def inlined(function: Function) -> Function:
     )
 
 
+class FunctionPointer(types.WrapperAddressProtocol):
+    """Address of a compiled function, which an argument of a compiled function can be.
+
+    numba accepts the function itself as well, but takes three times as long to convert it.
+    """
+
+    def __init__(self, function: Any) -> None:
+        """Take the address of a function that is compiled for one signature."""
+        self.function = function  # keeps its code alive
+        (self._signature,) = function.nopython_signatures
+        code = function.overloads[self._signature.args]
+        self._address = code.library.get_pointer_to_function(code.fndesc.llvm_cfunc_wrapper_name)
+
+    def __wrapper_address__(self) -> int:
+        """Return the address."""
+        return self._address
+
+    def signature(self) -> Any:
+        """Return the numba signature."""
+        return self._signature
+
+
 @cache
-def compile_source(source: str, name: str, signature: Any) -> Any:
+def compile_source(source: str, name: str, signature: Any) -> FunctionPointer:
     """Compile the function `name` of generated source text.
 
     Args:
@@ -94,12 +119,13 @@ def compile_source(source: str, name: str, signature: Any) -> Any:
     sys.modules[module_name] = module
     exec(compile(source, path, "exec"), module.__dict__)
     with _numba_cache_folder():
-        return numba.njit(
+        compile_function = numba.njit(
             [signature],
             fastmath=_RELAXED_ARITHMETIC,
             error_model="numpy",
             cache=folder is not None,
-        )(getattr(module, name))
+        )
+        return FunctionPointer(compile_function(getattr(module, name)))
 
 
 def _write_once(path: Path, text: str) -> None:

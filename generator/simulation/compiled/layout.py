@@ -16,7 +16,7 @@ from generator.simulation.compiled.compiler import INDEX_TABLE, INDICES, MATRIX,
 
 IndexArray: TypeAlias = NDArray[np.int64]
 CompiledLaw: TypeAlias = Any
-"""A function of the type `LAW`."""
+"""Pointer to a function of the type `LAW`."""
 
 BALL, HINGE, SLIDE, FIXED = range(4)
 """Kinds of a link's joint: free rotation, rotation about an axis, translation along it, none."""
@@ -201,6 +201,7 @@ SCRATCH = types.NamedTuple((MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, VECTOR, VECT
 LAW_SIGNATURE = types.void(
     MATRIX, MATRIX, VECTOR, VECTOR, INDEX_TABLE, INDICES, MATRIX, VECTOR, VECTOR
 )
-"""Displacements, rates, parameters, branches, uses, bounds; torques, switching functions, powers."""
+"""Displacements, rates, parameters, branches, uses, bounds; results: torques, switching functions,
+powers."""
 
 LAW = types.FunctionType(LAW_SIGNATURE)

@@ -5,8 +5,9 @@ positive or negative on either side of a breakpoint; its sign, held in `Mechanis
 wrong after the breakpoint has been passed. The stages of each step show such a passage. The zero is
 then located on the continuous solution, the step ends there, and the sign is reversed.
 
-A zero counts as passed when the function is `SLACK` beyond it. After the reversal it is thus clearly
-on its new side: a start on a breakpoint, or a track that grazes one, needs no special treatment.
+A zero counts as passed when the function is `SLACK` beyond it. After the reversal it is thus
+clearly on its new side: a start on a breakpoint, or a track that grazes one, needs no special
+treatment.
 """
 
 from math import sqrt
@@ -29,18 +30,16 @@ from generator.simulation.compiled.compiler import (
     compiled,
 )
 from generator.simulation.compiled.layout import (
-    LAW,
     MECHANISM,
     POWERS,
     RECORDED_COLUMNS,
     ROW_ENDS_AT_HALF_TURN,
     SCRATCH,
-    CompiledLaw,
     IndexArray,
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.recursion import compute_rates, evaluate_laws
+from generator.simulation.compiled.recursion import EQUATIONS, Equations
 from generator.simulation.compiled.tableau import (
     CONTINUOUS,
     ERROR_3,
@@ -56,8 +55,8 @@ SHORTEST_STEP = 1e-12
 """Step below which an integration has failed [s]."""
 
 FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
-"""Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a joint
-at 180 deg whose law is not defined there."""
+"""Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a
+joint at 180 deg whose law is not defined there."""
 
 TIME, STEP = range(2)
 """Columns of `Progress.clock` [s]."""
@@ -173,9 +172,9 @@ def _step_error(progress: Progress, step: float, tolerance: float) -> float:
     return step * square_5 / sqrt((square_5 + 0.01 * square_3) * size)
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, PROGRESS, REAL)
+@compiled(NOTHING, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, REAL)
 def _build_continuous(
-    law: CompiledLaw, mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
+    equations: Equations, mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
 ) -> None:
     """Compute the continuous solution of the step, by three more stages."""
     state, end, slopes = progress.state, progress.end, progress.slopes
@@ -183,7 +182,9 @@ def _build_continuous(
     for s in range(13, 16):
         _combine(state, step, STAGES[s], slopes, s, progress.trial)
         at = time + NODES[s] * step
-        compute_rates(law, mechanism, scratch, interval, at, progress.trial, slopes[s])
+        equations.compute_rates(
+            equations.law, mechanism, scratch, interval, at, progress.trial, slopes[s]
+        )
     progress.counts[EVALUATIONS] += 3
     for k in range(len(state)):
         change = end[k] - state[k]
@@ -230,9 +231,9 @@ def _has_passed(mechanism: Mechanism, scratch: Scratch) -> bool:
     return False
 
 
-@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, COUNT)
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, COUNT)
 def _margin(
-    law: CompiledLaw,
+    equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
     progress: Progress,
@@ -244,13 +245,15 @@ def _margin(
     """Return the distance of a switching function from being passed, at a share of the step."""
     _interpolate(progress, balls, share, progress.trial)
     at = progress.clock[TIME] + share * step
-    evaluate_laws(law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial)
+    equations.evaluate_laws(
+        equations.law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial
+    )
     return mechanism.branches[switch] * scratch.switching[switch] + SLACK
 
 
-@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, REAL, COUNT)
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, REAL, COUNT)
 def _locate_zero(
-    law: CompiledLaw,
+    equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
     progress: Progress,
@@ -261,16 +264,16 @@ def _locate_zero(
     switch: int,
 ) -> float:
     """Return the share of the step at which a margin is zero, by the Illinois method."""
-    low = _margin(law, mechanism, scratch, progress, balls, step, before, switch)
+    low = _margin(equations, mechanism, scratch, progress, balls, step, before, switch)
     if low <= 0.0:
         return before
-    high = _margin(law, mechanism, scratch, progress, balls, step, after, switch)
+    high = _margin(equations, mechanism, scratch, progress, balls, step, after, switch)
     share, side = after, 0
     for _ in range(60):
         share = after - high * (after - before) / (high - low)
         if not before < share < after:
             share = 0.5 * (before + after)
-        middle = _margin(law, mechanism, scratch, progress, balls, step, share, switch)
+        middle = _margin(equations, mechanism, scratch, progress, balls, step, share, switch)
         if abs(middle) < 0.25 * SLACK or after - before < 1e-15:
             break
         if middle < 0.0:
@@ -286,9 +289,9 @@ def _locate_zero(
     return share
 
 
-@compiled(REAL, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
 def _locate_breakpoint(
-    law: CompiledLaw,
+    equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
     progress: Progress,
@@ -298,7 +301,8 @@ def _locate_breakpoint(
 ) -> float:
     """Return the share of the step at the first breakpoint, 2.0 if none is passed.
 
-    It is searched for from the earliest share at which a stage has passed one. The switching function is left in `progress.counts[SWITCH]`.
+    It is searched for from the earliest share at which a stage has passed one. The switching
+    function is left in `progress.counts[SWITCH]`.
     """
     before = 0.0
     for m in range(len(_GRID)):
@@ -306,7 +310,7 @@ def _locate_breakpoint(
         if after < earliest:
             before = after
             continue
-        _margin(law, mechanism, scratch, progress, balls, step, after, 0)
+        _margin(equations, mechanism, scratch, progress, balls, step, after, 0)
         count = 0
         for k in range(len(mechanism.branches)):
             if mechanism.branches[k] * scratch.switching[k] < -SLACK:
@@ -319,11 +323,12 @@ def _locate_breakpoint(
                 k = progress.passed[n]
                 if (
                     n > 0
-                    and _margin(law, mechanism, scratch, progress, balls, step, first, k) > 0.0
+                    and _margin(equations, mechanism, scratch, progress, balls, step, first, k)
+                    > 0.0
                 ):
                     continue
                 first = _locate_zero(
-                    law, mechanism, scratch, progress, balls, step, before, first, k
+                    equations, mechanism, scratch, progress, balls, step, before, first, k
                 )
                 progress.counts[SWITCH] = k
             return first
@@ -331,9 +336,11 @@ def _locate_breakpoint(
     return 2.0
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL, entry=True)
+@compiled(
+    NOTHING, EQUATIONS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL, entry=True
+)
 def settle_branches(
-    law: CompiledLaw,
+    equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
@@ -349,7 +356,7 @@ def settle_branches(
     nearer to zero than `slack`, and the one with the index `fixed`, keep their sign.
     """
     for _ in range(8):
-        compute_rates(law, mechanism, scratch, interval, time, state, rates)
+        equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
         changed = False
         for k in range(len(mechanism.branches)):
             if k != fixed and mechanism.branches[k] * scratch.switching[k] < -slack:
@@ -360,10 +367,21 @@ def settle_branches(
 
 
 @compiled(
-    COUNT, LAW, MECHANISM, SCRATCH, PROGRESS, COUNT, VECTOR, MATRIX, REAL, REAL, COUNT, entry=True
+    COUNT,
+    EQUATIONS,
+    MECHANISM,
+    SCRATCH,
+    PROGRESS,
+    COUNT,
+    VECTOR,
+    MATRIX,
+    REAL,
+    REAL,
+    COUNT,
+    entry=True,
 )
 def march(
-    law: CompiledLaw,
+    equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
     progress: Progress,
@@ -377,7 +395,7 @@ def march(
     """Integrate until the stop time, and write the states of the frames.
 
     Args:
-        law: compiled laws.
+        equations: of motion.
         mechanism: tables.
         scratch: working memory of evaluations.
         progress: the integration so far, which is continued.
@@ -401,7 +419,7 @@ def march(
             return FINISHED
         if counts[FRESH]:
             settle_branches(
-                law,
+                equations,
                 mechanism,
                 scratch,
                 interval,
@@ -429,7 +447,9 @@ def march(
             stage = end if s == 12 else progress.trial
             _combine(state, step, STAGES[s], slopes, s, stage)
             at = time + NODES[s] * step
-            compute_rates(law, mechanism, scratch, interval, at, stage, slopes[s])
+            equations.compute_rates(
+                equations.law, mechanism, scratch, interval, at, stage, slopes[s]
+            )
             if NODES[s] < earliest and _has_passed(mechanism, scratch):
                 earliest = NODES[s]
         counts[EVALUATIONS] += 12
@@ -446,15 +466,17 @@ def march(
         clock[STEP] = max(grown, clock[STEP]) if reaches_limit else grown
         share, has_continuous = 2.0, False
         if earliest <= 1.0:
-            _build_continuous(law, mechanism, scratch, progress, step)
+            _build_continuous(equations, mechanism, scratch, progress, step)
             has_continuous = True
-            share = _locate_breakpoint(law, mechanism, scratch, progress, balls, step, earliest)
+            share = _locate_breakpoint(
+                equations, mechanism, scratch, progress, balls, step, earliest
+            )
         reached = limit if reaches_limit else time + step
         if share <= 1.0:
             reached = time + share * step
         while counts[FRAME] < len(frames) and frames[counts[FRAME]] <= reached:
             if not has_continuous:
-                _build_continuous(law, mechanism, scratch, progress, step)
+                _build_continuous(equations, mechanism, scratch, progress, step)
                 has_continuous = True
             at = (frames[counts[FRAME]] - time) / step
             _interpolate(progress, balls, at, frame_states[counts[FRAME]])
@@ -476,7 +498,7 @@ def march(
             ):
                 return TURNED_OVER
             settle_branches(
-                law, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
+                equations, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
             )
             counts[EVALUATIONS] += 1
             continue
@@ -492,7 +514,7 @@ def march(
 
 @compiled(
     NOTHING,
-    LAW,
+    EQUATIONS,
     MECHANISM,
     SCRATCH,
     VECTOR,
@@ -502,7 +524,7 @@ def march(
     entry=True,
 )
 def record_frames(
-    law: CompiledLaw,
+    equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
     times: Array,
@@ -513,7 +535,7 @@ def record_frames(
     """Evaluate the states of frames.
 
     Args:
-        law: compiled laws.
+        equations: of motion.
         mechanism: tables.
         scratch: working memory.
         times: shape (f,) [s].
@@ -525,7 +547,9 @@ def record_frames(
     for f in range(len(times)):
         while interval + 1 < len(mechanism.knots) and mechanism.knots[interval + 1] <= times[f]:
             interval += 1
-        settle_branches(law, mechanism, scratch, interval, times[f], states[f], rates[f], -1, 0.0)
+        settle_branches(
+            equations, mechanism, scratch, interval, times[f], states[f], rates[f], -1, 0.0
+        )
         for i in range(len(mechanism.links)):
             for k in range(RECORDED_COLUMNS):
                 links[f, i, k] = scratch.work[i, k]

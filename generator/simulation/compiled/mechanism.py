@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.drive import Drive
-from generator.figure import AxisKind
 from generator.joint_chain import Chain
 from generator.kinematics.placement import Placement, segment_jacobians
 from generator.kinematics.prescribed import PrescribedMotion, driven_indices
@@ -39,15 +38,14 @@ from generator.simulation.compiled.layout import (
     PARENT,
     POWERS,
     RATE,
-    RECORDED_COLUMNS,
     SINE_TURN,
     SLIDE,
     WORK_COLUMNS,
-    CompiledLaw,
     IndexArray,
     Mechanism,
     Scratch,
 )
+from generator.simulation.compiled.recursion import Equations, equations_with
 from springs import JointSprings, SpringSet
 
 _HALF = np.array([0.25, 0.75])
@@ -59,7 +57,7 @@ class CompiledModel:
     """A figure ready for compiled integration.
 
     Attributes:
-        law: the compiled laws of its joints.
+        equations: of motion, with the laws of its joints.
         mechanism: its tables.
         scratch: working memory of evaluations.
         initial_state: coordinates, rates and integrals of powers, shape (n,).
@@ -71,7 +69,7 @@ class CompiledModel:
         measured_joints: joint name of each measured joint.
     """
 
-    law: CompiledLaw
+    equations: Equations
     mechanism: Mechanism
     scratch: Scratch
     initial_state: Array
@@ -180,7 +178,7 @@ class _Builder:
             for joint in self.figure.joints.values()
         ]
         return CompiledModel(
-            tables.function,
+            equations_with(tables.function),
             mechanism,
             scratch,
             state,

@@ -7,7 +7,7 @@ function*, whose sign is data: the code holds one branch until the integrator ha
 zero of the function and changes the sign. So all breakpoints of all laws are found.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -57,6 +57,11 @@ class Recorder:
         return f"Z[s + {self.switching.index(difference.name)}]"
 
 
+def _operator(form: str) -> "Callable[[Symbol, Real], Symbol]":
+    """Return the method that records an operation with another number."""
+    return lambda symbol, other: symbol.recorder.record(form, symbol, other)
+
+
 @dataclass(frozen=True, eq=False)
 class Symbol:
     """A number that is known at run time; arithmetic with it is recorded."""
@@ -66,40 +71,29 @@ class Symbol:
 
     __array_ufunc__ = None  # so that numpy's numbers leave arithmetic with symbols to them
 
-    def __add__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} + {}", self, other)
-
-    def __radd__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} + {}", other, self)
-
-    def __sub__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} - {}", self, other)
-
-    def __rsub__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} - {}", other, self)
-
-    def __mul__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} * {}", self, other)
-
-    def __rmul__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} * {}", other, self)
-
-    def __truediv__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} / {}", self, other)
-
-    def __rtruediv__(self, other: Real) -> "Symbol":
-        return self.recorder.record("{} / {}", other, self)
+    __add__ = _operator("{0} + {1}")
+    __radd__ = _operator("{1} + {0}")
+    __sub__ = _operator("{0} - {1}")
+    __rsub__ = _operator("{1} - {0}")
+    __mul__ = _operator("{0} * {1}")
+    __rmul__ = _operator("{1} * {0}")
+    __truediv__ = _operator("{0} / {1}")
+    __rtruediv__ = _operator("{1} / {0}")
 
     def __neg__(self) -> "Symbol":
+        """Record the negative."""
         return self.recorder.record("-{}", self)
 
     def __lt__(self, other: Real) -> "Comparison":
+        """Return the condition that a branch asks for."""
         return Comparison(other, self)
 
     def __gt__(self, other: Real) -> "Comparison":
+        """Return the condition that a branch asks for."""
         return Comparison(self, other)
 
     def __bool__(self) -> bool:
+        """Refuse to decide while the law is recorded."""
         raise BranchingLawError("a law decides by `ops.where`, not by `if`")
 
 
@@ -111,6 +105,7 @@ class Comparison:
     smaller: Real
 
     def __bool__(self) -> bool:
+        """Refuse to decide while the law is recorded."""
         raise BranchingLawError("a law decides by `ops.where`, not by `if`")
 
 
@@ -121,13 +116,16 @@ class Triple:
     parts: tuple[Real, Real, Real]
 
     def __getitem__(self, index: int) -> Real:
+        """Return a component."""
         return self.parts[index]
 
     def __add__(self, other: "Triple") -> "Triple":
+        """Return the sum."""
         x, y, z = (a + b for a, b in zip(self.parts, other.parts, strict=True))
         return Triple((x, y, z))
 
     def __sub__(self, other: "Triple") -> "Triple":
+        """Return the difference."""
         x, y, z = (a - b for a, b in zip(self.parts, other.parts, strict=True))
         return Triple((x, y, z))
 

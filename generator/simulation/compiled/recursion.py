@@ -16,6 +16,10 @@ on everything outboard of it, where J, H, M is the articulated inertia and n, f 
 `docs/compiled-integration.md` derives the equations.
 """
 
+from typing import Any, NamedTuple
+
+from numba import types
+
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import (
     accumulate,
@@ -39,7 +43,14 @@ from generator.simulation.compiled.algebra import (
     times,
     vector,
 )
-from generator.simulation.compiled.compiler import COUNT, NOTHING, REAL, VECTOR, compiled
+from generator.simulation.compiled.compiler import (
+    COUNT,
+    NOTHING,
+    REAL,
+    VECTOR,
+    FunctionPointer,
+    compiled,
+)
 from generator.simulation.compiled.layout import (
     ANGULAR_INERTIA,
     ARM,
@@ -298,7 +309,7 @@ def compute_accelerations(
             scratch.powers[EXTERNAL] += (effort - w[EFFORT]) * w[JOINT_RATE]
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, pointer=True)
 def evaluate_laws(
     law: CompiledLaw,
     mechanism: Mechanism,
@@ -325,7 +336,7 @@ def evaluate_laws(
     )
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, entry=True)
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)
 def compute_rates(
     law: CompiledLaw,
     mechanism: Mechanism,
@@ -342,3 +353,34 @@ def compute_rates(
     compute_accelerations(mechanism, scratch, state, rates)
     for k in range(POWERS):
         rates[len(rates) - POWERS + k] = scratch.powers[k]
+
+
+class Equations(NamedTuple):
+    """Pointers to the functions that an integration calls.
+
+    Attributes:
+        law: the laws of the joints.
+        evaluate_laws: computes the motion of a state and the laws.
+        compute_rates: computes the rates of a state.
+    """
+
+    law: CompiledLaw
+    evaluate_laws: Any
+    compute_rates: Any
+
+
+EQUATIONS = types.NamedTuple(
+    (
+        LAW,
+        types.FunctionType(NOTHING(LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)),
+        types.FunctionType(NOTHING(LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR)),
+    ),
+    Equations,
+)
+
+_EVALUATE_LAWS, _COMPUTE_RATES = FunctionPointer(evaluate_laws), FunctionPointer(compute_rates)
+
+
+def equations_with(law: CompiledLaw) -> Equations:
+    """Return the equations of motion with the laws of a mechanism's joints."""
+    return Equations(law, _EVALUATE_LAWS, _COMPUTE_RATES)

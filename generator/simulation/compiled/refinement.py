@@ -142,7 +142,7 @@ def run_once(
     states[0] = model.initial_state
     progress.counts[FRAME] = 1
     ending, turned = Ending.DONE, None
-    arguments = (model.law, mechanism, model.scratch, progress, model.balls)
+    arguments = (model.equations, mechanism, model.scratch, progress, model.balls)
     while True:
         try:
             status = march(*arguments, times, states, stop, tolerance, _STEPS_PER_CALL)
@@ -175,7 +175,7 @@ def run_once(
     states = states[:count]
     links = np.empty((count, len(mechanism.links), RECORDED_COLUMNS))
     rates = np.empty_like(states)
-    record_frames(model.law, mechanism, model.scratch, times[:count], states, links, rates)
+    record_frames(model.equations, mechanism, model.scratch, times[:count], states, links, rates)
     events = min(int(progress.counts[EVENTS]), MAX_EVENTS)
     return CompiledRun(
         times[:count],
