@@ -11,10 +11,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar, cast
 
-import numba
+import numba as _numba
 from numba import types
 
 from generator.simulation.compiled.code_cache import cache_folder, listeners
+
+numba: Any = _numba
+"""numba, whose own types do not describe its options."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -146,7 +149,7 @@ def _numba_settings() -> Generator[None]:
     Optimisation of level 1 without vectors of loops takes half the time of numba's level 3, and the
     code is as fast: most of it is straight-line.
     """
-    config, folder = cast("Any", numba.config), cache_folder()
+    config, folder = numba.config, cache_folder()
     settings = {
         "CACHE_DIR": "" if folder is None else str(folder),
         "OPT": type(config.OPT)(1),

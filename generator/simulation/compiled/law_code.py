@@ -77,7 +77,8 @@ def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
     by_form: dict[tuple[str, ...], list[LawUse]] = {}
     for use in uses:
         by_form.setdefault(use.form, []).append(use)
-    lines, bounds, rows = [_HEADER], [0], []
+    lines, bounds = [_HEADER], [0]
+    rows: list[list[int]] = []
     parameters, switches = [1.0] * SCALES, 0
     for number, (form, same) in enumerate(by_form.items()):
         lines.append(f"    for u in range(bounds[{number}], bounds[{number + 1}]):\n")

@@ -83,15 +83,15 @@ def compute_kinematics(
             own = unit(quaternion(state, link[COORDINATE]))
             own_spin = vector(state, link[RATE])
         else:
-            value, rate, acceleration = c[LOCKED_VALUE], 0.0, 0.0
+            value, rate, acceleration = float(c[LOCKED_VALUE]), 0.0, 0.0
             if link[DRIVE] >= 0:
                 since = time - mechanism.knots[interval]
-                cubic = mechanism.drive_pieces[interval, link[DRIVE]]
+                cubic: Array = mechanism.drive_pieces[interval, link[DRIVE]]
                 value = cubic[0] + since * (cubic[1] + since * (cubic[2] + since * cubic[3]))
                 rate = cubic[1] + since * (2.0 * cubic[2] + 3.0 * since * cubic[3])
                 acceleration = 2.0 * cubic[2] + 6.0 * since * cubic[3]
             elif link[COORDINATE] >= 0:
-                value, rate = state[link[COORDINATE]], state[link[RATE]]
+                value, rate = float(state[link[COORDINATE]]), float(state[link[RATE]])
             own_spin, joint_value, joint_rate = spin, value, rate
             along = times(rate, axis)
             turn = quaternion(c, COSINE_TURN)

@@ -414,7 +414,7 @@ def march(
     first_joint = len(mechanism.branches) - len(mechanism.measured)
     taken = 0
     while True:
-        interval, time = counts[INTERVAL], clock[TIME]
+        interval, time = counts[INTERVAL], float(clock[TIME])
         if time >= stop:
             return FINISHED
         if counts[FRESH]:
@@ -548,7 +548,7 @@ def record_frames(
         while interval + 1 < len(mechanism.knots) and mechanism.knots[interval + 1] <= times[f]:
             interval += 1
         settle_branches(
-            equations, mechanism, scratch, interval, times[f], states[f], rates[f], -1, 0.0
+            equations, mechanism, scratch, interval, float(times[f]), states[f], rates[f], -1, 0.0
         )
         for i in range(len(mechanism.links)):
             for k in range(RECORDED_COLUMNS):

@@ -47,11 +47,14 @@ DECADE = 0.1
 MAX_RUNS = 8
 """Number of runs after which a difference above the tolerance is accepted and told."""
 
+SMALLEST_TOLERANCE = 1e-13
+"""Tolerance of the steps below which rounding decides."""
+
 _FIRST_STEP = 1e-3
 """First step of a run [s]; the error control changes it at once."""
 
-_STEPS_PER_CALL = 2_000
-"""Steps between two looks at the clock and at Ctrl-C."""
+_LINK_STEPS_PER_CALL = 16_000
+"""Steps times links between two looks at the clock and at Ctrl-C: some 25 ms."""
 
 MAX_STEPS_PER_SECOND = 100_000
 """Steps per simulated second above which a motion is called stiff. A step costs some 25 us, so that
@@ -142,17 +145,18 @@ def run_once(
     states[0] = model.initial_state
     progress.counts[FRAME] = 1
     ending, turned = Ending.DONE, None
+    steps_per_call = max(20, _LINK_STEPS_PER_CALL // len(mechanism.links))
     arguments = (model.equations, mechanism, model.scratch, progress, model.balls)
     while True:
         try:
-            status = march(*arguments, times, states, stop, tolerance, _STEPS_PER_CALL)
+            status = march(*arguments, times, states, stop, tolerance, steps_per_call)
+            steps = int(progress.counts[STEPS] + progress.counts[REJECTED])
+            passed = float(progress.clock[TIME]) - start
+            if watch is not None:
+                watch(passed / max(steps, 1), start + passed)
         except KeyboardInterrupt:
             ending = Ending.INTERRUPTED
             break
-        steps = int(progress.counts[STEPS] + progress.counts[REJECTED])
-        passed = float(progress.clock[TIME]) - start
-        if watch is not None:
-            watch(passed / max(steps, 1), start + passed)
         if status == FINISHED:
             break
         if status == COLLAPSED:
@@ -202,10 +206,14 @@ def run_until_agreed(
 ) -> AgreedRun:
     """Repeat a run at smaller tolerances until two agree within `tolerance`.
 
+    The first run is at a tenth of it; at a hundredth where breakpoints are to be located, whose
+    errors grow, so that two runs usually suffice.
+
     Raises:
         StiffMotionError: the motion needs too many steps.
     """
-    step_tolerance, smallest = DECADE * tolerance, 1e-13
+    has_breakpoints = len(model.mechanism.branches) > len(model.mechanism.measured)
+    step_tolerance = (DECADE**2 if has_breakpoints else DECADE) * tolerance
     runs: list[CompiledRun] = []
     errors = np.full(1, np.inf)
     agreed_before = False
@@ -227,10 +235,9 @@ def run_until_agreed(
             if agree and (agreed_before or have_same_breakpoints(before, latest)):
                 break
             agreed_before = agree
-        next_tolerance = _next_tolerance(runs, float(errors[-1]), tolerance)
-        if next_tolerance < smallest:
+        step_tolerance = _next_tolerance(runs, float(errors[-1]), tolerance)
+        if step_tolerance < SMALLEST_TOLERANCE:
             break
-        step_tolerance = next_tolerance
     return _finest_agreed(runs, model)
 
 
