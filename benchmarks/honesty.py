@@ -1,0 +1,153 @@
+"""Errors of seeded random runs against their estimates: `python -m benchmarks.honesty [RUNS]`.
+
+Figures, poses, durations and tolerances are random. The truth is a run of the same kind whose
+tolerance is a thousand times smaller, as far as that run is sure of itself; every fifteenth run is
+also compared with Exudyn's integrator. Two processes share the work, some ten minutes for 300 runs.
+"""
+
+import sys
+from collections import defaultdict
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks import cases
+from benchmarks.engines.exudyn_engine import radial_springs
+from generator.figure import Figure
+from generator.figure_file.read import read_figure
+from generator.recording import Integrator, Recording
+from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
+from generator.simulation.import_exudyn import import_exudyn
+from generator.simulation.plan import Plan
+
+RUNS = 300
+KINDS = ("prototype", "coupled", "clavicles", "free flight", "chain")
+REFERENCE_RATIO = 1e-3
+EXUDYN_EVERY = 15
+EXUDYN_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Errors of one run.
+
+    Attributes:
+        kind: of the figure.
+        tolerance: asked for [rad].
+        held: whether the run says that its tolerance holds to the end.
+        errors: true errors of the frames that the truth reaches, shape (n,) [rad].
+        estimates: of the same frames.
+        exudyn: largest difference from Exudyn's integrator over both estimates; NaN without it.
+    """
+
+    kind: str
+    tolerance: float
+    held: bool
+    errors: np.ndarray
+    estimates: np.ndarray
+    exudyn: float
+
+
+def main() -> None:
+    """Print a table of the kinds, and the verdicts."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else RUNS
+    with ProcessPoolExecutor(2) as pool:
+        outcomes = list(pool.map(run, range(count)))
+    by_kind: dict[str, list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        by_kind[outcome.kind].append(outcome)
+    print("| kind | runs | held | broken | frames told | too small | worst | Exudyn |")
+    print("|---|---|---|---|---|---|---|---|")
+    for kind, some in [*by_kind.items(), ("all", outcomes)]:
+        print(f"| {kind} | {' | '.join(summary(some))} |")
+
+
+def summary(outcomes: list[Outcome]) -> list[str]:
+    """Return the cells of a row."""
+    broken = [o for o in outcomes if o.held and np.max(o.errors) > o.tolerance]
+    told, small, worst = 0, 0, 0.0
+    for outcome in outcomes:
+        counted = (outcome.errors > 0.1 * outcome.tolerance) & np.isfinite(outcome.estimates)
+        ratios = outcome.errors[counted] / outcome.estimates[counted]
+        told += ratios.size
+        small += int(np.sum(ratios > 1.0))
+        worst = max(worst, float(np.max(ratios, initial=0.0)))
+    exudyn = [o.exudyn for o in outcomes if np.isfinite(o.exudyn)]
+    return [
+        str(len(outcomes)),
+        str(sum(o.held for o in outcomes)),
+        str(len(broken)),
+        str(told),
+        f"{small} ({100.0 * small / max(told, 1):.2f} %)",
+        f"{worst:.2f}",
+        f"{max(exudyn, default=float('nan')):.2f} in {len(exudyn)}",
+    ]
+
+
+def run(seed: int) -> Outcome:
+    """Make one random run with its truth."""
+    import_exudyn()
+    from generator.simulation.run import simulate
+
+    random = np.random.default_rng(seed)
+    kind = KINDS[seed % len(KINDS)]
+    figure, plan = random_case(kind, random)
+    made = simulate(figure, plan)
+    assert made.integrator is Integrator.COMPILED, made.integrator_reason
+    truth = simulate(figure, replace(plan, tolerance=REFERENCE_RATIO * plan.tolerance))
+    sure = truth.accuracy.by_frame <= 0.01 * plan.tolerance
+    count = min(len(made.times), int(np.argmin(sure)) if not sure.all() else len(truth.times))
+    errors = differences(made, truth)[:count]
+    exudyn = np.nan
+    if seed % EXUDYN_EVERY == 0:
+        other = simulate(
+            figure, replace(plan, tolerance=EXUDYN_TOLERANCE, integrator=Integrator.EXUDYN)
+        )
+        both = made.accuracy.by_frame[:count] + other.accuracy.by_frame[:count]
+        exudyn = float(np.max(differences(made, other)[:count] / np.maximum(both, 1e-9)))
+    held = made.outcome.succeeded and made.accuracy.held_until >= plan.stop
+    return Outcome(kind, plan.tolerance, held, errors, made.accuracy.by_frame[:count], exudyn)
+
+
+def random_case(kind: str, random: np.random.Generator) -> tuple[Figure, Plan]:
+    """Return a figure with a random plan."""
+    plan = Plan(
+        stop=float(random.uniform(0.1, 2.0)), tolerance=float(10.0 ** random.uniform(-6.0, -2.0))
+    )
+    if kind == "chain":
+        case = cases.chain(int(random.integers(2, 13)))
+        figure = case.figure
+        plan = replace(plan, springs=radial_springs(figure, case.radial))
+    else:
+        figure = read_figure("clavicles" if kind == "clavicles" else "prototype")
+    if kind == "coupled":
+        plan = replace(plan, spring_choice="coupled")
+    if kind == "free flight":
+        plan = replace(plan, free_root=True)
+    turned = {
+        name: tuple(
+            np.asarray(joint.displacement)
+            + np.radians(random.uniform(-15.0, 15.0, joint.degrees_of_freedom))
+        )
+        for name, joint in figure.joints.items()
+        if joint.chain
+    }
+    return figure, replace(plan, displacements=turned)
+
+
+def differences(one: Recording, other: Recording) -> np.ndarray:
+    """Return the largest angle between the joints of two recordings, by common frame [rad]."""
+    count = min(len(one.times), len(other.times))
+
+    def turns(vectors: Mapping[str, np.ndarray]) -> np.ndarray:
+        return matrix_from_rotation_vector(np.stack([v[:count] for v in vectors.values()]))
+
+    first, second = turns(one.rotation_vectors), turns(other.rotation_vectors)
+    between = rotation_vector_from_matrix(np.swapaxes(first, -1, -2) @ second)
+    return np.max(np.linalg.norm(between, axis=-1), axis=0)
+
+
+if __name__ == "__main__":
+    main()
