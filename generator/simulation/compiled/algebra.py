@@ -17,51 +17,77 @@ Matrix: TypeAlias = tuple[float, float, float, float, float, float, float, float
 
 
 @inlined
-def vector(row: Array, at: int) -> Vector:
-    """Read a vector from a row."""
-    return row[at], row[at + 1], row[at + 2]
+def vector(table: Array, row: int, at: int) -> Vector:
+    """Read a vector from a row of a table."""
+    return table[row, at], table[row, at + 1], table[row, at + 2]
 
 
 @inlined
-def quaternion(row: Array, at: int) -> Quaternion:
-    """Read a quaternion from a row."""
-    return row[at], row[at + 1], row[at + 2], row[at + 3]
+def quaternion(table: Array, row: int, at: int) -> Quaternion:
+    """Read a quaternion from a row of a table."""
+    return table[row, at], table[row, at + 1], table[row, at + 2], table[row, at + 3]
 
 
 @inlined
-def symmetric(row: Array, at: int) -> Symmetric:
-    """Read a symmetric matrix from a row."""
-    return row[at], row[at + 1], row[at + 2], row[at + 3], row[at + 4], row[at + 5]
-
-
-@inlined
-def matrix(row: Array, at: int) -> Matrix:
-    """Read a matrix from a row."""
+def symmetric(table: Array, row: int, at: int) -> Symmetric:
+    """Read a symmetric matrix from a row of a table."""
     return (
-        row[at],
-        row[at + 1],
-        row[at + 2],
-        row[at + 3],
-        row[at + 4],
-        row[at + 5],
-        row[at + 6],
-        row[at + 7],
-        row[at + 8],
+        table[row, at],
+        table[row, at + 1],
+        table[row, at + 2],
+        table[row, at + 3],
+        table[row, at + 4],
+        table[row, at + 5],
     )
 
 
 @inlined
-def store(row: Array, at: int, values: tuple[float, ...]) -> None:
-    """Write a tuple into a row."""
-    for k in range(len(values)):
-        row[at + k] = values[k]
+def matrix(table: Array, row: int, at: int) -> Matrix:
+    """Read a matrix from a row of a table."""
+    return (
+        table[row, at],
+        table[row, at + 1],
+        table[row, at + 2],
+        table[row, at + 3],
+        table[row, at + 4],
+        table[row, at + 5],
+        table[row, at + 6],
+        table[row, at + 7],
+        table[row, at + 8],
+    )
 
 
 @inlined
-def accumulate(row: Array, at: int, values: tuple[float, ...]) -> None:
-    """Add a tuple to the numbers in a row."""
+def store(table: Array, row: int, at: int, values: tuple[float, ...]) -> None:
+    """Write a tuple into a row of a table."""
     for k in range(len(values)):
-        row[at + k] += values[k]
+        table[row, at + k] = values[k]
+
+
+@inlined
+def accumulate(table: Array, row: int, at: int, values: tuple[float, ...]) -> None:
+    """Add a tuple to the numbers in a row of a table."""
+    for k in range(len(values)):
+        table[row, at + k] += values[k]
+
+
+@inlined
+def vector_in(state: Array, at: int) -> Vector:
+    """Read a vector from a state."""
+    return state[at], state[at + 1], state[at + 2]
+
+
+@inlined
+def quaternion_in(state: Array, at: int) -> Quaternion:
+    """Read a quaternion from a state."""
+    return state[at], state[at + 1], state[at + 2], state[at + 3]
+
+
+@inlined
+def store_in(state: Array, at: int, values: tuple[float, ...]) -> None:
+    """Write a tuple into a state."""
+    for k in range(len(values)):
+        state[at + k] = values[k]
 
 
 @inlined

@@ -73,6 +73,7 @@ def inlined(function: Function) -> Function:
         numba.njit(
             fastmath=_RELAXED_ARITHMETIC,
             error_model="numpy",
+            forceinline=True,
             no_cpython_wrapper=True,
             no_cfunc_wrapper=True,
         )(function),

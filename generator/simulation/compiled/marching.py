@@ -17,7 +17,7 @@ import numpy as np
 from numba import types
 
 from generator.rotations import Array
-from generator.simulation.compiled.algebra import quaternion, store, unit
+from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
 from generator.simulation.compiled.compiler import (
     CONSTANT_VECTOR,
     COUNT,
@@ -204,7 +204,7 @@ def _build_continuous(
 @compiled(NOTHING, COUNT, VECTOR)
 def _normalize(balls: int, state: Array) -> None:
     for ball in range(balls):
-        store(state, 4 * ball, unit(quaternion(state, 4 * ball)))
+        store_in(state, 4 * ball, unit(quaternion_in(state, 4 * ball)))
 
 
 @compiled(NOTHING, PROGRESS, COUNT, REAL, VECTOR)

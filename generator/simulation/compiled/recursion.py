@@ -38,10 +38,12 @@ from generator.simulation.compiled.algebra import (
     quaternion_rate,
     rotated_diagonal,
     store,
+    store_in,
     symmetric,
     symmetric_times,
     times,
     vector,
+    vector_in,
 )
 from generator.simulation.compiled.compiler import (
     COUNT,
@@ -108,11 +110,11 @@ def compute_inertia_and_loads(
     mechanism: Mechanism, scratch: Scratch, interval: int, time: float
 ) -> None:
     """Start each link's articulated inertia and bias with its own, the laws' torques and loads."""
+    constants, measured, work = mechanism.constants, mechanism.measured, scratch.work
     for i in range(len(mechanism.links)):
-        c, w = mechanism.constants[i], scratch.work[i]
-        mass, turn, spin = c[MASS], matrix(w, ROTATION), vector(w, SPIN)
-        x, y, z = apply(turn, vector(c, CENTRE))
-        own = rotated_diagonal(turn, vector(c, INERTIA))
+        mass, turn, spin = constants[i, MASS], matrix(work, i, ROTATION), vector(work, i, SPIN)
+        x, y, z = apply(turn, vector(constants, i, CENTRE))
+        own = rotated_diagonal(turn, vector(constants, i, INERTIA))
         inertia = (
             own[0] + mass * (y * y + z * z),
             own[1] - mass * x * y,
@@ -121,57 +123,65 @@ def compute_inertia_and_loads(
             own[4] - mass * y * z,
             own[5] + mass * (x * x + y * y),
         )
-        store(w, ANGULAR_INERTIA, inertia)
+        store(work, i, ANGULAR_INERTIA, inertia)
         mx, my, mz = mass * x, mass * y, mass * z
-        store(w, COUPLING_INERTIA, (0.0, -mz, my, mz, 0.0, -mx, -my, mx, 0.0))
-        store(w, LINEAR_INERTIA, (mass, 0.0, 0.0, mass, 0.0, mass))
-        store(w, MOMENT, cross(spin, apply_symmetric(inertia, spin)))
-        store(w, FORCE, cross(spin, cross(spin, (mx, my, mz))))
-    for j in range(len(mechanism.measured)):
-        row = mechanism.measured[j]
-        if row[ROW_LINK] >= 0:
-            scratch.work[row[ROW_LINK], EFFORT] += scratch.torques[j, 0]
+        store(work, i, COUPLING_INERTIA, (0.0, -mz, my, mz, 0.0, -mx, -my, mx, 0.0))
+        store(work, i, LINEAR_INERTIA, (mass, 0.0, 0.0, mass, 0.0, mass))
+        store(work, i, MOMENT, cross(spin, apply_symmetric(inertia, spin)))
+        store(work, i, FORCE, cross(spin, cross(spin, (mx, my, mz))))
+    for j in range(len(measured)):
+        parent, child = measured[j, ROW_PARENT], measured[j, ROW_CHILD]
+        if measured[j, ROW_LINK] >= 0:
+            work[measured[j, ROW_LINK], EFFORT] += scratch.torques[j, 0]
             continue
-        torque = apply(matrix(scratch.half_way[j], 0), vector(scratch.torques[j], 0))
-        if row[ROW_PARENT] >= 0:
-            accumulate(scratch.work[row[ROW_PARENT]], MOMENT, torque)
-        if row[ROW_CHILD] >= 0:
-            accumulate(scratch.work[row[ROW_CHILD]], MOMENT, times(-1.0, torque))
+        torque = apply(matrix(scratch.half_way, j, 0), vector(scratch.torques, j, 0))
+        if parent >= 0:
+            accumulate(work, parent, MOMENT, torque)
+        if child >= 0:
+            accumulate(work, child, MOMENT, times(-1.0, torque))
+    loads, pieces = mechanism.loads, mechanism.load_pieces
     since = time - mechanism.knots[interval]
-    for k in range(len(mechanism.loads)):
-        load, piece = mechanism.loads[k], mechanism.load_pieces[interval, k]
-        w = scratch.work[load[LOAD_LINK]]
-        turn = matrix(w, ROTATION)
-        acting = plus(vector(piece, 0), times(since, vector(piece, 3)))
-        if load[LOAD_IS_LOCAL]:
+    for k in range(len(loads)):
+        i = loads[k, LOAD_LINK]
+        turn = matrix(work, i, ROTATION)
+        acting = (
+            pieces[interval, k, 0] + since * pieces[interval, k, 3],
+            pieces[interval, k, 1] + since * pieces[interval, k, 4],
+            pieces[interval, k, 2] + since * pieces[interval, k, 5],
+        )
+        if loads[k, LOAD_IS_LOCAL]:
             acting = apply(turn, acting)
-        if load[LOAD_IS_FORCE]:
-            arm = apply(turn, vector(mechanism.load_points[k], 0))
-            accumulate(w, FORCE, times(-1.0, acting))
-            accumulate(w, MOMENT, times(-1.0, cross(arm, acting)))
-            speed = plus(vector(w, VELOCITY), cross(vector(w, SPIN), arm))
+        if loads[k, LOAD_IS_FORCE]:
+            arm = apply(turn, vector(mechanism.load_points, k, 0))
+            accumulate(work, i, FORCE, times(-1.0, acting))
+            accumulate(work, i, MOMENT, times(-1.0, cross(arm, acting)))
+            speed = plus(vector(work, i, VELOCITY), cross(vector(work, i, SPIN), arm))
             scratch.powers[EXTERNAL] += dot(acting, speed)
         else:
-            accumulate(w, MOMENT, times(-1.0, acting))
-            scratch.powers[EXTERNAL] += dot(acting, vector(w, SPIN))
+            accumulate(work, i, MOMENT, times(-1.0, acting))
+            scratch.powers[EXTERNAL] += dot(acting, vector(work, i, SPIN))
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH)
 def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
     """Pass from the tips inwards: add what each joint transmits to the inboard link."""
-    for i in range(len(mechanism.links) - 1, -1, -1):
-        link, w = mechanism.links[i], scratch.work[i]
-        parent, kind = link[PARENT], link[KIND]
-        J, H = symmetric(w, ANGULAR_INERTIA), matrix(w, COUPLING_INERTIA)
-        M, n, f = symmetric(w, LINEAR_INERTIA), vector(w, MOMENT), vector(w, FORCE)
-        spin_bias, point_bias = vector(w, SPIN_BIAS), vector(w, POINT_BIAS)
+    links, work = mechanism.links, scratch.work
+    for i in range(len(links) - 1, -1, -1):
+        parent, kind = links[i, PARENT], links[i, KIND]
+        J, H = symmetric(work, i, ANGULAR_INERTIA), matrix(work, i, COUPLING_INERTIA)
+        M, n, f = (
+            symmetric(work, i, LINEAR_INERTIA),
+            vector(work, i, MOMENT),
+            vector(work, i, FORCE),
+        )
+        spin_bias, point_bias = vector(work, i, SPIN_BIAS), vector(work, i, POINT_BIAS)
         if kind == BALL:
             # The joint exerts no moment: alpha = g - G a, and only a force is left.
             inverse = inverse_symmetric(J)
             G = symmetric_times(inverse, H)
             g = times(-1.0, apply_symmetric(inverse, n))
-            store(w, BALL_GAIN, G)
-            store(w, BALL_SPIN_RATE, g)
+            store(work, i, BALL_GAIN, G)
+            store(work, i, BALL_SPIN_RATE, g)
             if parent < 0:
                 continue
             M = (
@@ -183,31 +193,31 @@ def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
                 M[5] - H[2] * G[2] - H[5] * G[5] - H[8] * G[8],
             )
             f = plus(plus(f, apply_transposed(H, g)), apply_symmetric(M, point_bias))
-            arm = vector(w, ARM)
+            arm = vector(work, i, ARM)
             H = cross_symmetric(arm, M)
             J_rows = cross_rows(arm, H)
-            p = scratch.work[parent]
             accumulate(
-                p,
+                work,
+                parent,
                 ANGULAR_INERTIA,
                 (J_rows[0], J_rows[1], J_rows[2], J_rows[4], J_rows[5], J_rows[8]),
             )
-            accumulate(p, COUPLING_INERTIA, H)
-            accumulate(p, LINEAR_INERTIA, M)
-            accumulate(p, MOMENT, cross(arm, f))
-            accumulate(p, FORCE, f)
+            accumulate(work, parent, COUPLING_INERTIA, H)
+            accumulate(work, parent, LINEAR_INERTIA, M)
+            accumulate(work, parent, MOMENT, cross(arm, f))
+            accumulate(work, parent, FORCE, f)
             continue
-        if link[DRIVE] < 0 and kind != FIXED:
-            axis = vector(w, AXIS)
+        if links[i, DRIVE] < 0 and kind != FIXED:
+            axis = vector(work, i, AXIS)
             if kind == HINGE:
                 u, v = apply_symmetric(J, axis), apply_transposed(H, axis)
-                inverse, net = 1.0 / dot(axis, u), w[EFFORT] - dot(axis, n)
+                inverse, net = 1.0 / dot(axis, u), work[i, EFFORT] - dot(axis, n)
             else:
                 u, v = apply(H, axis), apply_symmetric(M, axis)
-                inverse, net = 1.0 / dot(axis, v), w[EFFORT] - dot(axis, f)
-            store(w, AXIS_INERTIA, u)
-            store(w, AXIS_INERTIA + 3, v)
-            w[INVERSE_INERTIA], w[NET_EFFORT] = inverse, net
+                inverse, net = 1.0 / dot(axis, v), work[i, EFFORT] - dot(axis, f)
+            store(work, i, AXIS_INERTIA, u)
+            store(work, i, AXIS_INERTIA + 3, v)
+            work[i, INVERSE_INERTIA], work[i, NET_EFFORT] = inverse, net
             x, y = times(inverse, u), times(inverse, v)
             J = (
                 J[0] - x[0] * u[0],
@@ -241,12 +251,13 @@ def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
             continue
         n = plus(n, plus(apply_symmetric(J, spin_bias), apply(H, point_bias)))
         f = plus(f, plus(apply_transposed(H, spin_bias), apply_symmetric(M, point_bias)))
-        arm, p = vector(w, ARM), scratch.work[parent]
+        arm = vector(work, i, ARM)
         # About the inboard link's point: J + L + L^T + K [s]x^T and H + K.
         K, L = cross_symmetric(arm, M), cross_rows(arm, H)
         k = cross_rows(arm, K)
         accumulate(
-            p,
+            work,
+            parent,
             ANGULAR_INERTIA,
             (
                 J[0] + 2.0 * L[0] + k[0],
@@ -257,11 +268,11 @@ def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
                 J[5] + 2.0 * L[8] + k[8],
             ),
         )
-        accumulate(p, COUPLING_INERTIA, H)
-        accumulate(p, COUPLING_INERTIA, K)
-        accumulate(p, LINEAR_INERTIA, M)
-        accumulate(p, MOMENT, plus(n, cross(arm, f)))
-        accumulate(p, FORCE, f)
+        accumulate(work, parent, COUPLING_INERTIA, H)
+        accumulate(work, parent, COUPLING_INERTIA, K)
+        accumulate(work, parent, LINEAR_INERTIA, M)
+        accumulate(work, parent, MOMENT, plus(n, cross(arm, f)))
+        accumulate(work, parent, FORCE, f)
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, VECTOR)
@@ -269,44 +280,53 @@ def compute_accelerations(
     mechanism: Mechanism, scratch: Scratch, state: Array, rates: Array
 ) -> None:
     """Pass from the ground outwards: accelerations of all links, and the rates of the state."""
-    for i in range(len(mechanism.links)):
-        link, w = mechanism.links[i], scratch.work[i]
-        kind, coordinate, rate = link[KIND], link[COORDINATE], link[RATE]
-        if link[PARENT] >= 0:
-            p = scratch.work[link[PARENT]]
-            alpha = vector(p, SPIN_RATE)
-            a = plus(vector(p, POINT_ACCELERATION), cross(alpha, vector(w, ARM)))
+    links, work = mechanism.links, scratch.work
+    for i in range(len(links)):
+        parent = links[i, PARENT]
+        kind, coordinate, rate = links[i, KIND], links[i, COORDINATE], links[i, RATE]
+        if parent >= 0:
+            alpha = vector(work, parent, SPIN_RATE)
+            a = plus(vector(work, parent, POINT_ACCELERATION), cross(alpha, vector(work, i, ARM)))
         else:
-            alpha, a = (0.0, 0.0, 0.0), times(-1.0, vector(mechanism.gravity, 0))
-        a = plus(a, vector(w, POINT_BIAS))
+            alpha, a = (0.0, 0.0, 0.0), times(-1.0, vector_in(mechanism.gravity, 0))
+        a = plus(a, vector(work, i, POINT_BIAS))
         if kind == BALL:
-            alpha = minus(vector(w, BALL_SPIN_RATE), apply(matrix(w, BALL_GAIN), a))
-            store(rates, rate, alpha)
-            store(rates, coordinate, quaternion_rate(quaternion(w, ORIENTATION), vector(w, SPIN)))
+            alpha = minus(vector(work, i, BALL_SPIN_RATE), apply(matrix(work, i, BALL_GAIN), a))
+            store_in(rates, rate, alpha)
+            store_in(
+                rates,
+                coordinate,
+                quaternion_rate(quaternion(work, i, ORIENTATION), vector(work, i, SPIN)),
+            )
         else:
-            alpha = plus(alpha, vector(w, SPIN_BIAS))
+            alpha = plus(alpha, vector(work, i, SPIN_BIAS))
             if coordinate >= 0:
-                required = dot(vector(w, AXIS_INERTIA), alpha) + dot(vector(w, AXIS_INERTIA + 3), a)
-                acceleration = (w[NET_EFFORT] - required) * w[INVERSE_INERTIA]
+                required = dot(vector(work, i, AXIS_INERTIA), alpha) + dot(
+                    vector(work, i, AXIS_INERTIA + 3), a
+                )
+                acceleration = (work[i, NET_EFFORT] - required) * work[i, INVERSE_INERTIA]
                 rates[rate], rates[coordinate] = acceleration, state[rate]
-                along = times(acceleration, vector(w, AXIS))
+                along = times(acceleration, vector(work, i, AXIS))
                 if kind == HINGE:
                     alpha = plus(alpha, along)
                 else:
                     a = plus(a, along)
-        store(w, SPIN_RATE, alpha)
-        store(w, POINT_ACCELERATION, a)
-        if link[DRIVE] >= 0:
-            H, axis = matrix(w, COUPLING_INERTIA), vector(w, AXIS)
+        store(work, i, SPIN_RATE, alpha)
+        store(work, i, POINT_ACCELERATION, a)
+        if links[i, DRIVE] >= 0:
+            H, axis = matrix(work, i, COUPLING_INERTIA), vector(work, i, AXIS)
             if kind == HINGE:
-                inertial = plus(apply_symmetric(symmetric(w, ANGULAR_INERTIA), alpha), apply(H, a))
-                effort = dot(axis, plus(inertial, vector(w, MOMENT)))
+                inertial = plus(
+                    apply_symmetric(symmetric(work, i, ANGULAR_INERTIA), alpha), apply(H, a)
+                )
+                effort = dot(axis, plus(inertial, vector(work, i, MOMENT)))
             else:
                 inertial = plus(
-                    apply_transposed(H, alpha), apply_symmetric(symmetric(w, LINEAR_INERTIA), a)
+                    apply_transposed(H, alpha),
+                    apply_symmetric(symmetric(work, i, LINEAR_INERTIA), a),
                 )
-                effort = dot(axis, plus(inertial, vector(w, FORCE)))
-            scratch.powers[EXTERNAL] += (effort - w[EFFORT]) * w[JOINT_RATE]
+                effort = dot(axis, plus(inertial, vector(work, i, FORCE)))
+            scratch.powers[EXTERNAL] += (effort - work[i, EFFORT]) * work[i, JOINT_RATE]
 
 
 @compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, pointer=True)
