@@ -37,20 +37,21 @@ _RELAXED_ARITHMETIC = {"contract", "reassoc", "arcp", "nsz"}
 
 
 def compiled(
-    *signature: Any, entry: bool = False, pointer: bool = False
+    *signature: Any, entry: bool = False, pointer: bool = False, vectorised: bool = False
 ) -> Callable[[Function], Function]:
     """Compile a function for one signature: the type of the result, then those of the arguments.
 
     Only an `entry` can be called from Python: the conversion of its arguments takes as long to
     compile as many lines. A function with a `pointer` can be an argument of compiled functions;
-    one that is called by its name is compiled again with each of its callers.
+    one that is called by its name is compiled again with each of its callers. Loops over states
+    are `vectorised`. Other threads run while an entry does.
     """
     result, *arguments = signature
 
     def decorate(function: Function) -> Function:
         for listen in listeners:
             listen(function.__name__.strip("_"))
-        with _numba_settings():
+        with _numba_settings(vectorised=vectorised):
             return cast(
                 "Function",
                 numba.njit(
@@ -60,6 +61,7 @@ def compiled(
                     cache=cache_folder() is not None,
                     no_cpython_wrapper=not entry,
                     no_cfunc_wrapper=not pointer,
+                    nogil=True,
                 )(function),
             )
 
@@ -144,17 +146,17 @@ def _write_once(path: Path, text: str) -> None:
 
 
 @contextmanager
-def _numba_settings() -> Generator[None]:
+def _numba_settings(*, vectorised: bool = False) -> Generator[None]:
     """Let numba store in `cache_folder` what is compiled within, and optimise it moderately.
 
-    Optimisation of level 1 without vectors of loops takes half the time of numba's level 3, and the
-    code is as fast: most of it is straight-line.
+    Optimisation of level 1 without vectorised loops takes half the time of numba's level 3, and
+    the code is nearly as fast: most of it is straight-line.
     """
     config, folder = numba.config, cache_folder()
     settings = {
         "CACHE_DIR": "" if folder is None else str(folder),
-        "OPT": type(config.OPT)(1),
-        "LOOP_VECTORIZE": 0,
+        "OPT": type(config.OPT)(3 if vectorised else 1),
+        "LOOP_VECTORIZE": int(vectorised),
     }
     before = {name: getattr(config, name) for name in settings}
     try:

@@ -69,7 +69,13 @@ and the switching function of the last breakpoint."""
 MAX_EVENTS = 100_000
 """Breakpoints whose times are kept."""
 
-_EIGHTH = 0.125
+_ORDER = 8.0
+
+SAFETY = 0.8
+"""Share of the step that the error estimate permits; 0.9 rejects twice as many steps."""
+
+LARGEST_GROWTH, LARGEST_SHRINKAGE = 10.0, 0.2
+"""Bounds of the ratio of two steps."""
 
 
 class Progress(NamedTuple):
@@ -131,7 +137,7 @@ def start_progress(state: Array, time: float, step: float, switches: int) -> Pro
     )
 
 
-@compiled(NOTHING, VECTOR, REAL, CONSTANT_VECTOR, MATRIX, COUNT, VECTOR)
+@compiled(NOTHING, VECTOR, REAL, CONSTANT_VECTOR, MATRIX, COUNT, VECTOR, vectorised=True)
 def _combine(
     state: Array, step: float, weights: Array, slopes: Array, stages: int, result: Array
 ) -> None:
@@ -148,7 +154,7 @@ def _combine(
         result[k] = state[k] + step * result[k]
 
 
-@compiled(REAL, PROGRESS, REAL, REAL)
+@compiled(REAL, PROGRESS, REAL, REAL, vectorised=True)
 def _step_error(progress: Progress, step: float, tolerance: float) -> float:
     """Return the error of a step over the tolerance; the integrals of powers do not count."""
     state, end, fifth, third = progress.state, progress.end, progress.sums[0], progress.sums[1]
@@ -207,7 +213,7 @@ def _normalize(balls: int, state: Array) -> None:
         store_in(state, 4 * ball, unit(quaternion_in(state, 4 * ball)))
 
 
-@compiled(NOTHING, PROGRESS, COUNT, REAL, VECTOR)
+@compiled(NOTHING, PROGRESS, COUNT, REAL, VECTOR, vectorised=True)
 def _interpolate(progress: Progress, balls: int, share: float, result: Array) -> None:
     """Set the result to the continuous solution at a share of the step."""
     F, rest = progress.continuous, 1.0 - share
@@ -455,14 +461,17 @@ def march(
         counts[EVALUATIONS] += 12
         error = _step_error(progress, step, tolerance)
         if not error <= 1.0:
-            shrink = 0.2
+            shrinkage = LARGEST_SHRINKAGE
             if error == error:
-                shrink = max(0.2, 0.9 * error**-_EIGHTH)
-            clock[STEP] = step * shrink
+                shrinkage = max(shrinkage, SAFETY * error ** (-1.0 / _ORDER))
+            clock[STEP] = step * shrinkage
             counts[REJECTED] += 1
             continue
         counts[STEPS] += 1
-        grown = step * (min(10.0, 0.9 * error**-_EIGHTH) if error > 0.0 else 10.0)
+        growth = LARGEST_GROWTH
+        if error > 0.0:
+            growth = min(growth, SAFETY * error ** (-1.0 / _ORDER))
+        grown = step * growth
         clock[STEP] = max(grown, clock[STEP]) if reaches_limit else grown
         share, has_continuous = 2.0, False
         if earliest <= 1.0:

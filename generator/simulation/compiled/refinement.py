@@ -9,6 +9,7 @@ than the tolerance in all frames and have passed the same breakpoints.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from threading import Event, Thread
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from generator.simulation.compiled.layout import (
     RECORDED_COLUMNS,
     SLIDE,
     IndexArray,
+    Scratch,
 )
 from generator.simulation.compiled.marching import (
     COLLAPSED,
@@ -44,6 +46,10 @@ from generator.simulation.compiled.mechanism import CompiledModel
 DECADE = 0.1
 """Ratio of the tolerances of two runs that are compared."""
 
+FIRST_SHARE, FIRST_SHARE_WITH_BREAKPOINTS = 0.03, 0.01
+"""Tolerance of the first run as a share of the one asked for: chosen so that two runs usually
+suffice. The errors of located breakpoints grow as well."""
+
 MAX_RUNS = 8
 """Number of runs after which a difference above the tolerance is accepted and told."""
 
@@ -62,6 +68,10 @@ the implicit method of Exudyn is cheaper from there on."""
 
 _MIN_STIFF_TIME = 1e-3
 """Simulated time before which steps are not counted as those of a stiff motion [s]."""
+
+
+_STOPPED = (Ending.INTERRUPTED, Ending.TOO_LONG)
+"""Endings that say nothing about the motion."""
 
 
 class StiffMotionError(Exception):
@@ -122,6 +132,7 @@ def run_once(
     tolerance: float,
     deadline: float = np.inf,
     watch: Callable[[float, float], None] | None = None,
+    stopped: Event | None = None,
 ) -> CompiledRun:
     """Run a model from its initial state.
 
@@ -131,6 +142,7 @@ def run_once(
         tolerance: of the steps.
         deadline: `time.monotonic()` after which to stop.
         watch: called with the mean step and the simulated time [s] several times a second.
+        stopped: set by another thread to interrupt the run.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
@@ -154,6 +166,8 @@ def run_once(
             passed = float(progress.clock[TIME]) - start
             if watch is not None:
                 watch(passed / max(steps, 1), start + passed)
+            if stopped is not None and stopped.is_set():
+                raise KeyboardInterrupt
         except KeyboardInterrupt:
             ending = Ending.INTERRUPTED
             break
@@ -206,39 +220,75 @@ def run_until_agreed(
 ) -> AgreedRun:
     """Repeat a run at smaller tolerances until two agree within `tolerance`.
 
-    The first run is at a tenth of it; at a hundredth where breakpoints are to be located, whose
-    errors grow, so that two runs usually suffice.
-
     Raises:
         StiffMotionError: the motion needs too many steps.
     """
     has_breakpoints = len(model.mechanism.branches) > len(model.mechanism.measured)
-    step_tolerance = (DECADE**2 if has_breakpoints else DECADE) * tolerance
-    runs: list[CompiledRun] = []
-    errors = np.full(1, np.inf)
-    agreed_before = False
-    while len(runs) < MAX_RUNS:
-        number = len(runs) + 1
+    first = (FIRST_SHARE_WITH_BREAKPOINTS if has_breakpoints else FIRST_SHARE) * tolerance
 
-        def report(step: float, now: float, number: int = number) -> None:
-            if watch is not None:
+    def run_number(number: int, step_tolerance: float, stopped: Event | None = None) -> CompiledRun:
+        def report(step: float, now: float) -> None:
+            if watch is not None and stopped is None:
                 watch(number, step, now)
 
-        latest = run_once(model, times, step_tolerance, deadline, report)
-        runs.append(latest)
-        if latest.ending in (Ending.INTERRUPTED, Ending.TOO_LONG):
+        return run_once(_fork(model), times, step_tolerance, deadline, report, stopped)
+
+    runs = _run_first_two(run_number, first)
+    agreed_before = False
+    while True:
+        errors = np.maximum.accumulate(joint_differences(model, *runs[-2:]))
+        if any(run.ending in _STOPPED for run in runs):
             break
-        if len(runs) > 1:
-            before = runs[-2]
-            errors = np.maximum.accumulate(joint_differences(model, before, latest))
-            agree = errors[-1] <= tolerance and len(before.times) == len(latest.times)
-            if agree and (agreed_before or have_same_breakpoints(before, latest)):
-                break
-            agreed_before = agree
+        before, latest = runs[-2:]
+        agree = errors[-1] <= tolerance and len(before.times) == len(latest.times)
+        if agree and (agreed_before or have_same_breakpoints(before, latest)):
+            break
+        agreed_before = agree
         step_tolerance = _next_tolerance(runs, float(errors[-1]), tolerance)
-        if step_tolerance < SMALLEST_TOLERANCE:
+        if len(runs) == MAX_RUNS or step_tolerance < SMALLEST_TOLERANCE:
             break
+        runs.append(run_number(len(runs) + 1, step_tolerance))
     return _finest_agreed(runs, model)
+
+
+def _run_first_two(
+    run_number: Callable[[int, float, Event | None], CompiledRun], tolerance: float
+) -> list[CompiledRun]:
+    """Run with a tolerance in another thread, and with a tenth of it here.
+
+    Compiled code runs beside other threads, so that on two cores this takes no longer than the
+    finer run.
+    """
+    stopped, results = Event(), list[CompiledRun | BaseException]()
+
+    def run_coarse() -> None:
+        try:
+            results.append(run_number(1, tolerance, stopped))
+        except BaseException as failure:  # raised again in the calling thread
+            results.append(failure)
+
+    thread = Thread(target=run_coarse, daemon=True)
+    thread.start()
+    try:
+        fine = run_number(2, DECADE * tolerance, None)
+        if fine.ending in _STOPPED:
+            stopped.set()
+    except BaseException:
+        stopped.set()
+        raise
+    finally:
+        thread.join()
+    coarse = results[0]
+    if isinstance(coarse, BaseException):
+        raise coarse
+    return [coarse, fine]
+
+
+def _fork(model: CompiledModel) -> CompiledModel:
+    """Return the same model with branches and working memory of its own."""
+    mechanism = model.mechanism._replace(branches=model.mechanism.branches.copy())
+    scratch = Scratch(*(part.copy() for part in model.scratch))
+    return replace(model, mechanism=mechanism, scratch=scratch)
 
 
 def _next_tolerance(runs: list[CompiledRun], difference: float, tolerance: float) -> float:
@@ -262,14 +312,12 @@ def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:
         sum(run.evaluations for run in runs),
     )
     last = runs[-1]
-    if len(runs) > 1 and last.ending in (Ending.INTERRUPTED, Ending.TOO_LONG):
-        stopped, last = last, runs[-2]
-        last = replace(last, ending=stopped.ending)
+    if len(runs) > 2 and last.ending in _STOPPED:
+        last = replace(runs[-2], ending=last.ending)
         runs = runs[:-1]
     errors = np.full(len(last.times), np.inf)
-    if len(runs) > 1:
-        known = np.maximum.accumulate(joint_differences(model, runs[-2], last))
-        errors[: len(known)] = known
+    known = np.maximum.accumulate(joint_differences(model, runs[-2], last))
+    errors[: len(known)] = known
     return AgreedRun(last, errors, steps, evaluations, len(runs))
 
 
