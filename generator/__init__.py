@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from generator.kinematics.tree import build_tree as hang
     from generator.motion_files import ActionFile, read_action, read_npz, write_recording
     from generator.named_mapping import UnknownNameError, by_name
-    from generator.recording import Ending, Outcome, Recording
+    from generator.recording import Ending, Integrator, Outcome, Recording
     from generator.simulation.model import ExudynModel, build_model
     from generator.simulation.plan import Plan
     from generator.simulation.run import Progress, simulate
@@ -55,6 +55,7 @@ _MODULES = {
     "ExudynModel": "generator.simulation.model",
     "Figure": "generator.figure",
     "InputError": "generator.diagnostics",
+    "Integrator": "generator.recording",
     "Joint": "generator.figure",
     "JointAxis": "generator.figure",
     "Location": "generator.figure",
@@ -109,6 +110,7 @@ __all__ = [
     "ExudynModel",
     "Figure",
     "InputError",
+    "Integrator",
     "Joint",
     "JointAxis",
     "Location",

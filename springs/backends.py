@@ -35,8 +35,8 @@ class Operations(Protocol):
     def removable(self, condition: Real, yes: Real, no: Real) -> Real:
         """`yes` where the condition holds, else `no`: two forms of one smooth function.
 
-        For a removable singularity, such as (1 - cos x)/x^2 and its series. Where the condition
-        changes is no breakpoint.
+        For a removable singularity, such as (1 - cos x)/x^2 and its series. A change of the
+        condition does not count as a breakpoint.
         """
         ...
 

@@ -107,11 +107,11 @@ def _accuracy(model: ExudynModel, agreed: AgreedRun) -> Accuracy:
     errors = agreed.errors.copy()
     if len(errors) > 1:
         errors[0] = 0.0
-    held = run.times[errors <= tolerance]
+    accurate_times = run.times[errors <= tolerance]
     return Accuracy(
         float(errors[-1]),
         tolerance,
-        float(held[-1]) if held.size else float(run.times[0]),
+        float(accurate_times[-1]) if accurate_times.size else float(run.times[0]),
         (run.last_time - float(run.times[0])) / max(run.steps, 1),
         agreed.steps,
         errors,

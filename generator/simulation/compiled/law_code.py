@@ -25,12 +25,12 @@ from springs import (
     CoupledSpring,
     Joining,
     Real,
-    Vector,
     damping_torque,
     elastic_torque,
     group_torque,
     total_torque,
 )
+from springs.backends import Vector
 
 _HEADER = '''"""Generated from the definitions of laws; constants are in the table P."""
 import math

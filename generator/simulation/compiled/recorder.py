@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from springs import Operations, Real, Vector
+from springs import Operations, Real
+from springs.backends import Vector
 
 
 class BranchingLawError(TypeError):
@@ -137,8 +138,8 @@ class _Recording:
         if not isinstance(condition, Comparison):
             return yes if condition else no
         recorder = _recorder(condition.larger, condition.smaller)
-        held = recorder.switch(condition)
-        return recorder.record("{} if " + held + " > 0.0 else {}", yes, no)
+        sign = recorder.switch(condition)
+        return recorder.record("{} if " + sign + " > 0.0 else {}", yes, no)
 
     def removable(self, condition: Real, yes: Real, no: Real) -> Real:
         if not isinstance(condition, Comparison):
