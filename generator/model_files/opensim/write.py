@@ -136,6 +136,8 @@ class _ExpressionOperations:
         assert isinstance(condition, Condition)
         return condition.holds * yes + condition.fails * no
 
+    removable = where
+
     def sin(self, value: Real) -> Real:
         return Expression(f"sin({_operand_text(value)})")
 

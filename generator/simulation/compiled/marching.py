@@ -442,8 +442,8 @@ def march(
         taken += 1
         limit = stop
         if interval + 1 < len(knots) and knots[interval + 1] < stop:
-            limit = knots[interval + 1]
-        step, reaches_limit = clock[STEP], False
+            limit = float(knots[interval + 1])
+        step, reaches_limit = float(clock[STEP]), False
         if time + step >= limit - SHORTEST_STEP:
             step, reaches_limit = limit - time, True
         elif step < SHORTEST_STEP:
@@ -487,7 +487,7 @@ def march(
             if not has_continuous:
                 _build_continuous(equations, mechanism, scratch, progress, step)
                 has_continuous = True
-            at = (frames[counts[FRAME]] - time) / step
+            at = float(frames[counts[FRAME]] - time) / step
             _interpolate(progress, balls, at, frame_states[counts[FRAME]])
             counts[FRAME] += 1
         if share <= 1.0:
