@@ -49,13 +49,14 @@ def _ignore(value: object) -> None:
 def _rate_column() -> "ProgressColumn":
     """Return a column with the simulated seconds in a second."""
     from rich.progress import ProgressColumn
+    from rich.table import Column
     from rich.text import Text
 
     class RateColumn(ProgressColumn):
         def render(self, task: "Task") -> "Text":
-            return Text("" if task.speed is None else f"{task.speed:.2f} x real time")
+            return Text("" if task.speed is None else f"{task.speed:.3g} x real time")
 
-    return RateColumn()
+    return RateColumn(Column(no_wrap=True))
 
 
 def _new_bar(*columns: "ProgressColumn") -> "ProgressBar":

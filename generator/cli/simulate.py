@@ -194,7 +194,7 @@ def simulate(
     check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
-    if plan.integrator is Integrator.COMPILED:
+    if plan.integrator is Integrator.COMPILED and plan.step is None and not python_torques:
         load_compiled_integrator(show_progress=show_progress)
     from generator.simulation.run import simulate as run  # Exudyn takes its time
 

@@ -15,9 +15,9 @@ FIGURE = "prototype"
 
 
 def warm_up(*, show_progress: bool = False) -> CommandResult:
-    """Compile the integrator and the laws of the prototype, once for this machine.
+    """Compile the integrator ahead of the first simulation.
 
-    The first simulation does the same. Afterwards only laws of a new form are compiled.
+    With it, the laws of the prototype; later only laws of a new form are compiled.
     """
     was_compiled, start = is_compiled(), time.monotonic()
     with hold_interrupts():

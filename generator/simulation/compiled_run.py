@@ -50,10 +50,6 @@ _SMALLEST_SCALE = 1.0
 
 def compiled_obstacle(model: ExudynModel) -> str | None:
     """Return why a model cannot be integrated by the compiled method; None if it can."""
-    if model.plan.step is not None:
-        return "a fixed step is one of Exudyn's integrator"
-    if model.plan.python_torques:
-        return "the torques are Python functions"
     if model.placement.tree.closures:
         return "the figure has closed loops"
     if model.prescribed.links.links:
@@ -104,9 +100,8 @@ def run_compiled(
 def _accuracy(model: ExudynModel, agreed: AgreedRun) -> Accuracy:
     """Return the error of the finest run, estimated by its difference from the one before."""
     run, tolerance = agreed.run, model.plan.tolerance
-    errors = agreed.errors.copy()
-    if len(errors) > 1:
-        errors[0] = 0.0
+    # The first frame is that of the start in all runs.
+    errors = agreed.errors if len(agreed.errors) > 1 else np.full(1, np.inf)
     accurate_times = run.times[errors <= tolerance]
     return Accuracy(
         float(errors[-1]),

@@ -109,8 +109,14 @@ def _compiled_obstacle(model: ExudynModel) -> str | None:
     """Return why Exudyn's integrator is used; None for the compiled one."""
     if model.plan.integrator is Integrator.EXUDYN:
         return "it was asked for"
-    from generator.simulation.compiled_run import compiled_obstacle
-
+    if model.plan.step is not None:
+        return "a fixed step was asked for"
+    if model.plan.python_torques:
+        return "the torques are Python functions"
+    try:
+        from generator.simulation.compiled_run import compiled_obstacle
+    except ImportError as failure:
+        return f"numba cannot be loaded ({failure})"
     return compiled_obstacle(model)
 
 

@@ -183,7 +183,7 @@ def test_ctrl_c_while_the_command_is_imported_is_reported(tmp_path: Path):
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
 def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
     line = [sys.executable, "-m", "generator.cli.app", "simulate", "prototype"]
-    line += ["--stop", "300", "-o", "fall.action"]
+    line += ["--stop", "300", "--springs", "none", "-o", "fall.action"]
     with on_terminal(line, cwd=tmp_path) as (run, terminal):
         seen = b""
         while b"real time" not in seen:
@@ -192,7 +192,7 @@ def test_ctrl_c_keeps_what_was_simulated(tmp_path: Path):
         seen += read_to_end(terminal)
         said, _ = run.communicate()
     assert run.returncode == 3
-    assert b"pass 1, step" in seen
+    assert b"pass 2, step" in seen
     assert b"interrupted at" in said
     action = read_action(tmp_path / "fall.action")
     assert action.header.outcome is Ending.INTERRUPTED

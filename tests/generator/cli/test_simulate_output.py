@@ -26,7 +26,7 @@ def test_details_stand_below_the_summary(tmp_path: Path):
     brief, full = run(*words).stdout, run(*words, "-v").stdout
     assert brief.splitlines()[-1] == f"wrote    {tmp_path / 'fall.action'}"
     assert len(brief.splitlines()) <= 8
-    for detail in ("sum less work", "largest gap", "the shortest", "not in "):
+    for detail in ("sum less work", "largest gap", "in the finest pass", "not in "):
         assert detail in full
         assert detail not in brief
     assert run(*words, "-q").output == ""
