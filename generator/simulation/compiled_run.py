@@ -165,6 +165,9 @@ def _build_trace(model: ExudynModel, compiled: CompiledModel, run: CompiledRun) 
         spring_work,
         load_work,
         accelerations=np.concatenate([spin_rates, accelerations], axis=-1),
+        displacements={
+            name: run.states[:, list(places)] for name, places in compiled.coordinates.items()
+        },
     )
 
 

@@ -61,6 +61,7 @@ class Trace:
             shape (n, rows) [N m].
         accelerations: angular, and of the centres of mass, shape (n, B, 6) [rad/s2, m/s2]; known
             after compiled integration, in place of the multipliers.
+        displacements: of the joints that are known without their poses, shape (n, dof) each.
     """
 
     times: Array
@@ -74,6 +75,7 @@ class Trace:
     load_work: Array
     coordinate_multipliers: Array = field(default_factory=lambda: np.zeros((0, 0)))
     accelerations: Array | None = None
+    displacements: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
     def __len__(self) -> int:
         """Number of frames."""
@@ -129,6 +131,7 @@ class Trace:
             change(self.load_work),
             change(self.coordinate_multipliers),
             None if self.accelerations is None else change(self.accelerations),
+            {name: change(values) for name, values in self.displacements.items()},
         )
 
 

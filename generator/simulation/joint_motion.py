@@ -119,7 +119,9 @@ class SegmentMotion:
         linear = (to_parent @ (velocity - parent_velocity)[..., None])[..., 0]
         motion = np.concatenate([angular, linear], axis=1)
         chain = self._model.placement.tree.chains[joint.name]
-        displacements = _continuous_displacements(chain, pose_in_parent, start)
+        displacements = self._trace.displacements.get(joint.name)
+        if displacements is None:
+            displacements = _continuous_displacements(chain, pose_in_parent, start)
         return JointMotion(
             pose_in_parent,
             motion,

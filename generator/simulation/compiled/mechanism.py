@@ -67,6 +67,8 @@ class CompiledModel:
             within a joint.
         joint_links: inboard link (-1 for the ground) and outboard link of each joint, shape (j, 2).
         measured_joints: joint name of each measured joint.
+        coordinates: for each joint whose displacements are all coordinates, their places in a
+            state, in the order of its chain.
     """
 
     equations: Equations
@@ -78,6 +80,7 @@ class CompiledModel:
     points: Array
     joint_links: IndexArray
     measured_joints: tuple[str, ...]
+    coordinates: Mapping[str, tuple[int, ...]]
 
 
 @dataclass
@@ -187,7 +190,21 @@ class _Builder:
             points,
             np.array(joint_links, dtype=np.int64).reshape(-1, 2),
             tuple(names),
+            self._coordinates(links),
         )
+
+    def _coordinates(self, links: IndexArray) -> dict[str, tuple[int, ...]]:
+        places = {
+            name: tuple(
+                int(links[self.factor_links[name, k], COORDINATE])
+                if (name, k) in self.factor_links
+                and self.links[self.factor_links[name, k]].kind in (HINGE, SLIDE)
+                else -1
+                for k in range(len(self.figure.joints[name].chain))
+            )
+            for name in self.tree.kinematics.columns
+        }
+        return {name: some for name, some in places.items() if some and min(some) >= 0}
 
     def _add_joint(self, branch: TreeJoint) -> None:
         """Add the links of a joint, from its inboard to its outboard segment."""

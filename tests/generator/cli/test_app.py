@@ -49,7 +49,7 @@ def test_the_help_of_a_command_opens_with_its_line_in_the_list(command: str):
     target, summary = COMMANDS[command]
     path, function = target.split(":")
     assert vars(import_module(path))[function].__doc__.splitlines()[0] == summary
-    listed = re.findall(r"^  (\w+)  +(.*?)(?:\.\.\.)?$", run("--help").stdout, re.MULTILINE)
+    listed = re.findall(r"^  ([\w-]+)  +(.*?)(?:\.\.\.)?$", run("--help").stdout, re.MULTILINE)
     assert summary.startswith(dict(listed)[command])
     assert summary in " ".join(run(command, "-h").stdout.split())
 
