@@ -106,7 +106,9 @@ class FunctionPointer(types.WrapperAddressProtocol):
 
 @cache
 def compile_source(source: str, name: str, signature: Any) -> FunctionPointer:
-    """Compile the function `name` of generated source text.
+    """Compile the function `name` of generated source text, once in a process.
+
+    numba and LLVM never free a function, so equal sources must share it.
 
     Args:
         source: text of a module that decorates nothing and imports only `math`.

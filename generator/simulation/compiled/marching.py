@@ -67,7 +67,7 @@ interval of time, breakpoints passed, 1 where the rates at the start of the step
 and the switching function of the last breakpoint."""
 
 MAX_EVENTS = 100_000
-"""Breakpoints whose times are kept."""
+"""Number of breakpoints of a run whose times are kept."""
 
 _ORDER = 8.0
 
@@ -85,8 +85,8 @@ class Progress(NamedTuple):
         state: shape (n,).
         clock: time and next step, shape (2,) [s].
         counts: shape (8,).
-        event_times: times of the breakpoints passed [s], shape (MAX_EVENTS,).
-        event_switches: their switching functions, shape (MAX_EVENTS,).
+        event_times: times of the first e breakpoints passed [s], shape (e,).
+        event_switches: their switching functions, shape (e,).
         slopes: rates at the stages, shape (16, n).
         end: state at the end of the step, shape (n,).
         trial: another state, shape (n,).
@@ -117,8 +117,18 @@ _GRID = np.unique(NODES[:13])[1:]
 """Places within a step at which the continuous solution is searched for breakpoints."""
 
 
-def start_progress(state: Array, time: float, step: float, switches: int) -> Progress:
-    """Return the integration of a state from a time with a first step [s]."""
+def start_progress(
+    state: Array, time: float, step: float, switches: int, max_events: int = MAX_EVENTS
+) -> Progress:
+    """Return the integration of a state from a time with a first step [s].
+
+    Args:
+        state: shape (n,); copied.
+        time: [s].
+        step: length of the first step [s].
+        switches: number of switching functions.
+        max_events: number of breakpoints whose times are kept.
+    """
     size = len(state)
     counts = np.zeros(8, dtype=np.int64)
     counts[FRESH] = 1
@@ -126,8 +136,8 @@ def start_progress(state: Array, time: float, step: float, switches: int) -> Pro
         state.copy(),
         np.array([time, step]),
         counts,
-        np.zeros(MAX_EVENTS),
-        np.zeros(MAX_EVENTS, dtype=np.int64),
+        np.zeros(max_events),
+        np.zeros(max_events, dtype=np.int64),
         np.zeros((16, size)),
         np.zeros(size),
         np.zeros(size),
@@ -497,7 +507,7 @@ def march(
             clock[TIME] = reached
             switch = counts[SWITCH]
             mechanism.branches[switch] = -mechanism.branches[switch]
-            if counts[EVENTS] < MAX_EVENTS:
+            if counts[EVENTS] < len(progress.event_times):
                 progress.event_times[counts[EVENTS]] = reached
                 progress.event_switches[counts[EVENTS]] = switch
             counts[EVENTS] += 1

@@ -69,6 +69,8 @@ class CompiledModel:
         measured_joints: joint name of each measured joint.
         coordinates: for each joint whose displacements are all coordinates, their places in a
             state, in the order of its chain.
+        factor_links: link of each factor of a joint that has its own, by the joint's name and the
+            factor's index; of a ball, by its innermost rotation; of a fixed joint, by -1.
     """
 
     equations: Equations
@@ -81,6 +83,7 @@ class CompiledModel:
     joint_links: IndexArray
     measured_joints: tuple[str, ...]
     coordinates: Mapping[str, tuple[int, ...]]
+    factor_links: Mapping[tuple[str, int], int]
 
 
 @dataclass
@@ -191,6 +194,7 @@ class _Builder:
             np.array(joint_links, dtype=np.int64).reshape(-1, 2),
             tuple(names),
             self._coordinates(links),
+            self.factor_links,
         )
 
     def _coordinates(self, links: IndexArray) -> dict[str, tuple[int, ...]]:
