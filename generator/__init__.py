@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from generator.simulation.plan import Plan
     from generator.simulation.run import Progress, simulate
     from generator.simulation.statics import static_torques
+    from generator.simulation.stepper import Stepper
     from generator.springs_file.read import read_springs
 
     Assembly = ExudynModel
@@ -69,6 +70,7 @@ _MODULES = {
     "Segment": "generator.figure",
     "Site": "generator.figure",
     "SiteRef": "generator.figure",
+    "Stepper": "generator.simulation.stepper",
     "Translation": "generator.figure",
     "UnknownNameError": "generator.named_mapping",
     "UsageError": "generator.diagnostics",
@@ -124,6 +126,7 @@ __all__ = [
     "Segment",
     "Site",
     "SiteRef",
+    "Stepper",
     "Translation",
     "UnknownNameError",
     "UsageError",

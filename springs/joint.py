@@ -1,6 +1,6 @@
 """The springs of a joint: for each axis its elastic laws, its damping and their reference."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import hypot
@@ -9,6 +9,8 @@ from springs.backends import NUMPY, Operations, Real
 from springs.coupled import CoupledExponential
 from springs.damping import Damping
 from springs.elastic import Elastic, total_friction
+from springs.hysteresis import Hysteresis
+from springs.transformed import Transformed
 
 Direction = tuple[float, float, float]
 
@@ -68,6 +70,34 @@ class AxisSpring:
         x, y, z = self.direction
         laws = tuple(law.mirrored() for law in self.elastic)
         return replace(self, direction=(-x, -y, -z), elastic=laws)
+
+    def scaled(self, elastic: float, damping: float) -> "AxisSpring":
+        """Return the spring with factors of its elastic torque, and of damping and friction."""
+        if elastic == 1.0 and damping == 1.0:
+            return self
+        laws = tuple(part for law in self.elastic for part in _scaled_law(law, elastic, damping))
+        resistance = replace(
+            self.damping,
+            viscous=damping * self.damping.viscous,
+            coulomb=damping * self.damping.coulomb,
+        )
+        return replace(self, elastic=laws, damping=resistance)
+
+
+def _scaled_law(law: Elastic, elastic: float, friction: float) -> tuple[Elastic, ...]:
+    """Laws whose torques add to the scaled ones of a law.
+
+    The curves of a directional law are scaled like its friction; half of the rest of each belongs
+    to the elastic law, which is their mean.
+    """
+    if not isinstance(law, Hysteresis):
+        return (Transformed(law, elastic),)
+    up, down = law.increasing, law.decreasing
+    rest = 0.5 * (elastic - friction)
+    curves = replace(
+        law, increasing=Transformed(up, friction), decreasing=Transformed(down, friction)
+    )
+    return curves, Transformed(up, rest), Transformed(down, rest)
 
 
 @dataclass(frozen=True)
@@ -147,6 +177,36 @@ class SpringSet:
             f"<SpringSet {self.origin}: joints with springs: {len(self.joints)}{coupled}, "
             f"{self.joining.value}>"
         )
+
+    def of_joints(self, names: Container[str]) -> "SpringSet":
+        """Return the springs that belong to some joints only."""
+        return replace(
+            self,
+            joints={name: joint for name, joint in self.joints.items() if name in names},
+            coupled=tuple(
+                spring
+                for spring in self.coupled
+                if all(axis.joint in names for axis in spring.axes)
+            ),
+        )
+
+    def scaled(self, elastic: float, damping: float) -> "SpringSet":
+        """Return the springs with scaled elastic torques, and scaled damping and friction.
+
+        Args:
+            elastic: factor of the torques that depend on displacements only; not negative.
+            damping: factor of those that depend on rates; not negative.
+        """
+        joints = {
+            name: replace(
+                joint,
+                axes=tuple(axis.scaled(elastic, damping) for axis in joint.axes),
+                translations=tuple(axis.scaled(elastic, damping) for axis in joint.translations),
+            )
+            for name, joint in self.joints.items()
+        }
+        coupled = tuple(replace(spring, law=spring.law.scaled(elastic)) for spring in self.coupled)
+        return replace(self, joints=joints, coupled=coupled)
 
     @property
     def references(self) -> tuple[str, ...]:

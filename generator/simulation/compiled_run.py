@@ -7,10 +7,12 @@ are compared at several frames of every run.
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import assert_never
+from typing import Protocol, assert_never
 
 import numpy as np
 
+from generator.kinematics.placement import Placement
+from generator.kinematics.prescribed import PrescribedMotion
 from generator.recording import Accuracy, Ending, Outcome
 from generator.rotations import Array, quaternion_from_matrix
 from generator.simulation.agreement import BodyState, ExudynEquations
@@ -25,7 +27,7 @@ from generator.simulation.compiled.layout import (
     VELOCITY,
 )
 from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
-from generator.simulation.compiled.refinement import AgreedRun, CompiledRun, run_until_agreed
+from generator.simulation.compiled.refinement import AgreedRun, run_until_agreed
 from generator.simulation.error_control import RefinedRun, accuracy_message
 from generator.simulation.integrate import (
     Trace,
@@ -34,6 +36,7 @@ from generator.simulation.integrate import (
     solver_failure_outcome,
 )
 from generator.simulation.model import ExudynModel
+from generator.simulation.plan import Plan
 from generator.simulation.sensors import HalfTurnCrossing
 
 mark_compiled()  # importing the integrator has compiled it
@@ -48,7 +51,26 @@ _SMALLEST_SCALE = 1.0
 """Scale of the difference where all accelerations are smaller [m/s2 or rad/s2]."""
 
 
-def compiled_obstacle(model: ExudynModel) -> str | None:
+class PlannedMotion(Protocol):
+    """A plan and the initial state of its figure, such as an Exudyn model has."""
+
+    @property
+    def plan(self) -> Plan:
+        """The plan."""
+        ...
+
+    @property
+    def placement(self) -> Placement:
+        """Initial placement."""
+        ...
+
+    @property
+    def prescribed(self) -> PrescribedMotion:
+        """Locks, links and drives."""
+        ...
+
+
+def compiled_obstacle(model: PlannedMotion) -> str | None:
     """Return why a model cannot be integrated by the compiled method; None if it can."""
     if model.placement.tree.closures:
         return "the figure has closed loops"
@@ -92,7 +114,8 @@ def run_compiled(
     start = time.monotonic()
     agreed = run_until_agreed(compiled, times, model.plan.tolerance, deadline, watch)
     wall_time = time.monotonic() - start
-    trace = _build_trace(model, compiled, agreed.run)
+    run = agreed.run
+    trace = build_trace(model, compiled, run.times, run.states, run.links)
     accuracy = _accuracy(model, agreed)
     return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
 
@@ -136,10 +159,20 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
             assert_never(run.ending)
 
 
-def _build_trace(model: ExudynModel, compiled: CompiledModel, run: CompiledRun) -> Trace:
-    """Return the bodies' states and accelerations in the frames."""
+def build_trace(
+    model: ExudynModel, compiled: CompiledModel, times: Array, states: Array, links: Array
+) -> Trace:
+    """Return the bodies' states and accelerations in f frames.
+
+    Args:
+        model: the Exudyn model.
+        compiled: its compiled equations.
+        times: shape (f,) [s].
+        states: shape (f, n).
+        links: recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
+    """
     bodies = [compiled.segment_links[name] for name in model.figure.bodies]
-    links = run.links[:, bodies]
+    links = links[:, bodies]
 
     def vectors(at: int) -> Array:
         return links[..., at : at + 3]
@@ -153,9 +186,9 @@ def _build_trace(model: ExudynModel, compiled: CompiledModel, run: CompiledRun) 
     accelerations = (
         vectors(POINT_ACCELERATION) + gravity + np.cross(spin_rates, arms) + np.cross(spins, around)
     )
-    dissipated, spring_work, load_work = run.states[:, -3:].T
+    dissipated, spring_work, load_work = states[:, -3:].T
     return Trace(
-        run.times,
+        times,
         vectors(POINT) + arms,
         rotations,
         vectors(VELOCITY) + around,
@@ -181,30 +214,44 @@ def agreement_with_exudyn(
         trace: with accelerations.
         displacements: of every joint in the frames [rad or m].
     """
-    assert trace.accelerations is not None
     equations = ExudynEquations(model)
-    revolutes = {
-        name: connector.axis_index
-        for name, connectors in model.springs.items()
-        for connector in connectors
-        if connector.angle_node is not None
-    }
     jumps = [time for load, *_ in model.loads for time in load.discontinuities]
     smooth = np.nonzero(~np.isclose(trace.times[:, None], jumps, rtol=0.0, atol=1e-9).any(axis=1))[
         0
     ]
     largest, places = 0.0, np.linspace(0, len(smooth) - 1, COMPARED_FRAMES)
     for k in smooth[np.unique(places.round().astype(int))].tolist():
-        state = BodyState(
-            float(trace.times[k]),
-            trace.positions[k],
-            quaternion_from_matrix(trace.rotations[k]),
-            trace.velocities[k],
-            trace.angular_velocities[k],
-            {name: float(displacements[name][k, i]) for name, i in revolutes.items()},
-        )
-        exact = equations.accelerations(state)
-        scale = max(float(np.max(np.abs(exact))), _SMALLEST_SCALE)
-        difference = float(np.max(np.abs(trace.accelerations[k] - exact))) / scale
+        difference = frame_disagreement(model, equations, trace, displacements, k)
         largest = difference if np.isnan(difference) else max(largest, difference)
     return largest
+
+
+def frame_disagreement(
+    model: ExudynModel,
+    equations: ExudynEquations,
+    trace: Trace,
+    displacements: Mapping[str, Array],
+    frame: int,
+) -> float:
+    """Return the largest difference of the accelerations in a frame from those of the equations.
+
+    It is relative to the largest acceleration; see `agreement_with_exudyn`.
+    """
+    assert trace.accelerations is not None
+    revolutes = {
+        name: connector.axis_index
+        for name, connectors in model.springs.items()
+        for connector in connectors
+        if connector.angle_node is not None
+    }
+    state = BodyState(
+        float(trace.times[frame]),
+        trace.positions[frame],
+        quaternion_from_matrix(trace.rotations[frame]),
+        trace.velocities[frame],
+        trace.angular_velocities[frame],
+        {name: float(displacements[name][frame, i]) for name, i in revolutes.items()},
+    )
+    exact = equations.accelerations(state)
+    scale = max(float(np.max(np.abs(exact))), _SMALLEST_SCALE)
+    return float(np.max(np.abs(trace.accelerations[frame] - exact))) / scale

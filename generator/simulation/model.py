@@ -240,14 +240,28 @@ def build_model(
         InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure or the plan cannot be built; the message says why.
     """
+    springs = fitting_springs(figure, plan, springs)
+    start = initial_state(figure, plan)
+    require_defined_torques(start.placement, springs)
+    return _build_from_initial_state(start, plan, springs, mbs)
+
+
+def fitting_springs(figure: Figure, plan: Plan, springs: SpringSet) -> SpringSet:
+    """Return the springs with the joining of the plan, if it has one.
+
+    Raises:
+        InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
+        MoverError: the figure cannot be simulated with the springs; the message says why.
+    """
     require_valid_figure(figure, to_simulate=True)
     check_spring_names(figure, springs)
     _require_none(model_obstacles(figure, springs))
-    if plan.joining is not None:
-        springs = replace(springs, joining=plan.joining)
-    start = initial_state(figure, plan)
-    _require_none(placement_obstacles(start.placement, springs))
-    return _build_from_initial_state(start, plan, springs, mbs)
+    return springs if plan.joining is None else replace(springs, joining=plan.joining)
+
+
+def require_defined_torques(placement: Placement, springs: SpringSet) -> None:
+    """Raise ModelError where the torques of springs are not defined in a pose."""
+    _require_none(placement_obstacles(placement, springs))
 
 
 def _require_none(obstacles: Iterable[Diagnostic]) -> None:
