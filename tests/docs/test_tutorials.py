@@ -111,6 +111,16 @@ def test_pages_with_code(reader: Reader) -> None:
     assert reader.names["read_figure"] is read_figure
 
 
+@pytest.mark.parametrize("reader", ["simulation"], indirect=True)
+def test_the_stepper_of_the_page(reader: Reader) -> None:
+    stepper, names = reader.names["stepper"], reader.names
+    assert names["outcome"].succeeded
+    assert stepper.time == names["saved"].time == pytest.approx(0.25)
+    assert stepper.locked == ("right_elbow",)
+    assert names["angle"] != 0.0
+    assert Path("rest.pose").stat().st_size > 0
+
+
 def test_the_code_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (code,) = re.findall(

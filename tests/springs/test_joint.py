@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 
 from springs import (
     AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
     Cubic,
     Damping,
     Joining,
@@ -16,8 +18,10 @@ from springs import (
     total_energy,
     total_torque,
 )
+from springs.coupled import CoupledExponential, CoupledTerm
 from springs.hysteresis import Hysteresis
 
+RANGES = (None, None)
 SPRING = AxisSpring(
     (-1.0, 0.0, 0.0),
     (Cubic((0.9, 8.6, -14.2, 5.3), -1, (-0.1, 1.6)), Linear(3.0, 0.2), Stop(-0.5, 2.0)),
@@ -81,3 +85,31 @@ def test_an_empty_set_is_conservative_and_has_no_origin():
         "none",
     )
     assert springs.references == ()
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-2.0, 2.0), st.floats(0.0, 3.0), st.floats(0.0, 3.0))
+def test_a_scaled_spring_scales_elastic_torque_and_resistance(angle, rate, elastic, damping):
+    directional = Hysteresis(Linear(2.0, 0.3), Linear(3.0, 0.1), 0.1)
+    spring = AxisSpring((0.0, 0.0, 1.0), (directional, *SPRING.elastic), Damping(0.3, 0.2))
+    scaled = spring.scaled(elastic, damping)
+    torque, energy = total_torque(spring.elastic, angle), total_energy(spring.elastic, angle)
+    assert total_torque(scaled.elastic, angle) == pytest.approx(elastic * torque, abs=1e-11)
+    assert total_energy(scaled.elastic, angle) == pytest.approx(elastic * energy, abs=1e-11)
+    resistance = spring.resistance(angle, rate)
+    assert scaled.resistance(angle, rate) == pytest.approx(damping * resistance, abs=1e-11)
+    assert spring.scaled(1.0, 1.0) == spring
+
+
+def test_all_springs_of_a_set_are_scaled():
+    law = CoupledExponential(("a", "b"), (CoupledTerm((1.0, 2.0), (1.0, 2.0)),), (0.5, 0.0), RANGES)
+    axes = (CoupledAxis("knee", (0.0, 0.0, 1.0)), CoupledAxis("hip", (0.0, 0.0, 1.0)))
+    joint = JointSprings("knee", (SPRING,), (SPRING,))
+    whole = SpringSet({"knee": joint}, Joining.WEIGHTED, "a file", (CoupledSpring(law, axes),))
+    scaled = whole.scaled(2.0, 0.5)
+    assert scaled.joints["knee"].axes == scaled.joints["knee"].translations
+    assert scaled.joints["knee"].axes == (SPRING.scaled(2.0, 0.5),)
+    assert scaled.coupled[0].law == law.scaled(2.0)
+    assert (scaled.joining, scaled.origin) == (whole.joining, whole.origin)
+    assert whole.of_joints({"knee", "hip"}) == whole
+    assert whole.of_joints({"knee"}).coupled == ()
+    assert whole.of_joints({"hip"}).joints == {}
