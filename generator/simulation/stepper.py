@@ -81,7 +81,7 @@ from springs import SpringSet
 DEFAULT_STEP_TOLERANCE = 1e-4
 """Error of a step of the integrator, relative to 1 + the size of each number of the state."""
 
-_STEPS_PER_CALL = 2_000
+_STEPS_PER_CALL = 500
 """Steps between two looks at Ctrl-C."""
 
 _SHORTEST_COUNTED_TIME = 1e-2
@@ -220,7 +220,7 @@ class Stepper:
             counts[FRESH] = 1
         taken = int(counts[STEPS] + counts[REJECTED])
         frames, frame_states = np.empty(0), np.empty((0, len(state.progress.state)))
-        arguments = (model.law, state.mechanism, model.scratch, state.progress, model.balls)
+        arguments = (model.equations, state.mechanism, model.scratch, state.progress, model.balls)
         while True:
             ending = march(*arguments, frames, frame_states, stop, self._tolerance, _STEPS_PER_CALL)
             if ending != PAUSED or counts[STEPS] + counts[REJECTED] - taken >= limit:

@@ -343,7 +343,9 @@ def evaluate(model: CompiledModel, mechanism: Mechanism, time: float, states: Ar
     links = np.empty((len(states), len(mechanism.links), RECORDED_COLUMNS))
     mechanism = mechanism._replace(branches=mechanism.branches.copy())
     times = np.full(len(states), time)
-    record_frames(model.law, mechanism, model.scratch, times, states, links, np.empty_like(states))
+    record_frames(
+        model.equations, mechanism, model.scratch, times, states, links, np.empty_like(states)
+    )
     return links
 
 
