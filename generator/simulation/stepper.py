@@ -41,7 +41,6 @@ from generator.simulation.compiled.marching import (
     COLLAPSED,
     FINISHED,
     FRESH,
-    INTERVAL,
     PAUSED,
     REJECTED,
     STEP,
@@ -201,7 +200,7 @@ class Stepper:
         if ending == TURNED_OVER:
             return self._stop_before_half_turn(before, limit)
         if ending == COLLAPSED:
-            self._restart()
+            self._state.progress.clock[STEP] = FIRST_STEP
             spins = self._state.links[self._state.bodies, SPIN : SPIN + 3]
             return solver_failure_outcome(fastest_joint(self.figure, spins), self.time)
         message = (
@@ -214,10 +213,7 @@ class Stepper:
         """Integrate until a time or for a number of steps, and return the ending of `march`."""
         state, model = self._state, self._state.model
         state.forget_motion()
-        counts, knots = state.progress.counts, state.mechanism.knots
-        while counts[INTERVAL] + 1 < len(knots) and knots[counts[INTERVAL] + 1] <= state.time:
-            counts[INTERVAL] += 1
-            counts[FRESH] = 1
+        counts = state.progress.counts
         taken = int(counts[STEPS] + counts[REJECTED])
         frames, frame_states = np.empty(0), np.empty((0, len(state.progress.state)))
         arguments = (model.equations, state.mechanism, model.scratch, state.progress, model.balls)
@@ -236,13 +232,7 @@ class Stepper:
         just_before = reached - _HALF_TURN_MARGIN
         if just_before > before.time and self._march(just_before, limit) != FINISHED:
             self._state = before
-        self._restart()
         return replace(half_turn_outcome(HalfTurnCrossing(joint, reached)), last_time=self.time)
-
-    def _restart(self) -> None:
-        """Compute the rates anew and begin with a short step."""
-        self._state.progress.counts[FRESH] = 1
-        self._state.progress.clock[STEP] = FIRST_STEP
 
     @property
     def time(self) -> float:

@@ -36,7 +36,7 @@ from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
 
 FIRST_STEP = 1e-3
-"""First step after a start or a change of the tables [s]."""
+"""First step after a start, a change of the tables or a failure [s]."""
 
 _PROJECTION_SWEEPS = 2
 """Number of least-squares solutions, each for the residual of those before it."""

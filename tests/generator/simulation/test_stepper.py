@@ -16,12 +16,13 @@ from generator.loads import LoadKind, TimedLoad
 from generator.recording import Integrator
 from generator.simulation.compiled.layout import POINT, SPIN, VELOCITY
 from springs import NUMPY, AxisSpring, Damping, Linear, Stop
-from tests.chains import BALL, Y, at, body, chain, figure, ground, joint, one_body, row
+from tests.chains import BALL, Y, at, body, chain, figure, ground, joint, one_body, row, two_bodies
 from tests.runs import springs_of
 
 STATUS = Path("/proc/self/status")
 TOLERANCE = 1e-10
 HINGE = chain("Ry")
+STOP = AxisSpring(Y, (Linear(3.0, 0.1), Stop(0.1, 0.4, 50.0)), Damping(0.03, 0.01))
 
 
 @pytest.fixture(scope="module")
@@ -105,9 +106,19 @@ def test_gravity_off_and_on_is_three_runs_joined(arm):
     assert stepper.agreement_with_exudyn() < 1e-11
 
 
+def test_a_change_counts_from_its_time_on(arm):
+    steppers = Stepper(arm), Stepper(arm, tolerance=TOLERANCE)
+    steppers[0].advance(0.1)
+    start = steppers[0].snapshot()
+    for stepper in steppers:
+        stepper.rewind(start)
+        stepper.set_gravity((50.0, 0.0, 0.0))
+        stepper.advance(1e-4)
+    assert difference(*(stepper.rates for stepper in steppers)) < 1e-9
+
+
 def test_scales_are_those_of_scaled_springs(hinges):
-    stop = AxisSpring(Y, (Linear(3.0, 0.1), Stop(0.1, 0.4, 50.0)), Damping(0.03, 0.01))
-    springs = springs_of("joint1", stop)
+    springs = springs_of("joint1", STOP)
     stepper = Stepper(hinges, Plan(springs=springs), TOLERANCE)
     start = balance(stepper)
     stepper.set_scales(2.5, 0.4)
@@ -180,6 +191,12 @@ def test_a_force_is_a_load_at_a_site(arm):
     assert difference(planned.displacements, last(run.displacements)) < 1e-7
 
 
+def test_a_force_acts_at_its_point_of_a_segment_that_is_joined_elsewhere():
+    stepper = Stepper(two_bodies(HINGE, (0.4,), reverse=True))
+    stepper.set_force("second", (3.0, 1.0, -2.0), (0.1, -0.05, 0.2))
+    assert stepper.agreement_with_exudyn() < 1e-11
+
+
 def test_a_lock_is_an_impact_in_the_joints(arm):
     stepper = Stepper(arm, Plan(free_root=True), TOLERANCE)
     stepper.set_force("bar2", (1.0, 2.0, 3.0), (0.3, 0.0, 0.0))
@@ -230,7 +247,9 @@ def test_a_locked_figure_moves_as_one_that_is_built_so(arm):
 def test_a_figure_with_all_joints_locked_rests(hinges):
     stepper = Stepper(hinges)
     stepper.advance(0.2)
-    stepper.lock("joint0", "joint1")
+    stepper.lock("joint1")
+    stepper.lock("joint0")
+    assert set(stepper.locked) == {"joint0", "joint1"}
     poses = stepper.poses
     assert stepper.energy["kinetic"] == 0.0
     assert stepper.advance(0.5).succeeded
@@ -320,13 +339,25 @@ def test_rewinding_repeats_bit_by_bit(arm):
     assert all(np.array_equal(first[0][name], pose) for name, pose in second[0].items())
     assert first[1] == second[1]
     stepper.rewind(saved)
-    assert stepper.time == saved.time
+    assert stepper.time == saved.time == pytest.approx(0.1)
 
 
-def test_what_is_read_cannot_change_the_motion(hinges):
-    stepper, other = Stepper(hinges), Stepper(hinges)
-    for values in (stepper.displacements, stepper.rates, stepper.poses):
-        for array in values.values():
+def test_a_copy_keeps_its_own_breakpoints(hinges):
+    plan = Plan(springs=springs_of("joint1", STOP), displacements={"joint1": (0.6,)})
+    stepper, alone = Stepper(hinges, plan), Stepper(hinges, plan)
+    other = stepper.copy()
+    for _ in range(20):
+        other.advance(0.05)
+        stepper.advance(0.02)
+        alone.advance(0.02)
+    assert np.array_equal(stepper.displacements["joint1"], alone.displacements["joint1"])
+    assert abs(stepper.displacements["joint1"][0] - 0.6) > 0.1
+
+
+def test_what_is_read_cannot_change_the_motion(arm):
+    stepper, other = Stepper(arm), Stepper(arm)
+    for quantity in ("rates", "poses", "displacements"):
+        for array in getattr(stepper, quantity).values():
             array[...] = 7.0
     for one in (stepper, other):
         one.advance(0.1)
@@ -416,6 +447,10 @@ def test_a_singular_torque_stops_the_motion():
     assert outcome.message.endswith("the fastest joint was pin")
     assert outcome.last_time == stepper.time > 0.0
     assert 0.49 < stepper.displacements["pin"][0] <= 0.5
+    other = stepper.copy()
+    other.set_scales(0.0)
+    assert other.advance(0.1).succeeded
+    assert other.displacements["pin"][0] > 0.5
     stepper.lock("pin")
     assert stepper.advance(0.5).succeeded
     assert stepper.time == outcome.last_time + 0.5
