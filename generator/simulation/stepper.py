@@ -162,7 +162,7 @@ class Stepper:
         """Return an independent stepper in the same state."""
         other = object.__new__(Stepper)
         other.__dict__.update(self.__dict__)
-        other._state = self._state.with_own_memory()
+        other._state = self._state.copy()
         return other
 
     def snapshot(self) -> StepperState:
@@ -170,7 +170,7 @@ class Stepper:
         return self._state.copy()
 
     def rewind(self, state: StepperState) -> None:
-        """Return to a snapshot of this stepper."""
+        """Return to a snapshot of this stepper or of a copy."""
         self._state = state.copy()
 
     def advance(self, duration: float) -> Outcome:

@@ -123,17 +123,14 @@ class StepperState:
         return f"<StepperState at {self.time:.6g} s>"
 
     def copy(self) -> "StepperState":
-        """Return the state with own arrays in place of those that an advance overwrites."""
+        """Return a state that can be advanced beside this one, also by another thread."""
+        scratch = Scratch._make(np.zeros_like(array) for array in self.model.scratch)
         return replace(
             self,
+            model=replace(self.model, scratch=scratch),
             mechanism=self.mechanism._replace(branches=self.mechanism.branches.copy()),
             progress=Progress._make(array.copy() for array in self.progress),
         )
-
-    def with_own_memory(self) -> "StepperState":
-        """Return a copy that can be advanced beside the original."""
-        scratch = Scratch._make(np.zeros_like(array) for array in self.model.scratch)
-        return replace(self.copy(), model=replace(self.model, scratch=scratch))
 
     def forget_motion(self) -> None:
         """Forget what was computed for a state that has been overwritten."""
