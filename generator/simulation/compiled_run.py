@@ -7,12 +7,10 @@ are compared at several frames of every run.
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Protocol, assert_never
+from typing import assert_never
 
 import numpy as np
 
-from generator.kinematics.placement import Placement
-from generator.kinematics.prescribed import PrescribedMotion
 from generator.recording import Accuracy, Ending, Outcome
 from generator.rotations import Array, quaternion_from_matrix
 from generator.simulation.agreement import BodyState, ExudynEquations
@@ -36,7 +34,6 @@ from generator.simulation.integrate import (
     solver_failure_outcome,
 )
 from generator.simulation.model import ExudynModel
-from generator.simulation.plan import Plan
 from generator.simulation.sensors import HalfTurnCrossing
 
 mark_compiled()  # importing the integrator has compiled it
@@ -51,26 +48,7 @@ _SMALLEST_SCALE = 1.0
 """Scale of the difference where all accelerations are smaller [m/s2 or rad/s2]."""
 
 
-class PlannedMotion(Protocol):
-    """A plan and the initial state of its figure, such as an Exudyn model has."""
-
-    @property
-    def plan(self) -> Plan:
-        """The plan."""
-        ...
-
-    @property
-    def placement(self) -> Placement:
-        """Initial placement."""
-        ...
-
-    @property
-    def prescribed(self) -> PrescribedMotion:
-        """Locks, links and drives."""
-        ...
-
-
-def compiled_obstacle(model: PlannedMotion) -> str | None:
+def compiled_obstacle(model: ExudynModel) -> str | None:
     """Return why a model cannot be integrated by the compiled method; None if it can."""
     if model.placement.tree.closures:
         return "the figure has closed loops"
@@ -199,7 +177,7 @@ def build_trace(
         load_work,
         accelerations=np.concatenate([spin_rates, accelerations], axis=-1),
         displacements={
-            name: run.states[:, list(places)] for name, places in compiled.coordinates.items()
+            name: states[:, list(places)] for name, places in compiled.coordinates.items()
         },
     )
 

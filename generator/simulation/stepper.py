@@ -13,7 +13,6 @@ dissipated; the potential energy that a change adds counts as work.
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf, isfinite
-from typing import NamedTuple
 
 import numpy as np
 
@@ -52,13 +51,14 @@ from generator.simulation.compiled.marching import (
 from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
 from generator.simulation.compiled.recorder import BranchingLawError
 from generator.simulation.compiled.refinement import MAX_STEPS_PER_SECOND
-from generator.simulation.compiled_run import build_trace, compiled_obstacle, frame_disagreement
+from generator.simulation.compiled_run import build_trace, frame_disagreement
 from generator.simulation.integrate import (
     fastest_joint,
     half_turn_outcome,
     solver_failure_outcome,
 )
 from generator.simulation.model import (
+    InitialState,
     build_model,
     fitting_springs,
     initial_state,
@@ -96,14 +96,6 @@ _TIME_TOLERANCE = 1e-9
 """Time by which an advance may exceed a drive [s]."""
 
 
-class _Start(NamedTuple):
-    """A plan with the initial state of its figure."""
-
-    plan: Plan
-    placement: Placement
-    prescribed: PrescribedMotion
-
-
 class Stepper:
     """A figure in motion, which may be changed between two steps.
 
@@ -134,7 +126,7 @@ class Stepper:
         springs = fitting_springs(figure, plan, resolve_springs(figure, plan))
         start = initial_state(figure, plan)
         placement, prescribed = start.placement, start.prescribed
-        obstacle = _obstacle(_Start(plan, placement, prescribed))
+        obstacle = _obstacle(plan, start)
         if obstacle is not None:
             raise ModelError(f"the figure cannot be simulated step by step: {obstacle}")
         require_defined_torques(placement, springs)
@@ -492,15 +484,19 @@ class Stepper:
         return frame_disagreement(model, ExudynEquations(model), trace, displacements, 0)
 
 
-def _obstacle(start: _Start) -> str | None:
+def _obstacle(plan: Plan, start: InitialState) -> str | None:
     """Return why a figure cannot be simulated step by step; None if it can."""
-    if start.plan.integrator is Integrator.EXUDYN:
+    if plan.integrator is Integrator.EXUDYN:
         return "the plan asks for Exudyn's integrator"
+    if plan.step is not None:
+        return "the plan asks for a fixed step"
+    if plan.python_torques:
+        return "the torques are Python functions"
     if start.placement.tree.closures:
         return "the figure has closed loops"
     if start.prescribed.links.links:
         return "rotations are linked"
-    return compiled_obstacle(start)
+    return None
 
 
 def _finite_vector(values: Sequence[float], quantity: str) -> Vector:

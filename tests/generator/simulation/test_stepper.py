@@ -479,7 +479,7 @@ LINK = Links((Link(Coordinate("joint1", 0), Coordinate("joint0", 0), 0.5),))
     [
         (LOOP, Plan(), "the figure has closed loops"),
         (None, Plan(links=LINK), "rotations are linked"),
-        (None, Plan(step=1e-3), "a fixed step"),
+        (None, Plan(step=1e-3), "the plan asks for a fixed step"),
         (None, Plan(python_torques=True), "the torques are Python functions"),
         (None, Plan(integrator=Integrator.EXUDYN), "the plan asks for Exudyn's integrator"),
     ],
