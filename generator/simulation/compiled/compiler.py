@@ -141,6 +141,7 @@ def _write_once(path: Path, text: str) -> None:
     with suppress(OSError):
         if path.read_text() == text:
             return
+    path.parent.mkdir(parents=True, exist_ok=True)  # another version may have removed it
     handle, temporary = tempfile.mkstemp(dir=path.parent)
     with os.fdopen(handle, "w") as file:
         file.write(text)

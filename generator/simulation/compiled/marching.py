@@ -54,6 +54,10 @@ SLACK = 1e-10
 SHORTEST_STEP = 1e-12
 """Step below which an integration has failed [s]."""
 
+SHARE_AFTER_BREAKPOINT = 0.7
+"""Largest step after a breakpoint over the one before. What suits the motion before, such as that
+in a dead zone, can be so long after it that the two error estimates of the method cancel."""
+
 FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
 """Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a
 joint at 180 deg whose law is not defined there."""
@@ -505,6 +509,7 @@ def march(
             for k in range(len(state)):
                 state[k] = progress.trial[k]
             clock[TIME] = reached
+            clock[STEP] = min(grown, SHARE_AFTER_BREAKPOINT * step)
             switch = counts[SWITCH]
             mechanism.branches[switch] = -mechanism.branches[switch]
             if counts[EVENTS] < len(progress.event_times):
