@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from generator.recording import Ending
+from generator.recording import Ending, Integrator
 from generator.simulation.integrate import FRAMES_PER_SENSOR_READ, frame_times, integrate
 from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
@@ -17,7 +17,7 @@ from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
 from tests.runs import energy_error, springs_of
 
 NONE = SpringSet()
-GIVENS = [{"step": 1e-3}, {}]
+GIVENS = [{"step": 1e-3}, {"integrator": Integrator.EXUDYN}]
 
 
 def nobody(_: float) -> None:
@@ -123,7 +123,7 @@ def test_an_interrupt_in_a_later_pass_leaves_a_motion(number) -> None:
         if progress.pass_number == number and progress.time > 0.31:
             raise KeyboardInterrupt
 
-    run = simulate(row(2), Plan(stop=0.5), watch)
+    run = simulate(row(2), Plan(stop=0.5, integrator=Integrator.EXUDYN), watch)
     assert run.outcome.ending is Ending.INTERRUPTED
     assert run.times[-1] >= 0.3
     assert run.outcome.last_time == run.times[-1]

@@ -8,7 +8,7 @@ import pytest
 
 from generator import Plan, read_figure, simulate
 from generator.diagnostics import MoverError
-from generator.recording import Ending
+from generator.recording import Ending, Integrator
 from generator.simulation.exudyn_api import exu
 from generator.simulation.run import Progress
 from springs import Joining, SpringSet
@@ -47,7 +47,7 @@ def test_it_says_how_it_ended_and_what_it_knows(fall) -> None:
     assert fall.accuracy.asked == 1e-3
     assert 0.0 < fall.accuracy.estimate <= 1e-3
     assert fall.accuracy.held_until == 0.1
-    assert fall.accuracy.steps >= 50
+    assert fall.accuracy.steps * fall.accuracy.step > 0.1  # of several runs
     assert fall.accuracy.by_frame.shape == fall.times.shape
     assert np.all(np.diff(fall.accuracy.by_frame) >= 0.0)
     assert fall.wall_time > 0.0
@@ -97,7 +97,7 @@ def test_a_run_may_start_at_any_time() -> None:
 
 def test_progress_is_told_of_every_pass() -> None:
     told: list[Progress] = []
-    simulate(row(1), Plan(stop=0.2), told.append)
+    simulate(row(1), Plan(stop=0.2, integrator=Integrator.EXUDYN), told.append)
     passes = sorted({p.pass_number for p in told})
     assert passes == list(range(1, len(passes) + 1))
     assert len(passes) >= 3
