@@ -48,6 +48,8 @@ MOTIONS = "generator/motion_files properties/test_round_trips.py"
 MODELS = "generator/model_files"
 MODEL_TESTS = "generator/model_files properties/test_round_trips.py"
 SIMULATION = "generator/simulation"
+COMPILED = "generator/simulation/compiled"
+COMPILED_TESTS = COMPILED + "/test_{}.py"
 
 FLIPS = (
     # Laws
@@ -163,6 +165,23 @@ FLIPS = (
          SIMULATION + "/test_error_control.py " + SIMULATION),
     Flip("until when the tolerance holds", SIMULATION, "trace.times[errors <= tolerance]",
          "trace.times[errors >= tolerance]", SIMULATION + "/test_error_control.py " + SIMULATION),
+    # Compiled integration
+    Flip("sign of a switching function", COMPILED,
+         '"{} - {}", comparison.larger, comparison.smaller',
+         '"{} - {}", comparison.smaller, comparison.larger', COMPILED_TESTS.format("recorder")),
+    Flip("Coriolis acceleration of a slide", COMPILED, "times(2.0, cross(spin, along))",
+         "times(1.0, cross(spin, along))", COMPILED_TESTS.format("recursion")),
+    Flip("end of an elastic ball at a half turn", COMPILED, "                return TURNED_OVER",
+         "                pass", COMPILED_TESTS.format("marching")),
+    Flip("first of several breakpoints in a step", COMPILED, "balls, step, before, first, k\n",
+         "balls, step, before, after, k\n", COMPILED_TESTS.format("marching")),
+    Flip("error estimate of compiled runs", COMPILED, "errors[: len(known)] = known",
+         "errors[: len(known)] = 0.1 * known", COMPILED_TESTS.format("refinement")),
+    Flip("agreement of compiled runs", COMPILED, "agree = errors[-1] <= tolerance",
+         "agree = errors[-1] <= 100.0 * tolerance", COMPILED_TESTS.format("refinement")),
+    Flip("gravity in accelerations of compiled runs", SIMULATION,
+         "vectors(POINT_ACCELERATION) + gravity", "vectors(POINT_ACCELERATION) - gravity",
+         SIMULATION + "/test_compiled_run.py"),
     # Commands and claims
     Flip("exit code of a failed run", "generator/cli", "RUN_FAILED = 3", "RUN_FAILED = 4", "generator/cli"),
     Flip("bounds of a claim", "plots/plate.py", "self.at_least <= value <= self.at_most",

@@ -1,0 +1,72 @@
+"""Compiled functions, with and without a folder in which they can be stored."""
+
+import numpy as np
+import pytest
+from numba import types
+
+from generator.simulation.compiled import compiler
+from generator.simulation.compiled.compiler import (
+    NOTHING,
+    REAL,
+    VECTOR,
+    compile_source,
+    compiled,
+)
+
+SIGNATURE = types.void(VECTOR, types.float64)
+
+
+def source(factor: float) -> str:
+    return f"import math\n\n\ndef scale(a, x):\n    a[0] = {factor} * math.sin(x)\n"
+
+
+@pytest.mark.parametrize("is_stored", [True, False])
+def test_generated_source_is_compiled(monkeypatch, tmp_path, is_stored) -> None:
+    folder = tmp_path if is_stored else None
+    monkeypatch.setattr(compiler, "cache_folder", lambda: folder)
+    values = np.zeros(1)
+    for factor in (2.0, -3.5):
+        made = compile_source.__wrapped__(source(factor), "scale", SIGNATURE)
+        made.function(values, 0.4)
+        assert values[0] == pytest.approx(factor * np.sin(0.4), rel=1e-15)
+    names = {path.suffix for path in tmp_path.rglob("*") if path.is_file()}
+    assert names == ({".py", ".nbi", ".nbc"} if is_stored else set())
+    assert len(list(tmp_path.glob("*.py"))) == (2 if is_stored else 0)
+
+
+def test_a_folder_that_is_removed_meanwhile_is_made_again(monkeypatch, tmp_path) -> None:
+    """Another version keeps its newest folders only, while this one is still at work."""
+    folder = tmp_path / "removed"
+    monkeypatch.setattr(compiler, "cache_folder", lambda: folder)
+    values = np.zeros(1)
+    compile_source.__wrapped__(source(5.0), "scale", SIGNATURE).function(values, 0.4)
+    assert values[0] == pytest.approx(5.0 * np.sin(0.4), rel=1e-15)
+    assert len(list(folder.glob("*.py"))) == 1
+
+
+def test_infinity_and_not_a_number_keep_their_meaning(monkeypatch) -> None:
+    monkeypatch.setattr(compiler, "cache_folder", lambda: None)
+
+    @compiled(REAL, REAL, REAL, entry=True)
+    def divide(a, b):
+        if a != a:
+            return 7.0
+        return a / b
+
+    assert divide(1.0, 0.0) == np.inf
+    assert divide(np.nan, 1.0) == 7.0
+    assert np.isnan(divide(np.inf, np.inf))
+
+
+def test_a_pointer_can_be_an_argument(monkeypatch) -> None:
+    """A function that takes laws is compiled once for all of them."""
+    monkeypatch.setattr(compiler, "cache_folder", lambda: None)
+
+    @compiled(NOTHING, types.FunctionType(SIGNATURE), VECTOR, entry=True)
+    def call(law, a):
+        law(a, 0.4)
+
+    values = np.zeros(1)
+    for factor in (1.5, 4.0):
+        call(compile_source.__wrapped__(source(factor), "scale", SIGNATURE), values)
+        assert values[0] == pytest.approx(factor * np.sin(0.4), rel=1e-15)

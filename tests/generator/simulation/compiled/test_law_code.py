@@ -1,0 +1,259 @@
+"""The generated code of laws against the laws themselves; all laws of `springs` by their table."""
+
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from generator.joint_chain import build_chain
+from generator.simulation.compiled.law_code import (
+    build_law_tables,
+    coupled_law,
+    displacement_law,
+    rotation_law,
+)
+from generator.simulation.compiled.recorder import BranchingLawError
+from generator.springs_file.laws import LAWS
+from springs import (
+    NUMPY,
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    Cubic,
+    Damping,
+    Joining,
+    Linear,
+    Stop,
+    damping_torque,
+    elastic_torque,
+    group_torque,
+    total_torque,
+)
+from springs.coupled import CoupledExponential, CoupledTerm
+from springs.elastic import Elastic
+from springs.exponential import Exponential, ExponentialTerm
+from springs.hysteresis import Hysteresis
+from springs.interpolated import Interpolated
+from springs.smooth_limit import SmoothLimit
+from springs.transformed import Transformed
+from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, chain, negative
+from tests.compiled_models import SEQUENTIAL, Evaluation, evaluate, plain_tables, source_of
+from tests.laws import STRATEGIES
+
+ANGLE, RATE = st.floats(-2.5, 2.5), st.floats(-2.0, 2.0)
+DAMPING = st.builds(
+    Damping, st.floats(0.0, 5.0), st.just(0.0) | st.floats(0.1, 5.0), st.floats(1e-3, 1.0)
+)
+ANY_LAW = st.one_of(*(STRATEGIES[row.law] for row in LAWS))
+THIRD = tuple(np.cross(SKEW, ACROSS).tolist())
+FRAMES = st.sampled_from([(X, Y, Z), (SKEW, ACROSS, THIRD), (Y, negative(SKEW))])
+ROTATION = st.tuples(*[st.floats(-1.7, 1.7)] * 3)
+
+CLASSES = [row.law for row in LAWS]
+every_law = pytest.mark.parametrize("law_class", CLASSES, ids=lambda c: c.__name__)
+
+
+def is_close(found: Evaluation, torques, row=0) -> bool:
+    """Return whether torques are equal; near a breakpoint, to the rounding of its place."""
+    expected = np.zeros(3)
+    expected[: np.size(torques)] = torques
+    if np.min(np.abs(found.switching), initial=np.inf) > 1e-12:
+        return np.array_equal(found.torques[row], expected)
+    return np.allclose(found.torques[row], expected, rtol=1e-6, atol=1e-6)
+
+
+@every_law
+@given(data=st.data(), x=ANGLE, v=RATE, damping=DAMPING)
+def test_one_angle_has_the_torque_of_its_law(law_class, data, x, v, damping):
+    spring = AxisSpring(Z, (data.draw(STRATEGIES[law_class]),), damping)
+    elastic = total_torque(spring.elastic, x, SEQUENTIAL)
+    viscous = spring.resistance(x, v, SEQUENTIAL)
+    found = evaluate(plain_tables([displacement_law(spring, 0)]), [x, 0, 0], [v, 0, 0])
+    assert is_close(found, elastic + viscous)
+    assert found.powers[0] == pytest.approx(-viscous * v, rel=1e-6, abs=1e-6)
+    assert list(found.powers[1:]) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("joining", Joining)
+@given(data=st.data(), directions=FRAMES, r=ROTATION, v=ROTATION)
+def test_several_angles_have_the_torque_of_their_joined_laws(joining, data, directions, r, v):
+    axes = [
+        AxisSpring(direction, (data.draw(ANY_LAW), data.draw(ANY_LAW))[: 1 + k], data.draw(DAMPING))
+        for k, direction in enumerate(directions)
+    ]
+    r, v = np.array(r), np.array(v)
+    elastic = elastic_torque(joining, axes, r, SEQUENTIAL)
+    viscous = damping_torque(axes, r, v, SEQUENTIAL)
+    found = evaluate(plain_tables([rotation_law(axes, joining, 0)]), r, v)
+    assert is_close(found, elastic + viscous)
+    scale = 1.0 + np.sum(np.abs(viscous)) + np.sum(np.abs(elastic))
+    spring_power = -elastic @ v if joining is Joining.WEIGHTED else 0.0
+    assert found.powers == pytest.approx([-viscous @ v, spring_power, 0.0], abs=1e-6 * scale)
+
+
+@every_law
+@given(data=st.data())
+def test_switching_functions_are_zero_at_the_breakpoints_and_nowhere_else(law_class, data):
+    law: Elastic = data.draw(STRATEGIES[law_class])
+    tables = plain_tables([displacement_law(AxisSpring(Z, (law,)), 0)])
+
+    def functions(x: float) -> np.ndarray:
+        return evaluate(tables, [x, 0.0, 0.0], [0.5, 0.0, 0.0]).switching
+
+    at_zero, at_one = functions(0.0), functions(1.0)
+    zeros = at_zero / (at_zero - at_one)  # those of the laws are linear
+    assert functions(0.37) == pytest.approx(at_zero + 0.37 * (at_one - at_zero), abs=1e-9)
+    expected = np.array(law.breakpoints)
+    gaps = np.abs(zeros[:, None] - expected[None, :])
+    assert gaps.size or zeros.size == expected.size == 0
+    assert np.all(np.min(gaps, axis=0, initial=np.inf) < 1e-9)
+    assert np.all(np.min(gaps, axis=1, initial=np.inf) < 1e-9)
+
+
+def rescaled(value, factor: float):
+    """The same law with every number multiplied; the form stays."""
+    if isinstance(value, float):
+        return value * factor
+    if isinstance(value, tuple):
+        return tuple(rescaled(part, factor) for part in value)
+    if is_dataclass(value):
+        changed = {each.name: rescaled(getattr(value, each.name), factor) for each in fields(value)}
+        return replace(value, **changed)
+    return value
+
+
+@every_law
+@given(data=st.data(), factor=st.floats(1.01, 1.5))
+def test_other_coefficients_have_the_same_code(law_class, data, factor):
+    spring = AxisSpring(Z, (data.draw(STRATEGIES[law_class]),), Damping(0.3, 0.2))
+    other = rescaled(spring, factor)
+    assume(other != spring)
+
+    def about_axis(one: AxisSpring, joint: int):
+        return rotation_law([replace(one, direction=SKEW)], Joining.WEIGHTED, joint)
+
+    for record in (displacement_law, about_axis):
+        one, two = (record(each, row) for row, each in enumerate((spring, other)))
+        assert one.form == two.form
+        assert one.constants != two.constants
+        assert source_of([one]) == source_of([one, two, two])
+
+
+def test_a_law_that_branches_is_refused_with_its_name():
+    class Sudden(Linear):
+        def torque(self, angle, ops=NUMPY):
+            return -angle if angle > 0.1 else 0.0 * angle
+
+    spring = AxisSpring(Z, (Linear(1.0), Sudden(1.0)))
+    for record in (
+        partial(displacement_law, spring, 0),
+        partial(rotation_law, [spring], Joining.WEIGHTED, 0),
+    ):
+        with pytest.raises(BranchingLawError, match="Linear, Sudden cannot be compiled: a law dec"):
+            record()
+
+
+# Coupled laws
+
+COUPLED = CoupledExponential(
+    ("one", "two", "three"),
+    (
+        CoupledTerm((1.5, -0.5, 2.0), (0.6, -0.4, 0.3), 0.1),
+        CoupledTerm((0.0, -2.0, 0.4), (-0.8, 0.5, 0.0), -0.2),
+    ),
+    (0.4, -0.3, 0.8),
+    (None, None, None),
+)
+CHAINS = {"ball": build_chain(BALL), "hinge": build_chain(chain("Rs"))}
+GRADIENT = CoupledExponential(
+    ("one", "two", "three"),
+    (CoupledTerm((-1.2, 0.8, -0.6), (0.6, -0.4, 0.3), 0.1),),
+    (0.4, -0.3, 0.8),
+    (None, None, None),
+)
+
+
+@pytest.mark.parametrize("law", [COUPLED, GRADIENT])
+@given(r=ROTATION, angle=ANGLE, v=ROTATION)
+def test_a_coupled_law_of_a_ball_and_a_hinge_adds_to_their_own(law, r, angle, v):
+    places = (("ball", ACROSS), ("hinge", negative(SKEW)), ("ball", Y))
+    axes = tuple(CoupledAxis(*place) for place in places)
+    spring, own = CoupledSpring(law, axes), AxisSpring(SKEW, (Linear(3.0, 0.2),), Damping(0.5))
+    uses = [
+        rotation_law([own], Joining.CONSERVATIVE, 0),
+        displacement_law(own, 1),
+        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS),
+    ]
+    found = evaluate(plain_tables(uses), [r, (angle, 0, 0)], [v, (v[0], 0, 0)])
+    r, v = np.array(r), np.array(v)
+    along = [float(np.dot(ACROSS, r)), -angle, float(np.dot(Y, r))]
+    first, second, third = law.torques(along)
+    ball = group_torque(first * np.array(ACROSS) + third * np.array(Y), r)
+    own_ball = elastic_torque(Joining.CONSERVATIVE, [own], r) + damping_torque([own], r, v)
+    own_hinge = total_torque(own.elastic, angle) + own.resistance(angle, v[0])
+    scale = 1.0 + np.max(np.abs([first, second, third]))
+    assert found.torques[0] == pytest.approx(ball + own_ball, rel=1e-12, abs=1e-12 * scale)
+    assert found.torques[1, 0] == pytest.approx(own_hinge - second, rel=1e-12, abs=1e-12 * scale)
+    power = 0.0 if law.is_conservative else -(ball @ v - second * v[0])
+    assert found.powers[1] == pytest.approx(power, rel=1e-12, abs=1e-12 * scale)
+
+
+# Compiled
+
+EXAMPLES = {
+    Cubic: Cubic((1.0, -8.0, 3.0, 20.0), -1, (-0.4, 0.5), 0.1),
+    Linear: Linear(30.0, 0.2),
+    Exponential: Exponential((ExponentialTerm(2.0, -3.0, -0.3), ExponentialTerm(-1.5, 2.5)), 0.3),
+    Interpolated: Interpolated(((-1.0, 8.0), (-0.2, 1.0), (0.5, -2.0), (1.1, -9.0))),
+    SmoothLimit: SmoothLimit(-0.5, 0.7, 40.0, 60.0, 0.4),
+    Stop: Stop(-0.6, 0.8, 300.0, 0.1),
+    Transformed: Transformed(Stop(-0.6, None, 200.0, 0.2), 1.5, 0.2, -0.4),
+    Hysteresis: Hysteresis.from_mean_and_width(Cubic((0.0, 5.0, 0.0, 9.0)), 4.0, 0.2),
+}
+
+
+@pytest.mark.parametrize("joining", Joining)
+def test_compiled_laws_are_those_of_plain_python(joining):
+    """All laws in one function, each for an angle; about three skew axes; and over two joints."""
+    assert set(EXAMPLES) == {row.law for row in LAWS}
+    laws = list(EXAMPLES.values())
+    uses = [
+        displacement_law(AxisSpring(Z, (law,), Damping(0.4, 0.7, 0.05)), k)
+        for k, law in enumerate(laws)
+    ]
+    axes = [
+        AxisSpring(axis, (law,), Damping(0.2 * k))
+        for k, (axis, law) in enumerate(zip((SKEW, ACROSS, THIRD), laws[-3:], strict=True))
+    ]
+    uses.append(rotation_law(axes, joining, len(laws)))
+    places = (("ball", X), ("hinge", SKEW), ("ball", Y))
+    spring = CoupledSpring(COUPLED, tuple(CoupledAxis(*place) for place in places))
+    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS))
+    plain, compiled = plain_tables(uses), build_law_tables(uses)
+    compiled = replace(compiled, function=compiled.function.function)  # of the pointer
+    rng = np.random.default_rng(5)
+    for size in [1e-9, 1e-3, *np.linspace(0.1, 1.7, 48)]:
+        motion = size * rng.uniform(-1.0, 1.0, (2, len(laws) + 1, 3))
+        expected, found = evaluate(plain, *motion), evaluate(compiled, *motion)
+        assert np.array_equal(found.signs, expected.signs)
+        for one, other in zip(
+            (found.torques, found.switching, found.powers),
+            (expected.torques, expected.switching, expected.powers),
+            strict=True,
+        ):
+            assert one == pytest.approx(other, rel=1e-11, abs=1e-11 * np.max(np.abs(other)))
+
+
+def test_of_joints_without_springs_the_torques_are_zero():
+    tables = plain_tables([displacement_law(None, 0), rotation_law([], Joining.WEIGHTED, 1)])
+    torques = np.full((2, 3), np.nan)
+    nothing = np.zeros(0)
+    tables.function(
+        np.ones((2, 3)), np.ones((2, 3)), tables.parameters, nothing, tables.rows, tables.bounds,
+        torques, nothing, np.zeros(3),
+    )  # fmt: skip
+    assert torques[0, 0] == 0.0
+    assert np.array_equal(torques[1], np.zeros(3))

@@ -1,0 +1,285 @@
+"""Breakpoints, jumps and half turns, against scalar equations integrated to rounding."""
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+from numpy.random import default_rng
+from scipy.integrate import solve_ivp
+
+from generator.figure import Figure, SiteRef
+from generator.loads import LoadKind, TimedLoad
+from generator.recording import Ending
+from generator.simulation.compiled.mechanism import CompiledModel
+from generator.simulation.compiled.refinement import CompiledRun, StiffMotionError, run_once
+from generator.simulation.compiled_run import compile_model
+from generator.simulation.model import ExudynModel
+from generator.simulation.plan import Plan
+from springs import FLOATS, AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
+from springs.interpolated import Interpolated
+from tests.chains import BALL, X, Y, Z, at, body, chain, figure, ground, joint, one_body
+from tests.runs import springs_of
+
+Acceleration: TypeAlias = Callable[[float, float, float], float]
+
+MASS, ARM, INERTIA = 1.0, 0.4, 0.1
+ABOUT_PIN = INERTIA + MASS * ARM**2
+WEIGHT = MASS * 9.81 * ARM
+FINE = 1e-12
+
+BAR = body("link", MASS, (INERTIA,) * 3, (ARM, 0.0, 0.0), {"far": at(shift=(0.8, 0.0, 0.0))})
+HINGE = one_body(chain("Rz"), segment=BAR)
+
+DEAD_ZONE = Cubic((0.0, 30.0, 0.0, 5.0), dead_zone=(-0.1, 0.1))
+POINTS = tuple((x, -3.0 * x**3 + 0.2 * (-1) ** k) for k, x in enumerate(np.arange(14) * 0.2 - 1.3))
+TABLE = Interpolated(POINTS)
+
+
+def build(made: Figure, springs: SpringSet, stop: float, **fields: Any) -> CompiledModel:
+    return compile_model(ExudynModel.of(made, Plan(stop=stop, springs=springs, **fields)))
+
+
+def integrate(
+    acceleration: Acceleration, start: float, rate: float, times: Sequence[float]
+) -> np.ndarray:
+    """Angles and rates at the times, shape (n, 2), of an acceleration (time, angle, rate).
+
+    Each interval is integrated by itself: interpolation across a breakpoint would lose digits.
+    """
+    states = [np.array([start, rate])]
+    for begin, end in pairwise(times):
+        found = solve_ivp(
+            lambda t, y: [y[1], acceleration(t, *y)],
+            (begin, end),
+            states[-1],
+            "DOP853",
+            rtol=1e-13,
+            atol=1e-14,
+        )
+        states.append(found.y[:, -1])
+    return np.array(states)
+
+
+def swing(
+    spring: AxisSpring,
+    start: float,
+    rate: float,
+    stop: float = 0.5,
+    tolerance: float = FINE,
+    weight: float = WEIGHT,
+) -> tuple[CompiledRun, np.ndarray]:
+    """Run a bar on a hinge; return the run, and its exact angles and rates."""
+    model = build(
+        HINGE,
+        springs_of("pin", spring),
+        stop,
+        gravity=(0.0, -9.81 * weight / WEIGHT, 0.0),
+        displacements={"pin": (start,)},
+        velocities={"pin": (rate,)},
+    )
+    times = np.linspace(0.0, stop, 41)
+
+    def acceleration(_: float, angle: float, speed: float) -> float:
+        torque = sum(law.torque(angle, FLOATS) for law in spring.elastic)
+        torque += spring.resistance(angle, speed, FLOATS)
+        return (torque - weight * math.cos(angle)) / ABOUT_PIN
+
+    return run_once(model, times, tolerance), integrate(acceleration, start, rate, times)
+
+
+def error(run: CompiledRun, exact: np.ndarray) -> float:
+    """Largest error of angle and rate, relative to 1 + their size as the tolerance is."""
+    return float(np.max(np.abs(run.states[:, :2] - exact) / (1.0 + np.abs(exact))))
+
+
+# Breakpoints
+
+
+@pytest.mark.parametrize("edge", [-0.1, 0.1])
+@pytest.mark.parametrize("rate", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("weight", [0.0, WEIGHT])
+def test_a_start_on_a_breakpoint(edge, rate, weight) -> None:
+    spring = AxisSpring(Z, (DEAD_ZONE,), Damping(0.1))
+    run, exact = swing(spring, edge, rate, weight=weight)
+    assert error(run, exact) < 1e-10
+    if rate == weight == 0.0:
+        assert run.states[:, :2] == pytest.approx(exact, abs=1e-12)
+        assert run.event_times.size == 0
+
+
+@pytest.mark.parametrize("beyond", [-1e-6, -1e-9, -1e-12, 0.0, 1e-12, 1e-9, 1e-4])
+def test_a_track_that_grazes_a_breakpoint(beyond) -> None:
+    """A harmonic motion within a dead zone whose peak passes the edge, or not quite."""
+    spring, frequency = AxisSpring(Z, (DEAD_ZONE, Linear(26.0))), math.sqrt(26.0 / ABOUT_PIN)
+    run, exact = swing(spring, 0.0, (0.1 + beyond) * frequency, 1.0, weight=0.0)
+    assert error(run, exact) < 1e-9
+    assert run.steps < 200
+    if beyond < 1e-10:
+        assert run.event_times.size == 0
+
+
+def test_a_table_of_many_points() -> None:
+    run, exact = swing(AxisSpring(Z, (TABLE,), Damping(0.05)), -1.5, 2.0, 2.0)
+    assert error(run, exact) < 1e-10
+    assert run.event_times.size > 20
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, FINE])
+def test_breakpoints_within_one_step_are_passed_in_turn(tolerance) -> None:
+    """A fast bar on a table of weak torques: all points are passed, in order, each at its time."""
+    weak = Interpolated(tuple((angle, 1e-3 * torque) for angle, torque in POINTS))
+    rate, start = 20.0, -1.4
+    run, exact = swing(AxisSpring(Z, (weak,)), start, rate, 0.15, tolerance, weight=0.0)
+    expected = (np.array(weak.breakpoints) - start) / rate
+    assert run.event_times == pytest.approx(expected, abs=1e-5)
+    assert len(set(run.event_switches)) == len(POINTS)
+    assert error(run, exact) < max(tolerance, 1e-10)
+
+
+def test_two_joints_that_pass_a_breakpoint_at_once() -> None:
+    """Two bars that mirror each other stay mirror images, and move as one alone does."""
+    sides = (("a", ARM), ("b", -ARM))
+    bars = [body(name, MASS, (INERTIA,) * 3, (arm, 0.0, 0.0)) for name, arm in sides]
+    hinges = [joint(f"pin_{n}", "ground.base", f"{n}.near", chain("Rz")) for n in "ab"]
+    law = Cubic((0.0, 30.0, 4.0, 5.0), dead_zone=(-0.1, 0.15))
+    laws = {"pin_a": law, "pin_b": law.mirrored()}
+    springs = SpringSet({n: JointSprings(n, (AxisSpring(Z, (one,)),)) for n, one in laws.items()})
+    model = build(
+        figure([ground(), *bars], hinges),
+        springs,
+        1.0,
+        velocities={"pin_a": (3.0,), "pin_b": (-3.0,)},
+    )
+    times = np.linspace(0.0, 1.0, 41)
+    run = run_once(model, times, FINE)
+    exact = integrate(
+        lambda _, x, __: (law.torque(x, FLOATS) - WEIGHT * math.cos(x)) / ABOUT_PIN, 0.0, 3.0, times
+    )[:, 0]
+    assert run.states[:, 0] == pytest.approx(exact, abs=1e-10)
+    assert run.states[:, 1] == pytest.approx(-exact, abs=1e-10)
+    passages = sum(np.count_nonzero(np.diff(exact > edge)) for edge in law.breakpoints)
+    assert passages >= 4
+    assert passages <= run.event_times.size <= 2 * passages
+    assert np.count_nonzero(np.diff(run.event_times) > 1e-9) == passages - 1
+
+
+def test_the_error_falls_with_the_power_of_the_method_across_breakpoints() -> None:
+    """Of steps that are not cut by breakpoints, a few dozen, the error falls with the power 8."""
+    spring = AxisSpring(Z, (DEAD_ZONE,), Damping(0.05))
+    steps, errors = [], []
+    for tolerance in (1e-4, 1e-6, 1e-8, 1e-10):
+        run, exact = swing(spring, 0.4, 0.0, 4.0, tolerance, 0.0)
+        assert run.event_times.size > 20
+        steps.append(run.steps - run.event_times.size)
+        errors.append(error(run, exact))
+    power = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert power < -7.0
+    assert errors[-1] < 1e-8
+
+
+def test_steps_after_a_breakpoint_are_not_too_long_for_their_error_estimate() -> None:
+    """Out of a dead zone into a spring, whose motion is a faster one."""
+    springs, rng = springs_of("pin", AxisSpring(Z, (DEAD_ZONE,), Damping(0.1))), default_rng(1)
+    errors: list[float] = []
+    for angle, rate in zip(rng.uniform(-0.6, 0.6, 30), rng.uniform(-6.0, 6.0, 30), strict=True):
+        start = {"displacements": {"pin": (angle,)}, "velocities": {"pin": (rate,)}}
+        model, times = build(HINGE, springs, 1.0, **start), np.linspace(0.0, 1.0, 41)
+        exact = run_once(model, times, FINE)
+        errors.append(error(run_once(model, times, 1e-8), exact.states[:, :2]))
+    assert max(errors) < 40e-8
+
+
+# Friction
+
+
+def test_friction_with_a_narrow_slip_rate() -> None:
+    """A bar stops on its friction and creeps at the rate at which friction carries the weight."""
+    spring = AxisSpring(Z, (), Damping(0.0, 1.5 * WEIGHT, 1e-4))
+    run, exact = swing(spring, 0.3, 2.0, 0.5, 1e-9)
+    assert run.ending is Ending.DONE
+    assert error(run, exact) < 1e-7
+    angle, rate = run.states[-1, :2]
+    assert rate == pytest.approx(-1e-4 * math.atanh(math.cos(angle) / 1.5), rel=1e-4)
+
+
+def test_friction_too_stiff_for_an_explicit_method() -> None:
+    spring = AxisSpring(Z, (), Damping(0.0, 1.5 * WEIGHT, 1e-7))
+    with pytest.raises(StiffMotionError, match="needs more than 100,000 steps a second"):
+        swing(spring, 0.3, 2.0)
+
+
+# Loads
+
+
+def test_loads_that_jump_and_bend() -> None:
+    """A force that sets in and stops at once and has kinks, against the equation split there."""
+    times, sizes = (0.1, 0.15, 0.2, 0.37), (40.0, -30.0, 10.0, 25.0)
+    rows = [(0.0, size, 0.0) for size in sizes]
+    load = TimedLoad(SiteRef("link", "far"), LoadKind.LOCAL_FORCE, times, rows)
+    model = build(HINGE, SpringSet(), 0.5, loads=[load])
+    frames = np.linspace(0.0, 0.5, 51)
+    exact = [np.zeros((1, 2))]
+    for start, stop in pairwise((0.0, *times, 0.5)):
+        inside = frames[(frames > start + 1e-9) & (frames < stop - 1e-9)]
+        acts = times[0] <= start < times[-1]
+
+        def acceleration(t: float, angle: float, _: float, acts: bool = acts) -> float:
+            force = float(np.interp(t, times, sizes)) if acts else 0.0
+            return (0.8 * force - WEIGHT * math.cos(angle)) / ABOUT_PIN
+
+        exact.append(integrate(acceleration, *exact[-1][-1], [start, *inside, stop])[1:])
+    assert sum(map(len, exact)) == len(frames)  # all times are frames
+    for tolerance in (1e-4, FINE):
+        assert error(run_once(model, frames, tolerance), np.concatenate(exact)) < 100.0 * tolerance
+
+
+# Turns
+
+
+def ball(rate: float, *axes: AxisSpring) -> CompiledRun:
+    """A ball of equal moments about its centre that turns about x from 3 rad."""
+    segment = body("link", MASS, (INERTIA,) * 3, (0.0, 0.0, 0.0))
+    model = build(
+        one_body(BALL, segment=segment),
+        springs_of("pin", *axes),
+        1.0,
+        displacements={"pin": (3.0, 0.0, 0.0)},
+        velocities={"pin": (rate, 0.0, 0.0)},
+    )
+    return run_once(model, np.linspace(0.0, 1.0, 21), 1e-11)
+
+
+def test_an_elastic_ball_ends_at_a_half_turn() -> None:
+    stiffness, rate = 0.9, 5.0
+    run = ball(rate, *(AxisSpring(axis, (Linear(stiffness),)) for axis in (X, Y, Z)))
+    frequency = math.sqrt(stiffness / INERTIA)
+    size, phase = math.hypot(3.0, rate / frequency), math.atan2(3.0 * frequency, rate)
+    expected = (math.asin(math.pi / size) - phase) / frequency
+    assert run.ending is Ending.TURNED_OVER
+    assert run.turned_joint == "pin"
+    assert run.last_time == pytest.approx(expected, abs=1e-9)
+    assert run.times[-1] <= run.last_time < run.times[-1] + 0.05
+
+
+def test_a_damped_ball_passes_half_turns() -> None:
+    """Without a spring nothing jumps there: it turns on as damping alone decides."""
+    damping = 0.05
+    run = ball(20.0, *(AxisSpring(axis, (), Damping(damping)) for axis in (X, Y, Z)))
+    decay = damping / INERTIA
+    turned = 3.0 + 20.0 / decay * (1.0 - np.exp(-decay * run.times))
+    assert run.ending is Ending.DONE
+    assert run.event_times.size == int((turned[-1] + np.pi) / (2.0 * np.pi)) > 2
+    expected = np.zeros((len(turned), 4))
+    expected[:, 0], expected[:, 1] = np.cos(0.5 * turned), np.sin(0.5 * turned)
+    cosines = np.abs(np.sum(run.states[:, :4] * expected, axis=1))
+    assert cosines == pytest.approx(1.0, abs=1e-12)
+    assert run.states[:, 4] == pytest.approx(20.0 * np.exp(-decay * run.times), abs=1e-8)
+
+
+def test_a_hinge_that_turns_many_times() -> None:
+    run, exact = swing(AxisSpring(Z, (Linear(0.02),), Damping(0.01)), 0.0, 80.0, 2.0)
+    assert exact[-1, 0] > 100.0
+    assert error(run, exact) < 1e-10

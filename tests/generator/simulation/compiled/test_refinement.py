@@ -1,0 +1,254 @@
+"""Estimated errors against true ones; early ends; motions that are too stiff."""
+
+import time
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.figure import Figure
+from generator.recording import Ending
+from generator.simulation.compiled import refinement
+from generator.simulation.compiled.mechanism import CompiledModel
+from generator.simulation.compiled.refinement import (
+    AgreedRun,
+    CompiledRun,
+    StiffMotionError,
+    joint_differences,
+    run_once,
+    run_until_agreed,
+)
+from generator.simulation.compiled_run import compile_model
+from generator.simulation.model import ExudynModel
+from generator.simulation.plan import Plan
+from springs import AxisSpring, Damping, SpringSet
+from tests.chains import BALL, Z, chain, one_body, row
+from tests.runs import springs_of
+
+PROTOTYPE = read_figure("prototype")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A random start of a figure, and how long it moves [s]."""
+
+    figure: Figure
+    plan: Plan
+    seed: int
+    angle: float = np.radians(15.0)
+    speed: float = 1.0
+
+    def model(self) -> CompiledModel:
+        rng = np.random.default_rng(self.seed)
+        joints = self.figure.joints.values()
+        moving = [j for j in joints if j.degrees_of_freedom]
+        if self.plan.free_root:
+            ground = self.figure.ground
+            moving = [j for j in moving if not {ref.segment for ref in j.ends} & ground]
+        displacements = {
+            j.name: np.asarray(j.displacement)
+            + self.angle * rng.uniform(-1.0, 1.0, j.degrees_of_freedom)
+            for j in moving
+        }
+        velocities = {j.name: self.speed * rng.normal(size=j.degrees_of_freedom) for j in moving}
+        plan = replace(self.plan, displacements=displacements, velocities=velocities)
+        return compile_model(ExudynModel.of(self.figure, plan))
+
+
+def motion(made: Figure, seed: int, stop: float, **fields) -> Motion:
+    return Motion(made, Plan(stop=stop, **fields), seed)
+
+
+MOTIONS = {
+    **{f"prototype {seed}": motion(PROTOTYPE, seed, 0.3) for seed in range(3)},
+    "prototype, second": motion(PROTOTYPE, 3, 1.0),
+    **{f"coupled {k}": motion(PROTOTYPE, k, 0.2, spring_choice="coupled") for k in (4, 5)},
+    **{f"clavicles {k}": motion(read_figure("clavicles"), k, 0.2) for k in (6, 7)},
+    **{f"free flight {k}": motion(PROTOTYPE, k, 0.5, free_root=True) for k in (8, 9)},
+    **{f"row {k}": motion(row(6, stiff=3.0, damp=0.01), k, 0.5) for k in (10, 11)},
+}
+TOLERANCES = (1e-2, 1e-4, 1e-6)
+
+
+@cache
+def exact_run(name: str) -> tuple[CompiledModel, CompiledRun]:
+    """The model, and its motion at a tolerance a thousand times stricter than the strictest."""
+    model = MOTIONS[name].model()
+    times = np.linspace(0.0, MOTIONS[name].plan.stop, 11)
+    return model, run_once(model, times, 1e-3 * min(TOLERANCES) * 0.1)
+
+
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+@pytest.mark.parametrize("name", MOTIONS)
+def test_the_estimate_is_no_smaller_than_the_error(name, tolerance) -> None:
+    model, exact = exact_run(name)
+    agreed = run_until_agreed(model, exact.times, tolerance)
+    count = min(len(agreed.run.times), len(exact.times))
+    assert len(exact.times) >= 2
+    assert abs(len(agreed.run.times) - len(exact.times)) <= 1  # a half turn may be on either side
+    errors = joint_differences(model, agreed.run, exact)[:count]
+    estimates = agreed.errors[:count]
+    held = estimates <= tolerance
+    assert held[-1]
+    assert np.all(errors[held] <= tolerance)
+    large = errors > 0.1 * tolerance
+    assert np.all(estimates[large] >= errors[large])
+
+
+def start_coarsely(monkeypatch, share: float) -> None:
+    """Let the first run have steps of `share` tolerances."""
+    monkeypatch.setattr(refinement, "FIRST_SHARE", share)
+    monkeypatch.setattr(refinement, "FIRST_SHARE_WITH_BREAKPOINTS", share)
+
+
+@pytest.mark.parametrize("name", ["prototype 0", "clavicles 6", "free flight 8", "row 10"])
+def test_runs_are_repeated_until_two_agree(name, monkeypatch) -> None:
+    """From a first run ten thousand times too coarse."""
+    start_coarsely(monkeypatch, 1e4)
+    model, exact = exact_run(name)
+    agreed = run_until_agreed(model, exact.times, 1e-6)
+    errors = joint_differences(model, agreed.run, exact)
+    assert agreed.runs > 2
+    assert np.all(errors <= agreed.errors + 1e-8)
+    assert agreed.errors[-1] <= 1e-6
+
+
+def test_the_estimate_is_the_largest_difference_so_far_of_the_last_two_runs(monkeypatch) -> None:
+    model, _ = exact_run("row 10")
+    times = np.linspace(0.0, 0.5, 11)
+    runs: list[CompiledRun] = []
+
+    def run_and_keep(*arguments, **fields) -> CompiledRun:
+        runs.append(run_once(*arguments, **fields))
+        return runs[-1]
+
+    monkeypatch.setattr(refinement, "run_once", run_and_keep)
+    agreed = run_until_agreed(model, times, 1e-4)
+    before, last = sorted(runs, key=lambda run: -run.tolerance)[-2:]
+    assert agreed.run.tolerance == last.tolerance < before.tolerance
+    assert np.array_equal(agreed.run.states, last.states)
+    differences = joint_differences(model, before, last)
+    assert differences[-1] > 0.0
+    assert np.array_equal(agreed.errors, np.maximum.accumulate(differences))
+
+
+# Early ends
+
+
+@pytest.fixture(scope="module")
+def simple() -> CompiledModel:
+    return motion(row(2, stiff=3.0, damp=0.1), 12, 2.0).model()
+
+
+TIMES = np.linspace(0.0, 2.0, 101)
+
+
+@pytest.fixture(autouse=True)
+def _frequent_watch(monkeypatch) -> None:
+    """Look at the clock every 50 steps of two links."""
+    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 100)
+
+
+def assert_first_frames(agreed: AgreedRun, model: CompiledModel) -> None:
+    """Some frames of the motion, but not all."""
+    run = agreed.run
+    assert 1 < len(run.times) == len(run.states) == len(run.links) < len(TIMES)
+    assert run.times[-1] <= run.last_time < TIMES[-1]
+    assert agreed.errors.shape == run.times.shape
+    assert np.max(joint_differences(model, run, run_once(model, TIMES, 1e-12))) < 1e-9
+
+
+def test_a_deadline_that_has_passed(simple) -> None:
+    agreed = run_until_agreed(simple, TIMES, 1e-9, deadline=time.monotonic() - 1.0)
+    assert agreed.run.ending is Ending.TOO_LONG
+    assert_first_frames(agreed, simple)
+
+
+def test_an_interrupt_leaves_the_frames_so_far(simple) -> None:
+    """Ctrl-C where the watch is called, as anywhere else."""
+
+    def watch(_number: int, _step: float, now: float) -> None:
+        assert 0.0 < now < 2.0
+        raise KeyboardInterrupt
+
+    agreed = run_until_agreed(simple, TIMES, 1e-9, watch=watch)
+    assert agreed.run.ending is Ending.INTERRUPTED
+    assert_first_frames(agreed, simple)
+
+
+def test_an_interrupt_within_a_later_run_leaves_the_run_before(simple, monkeypatch) -> None:
+    start_coarsely(monkeypatch, 1e3)
+
+    def watch(number: int, _step: float, now: float) -> None:
+        if number == 3 and now > 1.0:
+            raise KeyboardInterrupt
+
+    agreed = run_until_agreed(simple, TIMES, 1e-8, watch=watch)
+    assert agreed.run.ending is Ending.INTERRUPTED
+    assert agreed.runs == 2
+    assert np.array_equal(agreed.run.times, TIMES)
+    assert agreed.errors.shape == TIMES.shape
+    assert agreed.errors[-1] > 1e-8
+
+
+def test_watch_is_told_the_run_and_its_time(simple, monkeypatch) -> None:
+    start_coarsely(monkeypatch, 1e3)
+    told: list[tuple[int, float, float]] = []
+    agreed = run_until_agreed(simple, TIMES, 1e-8, watch=lambda *news: told.append(news))
+    numbers = list(dict.fromkeys(number for number, *_ in told))
+    assert numbers == list(range(2, agreed.runs + 1))  # the first goes beside the second
+    assert agreed.runs > 2
+    for number in numbers:
+        reached = [now for n, _, now in told if n == number]
+        assert reached == sorted(reached)
+        assert reached[-1] == pytest.approx(2.0)
+    assert all(1e-6 < step < 0.5 for _, step, _ in told)
+
+
+def test_a_tolerance_that_rounding_does_not_allow_is_not_claimed() -> None:
+    """A wild row amplifies errors by more than any tolerance makes up for."""
+    made = row(3)
+    plan = Plan(stop=12.0, springs=SpringSet(), velocities={"joint0": (12.0, 10.0, 8.0)})
+    model = compile_model(ExudynModel.of(made, plan))
+    agreed = run_until_agreed(model, np.linspace(0.0, 12.0, 241), 1e-9)
+    assert agreed.run.ending is Ending.DONE
+    assert agreed.errors[0] <= 1e-9 < agreed.errors[-1]
+    assert np.all(np.diff(agreed.errors) >= 0.0)
+
+
+def test_a_motion_that_is_too_stiff() -> None:
+    spring = AxisSpring(Z, (), Damping(0.0, 10.0, 1e-8))
+    plan = Plan(springs=springs_of("pin", spring), velocities={"pin": (1.0,)})
+    model = compile_model(ExudynModel.of(one_body(chain("Rz")), plan))
+    with pytest.raises(StiffMotionError, match="more than 100,000 steps a second"):
+        run_until_agreed(model, np.linspace(0.0, 1.0, 51), 1e-3)
+
+
+# Differences
+
+
+def test_the_difference_of_two_runs_is_the_angle_between_their_joints() -> None:
+    """Of a ball, the angle of the relative rotation, however the quaternions' signs are; of a
+    slide, the distance.
+    """
+    made = row(2, (BALL, chain("Tx")))
+
+    def run(turn: float, shift: float) -> CompiledRun:
+        plan = Plan(
+            stop=0.02,
+            springs=SpringSet(),
+            gravity=(0.0, 0.0, 0.0),
+            displacements={"joint0": (0.3, 0.2, 0.4 + turn), "joint1": (shift,)},
+        )
+        return run_once(compile_model(ExudynModel.of(made, plan)), np.array([0.0, 0.02]), 1e-9)
+
+    model = compile_model(ExudynModel.of(made, Plan(springs=SpringSet())))
+    one = run(0.0, 0.1)
+    assert joint_differences(model, one, run(1e-9, 0.1)) == pytest.approx([1e-9] * 2, abs=1e-14)
+    assert joint_differences(model, one, run(0.7, 0.1)) == pytest.approx([0.7] * 2, abs=1e-12)
+    assert joint_differences(model, one, run(0.1, 0.4)) == pytest.approx([0.3] * 2, abs=1e-12)
+    flipped = replace(one, links=one.links.copy())
+    flipped.links[:, :, 9:13] *= -1.0
+    assert joint_differences(model, one, flipped) == pytest.approx([0.0] * 2, abs=1e-14)
