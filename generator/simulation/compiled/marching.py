@@ -97,6 +97,8 @@ class Progress(NamedTuple):
         continuous: coefficients of the continuous solution, shape (7, n).
         sums: sums of the error estimates, shape (2, n).
         passed: switching functions that have passed zero, shape (s,).
+        margins: distances of the switching functions from being passed, at the start and at the
+            stages, shape (13, s).
     """
 
     state: Array
@@ -110,12 +112,34 @@ class Progress(NamedTuple):
     continuous: Array
     sums: Array
     passed: IndexArray
+    margins: Array
 
 
 PROGRESS = types.NamedTuple(
-    (VECTOR, VECTOR, INDICES, VECTOR, INDICES, MATRIX, VECTOR, VECTOR, MATRIX, MATRIX, INDICES),
+    (
+        VECTOR,
+        VECTOR,
+        INDICES,
+        VECTOR,
+        INDICES,
+        MATRIX,
+        VECTOR,
+        VECTOR,
+        MATRIX,
+        MATRIX,
+        INDICES,
+        MATRIX,
+    ),
     Progress,
 )
+
+_SPREAD_STAGES = (0, 3, 5, 9, 10, 12)
+"""Stages whose times are far from each other, in their order."""
+
+_GRAZE_WIDTH = 0.15
+"""Half the share of a step that is searched for the least margin around a suspected one."""
+
+_GOLDEN = 0.6180339887498949
 
 _GRID = np.unique(NODES[:13])[1:]
 """Places within a step at which the continuous solution is searched for breakpoints."""
@@ -148,6 +172,7 @@ def start_progress(
         np.zeros((7, size)),
         np.zeros((2, size)),
         np.zeros(switches, dtype=np.int64),
+        np.zeros((13, switches)),
     )
 
 
@@ -242,13 +267,42 @@ def _interpolate(progress: Progress, balls: int, share: float, result: Array) ->
     _normalize(balls, result)
 
 
-@compiled(FLAG, MECHANISM, SCRATCH)
-def _has_passed(mechanism: Mechanism, scratch: Scratch) -> bool:
-    """Return whether a switching function of the last evaluation is beyond its zero."""
+@compiled(FLAG, MECHANISM, SCRATCH, PROGRESS, COUNT)
+def _store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, stage: int) -> bool:
+    """Store the margins at a stage; return whether a switching function has been passed."""
+    passed = False
     for k in range(len(mechanism.branches)):
-        if mechanism.branches[k] * scratch.switching[k] < -SLACK:
-            return True
-    return False
+        margin = mechanism.branches[k] * scratch.switching[k] + SLACK
+        progress.margins[stage, k] = margin
+        passed = passed or margin < 0.0
+    return passed
+
+
+@compiled(REAL, PROGRESS)
+def _suspected_graze(progress: Progress) -> float:
+    """Return the share of the step at which a margin may be negative between two stages, or 2.0.
+
+    A parabola through three stages, whose minimum lies between them, is compared with zero. It is
+    wrong by less than its own depth below the middle stage, unless the margin is far from zero. The
+    switching function is left in `progress.counts[SWITCH]`.
+    """
+    margins = progress.margins
+    for k in range(margins.shape[1]):
+        for n in range(len(_SPREAD_STAGES) - 2):
+            i, j, m = _SPREAD_STAGES[n], _SPREAD_STAGES[n + 1], _SPREAD_STAGES[n + 2]
+            before, middle, after = NODES[i], NODES[j], NODES[m]
+            slope = (margins[j, k] - margins[i, k]) / (middle - before)
+            bend = ((margins[m, k] - margins[j, k]) / (after - middle) - slope) / (after - before)
+            if bend <= 0.0:
+                continue
+            lowest = 0.5 * (before + middle - slope / bend)
+            if not before < lowest < after:
+                continue
+            least = margins[i, k] + (lowest - before) * (slope + bend * (lowest - middle))
+            if least < margins[j, k] - least:
+                progress.counts[SWITCH] = k
+                return lowest
+    return 2.0
 
 
 @compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, COUNT)
@@ -307,6 +361,42 @@ def _locate_zero(
                 high *= 0.5
             side = 1
     return share
+
+
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
+def _locate_graze(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    suspected: float,
+) -> float:
+    """Return the share of the step at which a suspected switching function is passed, or 2.0.
+
+    Its least margin on the continuous solution is found by golden sections around the suspected
+    share; where that is negative, the zero before it is located.
+    """
+    switch = progress.counts[SWITCH]
+    low, high = max(0.0, suspected - _GRAZE_WIDTH), min(1.0, suspected + _GRAZE_WIDTH)
+    first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    arguments = (equations, mechanism, scratch, progress, balls, step)
+    at_first, at_second = _margin(*arguments, first, switch), _margin(*arguments, second, switch)
+    for _ in range(24):
+        if at_first < 0.0:
+            return _locate_zero(*arguments, 0.0, first, switch)
+        if at_second < 0.0:
+            return _locate_zero(*arguments, 0.0, second, switch)
+        if at_first < at_second:
+            high, second, at_second = second, first, at_first
+            first = high - _GOLDEN * (high - low)
+            at_first = _margin(*arguments, first, switch)
+        else:
+            low, first, at_first = first, second, at_second
+            second = low + _GOLDEN * (high - low)
+            at_second = _margin(*arguments, second, switch)
+    return 2.0
 
 
 @compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
@@ -450,6 +540,7 @@ def march(
                 SLACK * (counts[STEPS] > 0),
             )
             counts[FRESH] = 0
+            _store_margins(mechanism, scratch, progress, 0)
             counts[EVALUATIONS] += 1
         if taken >= max_steps:
             return PAUSED
@@ -470,7 +561,7 @@ def march(
             equations.compute_rates(
                 equations.law, mechanism, scratch, interval, at, stage, slopes[s]
             )
-            if NODES[s] < earliest and _has_passed(mechanism, scratch):
+            if _store_margins(mechanism, scratch, progress, s) and NODES[s] < earliest:
                 earliest = NODES[s]
         counts[EVALUATIONS] += 12
         error = _step_error(progress, step, tolerance)
@@ -494,6 +585,14 @@ def march(
             share = _locate_breakpoint(
                 equations, mechanism, scratch, progress, balls, step, earliest
             )
+        else:
+            suspected = _suspected_graze(progress)
+            if suspected <= 1.0:
+                _build_continuous(equations, mechanism, scratch, progress, step)
+                has_continuous = True
+                share = _locate_graze(
+                    equations, mechanism, scratch, progress, balls, step, suspected
+                )
         reached = limit if reaches_limit else time + step
         if share <= 1.0:
             reached = time + share * step
@@ -524,11 +623,14 @@ def march(
             settle_branches(
                 equations, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
             )
+            _store_margins(mechanism, scratch, progress, 0)
             counts[EVALUATIONS] += 1
             continue
         for k in range(len(state)):
             state[k] = end[k]
             slopes[0, k] = slopes[12, k]
+        for k in range(len(mechanism.branches)):
+            progress.margins[0, k] = progress.margins[12, k]
         _normalize(balls, state)
         clock[TIME] = reached
         if reaches_limit and reached < stop:
