@@ -136,6 +136,9 @@ PROGRESS = types.NamedTuple(
 _SPREAD_STAGES = (0, 3, 5, 9, 10, 12)
 """Stages whose times are far from each other, in their order."""
 
+_PARABOLA_ERROR = 0.05
+"""Error of a parabola through three stages, as a share of its range between them."""
+
 _GRAZE_WIDTH = 0.15
 """Half the share of a step that is searched for the least margin around a suspected one."""
 
@@ -282,9 +285,8 @@ def _store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, s
 def _suspected_graze(progress: Progress) -> float:
     """Return the share of the step at which a margin may be negative between two stages, or 2.0.
 
-    A parabola through three stages, whose minimum lies between them, is compared with zero. It is
-    wrong by less than its own depth below the middle stage, unless the margin is far from zero. The
-    switching function is left in `progress.counts[SWITCH]`.
+    A parabola through three stages, whose minimum lies between them, is compared with zero, and
+    with the error that it may have. The switching function is left in `progress.counts[SWITCH]`.
     """
     margins = progress.margins
     for k in range(margins.shape[1]):
@@ -299,7 +301,8 @@ def _suspected_graze(progress: Progress) -> float:
             if not before < lowest < after:
                 continue
             least = margins[i, k] + (lowest - before) * (slope + bend * (lowest - middle))
-            if least < margins[j, k] - least:
+            highest = max(margins[i, k], margins[m, k])
+            if least < _PARABOLA_ERROR * (highest - least):
                 progress.counts[SWITCH] = k
                 return lowest
     return 2.0
@@ -340,7 +343,11 @@ def _locate_zero(
     """Return the share of the step at which a margin is zero, by the Illinois method."""
     low = _margin(equations, mechanism, scratch, progress, balls, step, before, switch)
     if low <= 0.0:
-        return before
+        # The first stages are of low order and may show a passage too late.
+        before, after = 0.0, before
+        low = _margin(equations, mechanism, scratch, progress, balls, step, before, switch)
+        if low <= 0.0:
+            return before
     high = _margin(equations, mechanism, scratch, progress, balls, step, after, switch)
     share, side = after, 0
     for _ in range(60):
