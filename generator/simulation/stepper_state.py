@@ -9,6 +9,7 @@ from generator.figure import Figure, Vector
 from generator.kinematics.placement import Placement
 from generator.kinematics.tree import Tree
 from generator.rotations import Array, inverse_pose, pose_matrix, rotation_vector_from_matrix
+from generator.simulation.compiled.branches import record_frames
 from generator.simulation.compiled.layout import (
     BALL,
     CENTRE,
@@ -30,7 +31,7 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.marching import TIME, Progress, record_frames, start_progress
+from generator.simulation.compiled.marching import TIME, Progress, start_progress
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
@@ -340,9 +341,8 @@ def evaluate(model: CompiledModel, mechanism: Mechanism, time: float, states: Ar
     links = np.empty((len(states), len(mechanism.links), RECORDED_COLUMNS))
     mechanism = mechanism._replace(branches=mechanism.branches.copy())
     times = np.full(len(states), time)
-    record_frames(
-        model.equations, mechanism, model.scratch, times, states, links, np.empty_like(states)
-    )
+    rates, wrenches = np.empty_like(states), np.empty((len(states), len(mechanism.rows), 6))
+    record_frames(model.equations, mechanism, model.scratch, times, states, links, rates, wrenches)
     return links
 
 

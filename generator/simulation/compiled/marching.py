@@ -18,6 +18,7 @@ from numba import types
 
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
+from generator.simulation.compiled.branches import settle_branches
 from generator.simulation.compiled.compiler import (
     CONSTANT_VECTOR,
     COUNT,
@@ -32,13 +33,13 @@ from generator.simulation.compiled.compiler import (
 from generator.simulation.compiled.layout import (
     MECHANISM,
     POWERS,
-    RECORDED_COLUMNS,
     ROW_ENDS_AT_HALF_TURN,
     SCRATCH,
     IndexArray,
     Mechanism,
     Scratch,
 )
+from generator.simulation.compiled.projection import project_state
 from generator.simulation.compiled.recursion import EQUATIONS, Equations
 from generator.simulation.compiled.tableau import (
     CONTINUOUS,
@@ -94,6 +95,8 @@ class Progress(NamedTuple):
         slopes: rates at the stages, shape (16, n).
         end: state at the end of the step, shape (n,).
         trial: another state, shape (n,).
+        projected: state at the end of the step on the constraints beyond the tree, shape (n,).
+        spare: rates that are not kept, shape (n,).
         continuous: coefficients of the continuous solution, shape (7, n).
         sums: sums of the error estimates, shape (2, n).
         passed: switching functions that have passed zero, shape (s,).
@@ -107,13 +110,29 @@ class Progress(NamedTuple):
     slopes: Array
     end: Array
     trial: Array
+    projected: Array
+    spare: Array
     continuous: Array
     sums: Array
     passed: IndexArray
 
 
 PROGRESS = types.NamedTuple(
-    (VECTOR, VECTOR, INDICES, VECTOR, INDICES, MATRIX, VECTOR, VECTOR, MATRIX, MATRIX, INDICES),
+    (
+        VECTOR,
+        VECTOR,
+        INDICES,
+        VECTOR,
+        INDICES,
+        MATRIX,
+        VECTOR,
+        VECTOR,
+        VECTOR,
+        VECTOR,
+        MATRIX,
+        MATRIX,
+        INDICES,
+    ),
     Progress,
 )
 
@@ -143,6 +162,8 @@ def start_progress(
         np.zeros(max_events),
         np.zeros(max_events, dtype=np.int64),
         np.zeros((16, size)),
+        np.zeros(size),
+        np.zeros(size),
         np.zeros(size),
         np.zeros(size),
         np.zeros((7, size)),
@@ -242,6 +263,25 @@ def _interpolate(progress: Progress, balls: int, share: float, result: Array) ->
     _normalize(balls, result)
 
 
+@compiled(NOTHING, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, VECTOR)
+def _interpolate_on_constraints(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    share: float,
+    result: Array,
+) -> None:
+    """Set the result to the continuous solution, projected onto the constraints."""
+    _interpolate(progress, balls, share, result)
+    if len(mechanism.rows) > 0:
+        at = progress.clock[TIME] + share * step
+        interval = progress.counts[INTERVAL]
+        project_state(equations, mechanism, scratch, interval, at, result, progress.spare)
+
+
 @compiled(FLAG, MECHANISM, SCRATCH)
 def _has_passed(mechanism: Mechanism, scratch: Scratch) -> bool:
     """Return whether a switching function of the last evaluation is beyond its zero."""
@@ -263,7 +303,9 @@ def _margin(
     switch: int,
 ) -> float:
     """Return the distance of a switching function from being passed, at a share of the step."""
-    _interpolate(progress, balls, share, progress.trial)
+    _interpolate_on_constraints(
+        equations, mechanism, scratch, progress, balls, step, share, progress.trial
+    )
     at = progress.clock[TIME] + share * step
     equations.evaluate_laws(
         equations.law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial
@@ -357,36 +399,6 @@ def _locate_breakpoint(
 
 
 @compiled(
-    NOTHING, EQUATIONS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL, entry=True
-)
-def settle_branches(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    interval: int,
-    time: float,
-    state: Array,
-    rates: Array,
-    fixed: int,
-    slack: float,
-) -> None:
-    """Compute the rates of a state with the branches that it lies on.
-
-    A branch may decide on which side another switching function is, so this is repeated. Functions
-    nearer to zero than `slack`, and the one with the index `fixed`, keep their sign.
-    """
-    for _ in range(8):
-        equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
-        changed = False
-        for k in range(len(mechanism.branches)):
-            if k != fixed and mechanism.branches[k] * scratch.switching[k] < -slack:
-                mechanism.branches[k] = -mechanism.branches[k]
-                changed = True
-        if not changed:
-            return
-
-
-@compiled(
     COUNT,
     EQUATIONS,
     MECHANISM,
@@ -432,6 +444,7 @@ def march(
     state, clock, counts, slopes = progress.state, progress.clock, progress.counts, progress.slopes
     end, knots = progress.end, mechanism.knots
     first_joint = len(mechanism.branches) - len(mechanism.measured)
+    has_rows = len(mechanism.rows) > 0
     taken = 0
     while True:
         interval, time = counts[INTERVAL], float(clock[TIME])
@@ -481,6 +494,24 @@ def march(
             clock[STEP] = step * shrinkage
             counts[REJECTED] += 1
             continue
+        if has_rows:
+            # The continuous solution needs the end as it is; the next step starts on the
+            # constraints.
+            for k in range(len(state)):
+                progress.projected[k] = end[k]
+            _normalize(balls, progress.projected)
+            if not project_state(
+                equations,
+                mechanism,
+                scratch,
+                interval,
+                time + step,
+                progress.projected,
+                progress.spare,
+            ):
+                clock[STEP] = LARGEST_SHRINKAGE * step
+                counts[REJECTED] += 1
+                continue
         counts[STEPS] += 1
         growth = LARGEST_GROWTH
         if error > 0.0:
@@ -502,10 +533,21 @@ def march(
                 _build_continuous(equations, mechanism, scratch, progress, step)
                 has_continuous = True
             at = float(frames[counts[FRAME]] - time) / step
-            _interpolate(progress, balls, at, frame_states[counts[FRAME]])
+            _interpolate_on_constraints(
+                equations,
+                mechanism,
+                scratch,
+                progress,
+                balls,
+                step,
+                at,
+                frame_states[counts[FRAME]],
+            )
             counts[FRAME] += 1
         if share <= 1.0:
-            _interpolate(progress, balls, share, progress.trial)
+            _interpolate_on_constraints(
+                equations, mechanism, scratch, progress, balls, step, share, progress.trial
+            )
             for k in range(len(state)):
                 state[k] = progress.trial[k]
             clock[TIME] = reached
@@ -527,53 +569,15 @@ def march(
             counts[EVALUATIONS] += 1
             continue
         for k in range(len(state)):
-            state[k] = end[k]
+            state[k] = progress.projected[k] if has_rows else end[k]
             slopes[0, k] = slopes[12, k]
         _normalize(balls, state)
         clock[TIME] = reached
+        if has_rows:
+            equations.compute_rates(
+                equations.law, mechanism, scratch, interval, reached, state, slopes[0]
+            )
+            counts[EVALUATIONS] += 3
         if reaches_limit and reached < stop:
             counts[INTERVAL] += 1
             counts[FRESH] = 1
-
-
-@compiled(
-    NOTHING,
-    EQUATIONS,
-    MECHANISM,
-    SCRATCH,
-    VECTOR,
-    MATRIX,
-    types.Array(types.float64, 3, "C"),
-    MATRIX,
-    entry=True,
-)
-def record_frames(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    times: Array,
-    states: Array,
-    links: Array,
-    rates: Array,
-) -> None:
-    """Evaluate the states of frames.
-
-    Args:
-        equations: of motion.
-        mechanism: tables.
-        scratch: working memory.
-        times: shape (f,) [s].
-        states: shape (f, n).
-        links: result: the recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
-        rates: result: the rates of the states, shape (f, n).
-    """
-    interval = 0
-    for f in range(len(times)):
-        while interval + 1 < len(mechanism.knots) and mechanism.knots[interval + 1] <= times[f]:
-            interval += 1
-        settle_branches(
-            equations, mechanism, scratch, interval, float(times[f]), states[f], rates[f], -1, 0.0
-        )
-        for i in range(len(mechanism.links)):
-            for k in range(RECORDED_COLUMNS):
-                links[f, i, k] = scratch.work[i, k]

@@ -45,6 +45,7 @@ from generator.simulation.compiled.algebra import (
     vector,
     vector_in,
 )
+from generator.simulation.compiled.closure import impose_rows
 from generator.simulation.compiled.compiler import (
     COUNT,
     NOTHING,
@@ -90,10 +91,13 @@ from generator.simulation.compiled.layout import (
     POWERS,
     RATE,
     ROTATION,
+    ROW_ANGLE,
     ROW_CHILD,
+    ROW_FORM,
     ROW_LINK,
     ROW_PARENT,
     SCRATCH,
+    SHIFT,
     SPIN,
     SPIN_BIAS,
     SPIN_RATE,
@@ -103,9 +107,10 @@ from generator.simulation.compiled.layout import (
     Scratch,
 )
 from generator.simulation.compiled.link_motion import compute_kinematics, measure_joints
+from generator.simulation.compiled.row_motion import measure_rows
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL)
+@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL, merged=True)
 def compute_inertia_and_loads(
     mechanism: Mechanism, scratch: Scratch, interval: int, time: float
 ) -> None:
@@ -133,6 +138,17 @@ def compute_inertia_and_loads(
         parent, child = measured[j, ROW_PARENT], measured[j, ROW_CHILD]
         if measured[j, ROW_LINK] >= 0:
             work[measured[j, ROW_LINK], EFFORT] += scratch.torques[j, 0]
+            continue
+        if measured[j, ROW_FORM] == SHIFT:
+            force = times(scratch.torques[j, 0], vector(scratch.half_way, j, 0))
+            if parent >= 0:
+                accumulate(work, parent, FORCE, force)
+                moment = cross(vector(scratch.half_way, j, 3), force)
+                accumulate(work, parent, MOMENT, moment)
+            if child >= 0:
+                accumulate(work, child, FORCE, times(-1.0, force))
+                moment = cross(vector(scratch.half_way, j, 6), force)
+                accumulate(work, child, MOMENT, times(-1.0, moment))
             continue
         torque = apply(matrix(scratch.half_way, j, 0), vector(scratch.torques, j, 0))
         if parent >= 0:
@@ -162,7 +178,7 @@ def compute_inertia_and_loads(
             scratch.powers[EXTERNAL] += dot(acting, vector(work, i, SPIN))
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH)
+@compiled(NOTHING, MECHANISM, SCRATCH, merged=True)
 def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
     """Pass from the tips inwards: add what each joint transmits to the inboard link."""
     links, work = mechanism.links, scratch.work
@@ -275,7 +291,7 @@ def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
         accumulate(work, parent, FORCE, f)
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, VECTOR)
+@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, VECTOR, merged=True)
 def compute_accelerations(
     mechanism: Mechanism, scratch: Scratch, state: Array, rates: Array
 ) -> None:
@@ -340,7 +356,7 @@ def evaluate_laws(
 ) -> None:
     """Compute the motion of a state, and the torques and switching functions of the laws."""
     compute_kinematics(mechanism, scratch, interval, time, state)
-    measure_joints(mechanism, scratch)
+    measure_joints(mechanism, scratch, state)
     for k in range(POWERS):
         scratch.powers[k] = 0.0
     law(
@@ -371,6 +387,12 @@ def compute_rates(
     compute_inertia_and_loads(mechanism, scratch, interval, time)
     eliminate_constraints(mechanism, scratch)
     compute_accelerations(mechanism, scratch, state, rates)
+    if len(mechanism.rows) > 0:
+        measure_rows(mechanism, scratch)
+        impose_rows(mechanism, scratch, rates)
+    for j in range(len(mechanism.measured)):
+        if mechanism.measured[j, ROW_ANGLE] >= 0:
+            rates[mechanism.measured[j, ROW_ANGLE]] = scratch.rates[j, 0]
     for k in range(POWERS):
         rates[len(rates) - POWERS + k] = scratch.powers[k]
 

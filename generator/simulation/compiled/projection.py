@@ -1,0 +1,113 @@
+"""Projection of states onto the constraints beyond the tree.
+
+Integrated accelerations satisfy the second derivatives of the constraints g = 0 only, so positions
+and rates drift. The changes M^-1 G^T m, with (G M^-1 G^T) m = -g or -g', remove the drift with the
+least change in the norm of the kinetic energy.
+"""
+
+from generator.rotations import Array
+from generator.simulation.compiled.algebra import (
+    plus,
+    quaternion_in,
+    quaternion_rate,
+    store_in,
+    times,
+    unit,
+    vector,
+    vector_in,
+)
+from generator.simulation.compiled.closure import solve_rows
+from generator.simulation.compiled.compiler import COUNT, FLAG, NOTHING, REAL, VECTOR, compiled
+from generator.simulation.compiled.layout import (
+    BALL,
+    COORDINATE,
+    KIND,
+    MECHANISM,
+    RATE,
+    RESPONSE_JOINT,
+    RESPONSE_SPIN_RATE,
+    ROW_RATE,
+    ROW_VALUE,
+    SCRATCH,
+    Mechanism,
+    Scratch,
+)
+from generator.simulation.compiled.recursion import EQUATIONS, Equations
+
+MAX_GAP = 1e-12
+"""Largest constrained displacement after a projection [m, rad or 1]."""
+
+_MAX_STEPS = 8
+"""Number of Newton steps after which a projection has failed."""
+
+
+@compiled(FLAG, SCRATCH, REAL)
+def _are_rows_closed(scratch: Scratch, tolerance: float) -> bool:
+    """Return whether all constrained displacements are below a tolerance [m, rad or 1]."""
+    for r in range(len(scratch.residual)):
+        if not abs(scratch.row_work[r, ROW_VALUE]) <= tolerance:
+            return False
+    return True
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR)
+def _correct_positions(mechanism: Mechanism, scratch: Scratch, state: Array) -> None:
+    """Change the coordinates of the state last evaluated by a Newton step onto its constraints."""
+    links, responses = mechanism.links, scratch.responses
+    for r in range(len(scratch.residual)):
+        scratch.residual[r] = -scratch.row_work[r, ROW_VALUE]
+    solve_rows(scratch)
+    for i in range(len(links)):
+        coordinate, turn, shift = links[i, COORDINATE], (0.0, 0.0, 0.0), 0.0
+        for r in range(len(scratch.residual)):
+            size = scratch.residual[r]
+            turn = plus(turn, times(size, vector(responses[r], i, RESPONSE_SPIN_RATE)))
+            shift += size * responses[r, i, RESPONSE_JOINT]
+        if links[i, KIND] == BALL:
+            old = unit(quaternion_in(state, coordinate))
+            w, x, y, z = quaternion_rate(old, turn)
+            turned = unit((old[0] + w, old[1] + x, old[2] + y, old[3] + z))
+            store_in(state, coordinate, turned)
+        elif coordinate >= 0:
+            state[coordinate] += shift
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR)
+def _correct_rates(mechanism: Mechanism, scratch: Scratch, state: Array) -> None:
+    """Change the rates of the state last evaluated so that its constraints stay satisfied."""
+    links, responses = mechanism.links, scratch.responses
+    for r in range(len(scratch.residual)):
+        scratch.residual[r] = -scratch.row_work[r, ROW_RATE]
+    solve_rows(scratch)
+    for i in range(len(links)):
+        rate = links[i, RATE]
+        for r in range(len(scratch.residual)):
+            size = scratch.residual[r]
+            if links[i, KIND] == BALL:
+                turn = times(size, vector(responses[r], i, RESPONSE_SPIN_RATE))
+                store_in(state, rate, plus(vector_in(state, rate), turn))
+            elif rate >= 0:
+                state[rate] += size * responses[r, i, RESPONSE_JOINT]
+
+
+@compiled(FLAG, EQUATIONS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, entry=True)
+def project_state(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    interval: int,
+    time: float,
+    state: Array,
+    rates: Array,
+) -> bool:
+    """Project a state onto the constraints beyond the tree; return whether that succeeded.
+
+    `rates` is working memory.
+    """
+    for _ in range(_MAX_STEPS):
+        equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
+        if _are_rows_closed(scratch, MAX_GAP):
+            _correct_rates(mechanism, scratch, state)
+            return True
+        _correct_positions(mechanism, scratch, state)
+    return False
