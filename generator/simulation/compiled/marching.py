@@ -18,7 +18,6 @@ from numba import types
 
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
-from generator.simulation.compiled.branches import settle_branches
 from generator.simulation.compiled.compiler import (
     CONSTANT_VECTOR,
     COUNT,
@@ -39,7 +38,7 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.projection import project_state
+from generator.simulation.compiled.projection import project_state, settle_branches
 from generator.simulation.compiled.recursion import EQUATIONS, Equations
 from generator.simulation.compiled.tableau import (
     CONTINUOUS,

@@ -15,7 +15,6 @@ import numpy as np
 
 from generator.recording import Ending
 from generator.rotations import Array
-from generator.simulation.compiled.branches import record_frames
 from generator.simulation.compiled.layout import (
     COORDINATE,
     KIND,
@@ -42,7 +41,7 @@ from generator.simulation.compiled.marching import (
     start_progress,
 )
 from generator.simulation.compiled.mechanism import CompiledModel
-from generator.simulation.compiled.projection import project_state
+from generator.simulation.compiled.projection import project_state, record_frames
 
 DECADE = 0.1
 """Ratio of the tolerances of two runs that are compared."""

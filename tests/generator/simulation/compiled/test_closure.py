@@ -17,7 +17,6 @@ from generator.loads import LoadKind, TimedLoad
 from generator.recording import Integrator
 from generator.rotations import inverse_pose, quaternion_from_matrix
 from generator.simulation.agreement import BodyState, ExudynEquations
-from generator.simulation.compiled.branches import record_frames
 from generator.simulation.compiled.layout import (
     POWERS,
     RECORDED_COLUMNS,
@@ -25,7 +24,7 @@ from generator.simulation.compiled.layout import (
     ROW_RATE,
     ROW_VALUE,
 )
-from generator.simulation.compiled.projection import MAX_GAP, project_state
+from generator.simulation.compiled.projection import MAX_GAP, project_state, record_frames
 from generator.simulation.compiled.refinement import have_same_breakpoints, run_once
 from generator.simulation.compiled_run import build_trace, compile_model
 from generator.simulation.integrate import Trace
