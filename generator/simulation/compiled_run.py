@@ -25,7 +25,7 @@ from generator.simulation.compiled.layout import (
     VELOCITY,
 )
 from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
-from generator.simulation.compiled.refinement import AgreedRun, run_until_agreed
+from generator.simulation.compiled.refinement import AgreedRun, CompiledRun, run_until_agreed
 from generator.simulation.error_control import RefinedRun, accuracy_message
 from generator.simulation.integrate import (
     Trace,
@@ -48,17 +48,8 @@ _SMALLEST_SCALE = 1.0
 """Scale of the difference where all accelerations are smaller [m/s2 or rad/s2]."""
 
 
-def compiled_obstacle(model: ExudynModel) -> str | None:
-    """Return why a model cannot be integrated by the compiled method; None if it can."""
-    if model.placement.tree.closures:
-        return "the figure has closed loops"
-    if model.prescribed.links.links:
-        return "rotations are linked"
-    return None
-
-
 def compile_model(model: ExudynModel) -> CompiledModel:
-    """Compile the equations of an Exudyn model that has no obstacle."""
+    """Compile the equations of an Exudyn model."""
     plan = model.plan
     return build_compiled_model(
         model.placement,
@@ -80,7 +71,7 @@ def run_compiled(
     """Run a model until two runs agree.
 
     Args:
-        model: without an obstacle.
+        model: without Python functions as torques.
         times: of the frames [s], shape (n,).
         deadline: `time.monotonic()` after which the run stops.
         watch: called with the number of a run, its step and its time [s].
@@ -94,6 +85,7 @@ def run_compiled(
     wall_time = time.monotonic() - start
     run = agreed.run
     trace = build_trace(model, compiled, run.times, run.states, run.links)
+    trace = replace(trace, closing_wrenches=_closing_wrenches(compiled, run))
     accuracy = _accuracy(model, agreed)
     return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
 
@@ -180,6 +172,15 @@ def build_trace(
             name: states[:, list(places)] for name, places in compiled.coordinates.items()
         },
     )
+
+
+def _closing_wrenches(compiled: CompiledModel, run: CompiledRun) -> dict[str, Array]:
+    """Return the wrenches of the joints that close loops, on their children."""
+    wrenches: dict[str, Array] = {}
+    for r, (name, is_on_child) in enumerate(compiled.row_joints):
+        on_child = run.wrenches[:, r] if is_on_child else -run.wrenches[:, r]
+        wrenches[name] = wrenches.get(name, 0.0) + on_child
+    return wrenches
 
 
 def agreement_with_exudyn(

@@ -62,6 +62,8 @@ class Trace:
         accelerations: angular, and of the centres of mass, shape (n, B, 6) [rad/s2, m/s2]; known
             after compiled integration, in place of the multipliers.
         displacements: of the joints that are known without their poses, shape (n, dof) each.
+        closing_wrenches: force of the constraints of each joint that closes a loop on its child and
+            moment about the world's origin, shape (n, 6) [N, N m]; after compiled integration.
     """
 
     times: Array
@@ -76,6 +78,7 @@ class Trace:
     coordinate_multipliers: Array = field(default_factory=lambda: np.zeros((0, 0)))
     accelerations: Array | None = None
     displacements: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    closing_wrenches: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
     def __len__(self) -> int:
         """Number of frames."""
@@ -132,6 +135,7 @@ class Trace:
             change(self.coordinate_multipliers),
             None if self.accelerations is None else change(self.accelerations),
             {name: change(values) for name, values in self.displacements.items()},
+            {name: change(values) for name, values in self.closing_wrenches.items()},
         )
 
 

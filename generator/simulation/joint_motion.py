@@ -9,6 +9,7 @@ import numpy as np
 
 from generator.figure import Joint, SiteRef
 from generator.joint_chain import Chain
+from generator.kinematics.closures import rotation_equations
 from generator.rotations import (
     Array,
     inverse_pose,
@@ -184,7 +185,7 @@ class SegmentMotion:
                 first = np.swapaxes(self.site(joint.parent)[:, :3, :3], -1, -2)
             force = -(first @ multipliers[:, :3, None])[..., 0]
             moment = np.zeros_like(force)
-            for u, v, k in _rotation_equations(locked_axes.rotations):
+            for u, v, k in rotation_equations(locked_axes.rotations):
                 across = np.cross(second[..., v], first[..., u])
                 moment -= multipliers[:, 3 + k, None] * across
             if locked_axes.from_child:
@@ -206,11 +207,12 @@ def newton_euler_reactions(
     """Force and moment of each joint on its child by Newton's and Euler's equations.
 
     What a joint transmits balances the inertial, gravity and load wrenches of all segments outboard
-    of it; the torques and forces of its springs are subtracted. For a figure without loops.
+    of it, and those of the joints that close loops; the torques and forces of its springs are
+    subtracted.
 
     Args:
         model: the simulated model.
-        trace: n frames with accelerations.
+        trace: n frames with accelerations, and with the wrenches of joints that close loops.
         joints: motion of every joint.
         motion: poses of the segments.
         passive_torques: the result of `SegmentMotion.passive_torques`.
@@ -248,17 +250,44 @@ def newton_euler_reactions(
         else:
             wrenches[load.site.segment][:, 3:] -= value
     reactions: dict[str, Array] = {}
+    springs = {
+        joint.name: np.concatenate(
+            [
+                _slide_spring_force(model, joint, joints[joint.name]),
+                passive_torques[joint.name],
+            ],
+            axis=1,
+        )
+        for joint in figure.joints.values()
+    }
+    for joint in model.placement.tree.closures:
+        of_constraints = trace.closing_wrenches.get(joint.name, np.zeros((count, 6)))
+        total = of_constraints + _wrench_in_world(motion, joint, springs[joint.name])
+        wrenches[joint.child.segment] -= total
+        wrenches[joint.parent.segment] += total
+        reactions[joint.name] = _wrench_at_joint(motion, joint, of_constraints)
     for branch in reversed(model.placement.tree.joints):
         joint, total = branch.joint, wrenches[branch.outboard]
         wrenches[branch.inboard] += total
         on_child = total if branch.parent_is_inboard else -total
-        to_parent = np.swapaxes(motion.site(joint.parent)[:, :3, :3], -1, -2)
-        moment = on_child[:, 3:] - np.cross(motion.site(joint.child)[:, :3, 3], on_child[:, :3])
-        force = (to_parent @ on_child[:, :3, None])[..., 0]
-        moment = (to_parent @ moment[..., None])[..., 0] - passive_torques[joint.name]
-        force -= _slide_spring_force(model, joint, joints[joint.name])
-        reactions[joint.name] = np.concatenate([force, moment], axis=1)
+        reactions[joint.name] = _wrench_at_joint(motion, joint, on_child) - springs[joint.name]
     return {name: reactions.get(name, np.zeros((count, 6))) for name in figure.joints}
+
+
+def _wrench_at_joint(motion: SegmentMotion, joint: Joint, wrench: Array) -> Array:
+    """Return wrenches (n, 6) about the world's origin at the child's site, parent's site axes."""
+    force, to_parent = wrench[:, :3], np.swapaxes(motion.site(joint.parent)[:, :3, :3], -1, -2)
+    moment = wrench[:, 3:] - np.cross(motion.site(joint.child)[:, :3, 3], force)
+    parts = [(to_parent @ vectors[..., None])[..., 0] for vectors in (force, moment)]
+    return np.concatenate(parts, axis=1)
+
+
+def _wrench_in_world(motion: SegmentMotion, joint: Joint, wrench: Array) -> Array:
+    """Return wrenches (n, 6) at the child's site, in the parent's site axes, about the origin."""
+    turn = motion.site(joint.parent)[:, :3, :3]
+    force, moment = ((turn @ part[..., None])[..., 0] for part in (wrench[:, :3], wrench[:, 3:]))
+    moment = moment + np.cross(motion.site(joint.child)[:, :3, 3], force)
+    return np.concatenate([force, moment], axis=1)
 
 
 def _add_wrench(wrench: Array, force: Array, point: Array) -> None:
@@ -287,22 +316,6 @@ def _slide_spring_force(model: ExudynModel, joint: Joint, motion: JointMotion) -
             direction = motion.pose_in_parent[:, :3, :3] @ axis
         total += np.asarray(size)[:, None] * direction
     return total
-
-
-def _rotation_equations(locks: tuple[int, int, int]) -> list[tuple[int, int, int]]:
-    """Exudyn's equations u0 . v1 = 0 of locked rotations: (axis u, axis v, multiplier)."""
-    x, y, z = 0, 1, 2
-    table = {
-        (1, 1, 1): [(z, y, 0), (z, x, 1), (x, y, 2)],
-        (0, 1, 1): [(x, y, 1), (x, z, 2)],
-        (1, 0, 1): [(y, x, 0), (y, z, 2)],
-        (1, 1, 0): [(z, x, 0), (z, y, 1)],
-        (1, 0, 0): [(y, z, 0)],
-        (0, 1, 0): [(x, z, 1)],
-        (0, 0, 1): [(x, y, 2)],
-        (0, 0, 0): [],
-    }
-    return table[locks]
 
 
 def _continuous_displacements(chain: Chain, pose_in_parent: Array, start: Array) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from generator.diagnostics import Diagnostic, ModelError
 from generator.figure import Figure
 from generator.figure_file.check import require_valid_figure
+from generator.kinematics.closures import independent_constraints, lock_all_axes
 from generator.kinematics.free_root import (
     detach_root,
     free_joint_rates,
@@ -39,12 +40,7 @@ from generator.simulation.bodies import (
 from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
 from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring
 from generator.simulation.exudyn_api import Index, MainSystem, exu
-from generator.simulation.joints import (
-    Constraint,
-    add_constraints,
-    independent_constraints,
-    lock_all_axes,
-)
+from generator.simulation.joints import Constraint, add_constraints
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.preconditions import (
     check_spring_names,

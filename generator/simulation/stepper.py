@@ -36,21 +36,11 @@ from generator.simulation.compiled.layout import (
     POWERS,
     SPIN,
 )
-from generator.simulation.compiled.marching import (
-    COLLAPSED,
-    FINISHED,
-    FRESH,
-    PAUSED,
-    REJECTED,
-    STEP,
-    STEPS,
-    SWITCH,
-    TURNED_OVER,
-    march,
-)
+from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, TURNED_OVER, march
 from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
 from generator.simulation.compiled.recorder import BranchingLawError
 from generator.simulation.compiled.refinement import MAX_STEPS_PER_SECOND
+from generator.simulation.compiled.runge_kutta import FRESH, REJECTED, STEP, STEPS, SWITCH
 from generator.simulation.compiled_run import build_trace, frame_disagreement
 from generator.simulation.integrate import (
     fastest_joint,

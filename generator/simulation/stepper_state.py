@@ -30,8 +30,9 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.marching import TIME, Progress, record_frames, start_progress
 from generator.simulation.compiled.mechanism import CompiledModel
+from generator.simulation.compiled.projection import record_frames
+from generator.simulation.compiled.runge_kutta import TIME, Progress, start_progress
 from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
 
@@ -340,9 +341,8 @@ def evaluate(model: CompiledModel, mechanism: Mechanism, time: float, states: Ar
     links = np.empty((len(states), len(mechanism.links), RECORDED_COLUMNS))
     mechanism = mechanism._replace(branches=mechanism.branches.copy())
     times = np.full(len(states), time)
-    record_frames(
-        model.equations, mechanism, model.scratch, times, states, links, np.empty_like(states)
-    )
+    rates, wrenches = np.empty_like(states), np.empty((len(states), len(mechanism.rows), 6))
+    record_frames(model.equations, mechanism, model.scratch, times, states, links, rates, wrenches)
     return links
 
 

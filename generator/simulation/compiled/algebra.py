@@ -202,6 +202,60 @@ def symmetric_times(s: Symmetric, m: Matrix) -> Matrix:
 
 
 @inlined
+def symmetric_less_outer(s: Symmetric, a: Vector, b: Vector) -> Symmetric:
+    """Difference s - a b^T where a and b are parallel."""
+    return (
+        s[0] - a[0] * b[0],
+        s[1] - a[0] * b[1],
+        s[2] - a[0] * b[2],
+        s[3] - a[1] * b[1],
+        s[4] - a[1] * b[2],
+        s[5] - a[2] * b[2],
+    )
+
+
+@inlined
+def matrix_less_outer(m: Matrix, a: Vector, b: Vector) -> Matrix:
+    """Difference m - a b^T."""
+    return (
+        m[0] - a[0] * b[0],
+        m[1] - a[0] * b[1],
+        m[2] - a[0] * b[2],
+        m[3] - a[1] * b[0],
+        m[4] - a[1] * b[1],
+        m[5] - a[1] * b[2],
+        m[6] - a[2] * b[0],
+        m[7] - a[2] * b[1],
+        m[8] - a[2] * b[2],
+    )
+
+
+@inlined
+def symmetric_less_product(s: Symmetric, m: Matrix, n: Matrix) -> Symmetric:
+    """Difference s - m^T n where the product is symmetric."""
+    return (
+        s[0] - m[0] * n[0] - m[3] * n[3] - m[6] * n[6],
+        s[1] - m[0] * n[1] - m[3] * n[4] - m[6] * n[7],
+        s[2] - m[0] * n[2] - m[3] * n[5] - m[6] * n[8],
+        s[3] - m[1] * n[1] - m[4] * n[4] - m[7] * n[7],
+        s[4] - m[1] * n[2] - m[4] * n[5] - m[7] * n[8],
+        s[5] - m[2] * n[2] - m[5] * n[5] - m[8] * n[8],
+    )
+
+
+@inlined
+def upper_half(m: Matrix) -> Symmetric:
+    """Entries of a matrix that is symmetric."""
+    return m[0], m[1], m[2], m[4], m[5], m[8]
+
+
+@inlined
+def twice_symmetric_part(m: Matrix) -> Symmetric:
+    """Sum m + m^T."""
+    return 2.0 * m[0], m[1] + m[3], m[2] + m[6], 2.0 * m[4], m[5] + m[7], 2.0 * m[8]
+
+
+@inlined
 def rotated_diagonal(r: Matrix, d: Vector) -> Symmetric:
     """Product r diag(d) r^T: principal moments in other axes."""
     return (

@@ -47,15 +47,46 @@ LOCKED_VALUE = 21
 """Displacement of a locked joint [rad or m]."""
 CONSTANT_COLUMNS = 22
 
-ROW_PARENT, ROW_CHILD, ROW_LINK, ROW_ENDS_AT_HALF_TURN = range(4)
+ROW_PARENT, ROW_CHILD, ROW_LINK, ROW_ENDS_AT_HALF_TURN, ROW_FORM, ROW_ANGLE = range(6)
 """Columns of `measured`: the links of the parent's and of the child's site of a joint of several
-rotations; or the link of a single displacement, else -1."""
+rotations, or of one that closes a loop; or the link of a single displacement, else -1; 1 where a
+half turn ends the run; what is measured; and the place of an angle in the state, else -1."""
+
+MEASURED_COLUMNS = 6
+
+ROTATION_VECTOR, ANGLE, SHIFT = range(3)
+"""Forms of a measured joint without a link: all three components of its rotation, the angle about
+its only axis, a displacement along an axis. An angle of a joint that closes a loop is unwrapped by
+the integral of its rate, which stands in the state."""
 
 SITE_IN_PARENT, SITE_IN_CHILD = 0, 4
 """Columns of `sites`: quaternions of the joint's sites in the axes of their links."""
+SITE_AXIS = 8
+"""Axis of an angle or shift, in the axes of the parent's site (3). Where the axis of a shift is the
+child's, parent and child are exchanged and the axis is reversed."""
+PLACE_IN_PARENT, PLACE_IN_CHILD = 11, 14
+"""Sites of a shift from the points of their links, in the links' axes [m] (3)."""
+SITE_COLUMNS = 17
 
 LOAD_LINK, LOAD_IS_FORCE, LOAD_IS_LOCAL = range(3)
 """Columns of `loads`: the link, and 1 or 0 for what acts and along which axes."""
+
+LINKED, ALONG, ACROSS = range(3)
+"""Kinds of constraint rows: a hinge follows another one, the second link's site has no displacement
+along an axis of the first, an axis of the second stays perpendicular to one of the first."""
+
+ROW_KIND, ROW_FIRST, ROW_SECOND = range(3)
+"""Columns of `rows`: the kind and two links, -1 for the ground; of linked hinges the control, which
+is -1 where it is locked, then the follower."""
+
+FACTOR, OFFSET = 0, 1
+"""Columns of `row_constants` of linked hinges: follower = factor * control + offset [rad]."""
+
+FIRST_SITE, FIRST_AXIS, SECOND_SITE, SECOND_AXIS = 0, 3, 6, 9
+"""Columns of `row_constants` of other rows: site from the link's point and axis, in the axes of the
+first and of the second link (3 numbers each)."""
+
+ROW_CONSTANT_COLUMNS = 12
 
 
 class Mechanism(NamedTuple):
@@ -64,8 +95,8 @@ class Mechanism(NamedTuple):
     Attributes:
         links: integers by link, shape (n, 5); a link follows its inboard link.
         constants: numbers by link, shape (n, CONSTANT_COLUMNS).
-        measured: links of each joint with a law, shape (m, 4).
-        sites: orientation of its sites, shape (m, 8).
+        measured: links of each joint with a law, shape (m, 6).
+        sites: orientation and places of its sites, shape (m, 17).
         loads: links and kinds of the loads, shape (l, 3).
         load_points: where they act, from the link's point in its axes, shape (l, 3) [m].
         knots: starts of the intervals in which loads and drives are polynomials, shape (k,) [s].
@@ -77,6 +108,8 @@ class Mechanism(NamedTuple):
         law_bounds: first use of each form, and the end, shape (forms + 1,).
         branches: 1 where a switching function of a law counts as positive, else -1, shape (s,);
             followed by the sign of each measured joint's quaternion, shape (s + m,).
+        rows: kinds and links of the constraints beyond the tree, shape (q, 3).
+        row_constants: their numbers, shape (q, 12).
     """
 
     links: IndexArray
@@ -93,6 +126,8 @@ class Mechanism(NamedTuple):
     law_rows: IndexArray
     law_bounds: IndexArray
     branches: Array
+    rows: IndexArray
+    row_constants: Array
 
 
 MECHANISM = types.NamedTuple(
@@ -111,6 +146,8 @@ MECHANISM = types.NamedTuple(
         INDEX_TABLE,
         INDICES,
         VECTOR,
+        INDEX_TABLE,
+        MATRIX,
     ),
     Mechanism,
 )
@@ -168,6 +205,32 @@ NET_EFFORT = 89
 WORK_COLUMNS = 90
 """Number of all columns."""
 
+DIRECTION = 0
+"""Of a constraint row: the axis of its force, or its couple, in world axes (3)."""
+FIRST_ARM = 3
+"""From the first link's point to the second's site (3)."""
+SECOND_ARM = 6
+"""From the second link's point to its site (3)."""
+ROW_VALUE, ROW_RATE, ROW_BIAS = 9, 10, 11
+"""The constrained displacement, its rate, and its second derivative at zero accelerations."""
+MULTIPLIER = 12
+"""Force or torque of the row."""
+ROW_COLUMNS = 13
+
+RESPONSE_SPIN_RATE = 0
+"""Angular acceleration of a link by the unit force or torque of a row (3)."""
+RESPONSE_ACCELERATION = 3
+"""Acceleration of its point (3)."""
+RESPONSE_JOINT = 6
+"""Acceleration of its hinge or slide; of a driven one, the effort of the drive."""
+RESPONSE_MOMENT = 7
+"""Bias moment about its point, as `MOMENT` (3)."""
+RESPONSE_FORCE = 10
+"""Bias force (3)."""
+RESPONSE_EFFORT = 13
+"""Effort in its hinge."""
+RESPONSE_COLUMNS = 14
+
 DISSIPATION, NONCONSERVATIVE, EXTERNAL = range(3)
 """Powers that are integrated with the state [W]: of damping, into laws without an energy, and of
 loads and drives."""
@@ -182,9 +245,15 @@ class Scratch(NamedTuple):
         displacements: of the measured joints [rad or m], shape (m, 3).
         rates: of the same, rotations in the half-way frame, shape (m, 3).
         torques: of the laws, on the child [N m or N], shape (m, 3).
-        half_way: half-way frames of the measured joints in the world, shape (m, 9).
+        half_way: half-way frames of the measured joints in the world, shape (m, 9); of an angle the
+            axis, as first column; of a shift its axis and the arms to the child's site from the
+            points of the parent's and the child's link.
         switching: switching functions of the laws, then the cosines with their signs, (s + m,).
         powers: see `POWERS`, shape (3,).
+        row_work: quantities of each constraint row in world axes, shape (q, ROW_COLUMNS).
+        responses: of each link to a unit of each row, shape (q, n, RESPONSE_COLUMNS).
+        factor: of the rows' accelerations by their multipliers, by Cholesky, shape (q, q).
+        residual: right-hand side, then solution of these equations, shape (q,).
     """
 
     work: Array
@@ -194,9 +263,15 @@ class Scratch(NamedTuple):
     half_way: Array
     switching: Array
     powers: Array
+    row_work: Array
+    responses: Array
+    factor: Array
+    residual: Array
 
 
-SCRATCH = types.NamedTuple((MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, VECTOR, VECTOR), Scratch)
+SCRATCH = types.NamedTuple(
+    (MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, VECTOR, VECTOR, MATRIX, STACK, MATRIX, VECTOR), Scratch
+)
 
 LAW_SIGNATURE = types.void(
     MATRIX, MATRIX, VECTOR, VECTOR, INDEX_TABLE, INDICES, MATRIX, VECTOR, VECTOR

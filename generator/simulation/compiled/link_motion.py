@@ -1,13 +1,15 @@
 """Positions and velocities of the links, and displacements of the joints with laws."""
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, floor, pi, sin, sqrt
 
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import (
+    Quaternion,
     apply,
     apply_transposed,
     conjugate,
     cross,
+    dot,
     matrix,
     minus,
     plus,
@@ -21,8 +23,9 @@ from generator.simulation.compiled.algebra import (
     vector,
     vector_in,
 )
-from generator.simulation.compiled.compiler import COUNT, NOTHING, REAL, VECTOR, compiled
+from generator.simulation.compiled.compiler import COUNT, NOTHING, QUADRUPLE, REAL, VECTOR, compiled
 from generator.simulation.compiled.layout import (
+    ANGLE,
     ARM,
     ARM_IN_PARENT,
     AXIS,
@@ -40,15 +43,21 @@ from generator.simulation.compiled.layout import (
     MECHANISM,
     ORIENTATION,
     PARENT,
+    PLACE_IN_CHILD,
+    PLACE_IN_PARENT,
     POINT,
     POINT_BIAS,
     RATE,
     ROTATION,
+    ROW_ANGLE,
     ROW_CHILD,
+    ROW_FORM,
     ROW_LINK,
     ROW_PARENT,
     SCRATCH,
+    SHIFT,
     SINE_TURN,
+    SITE_AXIS,
     SITE_IN_CHILD,
     SITE_IN_PARENT,
     SLIDE,
@@ -60,7 +69,7 @@ from generator.simulation.compiled.layout import (
 )
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, merged=True)
 def compute_kinematics(
     mechanism: Mechanism, scratch: Scratch, interval: int, time: float, state: Array
 ) -> None:
@@ -131,8 +140,34 @@ def compute_kinematics(
         work[i, JOINT_VALUE], work[i, JOINT_RATE] = joint_value, joint_rate
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH)
-def measure_joints(mechanism: Mechanism, scratch: Scratch) -> None:
+@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, QUADRUPLE)
+def _measure_shift(mechanism: Mechanism, scratch: Scratch, j: int, orientation: Quaternion) -> None:
+    """Compute a displacement along an axis of the parent's site, and where its force acts."""
+    measured, sites, work = mechanism.measured, mechanism.sites, scratch.work
+    parent, child = measured[j, ROW_PARENT], measured[j, ROW_CHILD]
+    axis = apply(rotation(orientation), vector(sites, j, SITE_AXIS))
+    place, other_arm = vector(sites, j, PLACE_IN_PARENT), vector(sites, j, PLACE_IN_CHILD)
+    spin, velocity = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    arm, other_velocity = other_arm, (0.0, 0.0, 0.0)
+    if child >= 0:
+        other_arm = apply(matrix(work, child, ROTATION), other_arm)
+        arm = plus(vector(work, child, POINT), other_arm)
+        turning = cross(vector(work, child, SPIN), other_arm)
+        other_velocity = plus(vector(work, child, VELOCITY), turning)
+    if parent >= 0:
+        place = apply(matrix(work, parent, ROTATION), place)
+        arm = minus(arm, vector(work, parent, POINT))
+        spin = vector(work, parent, SPIN)
+        velocity = plus(vector(work, parent, VELOCITY), cross(spin, arm))
+    scratch.displacements[j, 0] = dot(axis, minus(arm, place))
+    scratch.rates[j, 0] = dot(axis, minus(other_velocity, velocity))
+    store(scratch.half_way, j, 0, axis)
+    store(scratch.half_way, j, 3, arm)
+    store(scratch.half_way, j, 6, other_arm)
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, merged=True)
+def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None:
     """Compute the displacements and rates of the joints with laws.
 
     For several rotations: the rotation vector, and the angular velocity in the half-way frame. Up
@@ -156,7 +191,21 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch) -> None:
         if child >= 0:
             inner = product(quaternion(work, child, ORIENTATION), inner)
             own_spin = vector(work, child, SPIN)
+        if measured[j, ROW_FORM] == SHIFT:
+            _measure_shift(mechanism, scratch, j, outer)
+            switching[first + j] = branches[first + j]
+            continue
         cosine, x, y, z = product(conjugate(outer), inner)
+        if measured[j, ROW_FORM] == ANGLE:
+            axis = vector(sites, j, SITE_AXIS)
+            angle = 2.0 * atan2(dot(axis, (x, y, z)), cosine)
+            turns = (state[measured[j, ROW_ANGLE]] - angle) / (2.0 * pi)
+            scratch.displacements[j, 0] = angle + 2.0 * pi * floor(turns + 0.5)
+            a, b, c = apply(rotation(outer), axis)
+            scratch.rates[j, 0] = dot((a, b, c), minus(own_spin, spin))
+            store(scratch.half_way, j, 0, (a, 0.0, 0.0, b, 0.0, 0.0, c, 0.0, 0.0))
+            switching[first + j] = branches[first + j]
+            continue
         switching[first + j] = cosine
         sign = branches[first + j]
         cosine, x, y, z = sign * cosine, sign * x, sign * y, sign * z

@@ -1,55 +1,48 @@
 """Adaptive integration by DOP853 whose steps end at the breakpoints of laws and loads.
 
-During a step every law keeps to one branch, so that the step is smooth. A *switching function* is
-positive or negative on either side of a breakpoint; its sign, held in `Mechanism.branches`, is
-wrong after the breakpoint has been passed. The stages of each step show such a passage. The zero is
-then located on the continuous solution, the step ends there, and the sign is reversed.
-
-A zero counts as passed when the function is `SLACK` beyond it. After the reversal it is thus
-clearly on its new side: a start on a breakpoint, or a track that grazes one, needs no special
-treatment.
+During a step every law keeps to one branch, so that the step is smooth. The stages of each step
+show whether a breakpoint has been passed. It is then located on the continuous solution, the step
+ends there, and the sign of its switching function is reversed.
 """
 
-from math import sqrt
-from typing import NamedTuple
-
-import numpy as np
-from numba import types
-
 from generator.rotations import Array
-from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
-from generator.simulation.compiled.compiler import (
-    CONSTANT_VECTOR,
-    COUNT,
-    FLAG,
-    INDICES,
-    MATRIX,
-    NOTHING,
-    REAL,
-    VECTOR,
-    compiled,
+from generator.simulation.compiled.breakpoints import (
+    SLACK,
+    locate_breakpoint,
+    locate_graze,
+    store_margins,
+    suspected_graze,
 )
+from generator.simulation.compiled.compiler import COUNT, MATRIX, REAL, VECTOR, compiled
 from generator.simulation.compiled.layout import (
     MECHANISM,
-    POWERS,
-    RECORDED_COLUMNS,
     ROW_ENDS_AT_HALF_TURN,
     SCRATCH,
-    IndexArray,
     Mechanism,
     Scratch,
 )
+from generator.simulation.compiled.projection import project_state, settle_branches
 from generator.simulation.compiled.recursion import EQUATIONS, Equations
-from generator.simulation.compiled.tableau import (
-    CONTINUOUS,
-    ERROR_3,
-    ERROR_5,
-    NODES,
-    STAGES,
+from generator.simulation.compiled.runge_kutta import (
+    EVALUATIONS,
+    EVENTS,
+    FRAME,
+    FRESH,
+    INTERVAL,
+    PROGRESS,
+    REJECTED,
+    STEP,
+    STEPS,
+    SWITCH,
+    TIME,
+    Progress,
+    build_continuous,
+    combine_stages,
+    interpolate,
+    normalize_quaternions,
+    step_error,
 )
-
-SLACK = 1e-10
-"""Distance beyond a breakpoint at which it counts as passed [rad, m or 1]."""
+from generator.simulation.compiled.tableau import NODES, STAGES
 
 SHORTEST_STEP = 1e-12
 """Step below which an integration has failed [s]."""
@@ -62,17 +55,6 @@ FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
 """Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a
 joint at 180 deg whose law is not defined there."""
 
-TIME, STEP = range(2)
-"""Columns of `Progress.clock` [s]."""
-
-EVALUATIONS, STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH = range(8)
-"""Columns of `Progress.counts`: evaluations, accepted and rejected steps, the next frame, the
-interval of time, breakpoints passed, 1 where the rates at the start of the step are to be computed,
-and the switching function of the last breakpoint."""
-
-MAX_EVENTS = 100_000
-"""Number of breakpoints of a run whose times are kept."""
-
 _ORDER = 8.0
 
 SAFETY = 0.8
@@ -80,407 +62,6 @@ SAFETY = 0.8
 
 LARGEST_GROWTH, LARGEST_SHRINKAGE = 10.0, 0.2
 """Bounds of the ratio of two steps."""
-
-
-class Progress(NamedTuple):
-    """An integration in progress: its state, and the working memory of a step; n numbers a state.
-
-    Attributes:
-        state: shape (n,).
-        clock: time and next step, shape (2,) [s].
-        counts: shape (8,).
-        event_times: times of the first e breakpoints passed [s], shape (e,).
-        event_switches: their switching functions, shape (e,).
-        slopes: rates at the stages, shape (16, n).
-        end: state at the end of the step, shape (n,).
-        trial: another state, shape (n,).
-        continuous: coefficients of the continuous solution, shape (7, n).
-        sums: sums of the error estimates, shape (2, n).
-        passed: switching functions that have passed zero, shape (s,).
-        margins: distances of the switching functions from being passed, at the start and at the
-            stages, shape (13, s).
-    """
-
-    state: Array
-    clock: Array
-    counts: IndexArray
-    event_times: Array
-    event_switches: IndexArray
-    slopes: Array
-    end: Array
-    trial: Array
-    continuous: Array
-    sums: Array
-    passed: IndexArray
-    margins: Array
-
-
-PROGRESS = types.NamedTuple(
-    (
-        VECTOR,
-        VECTOR,
-        INDICES,
-        VECTOR,
-        INDICES,
-        MATRIX,
-        VECTOR,
-        VECTOR,
-        MATRIX,
-        MATRIX,
-        INDICES,
-        MATRIX,
-    ),
-    Progress,
-)
-
-_SPREAD_STAGES = (0, 3, 5, 9, 10, 12)
-"""Stages whose times are far from each other, in their order."""
-
-_PARABOLA_ERROR = 0.05
-"""Error of a parabola through three stages, as a share of its range between them."""
-
-_GRAZE_WIDTH = 0.15
-"""Half the share of a step that is searched for the least margin around a suspected one."""
-
-_GOLDEN = 0.6180339887498949
-
-_GRID = np.unique(NODES[:13])[1:]
-"""Places within a step at which the continuous solution is searched for breakpoints."""
-
-
-def start_progress(
-    state: Array, time: float, step: float, switches: int, max_events: int = MAX_EVENTS
-) -> Progress:
-    """Return the integration of a state from a time with a first step [s].
-
-    Args:
-        state: shape (n,); copied.
-        time: [s].
-        step: length of the first step [s].
-        switches: number of switching functions.
-        max_events: number of breakpoints whose times are kept.
-    """
-    size = len(state)
-    counts = np.zeros(8, dtype=np.int64)
-    counts[FRESH] = 1
-    return Progress(
-        state.copy(),
-        np.array([time, step]),
-        counts,
-        np.zeros(max_events),
-        np.zeros(max_events, dtype=np.int64),
-        np.zeros((16, size)),
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros((7, size)),
-        np.zeros((2, size)),
-        np.zeros(switches, dtype=np.int64),
-        np.zeros((13, switches)),
-    )
-
-
-@compiled(NOTHING, VECTOR, REAL, CONSTANT_VECTOR, MATRIX, COUNT, VECTOR, vectorised=True)
-def _combine(
-    state: Array, step: float, weights: Array, slopes: Array, stages: int, result: Array
-) -> None:
-    """Set the result to state + step * sum of weights times slopes."""
-    size = len(state)
-    for k in range(size):
-        result[k] = 0.0
-    for s in range(stages):
-        weight = weights[s]
-        if weight != 0.0:
-            for k in range(size):
-                result[k] += weight * slopes[s, k]
-    for k in range(size):
-        result[k] = state[k] + step * result[k]
-
-
-@compiled(REAL, PROGRESS, REAL, REAL, vectorised=True)
-def _step_error(progress: Progress, step: float, tolerance: float) -> float:
-    """Return the error of a step over the tolerance; the integrals of powers do not count."""
-    state, end, fifth, third = progress.state, progress.end, progress.sums[0], progress.sums[1]
-    size = len(state) - POWERS
-    for k in range(size):
-        fifth[k] = 0.0
-        third[k] = 0.0
-    for s in range(13):
-        a, b = ERROR_5[s], ERROR_3[s]
-        if a != 0.0 or b != 0.0:
-            for k in range(size):
-                fifth[k] += a * progress.slopes[s, k]
-                third[k] += b * progress.slopes[s, k]
-    square_5, square_3 = 0.0, 0.0
-    for k in range(size):
-        scale = 1.0 / (tolerance * (1.0 + max(abs(state[k]), abs(end[k]))))
-        square_5 += (fifth[k] * scale) ** 2
-        square_3 += (third[k] * scale) ** 2
-    if square_5 == 0.0 and square_3 == 0.0:
-        return 0.0
-    return step * square_5 / sqrt((square_5 + 0.01 * square_3) * size)
-
-
-@compiled(NOTHING, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, REAL)
-def _build_continuous(
-    equations: Equations, mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
-) -> None:
-    """Compute the continuous solution of the step, by three more stages."""
-    state, end, slopes = progress.state, progress.end, progress.slopes
-    F, interval, time = progress.continuous, progress.counts[INTERVAL], progress.clock[TIME]
-    for s in range(13, 16):
-        _combine(state, step, STAGES[s], slopes, s, progress.trial)
-        at = time + NODES[s] * step
-        equations.compute_rates(
-            equations.law, mechanism, scratch, interval, at, progress.trial, slopes[s]
-        )
-    progress.counts[EVALUATIONS] += 3
-    for k in range(len(state)):
-        change = end[k] - state[k]
-        F[0, k] = change
-        F[1, k] = step * slopes[0, k] - change
-        F[2, k] = 2.0 * change - step * (slopes[12, k] + slopes[0, k])
-        for m in range(3, 7):
-            F[m, k] = 0.0
-    for m in range(4):
-        for s in range(16):
-            weight = step * CONTINUOUS[m, s]
-            if weight != 0.0:
-                for k in range(len(state)):
-                    F[3 + m, k] += weight * slopes[s, k]
-
-
-@compiled(NOTHING, COUNT, VECTOR)
-def _normalize(balls: int, state: Array) -> None:
-    for ball in range(balls):
-        store_in(state, 4 * ball, unit(quaternion_in(state, 4 * ball)))
-
-
-@compiled(NOTHING, PROGRESS, COUNT, REAL, VECTOR, vectorised=True)
-def _interpolate(progress: Progress, balls: int, share: float, result: Array) -> None:
-    """Set the result to the continuous solution at a share of the step."""
-    F, rest = progress.continuous, 1.0 - share
-    for k in range(len(result)):
-        value = F[6, k] * share
-        value = (value + F[5, k]) * rest
-        value = (value + F[4, k]) * share
-        value = (value + F[3, k]) * rest
-        value = (value + F[2, k]) * share
-        value = (value + F[1, k]) * rest
-        result[k] = progress.state[k] + (value + F[0, k]) * share
-    _normalize(balls, result)
-
-
-@compiled(FLAG, MECHANISM, SCRATCH, PROGRESS, COUNT)
-def _store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, stage: int) -> bool:
-    """Store the margins at a stage; return whether a switching function has been passed."""
-    passed = False
-    for k in range(len(mechanism.branches)):
-        margin = mechanism.branches[k] * scratch.switching[k] + SLACK
-        progress.margins[stage, k] = margin
-        passed = passed or margin < 0.0
-    return passed
-
-
-@compiled(REAL, PROGRESS)
-def _suspected_graze(progress: Progress) -> float:
-    """Return the share of the step at which a margin may be negative between two stages, or 2.0.
-
-    A parabola through three stages, whose minimum lies between them, is compared with zero, and
-    with the error that it may have. The switching function is left in `progress.counts[SWITCH]`.
-    """
-    margins = progress.margins
-    for k in range(margins.shape[1]):
-        for n in range(len(_SPREAD_STAGES) - 2):
-            i, j, m = _SPREAD_STAGES[n], _SPREAD_STAGES[n + 1], _SPREAD_STAGES[n + 2]
-            before, middle, after = NODES[i], NODES[j], NODES[m]
-            slope = (margins[j, k] - margins[i, k]) / (middle - before)
-            bend = ((margins[m, k] - margins[j, k]) / (after - middle) - slope) / (after - before)
-            if bend <= 0.0:
-                continue
-            lowest = 0.5 * (before + middle - slope / bend)
-            if not before < lowest < after:
-                continue
-            least = margins[i, k] + (lowest - before) * (slope + bend * (lowest - middle))
-            highest = max(margins[i, k], margins[m, k])
-            if least < _PARABOLA_ERROR * (highest - least):
-                progress.counts[SWITCH] = k
-                return lowest
-    return 2.0
-
-
-@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, COUNT)
-def _margin(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    progress: Progress,
-    balls: int,
-    step: float,
-    share: float,
-    switch: int,
-) -> float:
-    """Return the distance of a switching function from being passed, at a share of the step."""
-    _interpolate(progress, balls, share, progress.trial)
-    at = progress.clock[TIME] + share * step
-    equations.evaluate_laws(
-        equations.law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial
-    )
-    return mechanism.branches[switch] * scratch.switching[switch] + SLACK
-
-
-@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, REAL, COUNT)
-def _locate_zero(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    progress: Progress,
-    balls: int,
-    step: float,
-    before: float,
-    after: float,
-    switch: int,
-) -> float:
-    """Return the share of the step at which a margin is zero, by the Illinois method."""
-    low = _margin(equations, mechanism, scratch, progress, balls, step, before, switch)
-    if low <= 0.0:
-        # The first stages are of low order and may show a passage too late.
-        before, after = 0.0, before
-        low = _margin(equations, mechanism, scratch, progress, balls, step, before, switch)
-        if low <= 0.0:
-            return before
-    high = _margin(equations, mechanism, scratch, progress, balls, step, after, switch)
-    share, side = after, 0
-    for _ in range(60):
-        share = after - high * (after - before) / (high - low)
-        if not before < share < after:
-            share = 0.5 * (before + after)
-        middle = _margin(equations, mechanism, scratch, progress, balls, step, share, switch)
-        if abs(middle) < 0.25 * SLACK or after - before < 1e-15:
-            break
-        if middle < 0.0:
-            after, high = share, middle
-            if side < 0:
-                low *= 0.5
-            side = -1
-        else:
-            before, low = share, middle
-            if side > 0:
-                high *= 0.5
-            side = 1
-    return share
-
-
-@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
-def _locate_graze(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    progress: Progress,
-    balls: int,
-    step: float,
-    suspected: float,
-) -> float:
-    """Return the share of the step at which a suspected switching function is passed, or 2.0.
-
-    Its least margin on the continuous solution is found by golden sections around the suspected
-    share; where that is negative, the zero before it is located.
-    """
-    switch = progress.counts[SWITCH]
-    low, high = max(0.0, suspected - _GRAZE_WIDTH), min(1.0, suspected + _GRAZE_WIDTH)
-    first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    arguments = (equations, mechanism, scratch, progress, balls, step)
-    at_first, at_second = _margin(*arguments, first, switch), _margin(*arguments, second, switch)
-    for _ in range(24):
-        if at_first < 0.0:
-            return _locate_zero(*arguments, 0.0, first, switch)
-        if at_second < 0.0:
-            return _locate_zero(*arguments, 0.0, second, switch)
-        if at_first < at_second:
-            high, second, at_second = second, first, at_first
-            first = high - _GOLDEN * (high - low)
-            at_first = _margin(*arguments, first, switch)
-        else:
-            low, first, at_first = first, second, at_second
-            second = low + _GOLDEN * (high - low)
-            at_second = _margin(*arguments, second, switch)
-    return 2.0
-
-
-@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
-def _locate_breakpoint(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    progress: Progress,
-    balls: int,
-    step: float,
-    earliest: float,
-) -> float:
-    """Return the share of the step at the first breakpoint, 2.0 if none is passed.
-
-    It is searched for from the earliest share at which a stage has passed one. The switching
-    function is left in `progress.counts[SWITCH]`.
-    """
-    before = 0.0
-    for m in range(len(_GRID)):
-        after = _GRID[m]
-        if after < earliest:
-            before = after
-            continue
-        _margin(equations, mechanism, scratch, progress, balls, step, after, 0)
-        count = 0
-        for k in range(len(mechanism.branches)):
-            if mechanism.branches[k] * scratch.switching[k] < -SLACK:
-                progress.passed[count] = k
-                count += 1
-        if count > 0:
-            # The zero of one function; then those of the others that it has not excluded.
-            first = after
-            for n in range(count):
-                k = progress.passed[n]
-                if (
-                    n > 0
-                    and _margin(equations, mechanism, scratch, progress, balls, step, first, k)
-                    > 0.0
-                ):
-                    continue
-                first = _locate_zero(
-                    equations, mechanism, scratch, progress, balls, step, before, first, k
-                )
-                progress.counts[SWITCH] = k
-            return first
-        before = after
-    return 2.0
-
-
-@compiled(
-    NOTHING, EQUATIONS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL, entry=True
-)
-def settle_branches(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    interval: int,
-    time: float,
-    state: Array,
-    rates: Array,
-    fixed: int,
-    slack: float,
-) -> None:
-    """Compute the rates of a state with the branches that it lies on.
-
-    A branch may decide on which side another switching function is, so this is repeated. Functions
-    nearer to zero than `slack`, and the one with the index `fixed`, keep their sign.
-    """
-    for _ in range(8):
-        equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
-        changed = False
-        for k in range(len(mechanism.branches)):
-            if k != fixed and mechanism.branches[k] * scratch.switching[k] < -slack:
-                mechanism.branches[k] = -mechanism.branches[k]
-                changed = True
-        if not changed:
-            return
 
 
 @compiled(
@@ -529,6 +110,7 @@ def march(
     state, clock, counts, slopes = progress.state, progress.clock, progress.counts, progress.slopes
     end, knots = progress.end, mechanism.knots
     first_joint = len(mechanism.branches) - len(mechanism.measured)
+    has_rows = len(mechanism.rows) > 0
     taken = 0
     while True:
         interval, time = counts[INTERVAL], float(clock[TIME])
@@ -547,7 +129,7 @@ def march(
                 SLACK * (counts[STEPS] > 0),
             )
             counts[FRESH] = 0
-            _store_margins(mechanism, scratch, progress, 0)
+            store_margins(mechanism, scratch, progress, 0)
             counts[EVALUATIONS] += 1
         if taken >= max_steps:
             return PAUSED
@@ -563,15 +145,15 @@ def march(
         earliest = 2.0
         for s in range(1, 13):
             stage = end if s == 12 else progress.trial
-            _combine(state, step, STAGES[s], slopes, s, stage)
+            combine_stages(state, step, STAGES[s], slopes, s, stage)
             at = time + NODES[s] * step
             equations.compute_rates(
                 equations.law, mechanism, scratch, interval, at, stage, slopes[s]
             )
-            if _store_margins(mechanism, scratch, progress, s) and NODES[s] < earliest:
+            if store_margins(mechanism, scratch, progress, s) and NODES[s] < earliest:
                 earliest = NODES[s]
         counts[EVALUATIONS] += 12
-        error = _step_error(progress, step, tolerance)
+        error = step_error(progress, step, tolerance)
         if not error <= 1.0:
             shrinkage = LARGEST_SHRINKAGE
             if error == error:
@@ -579,6 +161,24 @@ def march(
             clock[STEP] = step * shrinkage
             counts[REJECTED] += 1
             continue
+        if has_rows:
+            # The continuous solution needs the end as it is; the next step starts on the
+            # constraints.
+            for k in range(len(state)):
+                progress.projected[k] = end[k]
+            normalize_quaternions(balls, progress.projected)
+            if not project_state(
+                equations,
+                mechanism,
+                scratch,
+                interval,
+                time + step,
+                progress.projected,
+                progress.spare,
+            ):
+                clock[STEP] = LARGEST_SHRINKAGE * step
+                counts[REJECTED] += 1
+                continue
         counts[STEPS] += 1
         growth = LARGEST_GROWTH
         if error > 0.0:
@@ -587,17 +187,17 @@ def march(
         clock[STEP] = max(grown, clock[STEP]) if reaches_limit else grown
         share, has_continuous = 2.0, False
         if earliest <= 1.0:
-            _build_continuous(equations, mechanism, scratch, progress, step)
+            build_continuous(equations, mechanism, scratch, progress, step)
             has_continuous = True
-            share = _locate_breakpoint(
+            share = locate_breakpoint(
                 equations, mechanism, scratch, progress, balls, step, earliest
             )
         else:
-            suspected = _suspected_graze(progress)
+            suspected = suspected_graze(progress)
             if suspected <= 1.0:
-                _build_continuous(equations, mechanism, scratch, progress, step)
+                build_continuous(equations, mechanism, scratch, progress, step)
                 has_continuous = True
-                share = _locate_graze(
+                share = locate_graze(
                     equations, mechanism, scratch, progress, balls, step, suspected
                 )
         reached = limit if reaches_limit else time + step
@@ -605,13 +205,22 @@ def march(
             reached = time + share * step
         while counts[FRAME] < len(frames) and frames[counts[FRAME]] <= reached:
             if not has_continuous:
-                _build_continuous(equations, mechanism, scratch, progress, step)
+                build_continuous(equations, mechanism, scratch, progress, step)
                 has_continuous = True
             at = float(frames[counts[FRAME]] - time) / step
-            _interpolate(progress, balls, at, frame_states[counts[FRAME]])
+            interpolate(
+                equations,
+                mechanism,
+                scratch,
+                progress,
+                balls,
+                step,
+                at,
+                frame_states[counts[FRAME]],
+            )
             counts[FRAME] += 1
         if share <= 1.0:
-            _interpolate(progress, balls, share, progress.trial)
+            interpolate(equations, mechanism, scratch, progress, balls, step, share, progress.trial)
             for k in range(len(state)):
                 state[k] = progress.trial[k]
             clock[TIME] = reached
@@ -630,59 +239,21 @@ def march(
             settle_branches(
                 equations, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
             )
-            _store_margins(mechanism, scratch, progress, 0)
+            store_margins(mechanism, scratch, progress, 0)
             counts[EVALUATIONS] += 1
             continue
         for k in range(len(state)):
-            state[k] = end[k]
+            state[k] = progress.projected[k] if has_rows else end[k]
             slopes[0, k] = slopes[12, k]
         for k in range(len(mechanism.branches)):
             progress.margins[0, k] = progress.margins[12, k]
-        _normalize(balls, state)
+        normalize_quaternions(balls, state)
         clock[TIME] = reached
+        if has_rows:
+            equations.compute_rates(
+                equations.law, mechanism, scratch, interval, reached, state, slopes[0]
+            )
+            counts[EVALUATIONS] += 3
         if reaches_limit and reached < stop:
             counts[INTERVAL] += 1
             counts[FRESH] = 1
-
-
-@compiled(
-    NOTHING,
-    EQUATIONS,
-    MECHANISM,
-    SCRATCH,
-    VECTOR,
-    MATRIX,
-    types.Array(types.float64, 3, "C"),
-    MATRIX,
-    entry=True,
-)
-def record_frames(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    times: Array,
-    states: Array,
-    links: Array,
-    rates: Array,
-) -> None:
-    """Evaluate the states of frames.
-
-    Args:
-        equations: of motion.
-        mechanism: tables.
-        scratch: working memory.
-        times: shape (f,) [s].
-        states: shape (f, n).
-        links: result: the recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
-        rates: result: the rates of the states, shape (f, n).
-    """
-    interval = 0
-    for f in range(len(times)):
-        while interval + 1 < len(mechanism.knots) and mechanism.knots[interval + 1] <= times[f]:
-            interval += 1
-        settle_branches(
-            equations, mechanism, scratch, interval, float(times[f]), states[f], rates[f], -1, 0.0
-        )
-        for i in range(len(mechanism.links)):
-            for k in range(RECORDED_COLUMNS):
-                links[f, i, k] = scratch.work[i, k]

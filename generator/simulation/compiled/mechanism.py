@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.drive import Drive
+from generator.figure import SiteRef
 from generator.joint_chain import Chain
+from generator.kinematics.closures import independent_constraints, rotation_equations
 from generator.kinematics.placement import Placement, segment_jacobians
 from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.kinematics.tree import TreeJoint
@@ -20,6 +22,9 @@ from generator.simulation.compiled.law_code import (
     rotation_law,
 )
 from generator.simulation.compiled.layout import (
+    ACROSS,
+    ALONG,
+    ANGLE,
     ARM_IN_PARENT,
     AXIS_IN_PARENT,
     BALL,
@@ -28,17 +33,27 @@ from generator.simulation.compiled.layout import (
     COORDINATE,
     COSINE_TURN,
     DRIVE,
+    FACTOR,
     FIXED,
     HINGE,
     INERTIA,
     KIND,
     LINK_COLUMNS,
+    LINKED,
     LOCKED_VALUE,
     MASS,
+    MEASURED_COLUMNS,
+    OFFSET,
     PARENT,
     POWERS,
     RATE,
+    RESPONSE_COLUMNS,
+    ROTATION_VECTOR,
+    ROW_COLUMNS,
+    ROW_CONSTANT_COLUMNS,
+    SHIFT,
     SINE_TURN,
+    SITE_COLUMNS,
     SLIDE,
     WORK_COLUMNS,
     IndexArray,
@@ -50,6 +65,8 @@ from springs import JointSprings, SpringSet
 
 _HALF = np.array([0.25, 0.75])
 """Places within an interval at which a load is read, away from jumps at its ends."""
+
+_NO_SITES = np.zeros(SITE_COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -71,6 +88,8 @@ class CompiledModel:
             state, in the order of its chain.
         factor_links: link of each factor of a joint that has its own, by the joint's name and the
             factor's index; of a ball, by its innermost rotation; of a fixed joint, by -1.
+        row_joints: of each constraint row that closes a loop, its joint, and whether the second
+            link is that of the child; rows of links come after them.
     """
 
     equations: Equations
@@ -84,6 +103,7 @@ class CompiledModel:
     measured_joints: tuple[str, ...]
     coordinates: Mapping[str, tuple[int, ...]]
     factor_links: Mapping[tuple[str, int], int]
+    row_joints: tuple[tuple[str, bool], ...]
 
 
 @dataclass
@@ -145,6 +165,9 @@ class _Builder:
         self.segment_links: dict[str, int] = {}
         self.factor_links: dict[tuple[str, int], int] = {}
         self.drives: list[tuple[Drive, int]] = []
+        self.row_joints: list[tuple[str, bool]] = []
+        self.numbers = 0
+        self.closing_angles: list[float] = []
 
     def build(self) -> CompiledModel:
         for branch in self.tree.joints:
@@ -168,7 +191,9 @@ class _Builder:
             tables.rows,
             tables.bounds,
             np.ones(tables.switches + len(measured)),
+            *self._rows(),
         )
+        rows = len(mechanism.rows)
         count = len(measured)
         scratch = Scratch(
             np.zeros((len(links), WORK_COLUMNS)),
@@ -178,11 +203,12 @@ class _Builder:
             np.zeros((count, 9)),
             np.zeros(tables.switches + count),
             np.zeros(POWERS),
+            np.zeros((rows, ROW_COLUMNS)),
+            np.zeros((rows, len(links), RESPONSE_COLUMNS)),
+            np.zeros((rows, rows)),
+            np.zeros(rows),
         )
-        joint_links = [
-            [self.segment_links.get(ref.segment, -1) for ref in joint.ends]
-            for joint in self.figure.joints.values()
-        ]
+        joint_links = [self._end_links(joint.ends) for joint in self.figure.joints.values()]
         return CompiledModel(
             equations_with(tables.function),
             mechanism,
@@ -195,6 +221,7 @@ class _Builder:
             tuple(names),
             self._coordinates(links),
             self.factor_links,
+            tuple(self.row_joints),
         )
 
     def _coordinates(self, links: IndexArray) -> dict[str, tuple[int, ...]]:
@@ -282,6 +309,7 @@ class _Builder:
         balls = sum(link.kind == BALL for link in self.links)
         free = [link for link in self.links if link.kind in (HINGE, SLIDE) and link.drive < 0]
         coordinates = 4 * balls + len(free)
+        self.numbers = coordinates + 3 * balls + len(free)
         ball, scalar = 0, 0
         for k, link in enumerate(self.links):
             links[k, PARENT], links[k, KIND], links[k, DRIVE] = link.parent, link.kind, link.drive
@@ -324,7 +352,7 @@ class _Builder:
         ]
         coupled_names = {axis.joint for spring in coupled for axis in spring.axes}
         rows: list[list[int]] = []
-        sites: list[list[float]] = []
+        sites: list[Array] = []
         uses: list[LawUse] = []
         names: list[str] = []
         row_of: dict[str, int] = {}
@@ -333,6 +361,7 @@ class _Builder:
                 continue
             joint, chain = self.figure.joints[name], self.tree.chains[name]
             own = self.springs.joints.get(name, JointSprings(name))
+            closes = joint in self.tree.closures
             if own.axes or name in coupled_names:
                 row_of[name] = len(rows)
                 if len(chain.rotations) == 1:
@@ -340,29 +369,94 @@ class _Builder:
                         own.axes[0].oriented_along(chain.rotation_axes[0]) if own.axes else None
                     )
                     uses.append(displacement_law(spring, len(rows)))
-                    rows.append([-1, -1, self.factor_links[name, chain.rotations[0]], 0])
-                    sites.append([0.0] * 8)
+                    if closes:
+                        place = self.numbers + len(self.closing_angles)
+                        self.closing_angles.append(
+                            float(self.placement.displacements[name][chain.rotations[0]])
+                        )
+                        rows.append([*self._end_links(joint.ends), -1, 0, ANGLE, place])
+                        axis = unit_vector(chain.rotation_axes[0])
+                        sites.append(self._sites(joint.ends, axis))
+                    else:
+                        rows.append(self._link_row(name, chain.rotations[0]))
+                        sites.append(_NO_SITES)
                 else:
                     uses.append(rotation_law(own.axes, self.springs.joining, len(rows)))
                     elastic = name in coupled_names or any(axis.elastic for axis in own.axes)
-                    ends = [self.segment_links.get(ref.segment, -1) for ref in joint.ends]
-                    rows.append([*ends, -1, int(elastic)])
-                    sites.append(self._site_quaternions(name))
+                    ends = self._end_links(joint.ends)
+                    rows.append([*ends, -1, int(elastic), ROTATION_VECTOR, -1])
+                    sites.append(self._sites(joint.ends, np.zeros(3)))
                 names.append(name)
             for spring in own.translations:
                 index = chain.translation_along(spring.direction)
                 spring = spring.oriented_along(chain.joint_axes[index].axis)
                 uses.append(displacement_law(spring, len(rows)))
-                rows.append([-1, -1, self.factor_links[name, index], 0])
-                sites.append([0.0] * 8)
+                if closes:
+                    outer = chain.translations_are_outer
+                    ends = joint.ends if outer else joint.ends[::-1]
+                    rows.append([*self._end_links(ends), -1, 0, SHIFT, -1])
+                    axis = _displacement_gradient(chain, index)
+                    sites.append(self._sites(ends, axis if outer else -axis))
+                else:
+                    rows.append(self._link_row(name, index))
+                    sites.append(_NO_SITES)
                 names.append(name)
         uses.extend(coupled_law(spring, row_of, self.tree.chains) for spring in coupled)
         return (
-            np.array(rows, dtype=np.int64).reshape(-1, 4),
-            np.array(sites, dtype=float).reshape(-1, 8),
+            np.array(rows, dtype=np.int64).reshape(-1, MEASURED_COLUMNS),
+            np.array(sites, dtype=float).reshape(-1, SITE_COLUMNS),
             uses,
             names,
         )
+
+    def _rows(self) -> tuple[IndexArray, Array]:
+        """Rows of the joints that close loops and of the links, with their constants."""
+        rows: list[list[int]] = []
+        constants: list[Array] = []
+        locks = independent_constraints(self.placement) if self.tree.closures else {}
+        for joint in self.tree.closures:
+            for lock in locks[joint.name]:
+                ends = (joint.child, joint.parent) if lock.from_child else joint.ends
+                first, second = (self.segment_links.get(ref.segment, -1) for ref in ends)
+                (place, axes), (other_place, other_axes) = (
+                    self._site_on_link(ref, lock.frame) for ref in ends
+                )
+                kinds = [(ALONG, k, k) for k in range(3) if lock.translations[k]]
+                kinds += [(ACROSS, u, v) for u, v, _ in rotation_equations(lock.rotations)]
+                for kind, u, v in kinds:
+                    rows.append([kind, first, second])
+                    constants.append(
+                        np.concatenate([place, axes[:, u], other_place, other_axes[:, v]])
+                    )
+                    self.row_joints.append((joint.name, not lock.from_child))
+        for link in self.prescribed.links.resolved:
+            offset, control = link.offset, -1
+            if link.control.joint in self.prescribed.locked:
+                locked = self.prescribed.locked[link.control.joint]
+                offset += link.factor * float(locked[link.control.index])
+            else:
+                control = self.factor_links[link.control.joint, link.control.index]
+            follower = self.factor_links[link.follower.joint, link.follower.index]
+            rows.append([LINKED, control, follower])
+            numbers = np.zeros(ROW_CONSTANT_COLUMNS)
+            numbers[[FACTOR, OFFSET]] = link.factor, offset
+            constants.append(numbers)
+        return (
+            np.array(rows, dtype=np.int64).reshape(-1, 3),
+            np.array(constants, dtype=float).reshape(-1, ROW_CONSTANT_COLUMNS),
+        )
+
+    def _site_on_link(self, ref: SiteRef, frame: Array) -> tuple[Array, Array]:
+        """Place of a site from its link's point, and the axes of a joint frame in it.
+
+        In the axes of the link; of the ground, in world axes.
+        """
+        pose = self.figure.site(ref).pose_in_segment
+        link = self.segment_links.get(ref.segment, -1)
+        if link < 0:
+            pose = self.placement.poses[ref.segment] @ pose
+            return pose[:3, 3], pose[:3, :3] @ frame
+        return pose[:3, 3] - self._own_point(link), pose[:3, :3] @ frame
 
     @property
     def _moving(self) -> set[str]:
@@ -373,25 +467,25 @@ class _Builder:
             if not {ref.segment for ref in joint.ends} <= self.figure.ground
         }
 
-    def _site_quaternions(self, name: str) -> list[float]:
-        numbers: list[float] = []
-        for ref in self.figure.joints[name].ends:
-            pose = self.figure.site(ref).pose_in_segment
-            if ref.segment not in self.segment_links:
-                pose = self.placement.poses[ref.segment] @ pose
-            numbers.extend(quaternion_from_matrix(pose[:3, :3]).tolist())
-        return numbers
+    def _link_row(self, name: str, factor: int) -> list[int]:
+        """Row of a single displacement of a joint in the tree."""
+        return [-1, -1, self.factor_links[name, factor], 0, ROTATION_VECTOR, -1]
+
+    def _end_links(self, ends: Sequence[SiteRef]) -> list[int]:
+        return [self.segment_links.get(ref.segment, -1) for ref in ends]
+
+    def _sites(self, ends: Sequence[SiteRef], axis: Array) -> Array:
+        """Row of `Mechanism.sites`."""
+        places, axes = zip(*(self._site_on_link(ref, np.eye(3)) for ref in ends), strict=True)
+        quaternions = [quaternion_from_matrix(turn) for turn in axes]
+        return np.concatenate([*quaternions, axis, *places])
 
     def _initial_state(self, links: IndexArray) -> Array:
         jacobians = segment_jacobians(self.placement)
         columns = self.tree.kinematics.columns
-        size = int(
-            sum(
-                7 if link.kind == BALL else 2 * (link.kind != FIXED and link.drive < 0)
-                for link in self.links
-            )
-        )
+        size = self.numbers + len(self.closing_angles)
         state = np.zeros(size + POWERS)
+        state[self.numbers : size] = self.closing_angles
         outboard = {branch.joint.name: branch for branch in self.tree.joints}
         for row, link in zip(links, self.links, strict=True):
             place, rate = row[COORDINATE], row[RATE]
@@ -458,6 +552,12 @@ class _Builder:
                 pieces[:, k, order] = factor * drive.derivatives(knots, order)[:, column]
             pieces[:, k, 3] = drive.derivatives(middles, 3)[:, column] / 6.0
         return pieces
+
+
+def _displacement_gradient(chain: Chain, index: int) -> Array:
+    """Gradient of a translation's displacement by the offset; the axes may be oblique."""
+    axes = np.array([unit_vector(chain.joint_axes[k].axis) for k in chain.translations])
+    return np.asarray(np.linalg.pinv(axes.T)[chain.translations.index(index)])
 
 
 def _product(p: Array, q: Array) -> Array:

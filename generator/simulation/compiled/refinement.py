@@ -24,24 +24,20 @@ from generator.simulation.compiled.layout import (
     IndexArray,
     Scratch,
 )
-from generator.simulation.compiled.marching import (
-    COLLAPSED,
+from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, TURNED_OVER, march
+from generator.simulation.compiled.mechanism import CompiledModel
+from generator.simulation.compiled.projection import project_state, record_frames
+from generator.simulation.compiled.runge_kutta import (
     EVALUATIONS,
     EVENTS,
-    FINISHED,
     FRAME,
     MAX_EVENTS,
-    PAUSED,
     REJECTED,
     STEPS,
     SWITCH,
     TIME,
-    TURNED_OVER,
-    march,
-    record_frames,
     start_progress,
 )
-from generator.simulation.compiled.mechanism import CompiledModel
 
 DECADE = 0.1
 """Ratio of the tolerances of two runs that are compared."""
@@ -87,6 +83,8 @@ class CompiledRun:
         states: shape (f, n).
         links: recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
         rates: rates of the states, shape (f, n).
+        wrenches: force of each row of a closing joint on its second link and moment about the
+            world's origin, shape (f, rows, 6) [N, N m]; zero for links.
         ending: how it ended.
         last_time: time reached [s].
         turned_joint: the joint that reached 180 deg, if one did.
@@ -101,6 +99,7 @@ class CompiledRun:
     states: Array
     links: Array
     rates: Array
+    wrenches: Array
     ending: Ending
     last_time: float
     turned_joint: str | None
@@ -154,7 +153,10 @@ def run_once(
         model.initial_state, start, min(_FIRST_STEP, stop - start), len(mechanism.branches)
     )
     states = np.empty((len(times), len(model.initial_state)))
-    states[0] = model.initial_state
+    if len(mechanism.rows):
+        spare = np.empty_like(progress.state)
+        project_state(model.equations, mechanism, model.scratch, 0, start, progress.state, spare)
+    states[0] = progress.state
     progress.counts[FRAME] = 1
     ending, turned = Ending.DONE, None
     steps_per_call = max(20, _LINK_STEPS_PER_CALL // len(mechanism.links))
@@ -193,13 +195,17 @@ def run_once(
     states = states[:count]
     links = np.empty((count, len(mechanism.links), RECORDED_COLUMNS))
     rates = np.empty_like(states)
-    record_frames(model.equations, mechanism, model.scratch, times[:count], states, links, rates)
+    wrenches = np.empty((count, len(mechanism.rows), 6))
+    record_frames(
+        model.equations, mechanism, model.scratch, times[:count], states, links, rates, wrenches
+    )
     events = min(int(progress.counts[EVENTS]), MAX_EVENTS)
     return CompiledRun(
         times[:count],
         states,
         links,
         rates,
+        wrenches,
         ending,
         float(progress.clock[TIME]),
         turned,

@@ -16,6 +16,7 @@ from generator import read_figure
 from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.figure import SiteRef
+from generator.kinematics.closures import constraint_jacobian, independent_constraints
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.placement import (
     forward_kinematics,
@@ -28,7 +29,6 @@ from generator.simulation.bodies import body_pose, load_pose
 from generator.simulation.exudyn_api import rigid
 from generator.simulation.integrate import Trace, frame_times, integrate
 from generator.simulation.joint_motion import SegmentMotion
-from generator.simulation.joints import constraint_jacobian, independent_constraints
 from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from generator.simulation.springs import JointKind, generalized_force

@@ -3,11 +3,11 @@
 import numpy as np
 
 from generator import read_figure
+from generator.kinematics.closures import independent_constraints, locked_axes_from_chain
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_xyz
-from generator.simulation.joints import independent_constraints, locked_axes_from_chain
 from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate

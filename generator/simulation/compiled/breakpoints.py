@@ -1,0 +1,223 @@
+"""Location of breakpoints within a step.
+
+A *switching function* is positive or negative on either side of a breakpoint. Its sign, held in
+`Mechanism.branches`, is wrong after the breakpoint has been passed. Its *margin*, with that sign,
+is the distance from being passed: a zero counts as passed when the function is `SLACK` beyond it.
+After a reversal of the sign it is thus clearly on its new side, and a start on a breakpoint needs
+no special treatment.
+"""
+
+import numpy as np
+
+from generator.simulation.compiled.compiler import COUNT, FLAG, REAL, compiled
+from generator.simulation.compiled.layout import MECHANISM, SCRATCH, Mechanism, Scratch
+from generator.simulation.compiled.recursion import EQUATIONS, Equations
+from generator.simulation.compiled.runge_kutta import (
+    INTERVAL,
+    PROGRESS,
+    SWITCH,
+    TIME,
+    Progress,
+    interpolate,
+)
+from generator.simulation.compiled.tableau import NODES
+
+SLACK = 1e-10
+"""Distance beyond a breakpoint at which it counts as passed [rad, m or 1]."""
+
+_SPREAD_STAGES = (0, 3, 5, 9, 10, 12)
+"""Stages whose times are far from each other, in their order."""
+
+_PARABOLA_ERROR = 0.05
+"""Error of a parabola through three stages, as a share of its range between them."""
+
+_GRAZE_WIDTH = 0.15
+"""Half the share of a step that is searched for the least margin around a suspected one."""
+
+_GOLDEN = 0.6180339887498949
+
+_GRID = np.unique(NODES[:13])[1:]
+"""Places within a step at which the continuous solution is searched for breakpoints."""
+
+
+@compiled(FLAG, MECHANISM, SCRATCH, PROGRESS, COUNT)
+def store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, stage: int) -> bool:
+    """Store the margins at a stage; return whether a switching function has been passed."""
+    passed = False
+    for k in range(len(mechanism.branches)):
+        margin = mechanism.branches[k] * scratch.switching[k] + SLACK
+        progress.margins[stage, k] = margin
+        passed = passed or margin < 0.0
+    return passed
+
+
+@compiled(REAL, PROGRESS)
+def suspected_graze(progress: Progress) -> float:
+    """Return the share of the step at which a margin may be negative between two stages, or 2.0.
+
+    A parabola through three stages, whose minimum lies between them, is compared with zero, and
+    with the error that it may have. The switching function is left in `progress.counts[SWITCH]`.
+    """
+    margins = progress.margins
+    for k in range(margins.shape[1]):
+        for n in range(len(_SPREAD_STAGES) - 2):
+            i, j, m = _SPREAD_STAGES[n], _SPREAD_STAGES[n + 1], _SPREAD_STAGES[n + 2]
+            before, middle, after = NODES[i], NODES[j], NODES[m]
+            slope = (margins[j, k] - margins[i, k]) / (middle - before)
+            bend = ((margins[m, k] - margins[j, k]) / (after - middle) - slope) / (after - before)
+            if bend <= 0.0:
+                continue
+            lowest = 0.5 * (before + middle - slope / bend)
+            if not before < lowest < after:
+                continue
+            least = margins[i, k] + (lowest - before) * (slope + bend * (lowest - middle))
+            highest = max(margins[i, k], margins[m, k])
+            if least < _PARABOLA_ERROR * (highest - least):
+                progress.counts[SWITCH] = k
+                return lowest
+    return 2.0
+
+
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, COUNT)
+def _margin(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    share: float,
+    switch: int,
+) -> float:
+    """Return the distance of a switching function from being passed, at a share of the step."""
+    interpolate(equations, mechanism, scratch, progress, balls, step, share, progress.trial)
+    at = progress.clock[TIME] + share * step
+    equations.evaluate_laws(
+        equations.law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial
+    )
+    return mechanism.branches[switch] * scratch.switching[switch] + SLACK
+
+
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, REAL, COUNT)
+def _locate_zero(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    before: float,
+    after: float,
+    switch: int,
+) -> float:
+    """Return the share of the step at which a margin is zero, by the Illinois method."""
+    low = _margin(equations, mechanism, scratch, progress, balls, step, before, switch)
+    if low <= 0.0:
+        # The first stages are of low order and may show a passage too late.
+        before, after = 0.0, before
+        low = _margin(equations, mechanism, scratch, progress, balls, step, before, switch)
+        if low <= 0.0:
+            return before
+    high = _margin(equations, mechanism, scratch, progress, balls, step, after, switch)
+    share, side = after, 0
+    for _ in range(60):
+        share = after - high * (after - before) / (high - low)
+        if not before < share < after:
+            share = 0.5 * (before + after)
+        middle = _margin(equations, mechanism, scratch, progress, balls, step, share, switch)
+        if abs(middle) < 0.25 * SLACK or after - before < 1e-15:
+            break
+        if middle < 0.0:
+            after, high = share, middle
+            if side < 0:
+                low *= 0.5
+            side = -1
+        else:
+            before, low = share, middle
+            if side > 0:
+                high *= 0.5
+            side = 1
+    return share
+
+
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
+def locate_graze(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    suspected: float,
+) -> float:
+    """Return the share of the step at which a suspected switching function is passed, or 2.0.
+
+    Its least margin on the continuous solution is found by golden sections around the suspected
+    share; where that is negative, the zero before it is located.
+    """
+    switch = progress.counts[SWITCH]
+    low, high = max(0.0, suspected - _GRAZE_WIDTH), min(1.0, suspected + _GRAZE_WIDTH)
+    first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    arguments = (equations, mechanism, scratch, progress, balls, step)
+    at_first, at_second = _margin(*arguments, first, switch), _margin(*arguments, second, switch)
+    for _ in range(24):
+        if at_first < 0.0:
+            return _locate_zero(*arguments, 0.0, first, switch)
+        if at_second < 0.0:
+            return _locate_zero(*arguments, 0.0, second, switch)
+        if at_first < at_second:
+            high, second, at_second = second, first, at_first
+            first = high - _GOLDEN * (high - low)
+            at_first = _margin(*arguments, first, switch)
+        else:
+            low, first, at_first = first, second, at_second
+            second = low + _GOLDEN * (high - low)
+            at_second = _margin(*arguments, second, switch)
+    return 2.0
+
+
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
+def locate_breakpoint(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    earliest: float,
+) -> float:
+    """Return the share of the step at the first breakpoint, 2.0 if none is passed.
+
+    It is searched for from the earliest share at which a stage has passed one. The switching
+    function is left in `progress.counts[SWITCH]`.
+    """
+    before = 0.0
+    for m in range(len(_GRID)):
+        after = _GRID[m]
+        if after < earliest:
+            before = after
+            continue
+        _margin(equations, mechanism, scratch, progress, balls, step, after, 0)
+        count = 0
+        for k in range(len(mechanism.branches)):
+            if mechanism.branches[k] * scratch.switching[k] < -SLACK:
+                progress.passed[count] = k
+                count += 1
+        if count > 0:
+            # The zero of one function; then those of the others that it has not excluded.
+            first = after
+            for n in range(count):
+                k = progress.passed[n]
+                if (
+                    n > 0
+                    and _margin(equations, mechanism, scratch, progress, balls, step, first, k)
+                    > 0.0
+                ):
+                    continue
+                first = _locate_zero(
+                    equations, mechanism, scratch, progress, balls, step, before, first, k
+                )
+                progress.counts[SWITCH] = k
+            return first
+        before = after
+    return 2.0

@@ -1,0 +1,244 @@
+"""A step of the Runge-Kutta method DOP853: its error, and its continuous solution."""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+
+from generator.rotations import Array
+from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
+from generator.simulation.compiled.compiler import (
+    CONSTANT_VECTOR,
+    COUNT,
+    INDICES,
+    MATRIX,
+    NOTHING,
+    REAL,
+    VECTOR,
+    compiled,
+)
+from generator.simulation.compiled.layout import (
+    MECHANISM,
+    POWERS,
+    SCRATCH,
+    IndexArray,
+    Mechanism,
+    Scratch,
+)
+from generator.simulation.compiled.projection import project_state
+from generator.simulation.compiled.recursion import EQUATIONS, Equations
+from generator.simulation.compiled.tableau import CONTINUOUS, ERROR_3, ERROR_5, NODES, STAGES
+
+TIME, STEP = range(2)
+"""Columns of `Progress.clock` [s]."""
+
+EVALUATIONS, STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH = range(8)
+"""Columns of `Progress.counts`: evaluations, accepted and rejected steps, the next frame, the
+interval of time, breakpoints passed, 1 where the rates at the start of the step are to be computed,
+and the switching function of the last breakpoint."""
+
+MAX_EVENTS = 100_000
+"""Number of breakpoints of a run whose times are kept."""
+
+
+class Progress(NamedTuple):
+    """An integration in progress: its state, and the working memory of a step; n numbers a state.
+
+    Attributes:
+        state: shape (n,).
+        clock: time and next step, shape (2,) [s].
+        counts: shape (8,).
+        event_times: times of the first e breakpoints passed [s], shape (e,).
+        event_switches: their switching functions, shape (e,).
+        slopes: rates at the stages, shape (16, n).
+        end: state at the end of the step, shape (n,).
+        trial: another state, shape (n,).
+        projected: state at the end of the step on the constraints beyond the tree, shape (n,).
+        spare: rates that are not kept, shape (n,).
+        continuous: coefficients of the continuous solution, shape (7, n).
+        sums: sums of the error estimates, shape (2, n).
+        passed: switching functions that have passed zero, shape (s,).
+        margins: distances of the switching functions from being passed, at the start and at the
+            stages, shape (13, s).
+    """
+
+    state: Array
+    clock: Array
+    counts: IndexArray
+    event_times: Array
+    event_switches: IndexArray
+    slopes: Array
+    end: Array
+    trial: Array
+    projected: Array
+    spare: Array
+    continuous: Array
+    sums: Array
+    passed: IndexArray
+    margins: Array
+
+
+PROGRESS = types.NamedTuple(
+    (
+        VECTOR,
+        VECTOR,
+        INDICES,
+        VECTOR,
+        INDICES,
+        MATRIX,
+        VECTOR,
+        VECTOR,
+        VECTOR,
+        VECTOR,
+        MATRIX,
+        MATRIX,
+        INDICES,
+        MATRIX,
+    ),
+    Progress,
+)
+
+
+def start_progress(
+    state: Array, time: float, step: float, switches: int, max_events: int = MAX_EVENTS
+) -> Progress:
+    """Return the integration of a state from a time with a first step [s].
+
+    Args:
+        state: shape (n,); copied.
+        time: [s].
+        step: length of the first step [s].
+        switches: number of switching functions.
+        max_events: number of breakpoints whose times are kept.
+    """
+    size = len(state)
+    counts = np.zeros(8, dtype=np.int64)
+    counts[FRESH] = 1
+    return Progress(
+        state.copy(),
+        np.array([time, step]),
+        counts,
+        np.zeros(max_events),
+        np.zeros(max_events, dtype=np.int64),
+        np.zeros((16, size)),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((7, size)),
+        np.zeros((2, size)),
+        np.zeros(switches, dtype=np.int64),
+        np.zeros((13, switches)),
+    )
+
+
+@compiled(NOTHING, VECTOR, REAL, CONSTANT_VECTOR, MATRIX, COUNT, VECTOR, vectorised=True)
+def combine_stages(
+    state: Array, step: float, weights: Array, slopes: Array, stages: int, result: Array
+) -> None:
+    """Set the result to state + step * sum of weights times slopes."""
+    size = len(state)
+    for k in range(size):
+        result[k] = 0.0
+    for s in range(stages):
+        weight = weights[s]
+        if weight != 0.0:
+            for k in range(size):
+                result[k] += weight * slopes[s, k]
+    for k in range(size):
+        result[k] = state[k] + step * result[k]
+
+
+@compiled(REAL, PROGRESS, REAL, REAL, vectorised=True)
+def step_error(progress: Progress, step: float, tolerance: float) -> float:
+    """Return the error of a step over the tolerance; the integrals of powers do not count."""
+    state, end, fifth, third = progress.state, progress.end, progress.sums[0], progress.sums[1]
+    size = len(state) - POWERS
+    for k in range(size):
+        fifth[k] = 0.0
+        third[k] = 0.0
+    for s in range(13):
+        a, b = ERROR_5[s], ERROR_3[s]
+        if a != 0.0 or b != 0.0:
+            for k in range(size):
+                fifth[k] += a * progress.slopes[s, k]
+                third[k] += b * progress.slopes[s, k]
+    square_5, square_3 = 0.0, 0.0
+    for k in range(size):
+        scale = 1.0 / (tolerance * (1.0 + max(abs(state[k]), abs(end[k]))))
+        square_5 += (fifth[k] * scale) ** 2
+        square_3 += (third[k] * scale) ** 2
+    if square_5 == 0.0 and square_3 == 0.0:
+        return 0.0
+    return step * square_5 / sqrt((square_5 + 0.01 * square_3) * size)
+
+
+@compiled(NOTHING, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, REAL)
+def build_continuous(
+    equations: Equations, mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
+) -> None:
+    """Compute the continuous solution of the step, by three more stages."""
+    state, end, slopes = progress.state, progress.end, progress.slopes
+    F, interval, time = progress.continuous, progress.counts[INTERVAL], progress.clock[TIME]
+    for s in range(13, 16):
+        combine_stages(state, step, STAGES[s], slopes, s, progress.trial)
+        at = time + NODES[s] * step
+        equations.compute_rates(
+            equations.law, mechanism, scratch, interval, at, progress.trial, slopes[s]
+        )
+    progress.counts[EVALUATIONS] += 3
+    for k in range(len(state)):
+        change = end[k] - state[k]
+        F[0, k] = change
+        F[1, k] = step * slopes[0, k] - change
+        F[2, k] = 2.0 * change - step * (slopes[12, k] + slopes[0, k])
+        for m in range(3, 7):
+            F[m, k] = 0.0
+    for m in range(4):
+        for s in range(16):
+            weight = step * CONTINUOUS[m, s]
+            if weight != 0.0:
+                for k in range(len(state)):
+                    F[3 + m, k] += weight * slopes[s, k]
+
+
+@compiled(NOTHING, COUNT, VECTOR)
+def normalize_quaternions(balls: int, state: Array) -> None:
+    """Give the quaternions of the balls, which come first in a state, the length one."""
+    for ball in range(balls):
+        store_in(state, 4 * ball, unit(quaternion_in(state, 4 * ball)))
+
+
+@compiled(NOTHING, PROGRESS, COUNT, REAL, VECTOR, vectorised=True)
+def interpolate_freely(progress: Progress, balls: int, share: float, result: Array) -> None:
+    """Set the result to the continuous solution at a share of the step."""
+    F, rest = progress.continuous, 1.0 - share
+    for k in range(len(result)):
+        value = F[6, k] * share
+        value = (value + F[5, k]) * rest
+        value = (value + F[4, k]) * share
+        value = (value + F[3, k]) * rest
+        value = (value + F[2, k]) * share
+        value = (value + F[1, k]) * rest
+        result[k] = progress.state[k] + (value + F[0, k]) * share
+    normalize_quaternions(balls, result)
+
+
+@compiled(NOTHING, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, VECTOR)
+def interpolate(
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    balls: int,
+    step: float,
+    share: float,
+    result: Array,
+) -> None:
+    """Set the result to the continuous solution, projected onto the constraints."""
+    interpolate_freely(progress, balls, share, result)
+    if len(mechanism.rows) > 0:
+        at = progress.clock[TIME] + share * step
+        interval = progress.counts[INTERVAL]
+        project_state(equations, mechanism, scratch, interval, at, result, progress.spare)
