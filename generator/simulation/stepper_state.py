@@ -9,6 +9,7 @@ from generator.figure import Figure, Vector
 from generator.kinematics.placement import Placement
 from generator.kinematics.tree import Tree
 from generator.rotations import Array, inverse_pose, pose_matrix, rotation_vector_from_matrix
+from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
     BALL,
     CENTRE,
@@ -31,7 +32,6 @@ from generator.simulation.compiled.layout import (
     Scratch,
 )
 from generator.simulation.compiled.mechanism import CompiledModel
-from generator.simulation.compiled.projection import record_frames
 from generator.simulation.compiled.runge_kutta import TIME, Progress, start_progress
 from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy

@@ -10,8 +10,8 @@ no special treatment.
 import numpy as np
 
 from generator.simulation.compiled.compiler import COUNT, FLAG, REAL, compiled
+from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.layout import MECHANISM, SCRATCH, Mechanism, Scratch
-from generator.simulation.compiled.recursion import EQUATIONS, Equations
 from generator.simulation.compiled.runge_kutta import (
     INTERVAL,
     PROGRESS,

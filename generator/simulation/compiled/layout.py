@@ -215,7 +215,9 @@ ROW_VALUE, ROW_RATE, ROW_BIAS = 9, 10, 11
 """The constrained displacement, its rate, and its second derivative at zero accelerations."""
 MULTIPLIER = 12
 """Force or torque of the row."""
-ROW_COLUMNS = 13
+ROW_WRENCH = 13
+"""Force of a joint's row on its second link, and its moment about the origin (6)."""
+ROW_COLUMNS = 19
 
 RESPONSE_SPIN_RATE = 0
 """Angular acceleration of a link by the unit force or torque of a row (3)."""

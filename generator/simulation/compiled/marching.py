@@ -14,6 +14,8 @@ from generator.simulation.compiled.breakpoints import (
     suspected_graze,
 )
 from generator.simulation.compiled.compiler import COUNT, MATRIX, REAL, VECTOR, compiled
+from generator.simulation.compiled.equations import EQUATIONS, Equations
+from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
     MECHANISM,
     ROW_ENDS_AT_HALF_TURN,
@@ -21,8 +23,6 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.projection import project_state, settle_branches
-from generator.simulation.compiled.recursion import EQUATIONS, Equations
 from generator.simulation.compiled.runge_kutta import (
     EVALUATIONS,
     EVENTS,
@@ -167,8 +167,8 @@ def march(
             for k in range(len(state)):
                 progress.projected[k] = end[k]
             normalize_quaternions(balls, progress.projected)
-            if not project_state(
-                equations,
+            if not equations.project(
+                equations.law,
                 mechanism,
                 scratch,
                 interval,

@@ -14,6 +14,7 @@ from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.kinematics.tree import TreeJoint
 from generator.loads import TimedLoad
 from generator.rotations import Array, inverse_pose, quaternion_from_matrix, unit_vector
+from generator.simulation.compiled.equations import Equations, equations_with
 from generator.simulation.compiled.law_code import (
     LawUse,
     build_law_tables,
@@ -60,7 +61,6 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.recursion import Equations, equations_with
 from springs import JointSprings, SpringSet
 
 _HALF = np.array([0.25, 0.75])
@@ -210,7 +210,7 @@ class _Builder:
         )
         joint_links = [self._end_links(joint.ends) for joint in self.figure.joints.values()]
         return CompiledModel(
-            equations_with(tables.function),
+            equations_with(tables.function, has_rows=rows > 0),
             mechanism,
             scratch,
             state,

@@ -1,4 +1,4 @@
-"""States on the constraints beyond the tree and on the branches of the laws; their evaluation.
+"""Rates of states with constraints beyond the tree, and their projection onto these.
 
 Integrated accelerations satisfy the second derivatives of the constraints g = 0 only, so positions
 and rates drift. The changes M^-1 G^T m, with (G M^-1 G^T) m = -g or -g', remove the drift with the
@@ -10,20 +10,19 @@ from generator.simulation.compiled.algebra import (
     plus,
     quaternion_in,
     quaternion_rate,
+    store,
     store_in,
     times,
     unit,
     vector,
     vector_in,
 )
-from generator.simulation.compiled.closure import solve_rows
+from generator.simulation.compiled.closure import impose_rows, solve_rows
 from generator.simulation.compiled.compiler import (
     COUNT,
     FLAG,
-    MATRIX,
     NOTHING,
     REAL,
-    STACK,
     VECTOR,
     compiled,
 )
@@ -31,19 +30,22 @@ from generator.simulation.compiled.layout import (
     BALL,
     COORDINATE,
     KIND,
+    LAW,
     MECHANISM,
+    POWERS,
     RATE,
-    RECORDED_COLUMNS,
     RESPONSE_JOINT,
     RESPONSE_SPIN_RATE,
     ROW_RATE,
     ROW_VALUE,
+    ROW_WRENCH,
     SCRATCH,
+    CompiledLaw,
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.recursion import EQUATIONS, Equations
-from generator.simulation.compiled.row_motion import row_wrench
+from generator.simulation.compiled.recursion import compute_rates
+from generator.simulation.compiled.row_motion import measure_rows, row_wrench
 
 MAX_GAP = 1e-12
 """Largest constrained displacement after a projection [m, rad or 1]."""
@@ -101,9 +103,29 @@ def _correct_rates(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
                 state[rate] += size * responses[r, i, RESPONSE_JOINT]
 
 
-@compiled(FLAG, EQUATIONS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, entry=True)
+@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)
+def compute_constrained_rates(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    interval: int,
+    time: float,
+    state: Array,
+    rates: Array,
+) -> None:
+    """Compute the rates of a state with constraints beyond the tree, as `compute_rates` does."""
+    compute_rates(law, mechanism, scratch, interval, time, state, rates)
+    measure_rows(mechanism, scratch)
+    impose_rows(mechanism, scratch, rates)
+    for r in range(len(mechanism.rows)):
+        store(scratch.row_work, r, ROW_WRENCH, row_wrench(mechanism, scratch, r))
+    for k in range(POWERS):
+        rates[len(rates) - POWERS + k] = scratch.powers[k]
+
+
+@compiled(FLAG, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, entry=True, pointer=True)
 def project_state(
-    equations: Equations,
+    law: CompiledLaw,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
@@ -116,88 +138,9 @@ def project_state(
     `rates` is working memory.
     """
     for _ in range(_MAX_STEPS):
-        equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
+        compute_constrained_rates(law, mechanism, scratch, interval, time, state, rates)
         if _are_rows_closed(scratch, MAX_GAP):
             _correct_rates(mechanism, scratch, state)
             return True
         _correct_positions(mechanism, scratch, state)
     return False
-
-
-@compiled(
-    NOTHING, EQUATIONS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL, entry=True
-)
-def settle_branches(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    interval: int,
-    time: float,
-    state: Array,
-    rates: Array,
-    fixed: int,
-    slack: float,
-) -> None:
-    """Compute the rates of a state with the branches that it lies on.
-
-    A branch may decide on which side another switching function is, so this is repeated. Functions
-    nearer to zero than `slack`, and the one with the index `fixed`, keep their sign.
-    """
-    for _ in range(8):
-        equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
-        changed = False
-        for k in range(len(mechanism.branches)):
-            if k != fixed and mechanism.branches[k] * scratch.switching[k] < -slack:
-                mechanism.branches[k] = -mechanism.branches[k]
-                changed = True
-        if not changed:
-            return
-
-
-@compiled(
-    NOTHING,
-    EQUATIONS,
-    MECHANISM,
-    SCRATCH,
-    VECTOR,
-    MATRIX,
-    STACK,
-    MATRIX,
-    STACK,
-    entry=True,
-)
-def record_frames(
-    equations: Equations,
-    mechanism: Mechanism,
-    scratch: Scratch,
-    times: Array,
-    states: Array,
-    links: Array,
-    rates: Array,
-    wrenches: Array,
-) -> None:
-    """Evaluate the states of frames.
-
-    Args:
-        equations: of motion.
-        mechanism: tables.
-        scratch: working memory.
-        times: shape (f,) [s].
-        states: shape (f, n).
-        links: result: the recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
-        rates: result: the rates of the states, shape (f, n).
-        wrenches: result: of each constraint row beyond the tree, shape (f, rows, 6); see
-            `row_wrench`.
-    """
-    interval = 0
-    for f in range(len(times)):
-        while interval + 1 < len(mechanism.knots) and mechanism.knots[interval + 1] <= times[f]:
-            interval += 1
-        settle_branches(
-            equations, mechanism, scratch, interval, float(times[f]), states[f], rates[f], -1, 0.0
-        )
-        for i in range(len(mechanism.links)):
-            for k in range(RECORDED_COLUMNS):
-                links[f, i, k] = scratch.work[i, k]
-        for r in range(len(mechanism.rows)):
-            store_in(wrenches[f, r], 0, row_wrench(mechanism, scratch, r))

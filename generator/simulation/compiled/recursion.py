@@ -16,10 +16,6 @@ on everything outboard of it, where J, H, M is the articulated inertia and n, f 
 `docs/compiled-integration.md` derives the equations.
 """
 
-from typing import Any, NamedTuple
-
-from numba import types
-
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import (
     accumulate,
@@ -49,13 +45,11 @@ from generator.simulation.compiled.algebra import (
     vector,
     vector_in,
 )
-from generator.simulation.compiled.closure import impose_rows
 from generator.simulation.compiled.compiler import (
     COUNT,
     NOTHING,
     REAL,
     VECTOR,
-    FunctionPointer,
     compiled,
 )
 from generator.simulation.compiled.layout import (
@@ -99,7 +93,6 @@ from generator.simulation.compiled.layout import (
 )
 from generator.simulation.compiled.link_forces import compute_inertia_and_loads
 from generator.simulation.compiled.link_motion import compute_kinematics, measure_joints
-from generator.simulation.compiled.row_motion import measure_rows
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, merged=True)
@@ -253,47 +246,13 @@ def compute_rates(
     state: Array,
     rates: Array,
 ) -> None:
-    """Compute the rates of a state at a time, in an interval of `Mechanism.knots`."""
+    """Compute the rates of a state of a tree at a time, in an interval of `Mechanism.knots`."""
     evaluate_laws(law, mechanism, scratch, interval, time, state)
     compute_inertia_and_loads(mechanism, scratch, interval, time)
     eliminate_constraints(mechanism, scratch)
     compute_accelerations(mechanism, scratch, state, rates)
-    if len(mechanism.rows) > 0:
-        measure_rows(mechanism, scratch)
-        impose_rows(mechanism, scratch, rates)
     for j in range(len(mechanism.measured)):
         if mechanism.measured[j, ROW_ANGLE] >= 0:
             rates[mechanism.measured[j, ROW_ANGLE]] = scratch.rates[j, 0]
     for k in range(POWERS):
         rates[len(rates) - POWERS + k] = scratch.powers[k]
-
-
-class Equations(NamedTuple):
-    """Pointers to the functions that an integration calls.
-
-    Attributes:
-        law: the laws of the joints.
-        evaluate_laws: computes the motion of a state and the laws.
-        compute_rates: computes the rates of a state.
-    """
-
-    law: CompiledLaw
-    evaluate_laws: Any
-    compute_rates: Any
-
-
-EQUATIONS = types.NamedTuple(
-    (
-        LAW,
-        types.FunctionType(NOTHING(LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)),
-        types.FunctionType(NOTHING(LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR)),
-    ),
-    Equations,
-)
-
-_EVALUATE_LAWS, _COMPUTE_RATES = FunctionPointer(evaluate_laws), FunctionPointer(compute_rates)
-
-
-def equations_with(law: CompiledLaw) -> Equations:
-    """Return the equations of motion with the laws of a mechanism's joints."""
-    return Equations(law, _EVALUATE_LAWS, _COMPUTE_RATES)

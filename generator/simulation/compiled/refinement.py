@@ -15,6 +15,7 @@ import numpy as np
 
 from generator.recording import Ending
 from generator.rotations import Array
+from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
     COORDINATE,
     KIND,
@@ -26,7 +27,6 @@ from generator.simulation.compiled.layout import (
 )
 from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, TURNED_OVER, march
 from generator.simulation.compiled.mechanism import CompiledModel
-from generator.simulation.compiled.projection import project_state, record_frames
 from generator.simulation.compiled.runge_kutta import (
     EVALUATIONS,
     EVENTS,
@@ -154,8 +154,10 @@ def run_once(
     )
     states = np.empty((len(times), len(model.initial_state)))
     if len(mechanism.rows):
-        spare = np.empty_like(progress.state)
-        project_state(model.equations, mechanism, model.scratch, 0, start, progress.state, spare)
+        equations, spare = model.equations, np.empty_like(progress.state)
+        equations.project.function(
+            equations.law, mechanism, model.scratch, 0, start, progress.state, spare
+        )
     states[0] = progress.state
     progress.counts[FRAME] = 1
     ending, turned = Ending.DONE, None

@@ -18,6 +18,7 @@ from generator.simulation.compiled.compiler import (
     VECTOR,
     compiled,
 )
+from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.layout import (
     MECHANISM,
     POWERS,
@@ -26,8 +27,6 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.projection import project_state
-from generator.simulation.compiled.recursion import EQUATIONS, Equations
 from generator.simulation.compiled.tableau import CONTINUOUS, ERROR_3, ERROR_5, NODES, STAGES
 
 TIME, STEP = range(2)
@@ -241,4 +240,4 @@ def interpolate(
     if len(mechanism.rows) > 0:
         at = progress.clock[TIME] + share * step
         interval = progress.counts[INTERVAL]
-        project_state(equations, mechanism, scratch, interval, at, result, progress.spare)
+        equations.project(equations.law, mechanism, scratch, interval, at, result, progress.spare)

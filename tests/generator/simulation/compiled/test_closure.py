@@ -17,6 +17,7 @@ from generator.loads import LoadKind, TimedLoad
 from generator.recording import Integrator
 from generator.rotations import inverse_pose, quaternion_from_matrix
 from generator.simulation.agreement import BodyState, ExudynEquations
+from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
     POWERS,
     RECORDED_COLUMNS,
@@ -24,7 +25,7 @@ from generator.simulation.compiled.layout import (
     ROW_RATE,
     ROW_VALUE,
 )
-from generator.simulation.compiled.projection import MAX_GAP, project_state, record_frames
+from generator.simulation.compiled.projection import MAX_GAP, project_state
 from generator.simulation.compiled.refinement import have_same_breakpoints, run_once
 from generator.simulation.compiled_run import build_trace, compile_model
 from generator.simulation.integrate import Trace
@@ -334,7 +335,9 @@ def random_states(case: Case, count: int) -> Iterator[tuple[ExudynModel, Trace, 
         state = compiled.initial_state.copy()
         free = len(state) - POWERS - np.count_nonzero(mechanism.measured[:, ROW_ANGLE] >= 0)
         state[:free] += SPREAD * rng.normal(size=free)
-        if not project_state(*arguments, interval, time[0], state, np.empty_like(state)):
+        if not project_state(
+            compiled.equations.law, *arguments[1:], interval, time[0], state, np.empty_like(state)
+        ):
             continue  # too far from any closed pose
         states = state[None].copy()
         links = np.empty((1, len(mechanism.links), RECORDED_COLUMNS))
@@ -458,4 +461,6 @@ def test_a_pose_that_no_closed_one_is_near_is_not_projected() -> None:
     state = compiled.initial_state.copy()
     compiled.mechanism.row_constants[:, :3] += 10.0
     arguments = (compiled.equations, compiled.mechanism, compiled.scratch)
-    assert not project_state(*arguments, 0, 0.0, state, np.empty_like(state))
+    assert not project_state(
+        compiled.equations.law, *arguments[1:], 0, 0.0, state, np.empty_like(state)
+    )

@@ -1,0 +1,88 @@
+"""Pointers to the functions that an integration calls, which depend on the mechanism."""
+
+from typing import Any, NamedTuple
+
+from numba import types
+
+from generator.rotations import Array
+from generator.simulation.compiled.compiler import (
+    COUNT,
+    FLAG,
+    NOTHING,
+    REAL,
+    VECTOR,
+    FunctionPointer,
+    compiled,
+)
+from generator.simulation.compiled.layout import (
+    LAW,
+    MECHANISM,
+    SCRATCH,
+    CompiledLaw,
+    Mechanism,
+    Scratch,
+)
+from generator.simulation.compiled.recursion import compute_rates, evaluate_laws
+
+
+class Equations(NamedTuple):
+    """Pointers to the functions that an integration calls.
+
+    Attributes:
+        law: the laws of the joints.
+        evaluate_laws: computes the motion of a state and the laws.
+        compute_rates: computes the rates of a state.
+        project: projects a state onto the constraints beyond the tree; returns whether it can.
+    """
+
+    law: CompiledLaw
+    evaluate_laws: Any
+    compute_rates: Any
+    project: Any
+
+
+_STATE_ARGUMENTS = (LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+
+EQUATIONS = types.NamedTuple(
+    (
+        LAW,
+        types.FunctionType(NOTHING(*_STATE_ARGUMENTS)),
+        types.FunctionType(NOTHING(*_STATE_ARGUMENTS, VECTOR)),
+        types.FunctionType(FLAG(*_STATE_ARGUMENTS, VECTOR)),
+    ),
+    Equations,
+)
+
+
+@compiled(FLAG, *_STATE_ARGUMENTS, VECTOR, pointer=True)
+def _keep_state(
+    law: CompiledLaw,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    interval: int,
+    time: float,
+    state: Array,
+    rates: Array,
+) -> bool:
+    """Leave the state of a tree, whose coordinates satisfy all constraints."""
+    return True
+
+
+_EVALUATE_LAWS = FunctionPointer(evaluate_laws)
+_TREE_RATES, _KEEP_STATE = FunctionPointer(compute_rates), FunctionPointer(_keep_state)
+
+
+def equations_with(law: CompiledLaw, *, has_rows: bool) -> Equations:
+    """Return the equations of motion with the laws of a mechanism's joints.
+
+    With rows of constraints beyond the tree, the functions for these are compiled as well.
+    """
+    if not has_rows:
+        return Equations(law, _EVALUATE_LAWS, _TREE_RATES, _KEEP_STATE)
+    from generator.simulation.compiled.projection import (
+        compute_constrained_rates,
+        project_state,
+    )
+
+    constrained = FunctionPointer(compute_constrained_rates), FunctionPointer(project_state)
+    return Equations(law, _EVALUATE_LAWS, *constrained)
