@@ -50,7 +50,7 @@ _STENCIL = (
 _POLYNOMIAL_STEP = 0.3
 """Largest change of a coordinate in a step of the stencil for joints [1 or m]."""
 
-_SMOOTH_STEP = 0.01
+_SMOOTH_STEP = 0.001
 """The same for links and drives."""
 
 _SOLUTION_SWEEPS = 2

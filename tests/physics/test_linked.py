@@ -1,11 +1,13 @@
 """Linked joints in a simulation: they stay linked, and links do no work."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from generator.drive import Drive
 from generator.kinematics.links import Coordinate, Link, Links
-from generator.recording import Ending
+from generator.recording import Ending, Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
@@ -134,12 +136,23 @@ def test_a_joint_follows_a_driven_one_through_a_link() -> None:
 
 
 @pytest.mark.parametrize("dof", [1, 2])
-def test_a_link_of_single_displacements_ends_where_they_have_no_rates(dof) -> None:
-    """The second displacement goes over 90 deg, where the axes of the first and third are one."""
+def test_a_link_of_single_displacements_passes_where_they_have_no_rates(dof) -> None:
+    """The second displacement passes 90 deg, where the axes of the first and third are one.
+
+    A motion that only comes near is smooth, though fast; Exudyn's fixed steps end there.
+    """
     made = two_pendulums(BALL, (0.5, 0.3, 0.2), (0.5, 0.3, 0.2))
     links = Links((link(f"other {dof}", f"one {dof}", 1.0, 0.1),))
-    run = simulate(made, Plan(springs=NONE, links=links, velocities={"one": (0.0, 6.0, 0.0)}))
-    assert run.outcome.ending is Ending.SOLVER_FAILED
-    assert run.outcome.joint in ("one", "other")
-    assert "two of its axes coincide" in run.outcome.message
-    assert np.max(np.abs(run.displacements[run.outcome.joint][-1, 1])) > np.radians(70.0)
+    plan = Plan(springs=NONE, links=links, velocities={"one": (0.0, 6.0, 0.0)})
+    run = simulate(made, plan)
+    assert run.outcome.ending is Ending.DONE
+    assert run.integrator is Integrator.COMPILED
+    assert max(np.max(np.abs(run.displacements[n][:, 1])) for n in ("one", "other")) > 1.3
+    assert energy_error(run) < 1e-3
+    followed = run.displacements["one"][:, dof - 1] + 0.1
+    assert run.displacements["other"][:, dof - 1] == pytest.approx(followed, abs=1e-9)
+    ended = simulate(made, replace(plan, integrator=Integrator.EXUDYN))
+    assert ended.outcome.ending is Ending.SOLVER_FAILED
+    assert ended.outcome.joint in ("one", "other")
+    assert "two of its axes coincide" in ended.outcome.message
+    assert np.max(np.abs(ended.displacements[ended.outcome.joint][-1, 1])) > np.radians(70.0)
