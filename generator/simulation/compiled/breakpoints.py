@@ -68,8 +68,10 @@ def suspected_graze(progress: Progress) -> float:
             if bend <= 0.0:
                 continue
             lowest = 0.5 * (before + middle - slope / bend)
-            if not before < lowest < after:
+            slack = 0.1 * (after - before)
+            if not before - slack < lowest < after + slack:
                 continue
+            lowest = min(max(lowest, before), after)
             least = margins[i, k] + (lowest - before) * (slope + bend * (lowest - middle))
             highest = max(margins[i, k], margins[m, k])
             if least < _PARABOLA_ERROR * (highest - least):

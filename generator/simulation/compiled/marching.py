@@ -192,11 +192,12 @@ def march(
             share = locate_breakpoint(
                 equations, mechanism, scratch, progress, balls, step, earliest
             )
-        else:
+        if share > 1.0:
             suspected = suspected_graze(progress)
             if suspected <= 1.0:
-                build_continuous(equations, mechanism, scratch, progress, step)
-                has_continuous = True
+                if not has_continuous:
+                    build_continuous(equations, mechanism, scratch, progress, step)
+                    has_continuous = True
                 share = locate_graze(
                     equations, mechanism, scratch, progress, balls, step, suspected
                 )
