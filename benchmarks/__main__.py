@@ -1,8 +1,8 @@
 """`python -m benchmarks [PART ...]`: measure everything, or the parts that are named.
 
 The parts run one after another in one process and in the order below, so that the ratios of one
-run are fair. The last five write what they measured into `plots/data`, where the plates
-`verification` and `work_precision` find it.
+run are fair. All from `verification` on write what they measured into `plots/data`, where
+the plates `verification` and `work_precision` find it.
 """
 
 import os
@@ -19,6 +19,7 @@ PARTS = {
     "work-precision": "benchmarks.work_precision",
     "chains": "benchmarks.chains",
     "startup": "benchmarks.startup",
+    "aims": "benchmarks.aims",
     "python-share": "benchmarks.python_share",
 }
 

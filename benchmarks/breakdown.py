@@ -45,7 +45,7 @@ def main() -> None:
     for name, case, given, step, stop in runs:
         clocked = _Clocked()
         with clocked.patched():
-            plan = exudyn_engine.plan_of(case.displacements, given, step=step, stop=stop)
+            plan = exudyn_engine.exudyn_plan_of(case.displacements, given, step=step, stop=stop)
             made, _ = exudyn_engine.fall(case.figure, plan)
         rows.append(
             {

@@ -5,73 +5,68 @@ It prints as JSON how long building took and the peak of memory; `benchmarks.sta
 
 import json
 import sys
-import time
 from pathlib import Path
 
 from benchmarks import cases
 from benchmarks.cases import Case
+from benchmarks.outside import Clock
 
 
-def this_project(case: Case) -> float:
-    """Build and run; returns the time of building [s], as for the others below."""
+def this_program(case: Case) -> Clock:
+    """Build and run; returns the time of building, as for the others below."""
     from generator.simulation.import_exudyn import import_exudyn
 
     import_exudyn()
     from benchmarks.engines import exudyn_engine
-    from generator.simulation.model import ExudynModel
 
     springs = exudyn_engine.radial_springs(case.figure, case.radial)
     plan = exudyn_engine.plan_of(case.displacements, springs)
-    begun = time.perf_counter()
-    ExudynModel.of(case.figure, plan)
-    spent = time.perf_counter() - begun
+    spent = exudyn_engine.build_time(case.figure, plan)
     exudyn_engine.fall(case.figure, plan)
     return spent
 
 
-def mujoco(case: Case) -> float:
+def mujoco(case: Case) -> Clock:
     from benchmarks.engines.mujoco_engine import MuJoCo
 
-    begun = time.perf_counter()
-    engine = MuJoCo(case.tree, case.radial)
-    spent = time.perf_counter() - begun
+    with Clock() as spent:
+        engine = MuJoCo(case.tree, case.radial)
     engine.fall(cases.STOP, 1e-3, frame=None)
     return spent
 
 
-def opensim(case: Case) -> float:
+def opensim(case: Case) -> Clock:
     from benchmarks.engines.opensim_engine import OpenSim
 
-    begun = time.perf_counter()
-    engine = OpenSim(case.tree, case.radial)
-    spent = time.perf_counter() - begun
+    with Clock() as spent:
+        engine = OpenSim(case.tree, case.radial)
     engine.fall(cases.STOP, 1e-3)
     return spent
 
 
-def pinocchio(case: Case) -> float:
+def pinocchio(case: Case) -> Clock:
     from benchmarks.engines.pinocchio_engine import Pinocchio
     from benchmarks.outside import fall
 
-    begun = time.perf_counter()
-    engine = Pinocchio(case.tree)
-    spent = time.perf_counter() - begun
+    with Clock() as spent:
+        engine = Pinocchio(case.tree)
     fall(case.tree, case.law, engine, cases.STOP, 1e-4, None)
     return spent
 
 
-def drake(case: Case) -> float:
+def drake(case: Case) -> Clock:
     from benchmarks.engines.drake_engine import Drake
 
-    begun = time.perf_counter()
-    engine = Drake(case.tree, case.radial)
-    spent = time.perf_counter() - begun
+    with Clock() as spent:
+        engine = Drake(case.tree, case.radial)
     engine.fall(cases.STOP, 1e-3)
     return spent
 
 
-def reader_alone(case: Case) -> float:
-    return float("nan")
+def reader_alone(case: Case) -> Clock:
+    spent = Clock()
+    spent.wall = spent.cpu = float("nan")
+    return spent
 
 
 def peak() -> float:
@@ -88,7 +83,7 @@ def peak() -> float:
 
 ENGINES = {
     "reader alone": reader_alone,
-    "this project": this_project,
+    "this program": this_program,
     "MuJoCo": mujoco,
     "OpenSim": opensim,
     "Pinocchio": pinocchio,
@@ -97,5 +92,6 @@ ENGINES = {
 
 
 if __name__ == "__main__":
-    seconds = ENGINES[sys.argv[1]](cases.reference())
-    print(json.dumps({"build [s]": seconds, "peak memory [MB]": peak()}))
+    spent = ENGINES[sys.argv[1]](cases.reference())
+    times = {"build [s]": spent.wall, "build CPU [s]": spent.cpu}
+    print(json.dumps({**times, "peak memory [MB]": peak()}))

@@ -4,6 +4,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from math import nan
 from typing import Protocol
 
 import numpy as np
@@ -23,6 +24,7 @@ class Fall:
         centre: of mass, in the world, shape (n, 3) [m]; empty where it was not asked for.
         energy: kinetic, of gravity and of springs together, shape (n,) [J]; or empty.
         wall: time spent integrating [s].
+        cpu: CPU time of it, of all threads [s].
         evaluations: of accelerations, or steps where the engine integrates by itself.
     """
 
@@ -31,6 +33,25 @@ class Fall:
     energy: Array
     wall: float
     evaluations: int = 0
+    cpu: float = nan
+
+
+class Clock:
+    """Wall time and CPU time of all threads, summed over the blocks that it encloses [s]."""
+
+    def __init__(self) -> None:
+        """Set both to zero."""
+        self.wall = self.cpu = 0.0
+
+    def __enter__(self) -> "Clock":
+        """Start."""
+        self._begun = time.perf_counter(), time.process_time()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop, and add what has passed."""
+        self.wall += time.perf_counter() - self._begun[0]
+        self.cpu += time.process_time() - self._begun[1]
 
 
 class Accelerator(Protocol):
@@ -78,20 +99,21 @@ def fall(
         )
 
     times = [0.0, stop] if frame is None else np.linspace(0.0, stop, round(stop / frame) + 1)
-    begun = time.perf_counter()
+    clock = Clock()
     # Frame by frame: steps that end at frames need no interpolation, whose error is larger.
     states, evaluations = [model.start], 0
     first = None
     for here, there in pairwise(times):
-        done = solve_ivp(
-            rate,
-            (here, there),
-            states[-1],
-            method,
-            rtol=tolerance,
-            atol=tolerance,
-            first_step=first,
-        )
+        with clock:
+            done = solve_ivp(
+                rate,
+                (here, there),
+                states[-1],
+                method,
+                rtol=tolerance,
+                atol=tolerance,
+                first_step=first,
+            )
         if not done.success:
             raise RuntimeError(done.message)
         evaluations += done.nfev
@@ -99,7 +121,6 @@ def fall(
         state[: 4 * b] = _unit(state[: 4 * b].reshape(b, 4)).ravel()
         states.append(state)
         first = min(float(np.max(np.diff(done.t))), there - here)
-    wall = time.perf_counter() - begun
     rows = np.array(states)
     centres, energies = [], []
     for state in rows if frame is not None else []:
@@ -107,7 +128,8 @@ def fall(
         centre, energy = engine.book(*parts)
         centres.append(centre)
         energies.append(energy + law.energy(*parts[:2]))
-    return Fall(model.rotations(rows), np.array(centres), np.array(energies), wall, evaluations)
+    book = np.array(centres), np.array(energies)
+    return Fall(model.rotations(rows), *book, clock.wall, evaluations, clock.cpu)
 
 
 def _quaternion_rates(q: Array, spins: Array) -> Array:

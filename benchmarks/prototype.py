@@ -1,7 +1,7 @@
-"""The prototype, 2 s simulated at the default tolerance, on one core, without imports.
+"""The prototype with its own springs, 2 s at the default tolerance, without imports.
 
-Run with `python -m benchmarks`. Times are of stepping only and noisy; the ratios of one run are
-what counts. `__main__` loads Exudyn as the command does.
+Run with `python -m benchmarks prototype`. Times are noisy; the ratios of one run are what counts.
+The share of the springs is that of Exudyn's integrator, which calls their user functions.
 """
 
 import platform
@@ -12,68 +12,62 @@ from unittest.mock import patch
 
 import numpy as np
 
+from benchmarks.engines import exudyn_engine
+from benchmarks.rounds import best_of
+from benchmarks.tree import between
 from generator.figure import Figure
 from generator.figure_file.read import read_figure
-from generator.rotations import rotation_vector_from_matrix
-from generator.simulation.error_control import richardson_extrapolation
-from generator.simulation.integrate import IntegrationPass, frame_times, integrate
+from generator.recording import Integrator
+from generator.simulation.integrate import frame_times, integrate
 from generator.simulation.model import build_model
 from generator.simulation.plan import Plan, resolve_springs
-from generator.simulation.run import simulate
 from generator.simulation.springs import SpringBuilder
-from generator.simulation.step_schedule import StepHints
 
 STOP = 2.0
+
+ROUNDS = 20
+
+TRUTH_TOLERANCE = 1e-9
+"""Of the compiled run against which errors are measured [rad]."""
+
+EXUDYN_TOLERANCE = 1e-5
+"""Of the run of Exudyn's integrator with which the motion is compared [rad]."""
 
 
 def main() -> None:
     """Print the table."""
-    figure = read_figure("prototype")
+    figure, plan = read_figure("prototype"), Plan(stop=STOP)
+    implicit = Plan(stop=STOP, integrator=Integrator.EXUDYN)
+    fine = Plan(stop=STOP, integrator=Integrator.EXUDYN, tolerance=EXUDYN_TOLERANCE)
     print(f"Python {platform.python_version()}, Exudyn {version('exudyn')}, {platform.machine()}")
-    wall = min(simulate(figure, Plan(stop=STOP)).wall_time for _ in range(3))
-    recording = simulate(figure, Plan(stop=STOP))
-    accuracy = recording.accuracy
-    print(f"prototype, {STOP:g} s, tolerance 1e-3 rad: {wall:.2f} s of stepping (best of 3 runs)")
-    print(
-        f"  {STOP / wall:.2f} x real time; {accuracy.steps} steps in all passes, "
-        f"finest {1e3 * accuracy.step:.3g} ms; build {1e3 * recording.build_time:.0f} ms"
+    made = best_of(
+        {
+            "compiled": lambda: exudyn_engine.fall(figure, plan)[0],
+            "compiled, whole call": lambda: exudyn_engine.whole_call(figure, plan),
+            "Exudyn's integrator": lambda: exudyn_engine.fall(figure, implicit)[0],
+        },
+        ROUNDS,
     )
-    print(
-        f"  estimated error {accuracy.estimate:.1e} rad, "
-        f"true error {true_error(figure):.1e} rad against passes of 1/8 and 1/16 ms"
-    )
+    truth, _ = exudyn_engine.fall(figure, Plan(stop=STOP, tolerance=TRUTH_TOLERANCE))
+    print(f"prototype, {STOP:g} s, tolerance 1e-3 rad:")
+    for name, run in made.items():
+        error = float(between(truth.rotations, run.rotations).max())
+        print(
+            f"  {name:<22} wall {1e3 * run.wall:7.1f} ms, {STOP / run.wall:5.1f} x real time; "
+            f"CPU {1e3 * run.cpu:5.1f} ms; true error {error:.1e} rad"
+        )
+    other, _ = exudyn_engine.fall(figure, fine)
+    apart = float(between(truth.rotations, other.rotations).max())
+    print(f"  Exudyn's integrator at {EXUDYN_TOLERANCE:g} rad is {apart:.1e} rad from the truth")
     for name, seconds in shares(figure).items():
         print(f"  {name:<46} {1e6 * seconds:6.1f} us a step")
 
 
-def true_error(figure: Figure) -> float:
-    """Largest error of a segment's orientation in the default run [rad], against a finer one."""
-    plan = Plan(stop=STOP)
-    springs = resolve_springs(figure, plan)
-    times = frame_times(plan.start, plan.stop, plan.frame)
-
-    def one_pass(parts: int, guide: StepHints | None, newton: float) -> IntegrationPass:
-        assembly = build_model(figure, plan, springs)
-        deadline = time.monotonic() + 600.0
-        return integrate(assembly, times, 2e-3, newton, deadline, lambda _: None, guide, parts)
-
-    scout = one_pass(8, None, 1e-9)
-    coarse = one_pass(16, scout.step_hints, 1e-11)
-    fine = one_pass(32, coarse.step_hints, 1e-11)
-    reference = richardson_extrapolation(coarse.trace, fine.trace, coarse.step / fine.step)
-    poses = simulate(figure, plan).poses
-    turns = [
-        np.swapaxes(poses[name][:, :3, :3], -1, -2) @ reference.rotations[:, k]
-        for k, name in enumerate(figure.bodies)
-    ]
-    return float(np.max(np.linalg.norm(rotation_vector_from_matrix(np.array(turns)), axis=-1)))
-
-
 def shares(figure: Figure) -> Mapping[str, float]:
-    """Time a step [s] with springs as expression trees, as Python functions, and as built-in ones.
+    """Time a step of Exudyn's integrator [s] with springs of several kinds.
 
-    The share of the user functions is the difference to the last: the same connectors without
-    functions, at zero stiffness, whose law Exudyn has compiled in.
+    They are expression trees, Python functions, and connectors without functions at zero stiffness,
+    whose law Exudyn has compiled in. The difference to these is the share of the functions.
     """
     trees = step_time(figure, Plan(stop=0.5))
     python = step_time(figure, Plan(stop=0.5, python_torques=True))

@@ -3,7 +3,7 @@
 Run with `python -m benchmarks work-precision`. The *reference* figure has springs that every engine
 holds by itself:
 
-- this project: as six axis springs a ball (`exudyn_engine.radial_springs`), expression trees
+- this program: as six axis springs a ball (`exudyn_engine.radial_springs`)
 - MuJoCo: `stiffness="20 0 60" damping="0.08"`
 - OpenSim: a bushing of expressions and a damper a ball, an expression a hinge
 - Drake: a system of symbolic expressions, and the joints' own damping
@@ -12,24 +12,30 @@ holds by itself:
 The *prototype* has its own springs, which only this project holds by itself. MuJoCo calls them in
 numpy; for the others SciPy integrates accelerations that they give.
 
-Walls are of integration alone, without building, the best of several rounds in which all take
-turns. The error is the largest angle of any joint at the end, against Pinocchio at 1e-13.
+The methods of this program are named in `exudyn_engine`. Times are those of integration alone,
+except for the whole call, the best of several rounds in which all take turns; CPU times add the
+threads, of which the compiled method uses two and all others one. The error is the largest angle of
+any joint at the end, against Pinocchio at 1e-13.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from benchmarks import cases, tables
 from benchmarks.cases import Case
 from benchmarks.engines import exudyn_engine, mujoco_engine, opensim_engine, pinocchio_engine
 from benchmarks.outside import Accelerator, Fall, fall
+from benchmarks.rounds import best_of
 from benchmarks.tree import between
+from generator.simulation.plan import Plan
+from springs import SpringSet
 
 COMMAND = "python -m benchmarks work-precision"
 
-ROUNDS = 3
+ROUNDS = 15
+
+OUR_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+"""Of the compiled method [rad]."""
 
 SPLIT = "RK4, split at corners"
 """MuJoCo's steps that cross the edge of a dead zone cut into small ones."""
@@ -66,36 +72,25 @@ def main() -> None:
 
 
 def measured(settings: list[Setting], truth: Fall) -> list[dict[str, object]]:
-    """Best wall and error of each; a run that fails, or errs by more than 1 rad, is left out."""
-    walls = np.full(len(settings), np.inf)
-    errors = np.full(len(settings), np.inf)
-    for number in range(ROUNDS):
-        for k, setting in enumerate(settings):
-            # Long runs are their own average.
-            if number and (walls[k] > 5.0 or not np.isfinite(errors[k])):
-                continue
-            try:
-                made = setting.run()
-            except RuntimeError as failure:
-                print(f"{setting.engine}, {setting.method} {setting.value:g}: {failure}")
-                continue
-            walls[k] = min(walls[k], made.wall)
-            errors[k] = _error(truth, made)
+    """Best times and error of each; a run that fails, or errs by more than 1 rad, is left out."""
+    made = best_of({s: s.run for s in settings}, ROUNDS)
     return [
         {
             "figure": s.figure,
             "engine": s.engine,
             "method": s.method,
             "setting": s.value,
-            "error [rad]": float(error),
-            "wall [s]": float(wall),
+            "error [rad]": error,
+            "wall [s]": run.wall,
+            "CPU [s]": run.cpu,
         }
-        for s, wall, error in zip(settings, walls, errors, strict=True)
-        if error < 1.0
+        for s, run in made.items()
+        if (error := last_error(truth, run)) < 1.0
     ]
 
 
-def _error(truth: Fall, made: Fall) -> float:
+def last_error(truth: Fall, made: Fall) -> float:
+    """Largest angle between the joints of two motions at the end [rad]."""
     last = [{name: turns[-1:] for name, turns in f.rotations.items()} for f in (truth, made)]
     return float(between(*last)[0])
 
@@ -138,7 +133,7 @@ def _native(name: str, case: Case) -> Iterator[Setting]:
 
 
 def _called(name: str, case: Case) -> Iterator[Setting]:
-    """The curves with dead zones: Exudyn holds them, all others call numpy."""
+    """The curves with dead zones: this program holds them, all others call numpy."""
     yield from _ours(name, case, None)
     mujoco = mujoco_engine.MuJoCo(case.tree)
     for count in (250, 500, 1000, 2000, 4000):
@@ -148,22 +143,46 @@ def _called(name: str, case: Case) -> Iterator[Setting]:
     yield from _integrated(name, case, opensim_engine.NAME, opensim_engine.OpenSim(case.tree))
 
 
-def _ours(name: str, case: Case, springs: object) -> Iterator[Setting]:
-    for key, values in (
-        ("tolerance", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)),
-        ("step", (8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4)),
-    ):
+def _ours(name: str, case: Case, springs: SpringSet | None) -> Iterator[Setting]:
+    figure = case.figure
+
+    def plan(**given: float) -> Plan:
+        return exudyn_engine.plan_of(case.displacements, springs, stop=cases.STOP, **given)
+
+    def implicit(**given: float) -> Plan:
+        return exudyn_engine.exudyn_plan_of(case.displacements, springs, stop=cases.STOP, **given)
+
+    methods: tuple[tuple[str, tuple[float, ...], Callable[[float], Fall]], ...] = (
+        (
+            exudyn_engine.COMPILED,
+            OUR_TOLERANCES,
+            lambda value: exudyn_engine.fall(figure, plan(tolerance=value))[0],
+        ),
+        (
+            exudyn_engine.WHOLE_CALL,
+            OUR_TOLERANCES,
+            lambda value: exudyn_engine.whole_call(figure, plan(tolerance=value)),
+        ),
+        (
+            exudyn_engine.ONE_RUN,
+            OUR_TOLERANCES,
+            lambda value: exudyn_engine.one_run(figure, plan(tolerance=value)),
+        ),
+        (
+            exudyn_engine.EXUDYN,
+            (1e-2, 1e-3, 1e-4, 1e-5),
+            lambda value: exudyn_engine.fall(figure, implicit(tolerance=value))[0],
+        ),
+        (
+            exudyn_engine.EXUDYN_STEP,
+            (8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
+            lambda value: exudyn_engine.fall(figure, implicit(step=value))[0],
+        ),
+    )
+    for method, values, run in methods:
         for value in values:
-            plan = exudyn_engine.plan_of(
-                case.displacements, springs, stop=cases.STOP, **{key: value}
-            )
-            method = "tolerance" if key == "tolerance" else "fixed step"
             yield Setting(
-                name,
-                exudyn_engine.NAME,
-                method,
-                value,
-                lambda plan=plan: exudyn_engine.fall(case.figure, plan)[0],
+                name, exudyn_engine.NAME, method, value, lambda run=run, value=value: run(value)
             )
 
 
@@ -197,7 +216,7 @@ def _integrated(name: str, case: Case, engine: str, accelerator: Accelerator) ->
 
 
 def _show_costs(rows: list[dict[str, object]]) -> None:
-    """The cheapest run of each method within an error, and ours over it."""
+    """The cheapest run of each method within an error, and the compiled method over it."""
     print(f"\nCheapest wall [s] within an error, {rows[0]['figure']}:\n")
     methods = dict.fromkeys((str(row["engine"]), str(row["method"])) for row in rows)
     table: list[tables.Row] = []
@@ -205,22 +224,20 @@ def _show_costs(rows: list[dict[str, object]]) -> None:
         line: dict[str, object] = {"engine": engine, "method": method}
         for target in TARGETS:
             line[f"{target:g} rad"] = _cheapest(rows, target, engine, method)
-            ratio = _cheapest(rows, target, exudyn_engine.NAME) / _cheapest(
+            ratio = _cheapest(rows, target, exudyn_engine.NAME, exudyn_engine.COMPILED) / _cheapest(
                 rows, target, engine, method
             )
-            line[f"ours over it, {target:g} rad"] = round(ratio, 2)
+            line[f"compiled over it, {target:g} rad"] = round(ratio, 4)
         table.append(line)
     tables.show(table)
 
 
-def _cheapest(
-    rows: list[dict[str, object]], target: float, engine: str, method: str | None = None
-) -> float:
+def _cheapest(rows: list[dict[str, object]], target: float, engine: str, method: str) -> float:
     fit = [
         float(str(row["wall [s]"]))
         for row in rows
         if row["engine"] == engine
-        and method in (None, row["method"])
+        and row["method"] == method
         and float(str(row["error [rad]"])) <= target
     ]
     return min(fit, default=float("nan"))

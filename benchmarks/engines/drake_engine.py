@@ -1,6 +1,5 @@
 """Drake: a multibody plant with roll-pitch-yaw balls, and its own integrator."""
 
-import time
 from importlib.metadata import version
 from typing import Any
 
@@ -20,7 +19,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import SymbolicVectorSystem
 from scipy.spatial.transform import Rotation
 
-from benchmarks.outside import Fall
+from benchmarks.outside import Clock, Fall
 from benchmarks.passive_law import RadialLaw
 from benchmarks.tree import GRAVITY, TreeModel
 from generator.rotations import Array
@@ -142,15 +141,15 @@ class Drake:
             raise RuntimeError(f"Drake's default integrator is now {config.integration_scheme}")
         ApplySimulatorConfig(config, simulator)
         simulator.Initialize()
-        begun = time.perf_counter()
-        simulator.AdvanceTo(stop)
-        wall = time.perf_counter() - begun
+        with Clock() as clock:
+            simulator.AdvanceTo(stop)
         own = self._plant.GetMyContextFromRoot(simulator.get_context())
         q = self._plant.GetPositions(own)
         turns = Rotation.from_euler("xyz", q[self._ball_q]).as_quat()[:, [3, 0, 1, 2]]
         last = np.concatenate([turns.ravel(), q[self._hinge_q], np.zeros(self._v.size)])
         states = np.array([self.tree.start, last])
-        return Fall(self.tree.rotations(states), np.zeros(0), np.zeros(0), wall)
+        rotations = self.tree.rotations(states)
+        return Fall(rotations, np.zeros(0), np.zeros(0), clock.wall, cpu=clock.cpu)
 
 
 def _rotation_vector(rpy: Any) -> list[Any]:

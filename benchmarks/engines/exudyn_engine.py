@@ -1,21 +1,37 @@
-"""This project: Exudyn in redundant coordinates, as `generator` builds and refines it."""
+"""This program: an Exudyn model, integrated by the compiled method or by Exudyn's integrator."""
 
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
+from dataclasses import replace
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
-from benchmarks.outside import Fall
+from benchmarks.outside import Clock, Fall
 from benchmarks.passive_law import RadialLaw
 from generator.figure import Figure
-from generator.recording import Recording
-from generator.rotations import matrix_from_rotation_vector
+from generator.recording import Integrator, Recording
+from generator.rotations import Array, matrix_from_rotation_vector
+from generator.simulation import compiled_run
+from generator.simulation.compiled.refinement import AgreedRun, run_once
+from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 
-NAME = "Exudyn"
-VERSION = version("exudyn")
+NAME = "this program"
+
+COMPILED = "compiled"
+"""Runs until two agree, with an error estimate and frames."""
+
+WHOLE_CALL = "compiled, whole call"
+"""The same with building, the comparison with Exudyn, energies and reactions."""
+
+ONE_RUN = "compiled, one run"
+"""A single run to the last state, without an estimate: what other engines do."""
+
+EXUDYN = "Exudyn's integrator"
+EXUDYN_STEP = "Exudyn's integrator, fixed step"
 
 _GOLDEN = 0.5 * (1.0 + 5.0**0.5)
 _ICOSAHEDRON = np.array(
@@ -54,16 +70,58 @@ def radial_springs(figure: Figure, law: RadialLaw) -> SpringSet:
 
 
 def fall(figure: Figure, plan: Plan) -> tuple[Fall, Recording]:
-    """The motion as the program gives it."""
-    recording = simulate(figure, plan)
+    """The motion as the program gives it; times are those of the integration alone."""
+    clock, agree = Clock(), compiled_run.run_until_agreed
+
+    def clocked(*given: Any, **named: Any) -> AgreedRun:
+        with clock:
+            return agree(*given, **named)
+
+    with patch.object(compiled_run, "run_until_agreed", clocked):
+        recording = simulate(figure, plan)
+    made = _fall(recording)
+    return (replace(made, cpu=clock.cpu) if clock.cpu else made), recording
+
+
+def whole_call(figure: Figure, plan: Plan) -> Fall:
+    """The same motion; times are those of the call of `simulate`."""
+    with Clock() as clock:
+        recording = simulate(figure, plan)
+    return replace(_fall(recording), wall=clock.wall, cpu=clock.cpu)
+
+
+def one_run(figure: Figure, plan: Plan) -> Fall:
+    """The start and the end by a single compiled run at the plan's tolerance, without an estimate.
+
+    Its tolerance is that of the steps, not of the joint angles.
+    """
+    clock = Clock()
+
+    def once(model: Any, times: Array, tolerance: float, *_: object) -> AgreedRun:
+        with clock:
+            run = run_once(model, times, tolerance)
+        return AgreedRun(run, np.zeros(len(run.times)), run.steps, run.evaluations, 1)
+
+    with patch.object(compiled_run, "run_until_agreed", once):
+        made = _fall(simulate(figure, replace(plan, frame=plan.stop - plan.start)))
+    return replace(made, wall=clock.wall, cpu=clock.cpu)
+
+
+def _fall(recording: Recording) -> Fall:
     if not recording.outcome.succeeded:
         raise RuntimeError(recording.outcome.message)
     energy = np.sum([recording.energy[kind] for kind in ("kinetic", "gravity", "spring")], axis=0)
     turns = {name: matrix_from_rotation_vector(r) for name, r in recording.rotation_vectors.items()}
-    made = Fall(
+    return Fall(
         turns, recording.centre_of_mass, energy, recording.wall_time, recording.accuracy.steps
     )
-    return made, recording
+
+
+def exudyn_plan_of(
+    displacements: Mapping[str, Sequence[float]], springs: SpringSet | None = None, **given: float
+) -> Plan:
+    """As `plan_of`, for Exudyn's integrator."""
+    return replace(plan_of(displacements, springs, **given), integrator=Integrator.EXUDYN)
 
 
 def plan_of(
@@ -71,3 +129,12 @@ def plan_of(
 ) -> Plan:
     """A run of one second that starts at displacements [rad]; `given` are fields of the plan."""
     return Plan(displacements=displacements, springs=springs, **given)
+
+
+def build_time(figure: Figure, plan: Plan) -> Clock:
+    """Time to build the model, with its compiled equations where they integrate it."""
+    with Clock() as clock:
+        model = ExudynModel.of(figure, plan)
+        if compiled_run.compiled_obstacle(model) is None and plan.integrator is Integrator.COMPILED:
+            compiled_run.compile_model(model)
+    return clock

@@ -1,6 +1,5 @@
 """MuJoCo: minimal coordinates; its own integrators, springs of its own or by its callback."""
 
-import time
 from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
@@ -9,7 +8,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.outside import Fall
+from benchmarks.outside import Clock, Fall
 from benchmarks.passive_law import CurveLaw, PassiveLaw, RadialLaw
 from benchmarks.tree import GRAVITY, TreeModel, quaternion
 from generator.rotations import Array
@@ -93,6 +92,13 @@ class MuJoCo:
         data.qvel[at.ball_v], data.qvel[at.hinge_v] = spins, rates
         return data
 
+    @staticmethod
+    def defaults() -> tuple[str, float]:
+        """Name of the integrator and time step [s] of a model that chooses neither."""
+        options = mujoco.MjModel.from_xml_string("<mujoco/>").opt
+        name = mujoco.mjtIntegrator(options.integrator).name.removeprefix("mjINT_")
+        return name.capitalize(), float(options.timestep)
+
     def fall(
         self,
         stop: float,
@@ -110,6 +116,9 @@ class MuJoCo:
         model, at = self.model, self._places
         model.opt.timestep = step
         model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+        # Energies cost a tenth of a step; without frames nobody reads them.
+        energies = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+        model.opt.enableflags = 0 if frame is None else energies
         data = self.start()
         frames = 1 if frame is None else round(stop / frame)
         steps = round(stop / step / frames)
@@ -127,18 +136,17 @@ class MuJoCo:
 
         if law is not None:
             mujoco.set_mjcb_passive(passive)
-        wall = 0.0
+        clock = Clock()
         try:
             if frame is not None:
                 book.append(self._book(data, law))
             for _ in range(frames):
-                begun = time.perf_counter()
-                if split and isinstance(law, CurveLaw):
-                    for _ in range(steps):
-                        self._step(data, law, step)
-                else:
-                    mujoco.mj_step(model, data, steps)
-                wall += time.perf_counter() - begun
+                with clock:
+                    if split and isinstance(law, CurveLaw):
+                        for _ in range(steps):
+                            self._step(data, law, step)
+                    else:
+                        mujoco.mj_step(model, data, steps)
                 states.append(self._state(data))
                 if frame is not None:
                     book.append(self._book(data, law))
@@ -146,7 +154,8 @@ class MuJoCo:
             mujoco.set_mjcb_passive(None)
         centres = np.array([row[0] for row in book])
         energies = np.array([row[1] for row in book])
-        return Fall(self.tree.rotations(np.array(states)), centres, energies, wall, frames * steps)
+        rotations = self.tree.rotations(np.array(states))
+        return Fall(rotations, centres, energies, clock.wall, frames * steps, clock.cpu)
 
     def _step(self, data: Any, law: CurveLaw, step: float) -> None:
         """One step; where it crosses the edge of a dead zone, many small ones in its place.

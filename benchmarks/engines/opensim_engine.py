@@ -1,13 +1,12 @@
 """OpenSim: Simbody's accelerations; its own integrator where it can hold the springs itself."""
 
-import time
 from typing import Any
 
 import numpy as np
 import opensim as osim
 from scipy.spatial.transform import Rotation
 
-from benchmarks.outside import Fall
+from benchmarks.outside import Clock, Fall
 from benchmarks.passive_law import RadialLaw
 from benchmarks.tree import GRAVITY, Link, TreeModel
 from generator.rotations import Array
@@ -130,27 +129,29 @@ class OpenSim:
         centre = model.calcMassCenterPosition(state).to_numpy()
         return centre, model.calcKineticEnergy(state) + model.calcPotentialEnergy(state)
 
-    def fall(self, stop: float, accuracy: float, integrator: str = "RungeKuttaMerson") -> Fall:
-        """The motion by OpenSim's own manager; the last state only."""
+    def fall(self, stop: float, accuracy: float | None) -> Fall:
+        """The motion by OpenSim's own manager, by its default method; the last state only.
+
+        An accuracy of None leaves the manager's own.
+        """
         model = self._model
         state = model.initSystem()
         self._state = state
         self._set(*self.tree.parts(self.tree.start))
         manager = osim.Manager(model)
-        method = getattr(osim.Manager, f"IntegratorMethod_{integrator}")
-        manager.setIntegratorMethod(method)
-        manager.setIntegratorAccuracy(accuracy)
+        if accuracy is not None:
+            manager.setIntegratorAccuracy(accuracy)
         manager.setPerformAnalyses(False)
         manager.setWriteToStorage(False)
         manager.initialize(state)
-        begun = time.perf_counter()
-        end = manager.integrate(stop)
-        wall = time.perf_counter() - begun
+        with Clock() as clock:
+            end = manager.integrate(stop)
         q = end.getQ().to_numpy()
         turns = Rotation.from_euler("XYZ", q[self._ball_q]).as_quat()[:, [3, 0, 1, 2]]
         last = np.concatenate([turns.ravel(), q[self._hinge_q], np.zeros(end.getNU())])
         states = np.array([self.tree.start, last])
-        return Fall(self.tree.rotations(states), np.zeros(0), np.zeros(0), wall)
+        rotations = self.tree.rotations(states)
+        return Fall(rotations, np.zeros(0), np.zeros(0), clock.wall, cpu=clock.cpu)
 
 
 def _add_springs(model: Any, link: Link, joint: Any, law: RadialLaw) -> None:
