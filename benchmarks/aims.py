@@ -255,7 +255,7 @@ def _chain_aims() -> Iterable[Aim]:
     longest = cases.chain(LONGEST_CHAIN)
     truth = chains.exact(longest)
     runs: dict[str, Callable[[], Fall]] = {}
-    for name, method in _methods(longest, chains.STOP).items():
+    for name, method in _methods(longest, chains.STOP, longest_step=0.01).items():
         if name != ONE_RUN:
             runs[name] = partial(method.run, coarsest(method, truth, CHAIN_TARGET))
     made = best_of(runs, CHAIN_ROUNDS)

@@ -1,16 +1,16 @@
 """A tree that another engine accelerates and SciPy integrates, and what is measured of a motion."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from math import nan
 from typing import Protocol
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853, solve_ivp
 
-from benchmarks.passive_law import PassiveLaw
+from benchmarks.passive_law import CurveLaw, PassiveLaw
 from benchmarks.tree import TreeModel
 from generator.rotations import Array
 
@@ -82,11 +82,12 @@ def fall(
     stop: float,
     tolerance: float,
     frame: float | None = 0.02,
-    method: str = "DOP853",
+    split: bool = False,
 ) -> Fall:
-    """Integrate with one of SciPy's methods; a relative and an absolute tolerance alike.
+    """Integrate with SciPy's DOP853; a relative and an absolute tolerance alike.
 
-    `frame` [s] is that of the result; None keeps the last state only, and no book.
+    `frame` [s] is that of the result; None keeps the last state only, and no book. `split` tells
+    whether steps end where a curve enters or leaves its dead zone.
     """
     b = len(model.balls)
 
@@ -105,22 +106,30 @@ def fall(
     first = None
     for here, there in pairwise(times):
         with clock:
-            done = solve_ivp(
-                rate,
-                (here, there),
-                states[-1],
-                method,
-                rtol=tolerance,
-                atol=tolerance,
-                first_step=first,
-            )
-        if not done.success:
-            raise RuntimeError(done.message)
-        evaluations += done.nfev
-        state = done.y[:, -1]
+            if split and isinstance(law, CurveLaw):
+
+                def zones(state: Array) -> Array:
+                    q, angles, _, _ = model.parts(state)
+                    return law.zones(_unit(q), angles)
+
+                state = _integrate_between_edges(rate, zones, here, there, states[-1], tolerance)
+            else:
+                done = solve_ivp(
+                    rate,
+                    (here, there),
+                    states[-1],
+                    "DOP853",
+                    rtol=tolerance,
+                    atol=tolerance,
+                    first_step=first,
+                )
+                if not done.success:
+                    raise RuntimeError(done.message)
+                evaluations += done.nfev
+                state = done.y[:, -1]
+                first = min(float(np.max(np.diff(done.t))), there - here)
         state[: 4 * b] = _unit(state[: 4 * b].reshape(b, 4)).ravel()
         states.append(state)
-        first = min(float(np.max(np.diff(done.t))), there - here)
     rows = np.array(states)
     centres, energies = [], []
     for state in rows if frame is not None else []:
@@ -130,6 +139,65 @@ def fall(
         energies.append(energy + law.energy(*parts[:2]))
     book = np.array(centres), np.array(energies)
     return Fall(model.rotations(rows), *book, clock.wall, evaluations, clock.cpu)
+
+
+_EDGE_TIME = 1e-9
+"""Time within which the crossing of an edge is located [s]; the law is continuous there."""
+
+
+def _integrate_between_edges(
+    rate: Callable[[float, Array], Array],
+    zones: Callable[[Array], Array],
+    start: float,
+    stop: float,
+    state: Array,
+    tolerance: float,
+) -> Array:
+    """Return the state at `stop` by steps that end where `zones` change."""
+    here = start
+    while here < stop:
+        solver = DOP853(rate, here, state, stop, rtol=tolerance, atol=tolerance)
+        crossing = None
+        while solver.status == "running" and crossing is None:
+            failure = solver.step()
+            if solver.status == "failed":
+                raise RuntimeError(failure)
+            before, after = float(solver.t_old), float(solver.t)
+            crossing = _first_change(solver.dense_output(), zones, before, after)
+        if crossing is None:
+            return solver.y
+        first = DOP853(rate, before, solver.y_old, crossing, rtol=tolerance, atol=tolerance)
+        while first.status == "running":
+            failure = first.step()
+        if first.status == "failed":
+            raise RuntimeError(failure)
+        here, state = crossing, first.y
+    return state
+
+
+def _first_change(
+    solution: Callable[[float], Array],
+    zones: Callable[[Array], Array],
+    before: float,
+    after: float,
+) -> float | None:
+    """Return a time in a step just after its first change of zones; None if there is none."""
+    if after - before <= 2.0 * _EDGE_TIME:
+        return None
+    # The step begins after the last edge, and its error may place it before.
+    low = before + _EDGE_TIME
+    zone = zones(solution(low))
+    for high in np.linspace(low, after, 5)[1:].tolist():
+        if not np.array_equal(zone, zones(solution(high))):
+            while high - low > _EDGE_TIME:
+                middle = 0.5 * (low + high)
+                if np.array_equal(zone, zones(solution(middle))):
+                    low = middle
+                else:
+                    high = middle
+            return high if high < after else None
+        low = high
+    return None
 
 
 def _quaternion_rates(q: Array, spins: Array) -> Array:

@@ -86,14 +86,14 @@ def runs(case: Case) -> Iterator[Run]:
         yield Run(mujoco_engine.NAME, "RK4", step, mujoco.fall(cases.STOP, step, law=case.law))
     for name, engine in _accelerators(case):
         for tolerance in TOLERANCES:
-            made = fall(case.tree, case.law, engine, cases.STOP, tolerance)
+            made = fall(case.tree, case.law, engine, cases.STOP, tolerance, split=True)
             yield Run(name, "DOP853", tolerance, made)
 
 
 def reference(case: Case) -> Fall:
     """Return the reference motion."""
     engine = pinocchio_engine.Pinocchio(case.tree)
-    return fall(case.tree, case.law, engine, cases.STOP, REFERENCE)
+    return fall(case.tree, case.law, engine, cases.STOP, REFERENCE, split=True)
 
 
 def _accelerators(case: Case) -> Iterator[tuple[str, object]]:

@@ -11,6 +11,7 @@ from benchmarks.cases import Case
 from benchmarks.engines import exudyn_engine
 from benchmarks.outside import Fall, fall
 from benchmarks.tree import between
+from generator.recording import Integrator
 from tests.physics.test_engines_law import random_state
 
 pytestmark = pytest.mark.verify
@@ -39,19 +40,30 @@ def accelerator(name: str, case: Case):
 
 
 def moved(name: str, case: Case) -> Fall:
-    """The case in an engine, converged to about 1e-7 rad."""
+    """The case in an engine, converged to about 5e-9 rad, Exudyn to 1e-7 rad."""
     if name == "MuJoCo":
         pytest.importorskip("mujoco")
         from benchmarks.engines.mujoco_engine import MuJoCo
 
-        return MuJoCo(case.tree).fall(STOP, 2.5e-4, law=case.law)
-    return fall(case.tree, case.law, accelerator(name, case), STOP, 1e-10)
+        return MuJoCo(case.tree).fall(STOP, 1.25e-4, law=case.law)
+    return fall(case.tree, case.law, accelerator(name, case), STOP, 1e-12)
 
 
 @cache
 def ours() -> Fall:
-    plan = exudyn_engine.plan_of(CASE.displacements, stop=STOP, tolerance=1e-7)
-    return exudyn_engine.fall(CASE.figure, plan)[0]
+    plan = exudyn_engine.plan_of(CASE.displacements, stop=STOP, tolerance=1e-9)
+    made, recording = exudyn_engine.fall(CASE.figure, plan)
+    assert recording.integrator is Integrator.COMPILED
+    return made
+
+
+@cache
+def exudyn_s() -> Fall:
+    """The same by Exudyn's integrator."""
+    plan = exudyn_engine.exudyn_plan_of(CASE.displacements, stop=STOP, tolerance=1e-7)
+    made, recording = exudyn_engine.fall(CASE.figure, plan)
+    assert recording.integrator is Integrator.EXUDYN
+    return made
 
 
 def apart(one: Fall, other: Fall) -> tuple[float, float, float]:
@@ -65,11 +77,18 @@ def apart(one: Fall, other: Fall) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize("name", ["MuJoCo", "OpenSim", "Pinocchio", "Drake"])
-def test_the_prototype_agrees_to_a_millionth(name: str) -> None:
+def test_the_compiled_run_agrees_with_the_other_engines(name: str) -> None:
     """Over a whole second, from more starts: `python -m benchmarks verification`."""
     joints, centre, energy = apart(ours(), moved(name, CASE))
-    assert joints < 1e-6
-    assert centre < 1e-6
+    assert joints < 1e-8
+    assert centre < 1e-9
+    assert energy < 1e-7
+
+
+def test_the_compiled_run_agrees_with_exudyn_s_integrator() -> None:
+    joints, centre, energy = apart(ours(), exudyn_s())
+    assert joints < 1e-7
+    assert centre < 1e-8
     assert energy < 1e-5
 
 
@@ -117,7 +136,10 @@ def test_the_reference_figure_is_the_same_here() -> None:
     case = cases.reference()
     truth = fall(case.tree, case.law, accelerator("Pinocchio", case), 0.2, 1e-11, None)
     springs = exudyn_engine.radial_springs(case.figure, case.radial)
-    plan = exudyn_engine.plan_of(case.displacements, springs, stop=0.2, tolerance=1e-5)
-    made, _ = exudyn_engine.fall(case.figure, plan)
-    last = {name: turns[[0, -1]] for name, turns in made.rotations.items()}
-    assert between(truth.rotations, last).max() < 1e-6
+    plan = exudyn_engine.plan_of(case.displacements, springs, stop=0.2, tolerance=1e-8)
+    for made in (
+        exudyn_engine.fall(case.figure, plan)[0],
+        exudyn_engine.one_run(case.figure, plan),
+    ):
+        last = {name: turns[[0, -1]] for name, turns in made.rotations.items()}
+        assert between(truth.rotations, last).max() < 1e-8

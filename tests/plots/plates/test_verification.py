@@ -14,7 +14,7 @@ def test_all_claims_hold() -> None:
     claims = plate("verification").claims
     assert len(claims) == 3
     assert [claim.sentence for claim in claims if not claim.holds] == []
-    assert all(claim.measured > 0.0 for claim in claims)
+    assert all(0.0 < claim.measured < claim.at_most == 1e-8 for claim in claims)
 
 
 def test_a_run_from_another_start_fails(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,18 +33,28 @@ def test_the_stored_runs_of_the_engines_agree_and_are_converged() -> None:
     for start in runs.values("start"):
         for engine in runs.values("engine"):
             rows = runs.select_rows(start=start, engine=engine)
-            for header in ("joints [rad]", "centre of mass [m]", "energy [J]"):
-                assert rows.column(header)[-1] < AGREEMENT_TOLERANCE
-            assert float(rows.rows[-2]["change to next [rad]"]) < AGREEMENT_TOLERANCE
-    ours = runs.select_rows(engine="Exudyn")
-    assert np.all(ours.column("joints [rad]") < ours.column("setting"))
+            for header, bound in (
+                ("joints [rad]", AGREEMENT_TOLERANCE),
+                ("centre of mass [m]", AGREEMENT_TOLERANCE),
+                ("energy [J]", 1e-7),
+            ):
+                assert rows.column(header)[-1] < bound
+            # That of Exudyn is bounded below, since its last tolerance but one is 1e-6.
+            if engine != "Exudyn":
+                assert float(rows.rows[-2]["change to next [rad]"]) < 2e-8
+    compiled, exudyn = (runs.select_rows(engine=name) for name in ("this program", "Exudyn"))
+    assert np.all(compiled.column("joints [rad]") < compiled.column("setting"))
+    # In one of its nine runs Exudyn's integrator errs by 1.2 times its tolerance, as the page says.
+    ratios = np.sort(exudyn.column("joints [rad]") / exudyn.column("setting"))
+    assert ratios[-1] < 1.25
+    assert ratios[-2] < 1.0
 
 
 def test_every_engine_is_there_from_every_start() -> None:
     runs = read_measurements("verification")
     for start in ("standing", "striding", "reaching"):
         engines = runs.select_rows(start=start).values("engine")
-        assert engines == ["Exudyn", "MuJoCo", "Pinocchio", "OpenSim", "Drake"]
+        assert engines == ["this program", "Exudyn", "MuJoCo", "Pinocchio", "OpenSim", "Drake"]
 
 
 def test_the_motions_are_those_of_the_finest_runs() -> None:
@@ -54,11 +64,13 @@ def test_the_motions_are_those_of_the_finest_runs() -> None:
             finest = runs.select_rows(start=start, engine=engine).column("joints [rad]")[-1]
             drawn = motion.select_rows(start=start, engine=engine).column("joints [rad]")
             assert drawn.max() == finest
-            assert drawn[0] < AGREEMENT_TOLERANCE * 1e-6
+            assert drawn[0] < 1e-12
 
 
 def test_the_engines_move() -> None:
     for start in ("standing", "striding", "reaching"):
-        one = read_measurements("verification_motion").select_rows(start=start, engine="Exudyn")
+        one = read_measurements("verification_motion").select_rows(
+            start=start, engine="this program"
+        )
         for joint in ("right_elbow", "left_shoulder", "right_hip_joint", "left_knee"):
             assert np.ptp(one.column(f"{joint} [deg]")) > 15.0

@@ -1,0 +1,151 @@
+"""Tables of `docs/` that are made of what was measured: `python -m benchmarks pages`.
+
+A table stands between `<!-- measured: NAME -->` and `<!-- end -->`; its rows come from
+`plots/data/*.csv`. Nothing is measured here.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import isnan
+from pathlib import Path
+
+from plots.literature import read_measurements
+from plots.plates.work_precision import cheapest_wall_time
+
+FOLDER = Path(__file__).parents[1] / "docs"
+
+PAGES = ("speed.md", "verification.md")
+
+_TABLE = re.compile(r"(?<=<!-- measured: )([\w-]+)( -->\n\n).*?(?=<!-- end -->)", re.DOTALL)
+
+Line = Sequence[object]
+
+
+def main() -> None:
+    """Write the tables into the pages."""
+    for name in PAGES:
+        path = FOLDER / name
+        path.write_text(fill(path.read_text(encoding="utf-8")), encoding="utf-8")
+        print(f"wrote {path}")
+
+
+def fill(page: str) -> str:
+    """Return a page with its tables made anew."""
+    return _TABLE.sub(lambda match: f"{match[1]}{match[2]}{table(match[1])}\n", page)
+
+
+def table(name: str) -> str:
+    """Return a table in Markdown."""
+    head, *lines = TABLES[name]()
+    rule = "|" + "---|" * len(head)
+    rows = [f"| {' | '.join(map(_cell, line))} |" for line in (head, *lines)]
+    return "\n".join([rows[0], rule, *rows[1:], ""])
+
+
+def _cell(value: object) -> str:
+    """Text of a cell; numbers to three digits."""
+    if not isinstance(value, float):
+        return str(value)
+    if isnan(value):
+        return "-"
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+def _defaults() -> Iterator[Line]:
+    yield "engine", "error [rad]", "wall [ms]", "CPU [ms]", "ours over it, wall", "CPU"
+    for row in read_measurements("aims_defaults").rows:
+        yield row["engine"], *_numbers(row, list(row)[1:])
+
+
+def _errors() -> Iterator[Line]:
+    head = ("error at most [rad]", "method", "setting", "error [rad]", "wall [ms]", "CPU [ms]")
+    yield *head, "ours over it, wall", "CPU"
+    for row in read_measurements("aims_errors").rows:
+        yield f"{float(row['at most [rad]']):g}", row["method"], *_numbers(row, list(row)[2:])
+
+
+def _aims() -> Iterator[Line]:
+    yield "aim", "bound", "by wall", "by CPU", "reached"
+    for row in read_measurements("aims").rows:
+        yield row["aim"], row["bound"], *_numbers(row, ("wall", "CPU")), row["reached"]
+
+
+def _prototype_costs() -> Iterator[Line]:
+    yield "engine, method", "to 1e-3 rad [ms]", "to 1e-5 rad [ms]"
+    costs = read_measurements("work_precision").select_rows(figure="prototype")
+    methods = dict.fromkeys((row["engine"], row["method"]) for row in costs.rows)
+    for engine, method in methods:
+        some = costs.select_rows(engine=engine, method=method)
+        yield (
+            f"{engine}, {method}",
+            *(1e3 * cheapest_wall_time(some, target) for target in (1e-3, 1e-5)),
+        )
+
+
+def _growth() -> Iterator[Line]:
+    chains = read_measurements("chains")
+    methods = chains.values("method")
+    yield "segments", *methods
+    for count in chains.values("segments"):
+        some = chains.select_rows(segments=count)
+        walls = dict(zip(some.values("method"), some.column("wall [s]"), strict=True))
+        yield count, *(1e3 * float(walls[method]) for method in methods)
+    yield (
+        "largest doubling",
+        *(
+            max(chains.select_rows(method=method).column("over half as many")[1:])
+            for method in methods
+        ),
+    )
+    yield (
+        "largest error [rad]",
+        *(f"{max(chains.select_rows(method=m).column('error [rad]')):.1e}" for m in methods),
+    )
+
+
+def _startup() -> Iterator[Line]:
+    yield "", "wall [s]", "CPU [s]", "build [ms]", "peak memory [MB]"
+    for row in read_measurements("startup").rows:
+        process = not isnan(float(row["process [s]"]))
+        what = "process" if process else "import"
+        build, memory = (float(row[key]) for key in ("build [s]", "peak memory [MB]"))
+        name = row["engine"] if process else f"import: {row['engine']}"
+        yield name, *_numbers(row, (f"{what} [s]", f"{what} CPU [s]")), 1e3 * build, memory
+
+
+def _call() -> Iterator[Line]:
+    rows = read_measurements("python_share").rows
+    parts = [key for key in rows[0] if key.endswith("[ms]")]
+    yield "figure", "tolerance [rad]", *(key.removesuffix(" [ms]") for key in parts)
+    for row in rows:
+        name = f"{row['figure']}, {float(row['time [s]']):g} s"
+        yield name, f"{float(row['tolerance [rad]']):g}", *_numbers(row, parts)
+
+
+def _engines() -> Iterator[Line]:
+    yield "start", "engine", "setting", "joints", "change", "centre of mass [m]", "energy [J]"
+    for row in read_measurements("verification").rows:
+        unit = {"MuJoCo": " s", "this program": " rad", "Exudyn": " rad"}.get(row["engine"], "")
+        keys = ("joints [rad]", "change to next [rad]", "centre of mass [m]", "energy [J]")
+        values = [_power(float(row[key])) for key in keys]
+        yield row["start"], row["engine"], f"{float(row['setting']):g}{unit}", *values
+
+
+def _power(value: float) -> str:
+    return "" if isnan(value) else f"{value:.1e}"
+
+
+def _numbers(row: Mapping[str, str], keys: Sequence[str]) -> Iterator[float]:
+    return (float(row[key]) for key in keys)
+
+
+TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
+    "defaults": _defaults,
+    "errors": _errors,
+    "aims": _aims,
+    "prototype-costs": _prototype_costs,
+    "growth": _growth,
+    "startup": _startup,
+    "call": _call,
+    "engines": _engines,
+}
