@@ -135,6 +135,6 @@ def build_time(figure: Figure, plan: Plan) -> Clock:
     """Time to build the model, with its compiled equations where they integrate it."""
     with Clock() as clock:
         model = ExudynModel.of(figure, plan)
-        if compiled_run.compiled_obstacle(model) is None and plan.integrator is Integrator.COMPILED:
+        if plan.integrator is Integrator.COMPILED:
             compiled_run.compile_model(model)
     return clock
