@@ -63,7 +63,7 @@ def main() -> None:
         ("prototype", cases.prototype("striding"), _called),
     ):
         engine = pinocchio_engine.Pinocchio(case.tree)
-        truth = fall(case.tree, case.law, engine, cases.STOP, 1e-13, None)
+        truth = fall(case.tree, case.law, engine, cases.STOP, 1e-13, None, split=True)
         rows += measured(list(make(name, case)), truth)
     tables.show(rows)
     tables.write("work_precision", COMMAND, rows)

@@ -188,7 +188,8 @@ def _draw(motion: Measurements, references: tuple[str, ...]) -> Figure:
         panels[0][0].legend(loc="upper left", fontsize=7.0)
         panels[0][0].set_ylabel("angle of four joints [deg]")
         panels[1][0].set_ylabel("largest joint difference [rad]")
-        panels[1][-1].legend(loc="lower right", fontsize=7.0)
+        engine_lines = panels[1][-1].get_legend_handles_labels()
+        figure.legend(*engine_lines, loc="outside upper center", ncols=7, fontsize=7.0)
         add_footer(figure, _SIGN, references)
     return figure
 

@@ -232,7 +232,7 @@ def _draw(data: BenchmarkTables) -> Figure:
         right.minorticks_off()
         right.set_xlabel("segments of a chain")
         right.set_title("chains, 0.1 s", loc="left", fontsize=8.0)
-        figure.legend(loc="outside upper center", ncols=4, fontsize=6.5)
+        figure.legend(loc="outside upper center", ncols=3, fontsize=6.5)
         add_footer(figure, _SIGN, ())
     return figure
 
