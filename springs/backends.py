@@ -29,7 +29,7 @@ class Operations(Protocol):
     """Functions that every kind of number must offer."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
-        """`yes` where the condition holds, else `no`; a breakpoint is where the condition changes."""
+        """`yes` where the condition holds, else `no`; where it changes is a breakpoint."""
         ...
 
     def removable(self, condition: Real, yes: Real, no: Real) -> Real:

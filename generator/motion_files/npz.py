@@ -22,7 +22,7 @@ from generator.diagnostics import Diagnostic, InputError, error
 from generator.figure import AxisKind, JointAxis
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, Header, first_frame_interval
-from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
+from generator.recording import ENERGY_KINDS, Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
 from generator.text_io import open_regular_file, os_error_reason, write_atomic
 
@@ -109,6 +109,9 @@ def _run_metadata(run: Recording) -> dict[str, Any]:
         "constraint_drift": _json_number(run.constraint_drift),
         "strayed": _json_number(run.strayed),
         "wall_time": run.wall_time,
+        "integrator": run.integrator.value,
+        "integrator_reason": run.integrator_reason,
+        "agreement_with_exudyn": run.agreement_with_exudyn,
         "build_time": run.build_time,
     }
 
@@ -346,6 +349,10 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         build_time=float(run["build_time"]),
         springs=run["springs"],
         law=run["law"],
+        # Files without these are older than the compiled integrator.
+        integrator=Integrator(run.get("integrator", "exudyn")),
+        integrator_reason=str(run.get("integrator_reason", "")),
+        agreement_with_exudyn=run.get("agreement_with_exudyn"),
     )
 
 

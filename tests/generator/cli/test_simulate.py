@@ -170,8 +170,7 @@ def test_a_run_that_takes_too_long_ends(tmp_path: Path):
     path = tmp_path / "long.action"
     result = mover("simulate", "prototype", "--stop", 100, "--wall-limit", 0.2, "-o", path)
     assert result.exit_code == 3
-    assert "estimated joint-angle error" in result.stdout
-    assert "met until" in result.stdout
+    assert re.search("estimated joint-angle error|error not estimated", result.stdout)
     action = read_action(path)
     assert action.header.outcome.value == "wall time used up"
     assert action.times[-1] < 100.0
