@@ -34,7 +34,9 @@ _PARABOLA_ERROR = 0.05
 _GRAZE_WIDTH = 0.15
 """Half the share of a step that is searched for the least margin around a suspected one."""
 
-_GOLDEN = 0.6180339887498949
+_GRAZE_SWEEPS, _GRAZE_SECTIONS = 6, 8
+"""Number of searches for the least margin, each around that of the one before, and of their
+sections."""
 
 _GRID = np.unique(NODES[:13])[1:]
 """Places within a step at which the continuous solution is searched for breakpoints."""
@@ -154,27 +156,23 @@ def locate_graze(
 ) -> float:
     """Return the share of the step at which a suspected switching function is passed, or 2.0.
 
-    Its least margin on the continuous solution is found by golden sections around the suspected
-    share; where that is negative, the zero before it is located.
+    Its least margin on the continuous solution is searched for around the suspected share, in ever
+    finer sections; where that is negative, the zero before it is located.
     """
     switch = progress.counts[SWITCH]
     low, high = max(0.0, suspected - _GRAZE_WIDTH), min(1.0, suspected + _GRAZE_WIDTH)
-    first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    arguments = (equations, mechanism, scratch, progress, balls, step)
-    at_first, at_second = _margin(*arguments, first, switch), _margin(*arguments, second, switch)
-    for _ in range(24):
-        if at_first < 0.0:
-            return _locate_zero(*arguments, 0.0, first, switch)
-        if at_second < 0.0:
-            return _locate_zero(*arguments, 0.0, second, switch)
-        if at_first < at_second:
-            high, second, at_second = second, first, at_first
-            first = high - _GOLDEN * (high - low)
-            at_first = _margin(*arguments, first, switch)
-        else:
-            low, first, at_first = first, second, at_second
-            second = low + _GOLDEN * (high - low)
-            at_second = _margin(*arguments, second, switch)
+    for _ in range(_GRAZE_SWEEPS):
+        section, least, at = (high - low) / _GRAZE_SECTIONS, np.inf, low
+        for n in range(_GRAZE_SECTIONS + 1):
+            share = low + n * section
+            margin = _margin(equations, mechanism, scratch, progress, balls, step, share, switch)
+            if margin < 0.0:
+                return _locate_zero(
+                    equations, mechanism, scratch, progress, balls, step, 0.0, share, switch
+                )
+            if margin < least:
+                least, at = margin, share
+        low, high = max(0.0, at - section), min(1.0, at + section)
     return 2.0
 
 
