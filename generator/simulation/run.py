@@ -50,8 +50,9 @@ class Progress:
     """Progress of a run.
 
     Attributes:
-        pass_number: number of the pass, from 1; later passes have smaller steps.
-        step: step of the pass [s].
+        pass_number: number of the pass or compiled run; later ones have smaller steps. The first
+            compiled run, beside the second one, is not reported.
+        step: step of the pass [s]; for compiled integration, the mean step so far.
         time: simulated time reached by the pass [s].
     """
 
@@ -68,7 +69,8 @@ def simulate(
     Args:
         figure: the figure, with the springs of the plan or of its file.
         plan: parameters of the run; None for one second at the default tolerance.
-        watch: called with the progress after every frame.
+        watch: called with the progress: after every frame by Exudyn's integrator, several times a
+            second by the compiled one.
 
     Returns:
         The motion. A failed run is an outcome of it, with the frames up to the last valid time.
