@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure
-from generator.recording import Accuracy, Ending, Integrator, Outcome, Recording
+from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation.error_control import (
-    EARLY_STOP_ENDINGS,
     RefinedRun,
     first_step,
     refine_until_converged,

@@ -63,7 +63,7 @@ from generator.simulation.compiled.layout import (
 )
 from springs import JointSprings, SpringSet
 
-_HALF = np.array([0.25, 0.75])
+_SAMPLED_SHARES = np.array([0.25, 0.75])
 """Places within an interval at which a load is read, away from jumps at its ends."""
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
@@ -88,8 +88,8 @@ class CompiledModel:
             state, in the order of its chain.
         factor_links: link of each factor of a joint that has its own, by the joint's name and the
             factor's index; of a ball, by its innermost rotation; of a fixed joint, by -1.
-        row_joints: of each constraint row that closes a loop, its joint, and whether the second
-            link is that of the child; rows of links come after them.
+        row_joints: joint of each constraint row that closes a loop, and True where the second link
+            is that of the child; rows of linked rotations come after them.
     """
 
     equations: Equations
@@ -108,7 +108,20 @@ class CompiledModel:
 
 @dataclass
 class _Link:
-    """A link while the tables are made; `axis` and poses are in the inboard link's axes."""
+    """A link while the tables are made.
+
+    Attributes:
+        parent: the inboard link; -1 is the ground.
+        kind: of its joint.
+        arm: from the inboard link's point to the joint, in the inboard link's axes, shape (3,) [m].
+        turn: axes of the joint in those of the inboard link, shape (3, 3).
+        axis: of a hinge or slide, in the inboard link's axes, shape (3,).
+        joint: name of the figure's joint.
+        factor: index of the factor in the joint's chain; -1 for a fixed joint.
+        tip: pose of the joint's site in the segment, shape (4, 4); None within a joint.
+        segment: name of the segment; None within a joint.
+        drive: index of its drive; -1 without one.
+    """
 
     parent: int
     kind: int
@@ -137,7 +150,7 @@ def build_compiled_model(
         placement: initial placement, with closed loops.
         rates: rates of the tree's displacements, shape (m,) [rad/s or m/s].
         springs: the springs of its joints, without obstacles.
-        prescribed: locks and drives.
+        prescribed: locks, links and drives.
         loads: on moving segments.
         gravity: in world axes [m/s2].
         times: start and stop [s].
@@ -146,7 +159,7 @@ def build_compiled_model(
 
 
 class _Builder:
-    """Builds the tables step by step."""
+    """Build the tables of a figure, joint by joint."""
 
     def __init__(
         self,
@@ -460,7 +473,7 @@ class _Builder:
 
     @property
     def _moving(self) -> set[str]:
-        """Names of the joints that connect at least one moving segment."""
+        """Names of the joints that are connected to a moving segment."""
         return {
             name
             for name, joint in self.figure.joints.items()
@@ -534,7 +547,7 @@ class _Builder:
     def _load_pieces(self, knots: Array) -> Array:
         """Value at the start of each interval and slope of each load."""
         lengths = np.diff(np.append(knots, self.times[1]))
-        inner = knots[:, None] + _HALF * lengths[:, None]
+        inner = knots[:, None] + _SAMPLED_SHARES * lengths[:, None]
         pieces = np.zeros((len(knots), len(self.loads), 6))
         for k, load in enumerate(self.loads):
             values = load.components(inner)
