@@ -176,7 +176,7 @@ def coupled_law(
             total = group_torque(reduce(add, parts), rotation, RECORDING)
             components = [code.name(total[k]) for k in range(3)]
         else:
-            components = [code.name(reduce(add, (_sense(a, chain) * t for a, t in own)))]
+            components = [code.name(reduce(add, [_sense(a, chain) * t for a, t in own]))]
         for k, component in enumerate(components):
             ends.append(f"T[j{number}, {k}] += elastic * {component}")
             if not spring.law.is_conservative:

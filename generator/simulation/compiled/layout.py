@@ -44,7 +44,7 @@ MASS = 17
 INERTIA = 18
 """Principal moments of inertia about the centre of mass [kg m2] (3)."""
 LOCKED_VALUE = 21
-"""Displacement of a locked joint [rad or m]."""
+"""Angle of a locked joint with one rotation [rad], else zero."""
 CONSTANT_COLUMNS = 22
 
 (
