@@ -23,6 +23,10 @@ class Ending(Enum):
     INTERRUPTED = "interrupted"
 
 
+EARLY_STOP_ENDINGS = (Ending.INTERRUPTED, Ending.TOO_LONG)
+"""Endings that say nothing about the motion, and nothing against earlier passes."""
+
+
 class Integrator(Enum):
     """Method of integration of a run."""
 

@@ -24,20 +24,20 @@ ItemMonitor: TypeAlias = Callable[[int, str], AbstractContextManager[ItemCallbac
 """Opens a callback for a number of pieces of work, called by a noun: `monitor(17, "plates")`."""
 
 RunCallback: TypeAlias = Callable[["Progress"], None]
-"""Takes the progress of a run after every frame."""
+"""Takes the progress of a run."""
 
 RunMonitor: TypeAlias = Callable[[float, float], AbstractContextManager[RunCallback]]
 """Opens a callback for a run from a start to a stop [s]."""
 
 
 def no_item_monitor(total: int, noun: str) -> AbstractContextManager[ItemCallback]:
-    """Show nothing of pieces of work."""
+    """Return a callback that shows no progress of pieces of work."""
     del total, noun
     return nullcontext(_ignore)
 
 
 def no_run_monitor(start: float, stop: float) -> AbstractContextManager[RunCallback]:
-    """Show nothing of a run."""
+    """Return a callback that shows no progress of a run."""
     del start, stop
     return nullcontext(_ignore)
 
@@ -60,7 +60,7 @@ def _rate_column() -> "ProgressColumn":
 
 
 def _new_bar(*columns: "ProgressColumn") -> "ProgressBar":
-    """Return a bar on the standard error stream, wiped away at the end."""
+    """Return a bar on the standard error stream, removed at the end."""
     from rich.console import Console
     from rich.progress import Progress as ProgressBar
 
@@ -71,7 +71,8 @@ def _new_bar(*columns: "ProgressColumn") -> "ProgressBar":
 def progress_bar(start: float, stop: float) -> Generator[RunCallback]:
     """Show a bar on the standard error stream for a run from `start` to `stop` [s].
 
-    It shows the pass of the run, simulated time, rate and time to go, and is wiped away at the end.
+    It shows the pass of the run, the simulated and the remaining time and the rate, and is removed
+    at the end.
     """
     from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
@@ -98,7 +99,7 @@ def progress_bar(start: float, stop: float) -> Generator[RunCallback]:
 
 @contextmanager
 def item_progress_bar(total: int, noun: str) -> Generator[ItemCallback]:
-    """Show a bar on the standard error stream for `total` pieces of work, wiped away at the end.
+    """Show a bar on the standard error stream for `total` pieces of work, removed at the end.
 
     It shows how many are done and which was the last.
     """
@@ -134,8 +135,12 @@ def load_compiled_integrator(*, show_progress: bool) -> None:
 
     with suppress(ImportError), ExitStack() as stack:
         if show_progress and not is_compiled():
-            where = "" if cache_folder() else f"; it cannot be stored in {expected_folder()}"
-            print(f"Compiling the integrator, once on this machine{where}.", file=sys.stderr)
+            how_often = (
+                "once on this machine"
+                if cache_folder()
+                else f"in every run, because {expected_folder()} cannot be written"
+            )
+            print(f"Compiling the integrator, {how_often}.", file=sys.stderr)
             update = stack.enter_context(item_progress_bar(count_functions(), "functions"))
             listeners.append(update)
             stack.callback(listeners.remove, update)

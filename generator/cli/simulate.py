@@ -196,7 +196,7 @@ def simulate(
         import_exudyn()
     if plan.integrator is Integrator.COMPILED and plan.step is None and not python_torques:
         load_compiled_integrator(show_progress=show_progress)
-    from generator.simulation.run import simulate as run  # Exudyn takes its time
+    from generator.simulation.run import simulate as run  # the import of Exudyn is slow
 
     monitor = progress_bar if show_progress else no_run_monitor
     with defer_interrupt() as check, monitor(plan.start, plan.stop) as update:
@@ -354,7 +354,7 @@ def details_text(recording: Recording) -> str:
 
 
 def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
-    """Return the failure of a run and the fate of its frames; None for a finished run."""
+    """Return the failure of a run and the last frame that is kept; None for a finished run."""
     if recording.outcome.succeeded:
         return None
     kept = f"the frames up to {recording.times[-1]:.4g} s were"

@@ -17,7 +17,8 @@ FIGURE = "prototype"
 def warm_up(*, show_progress: bool = False) -> CommandResult:
     """Compile the integrator ahead of the first simulation.
 
-    With it, the laws of the prototype; later only laws of a new form are compiled.
+    The laws of the prototype are compiled as well. Laws of other forms, and the code for closed
+    loops and links, are compiled when a figure first has them.
     """
     was_compiled, start = is_compiled(), time.monotonic()
     with hold_interrupts():

@@ -60,7 +60,7 @@ _MAX_DENSE_BODIES = 40
 """Number of bodies above which the linear equations are solved as sparse ones."""
 
 _MAX_CONSTRAINT_ERROR = 1e-9
-"""Largest relative error of the constraints' second derivatives, which independent ones meet."""
+"""Largest relative error of the constraints' second derivatives; above it they are dependent."""
 
 _DEPENDENT_CONSTRAINTS = "the constraints of the model depend on each other in this pose"
 
@@ -114,7 +114,7 @@ class ExudynEquations:
     def __init__(self, model: ExudynModel) -> None:
         """Set up the evaluation of a model that has been assembled.
 
-        Exudyn clears the values that sensors have stored, so do it before or after a run.
+        Exudyn then clears the values that sensors have stored, so this must not be done in a run.
         """
         self._model, self._data = model, model.mbs.systemData
         settings = exu.SimulationSettings()
@@ -142,8 +142,7 @@ class ExudynEquations:
     def accelerations(self, state: BodyState) -> Array:
         """Accelerations of the bodies in world axes, shape (B, 6).
 
-        Of each body the angular acceleration [rad/s^2], and the acceleration of the centre of mass
-        [m/s^2].
+        For each body: the angular acceleration [rad/s2], then that of the centre of mass [m/s2].
 
         Raises:
             ModelError: the constraints depend on each other in this pose.
@@ -322,7 +321,9 @@ def _velocity_basis(parameters: Array) -> Array:
     return basis
 
 
-def _solver(masses: Array, c: "Array | csc_array") -> tuple[Any, Callable[[Array], Array]]:
+def _constraint_solver(
+    masses: Array, c: "Array | csc_array"
+) -> tuple[Any, Callable[[Array], Array]]:
     """Return M^-1, and the solution of (C M^-1 C^T) m = r as a function of r.
 
     Raises:
@@ -359,7 +360,7 @@ def _solve_constrained(
     count = len(masses)
     used = np.flatnonzero(abs(jacobian).sum(axis=1))
     c, g = jacobian[used], right[used]
-    inverse, solve = _solver(masses, c)
+    inverse, solve = _constraint_solver(masses, c)
     accelerations, multipliers = np.zeros(forces.size), np.zeros(used.size)
     for _ in range(_SOLUTION_SWEEPS):
         product = (masses @ accelerations.reshape(count, _MOTIONS, 1)).reshape(-1)

@@ -14,7 +14,7 @@ from math import ceil, inf, isfinite, sqrt
 import numpy as np
 
 from generator.figure import AxisKind, Figure
-from generator.recording import Accuracy, Ending, Outcome
+from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Outcome
 from generator.rotations import (
     Array,
     inverse_pose,
@@ -49,9 +49,6 @@ RELIABLE_STEP = 4e-4
 
 MAX_PASS_DIVERGENCE = 0.1
 """Distance of passes above which they follow different motions [rad]."""
-
-EARLY_STOP_ENDINGS = (Ending.INTERRUPTED, Ending.TOO_LONG)
-"""Endings of a pass that say nothing against the passes before it."""
 
 
 @dataclass(frozen=True)

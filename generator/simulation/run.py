@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure
-from generator.recording import Accuracy, Ending, Integrator, Outcome, Recording
+from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation.error_control import (
-    EARLY_STOP_ENDINGS,
     RefinedRun,
     first_step,
     refine_until_converged,
@@ -50,8 +49,9 @@ class Progress:
     """Progress of a run.
 
     Attributes:
-        pass_number: number of the pass, from 1; later passes have smaller steps.
-        step: step of the pass [s].
+        pass_number: number of the pass or compiled run; later ones have smaller steps. The first
+            compiled run, beside the second one, is not reported.
+        step: step of the pass [s]; for compiled integration, the mean step so far.
         time: simulated time reached by the pass [s].
     """
 
@@ -68,7 +68,8 @@ def simulate(
     Args:
         figure: the figure, with the springs of the plan or of its file.
         plan: parameters of the run; None for one second at the default tolerance.
-        watch: called with the progress after every frame.
+        watch: called with the progress: after every frame by Exudyn's integrator, several times a
+            second by the compiled one.
 
     Returns:
         The motion. A failed run is an outcome of it, with the frames up to the last valid time.
@@ -123,6 +124,7 @@ def _compiled_obstacle(model: ExudynModel) -> str | None:
 
 def _try_compiled(runner: "_PassRunner") -> Recording | str:
     """Run the model by the compiled method, or return why its result does not count."""
+    from generator.simulation.compiled.recorder import BranchingLawError
     from generator.simulation.compiled.refinement import StiffMotionError
     from generator.simulation.compiled_run import (
         MAX_DISAGREEMENT,
@@ -132,8 +134,8 @@ def _try_compiled(runner: "_PassRunner") -> Recording | str:
 
     try:
         refined = run_compiled(runner.first_model, runner.times, runner.deadline, runner.report)
-    except StiffMotionError as stiff:
-        return str(stiff)
+    except (BranchingLawError, StiffMotionError) as failure:
+        return str(failure)
     recording = _build_recording(runner, refined)
     agreement = agreement_with_exudyn(runner.first_model, refined.trace, recording.displacements)
     if not agreement <= MAX_DISAGREEMENT:

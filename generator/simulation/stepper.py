@@ -71,19 +71,22 @@ DEFAULT_STEP_TOLERANCE = 1e-4
 """Error of a step of the integrator, relative to 1 + the size of each number of the state."""
 
 _STEPS_PER_CALL = 500
-"""Steps between two looks at Ctrl-C."""
+"""Steps between two checks for Ctrl-C."""
 
-_SHORTEST_COUNTED_TIME = 1e-2
-"""Duration for whose share of `MAX_STEPS_PER_SECOND` every advance has steps [s]."""
+_MIN_COUNTED_TIME = 1e-2
+"""Shortest duration by which `MAX_STEPS_PER_SECOND` limits the steps of an advance [s]."""
 
 _HALF_TURN_MARGIN = 1e-6
 """Time before a half turn at which the motion stops [s]."""
 
-_HORIZON = 1e9
-"""Duration for which tables of loads are made [s]."""
+_LOAD_HORIZON = 1e9
+"""Duration that the tables of loads cover [s]."""
+
+_MIN_LOAD_DURATION = 1.0
+"""Duration that they cover after the last drive has ended [s]."""
 
 _TIME_TOLERANCE = 1e-9
-"""Time by which an advance may exceed a drive [s]."""
+"""Time by which an advance may continue beyond the end of a drive [s]."""
 
 
 class Stepper:
@@ -101,8 +104,8 @@ class Stepper:
         Args:
             figure: without closed loops.
             plan: its start, springs, gravity, root, pose, velocities, loads, locks and drives are
-                used; None for the pose of the file at rest. The stop time, the interval of frames
-                and the tolerance of a run are not.
+                used, but not its stop time, interval of frames and tolerance; None for the pose of
+                the file at rest.
             tolerance: error of a step of the integrator, relative to 1 + the size of each number of
                 the state. The error of the motion is not estimated.
 
@@ -175,7 +178,7 @@ class Stepper:
         if stop > self._last_time + _TIME_TOLERANCE:
             raise ModelError(f"a drive ends at {self._last_time:g} s, before {stop:.6g} s")
         before = self._state.copy()
-        limit = int(MAX_STEPS_PER_SECOND * max(duration, _SHORTEST_COUNTED_TIME))
+        limit = int(MAX_STEPS_PER_SECOND * max(duration, _MIN_COUNTED_TIME))
         ending = self._march(stop, limit)
         if ending == FINISHED:
             return Outcome(Ending.DONE, f"reached {stop:.6g} s", stop)
@@ -205,7 +208,7 @@ class Stepper:
                 return ending
 
     def _stop_before_half_turn(self, before: StepperState, limit: int) -> Outcome:
-        """Return to the time just before a joint reached 180 deg, and say so."""
+        """Return to the time just before a joint reached 180 deg; return the outcome."""
         state, model = self._state, self._state.model
         first = len(state.mechanism.branches) - len(state.mechanism.measured)
         joint = model.measured_joints[int(state.progress.counts[SWITCH]) - first]
@@ -297,7 +300,7 @@ class Stepper:
     def set_scales(self, springs: float = 1.0, damping: float = 1.0) -> None:
         """Multiply the torques of all springs, and of damping and friction, by factors."""
         if not (isfinite(springs) and isfinite(damping) and min(springs, damping) >= 0.0):
-            raise ModelError(f"scales are not negative: {springs:g}, {damping:g}")
+            raise ModelError(f"scales must be finite and not negative: {springs:g}, {damping:g}")
         scales = float(springs), float(damping)
         setting = self._state.setting
         work = (scales[0] - setting.scales[0]) * self._state.unscaled_spring_energy()
@@ -313,7 +316,7 @@ class Stepper:
             force: in world axes, shape (3,) [N].
             point: in the segment's frame, shape (3,) [m]. Forces at different points add.
         """
-        _ = self.figure.segments[segment]
+        _ = self.figure.segments[segment]  # an unknown name raises
         if segment not in self._state.model.segment_links:
             raise ModelError(f"segment {segment} does not move, so a force cannot act on it")
         place = segment, _finite_vector(point, "the point of a force")
@@ -369,8 +372,7 @@ class Stepper:
         if free:
             self.unlock(*free)
             return
-        displacements = self.displacements
-        freed, displacements = detach_root(figure, displacements)
+        freed, displacements = detach_root(figure, self.displacements)
         tree = build_tree(freed)
         drives = PrescribedMotion(setting.tree, Links(), {}, self._plan.drives)
         drives.check_free_root(freed.joints)
@@ -426,8 +428,8 @@ class Stepper:
     ) -> CompiledModel:
         """Compile the equations of a setting, with the loads of the file and of the plan."""
         figure = setting.tree.figure
-        stop = min(self._last_time, start + _HORIZON)
-        stop = stop if stop > start else start + 1.0
+        stop = min(self._last_time, start + _LOAD_HORIZON)
+        stop = stop if stop > start else start + _MIN_LOAD_DURATION
         loads = [*constant_site_loads(figure, start, stop), *self._plan.loads]
         try:
             return build_compiled_model(

@@ -12,7 +12,6 @@ from generator.rotations import Array, inverse_pose, pose_matrix, rotation_vecto
 from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
     BALL,
-    CENTRE,
     COORDINATE,
     DISSIPATION,
     EXTERNAL,
@@ -33,6 +32,7 @@ from generator.simulation.compiled.layout import (
 )
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.runge_kutta import TIME, Progress, start_progress
+from generator.simulation.compiled_run import body_rotations, centre_arms
 from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
 
@@ -43,7 +43,7 @@ _PROJECTION_SWEEPS = 2
 """Number of least-squares solutions, each for the residual of those before it."""
 
 _POLE_TOLERANCE = 1e-10
-"""Smallest singular value of the axes of rotations, relative to the largest, that counts."""
+"""Singular value of the axes of rotations, relative to the largest, below which it is zero."""
 
 Point = tuple[str, Vector]
 """A segment and a point in its frame [m]."""
@@ -134,7 +134,7 @@ class StepperState:
         )
 
     def forget_motion(self) -> None:
-        """Forget what was computed for a state that has been overwritten."""
+        """Discard the recorded columns, which belong to a state that will be overwritten."""
         self._links = None
 
     @property
@@ -248,9 +248,8 @@ class StepperState:
     @property
     def _centres(self) -> Array:
         """Centres of mass of the moving segments, shape (B, 3) [m]."""
-        return self.links[self.bodies, POINT : POINT + 3] + _arms(
-            self.model, self.bodies, self.links
-        )
+        points = self.links[self.bodies, POINT : POINT + 3]
+        return points + centre_arms(self.model, self.bodies, self.links)
 
     @property
     def energy(self) -> dict[str, float]:
@@ -346,18 +345,6 @@ def evaluate(model: CompiledModel, mechanism: Mechanism, time: float, states: Ar
     return links
 
 
-def _arms(model: CompiledModel, bodies: IndexArray, links: Array) -> Array:
-    """From the points of links to their centres of mass, in world axes, shape (..., B, 3) [m]."""
-    rotations = _rotations(bodies, links)
-    centres = model.mechanism.constants[bodies, CENTRE : CENTRE + 3]
-    return (rotations @ centres[..., None])[..., 0]
-
-
-def _rotations(bodies: IndexArray, links: Array) -> Array:
-    columns = links[..., bodies, ROTATION : ROTATION + 9]
-    return columns.reshape(*columns.shape[:-1], 3, 3)
-
-
 def weighted_velocities(model: CompiledModel, bodies: IndexArray, links: Array) -> Array:
     """Velocities of bodies times the roots of masses and moments of inertia, shape (..., 6 B).
 
@@ -371,8 +358,8 @@ def weighted_velocities(model: CompiledModel, bodies: IndexArray, links: Array) 
     spins = links[..., bodies, SPIN : SPIN + 3]
     constants = model.mechanism.constants[bodies]
     linear = links[..., bodies, VELOCITY : VELOCITY + 3]
-    linear = linear + np.cross(spins, _arms(model, bodies, links))
-    own_spins = (np.swapaxes(_rotations(bodies, links), -1, -2) @ spins[..., None])[..., 0]
+    linear = linear + np.cross(spins, centre_arms(model, bodies, links))
+    own_spins = (np.swapaxes(body_rotations(bodies, links), -1, -2) @ spins[..., None])[..., 0]
     weighted = np.concatenate(
         [
             np.sqrt(constants[:, INERTIA : INERTIA + 3]) * own_spins,

@@ -1,10 +1,10 @@
 """Location of breakpoints within a step.
 
-A *switching function* is positive or negative on either side of a breakpoint. Its sign, held in
-`Mechanism.branches`, is wrong after the breakpoint has been passed. Its *margin*, with that sign,
-is the distance from being passed: a zero counts as passed when the function is `SLACK` beyond it.
-After a reversal of the sign it is thus clearly on its new side, and a start on a breakpoint needs
-no special treatment.
+A *switching function* is positive on one side of a breakpoint and negative on the other. Its sign,
+held in `Mechanism.branches`, is wrong after the breakpoint has been passed. Its *margin*, with that
+sign, is the distance from being passed: a zero counts as passed when the function is `SLACK` beyond
+it. After a reversal of the sign it is thus clearly on its new side, and a start on a breakpoint
+needs no special treatment.
 """
 
 import numpy as np
@@ -20,25 +20,37 @@ from generator.simulation.compiled.runge_kutta import (
     Progress,
     interpolate,
 )
-from generator.simulation.compiled.tableau import NODES
+from generator.simulation.compiled.tableau import END_STAGE, NODES
 
 SLACK = 1e-10
 """Distance beyond a breakpoint at which it counts as passed [rad, m or 1]."""
 
-_SPREAD_STAGES = (0, 3, 5, 9, 10, 12)
+NO_BREAKPOINT = 2.0
+"""Share of a step, beyond its end, that is returned where no breakpoint is passed."""
+
+_SPREAD_STAGES = (0, 3, 5, 9, 10, END_STAGE)
 """Stages whose times are far from each other, in their order."""
 
 _PARABOLA_ERROR = 0.05
 """Error of a parabola through three stages, as a share of its range between them."""
 
 _GRAZE_WIDTH = 0.15
-"""Half the share of a step that is searched for the least margin around a suspected one."""
+"""Share of a step, on each side of a suspected least margin, that is searched for it."""
+
+_PARABOLA_MARGIN = 0.1
+"""Distance outside three stages at which a least margin counts, as a share of their interval."""
 
 _GRAZE_SWEEPS, _GRAZE_SECTIONS = 6, 8
 """Number of searches for the least margin, each around that of the one before, and of their
 sections."""
 
-_GRID = np.unique(NODES[:13])[1:]
+_MAX_ITERATIONS = 60
+"""Number of iterations of the Illinois method."""
+
+_MIN_INTERVAL = 1e-15
+"""Share of a step between two bounds of a zero below which it counts as located."""
+
+_GRID = np.unique(NODES[: END_STAGE + 1])[1:]
 """Places within a step at which the continuous solution is searched for breakpoints."""
 
 
@@ -53,15 +65,17 @@ def store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, st
     return passed
 
 
-@compiled(REAL, PROGRESS)
-def suspected_graze(progress: Progress) -> float:
-    """Return the share of the step at which a margin may be negative between two stages, or 2.0.
+@compiled(COUNT, PROGRESS)
+def list_suspects(progress: Progress) -> int:
+    """List the switching functions that may be passed and passed back between stages.
 
     A parabola through three stages, whose minimum lies between them, is compared with zero, and
-    with the error that it may have. The switching function is left in `progress.counts[SWITCH]`.
+    with the error that it may have. Returns the number of suspects; they are left in
+    `progress.passed`, and the shares of the step at their least margins in `progress.shares`.
     """
-    margins = progress.margins
+    margins, count = progress.margins, 0
     for k in range(margins.shape[1]):
+        smallest = np.inf
         for n in range(len(_SPREAD_STAGES) - 2):
             i, j, m = _SPREAD_STAGES[n], _SPREAD_STAGES[n + 1], _SPREAD_STAGES[n + 2]
             before, middle, after = NODES[i], NODES[j], NODES[m]
@@ -70,16 +84,19 @@ def suspected_graze(progress: Progress) -> float:
             if bend <= 0.0:
                 continue
             lowest = 0.5 * (before + middle - slope / bend)
-            slack = 0.1 * (after - before)
-            if not before - slack < lowest < after + slack:
+            width = _PARABOLA_MARGIN * (after - before)
+            if not before - width < lowest < after + width:
                 continue
             lowest = min(max(lowest, before), after)
             least = margins[i, k] + (lowest - before) * (slope + bend * (lowest - middle))
             highest = max(margins[i, k], margins[m, k])
-            if least < _PARABOLA_ERROR * (highest - least):
-                progress.counts[SWITCH] = k
-                return lowest
-    return 2.0
+            if least < min(smallest, _PARABOLA_ERROR * (highest - least)):
+                smallest = least
+                progress.shares[count] = lowest
+        if smallest < np.inf:
+            progress.passed[count] = k
+            count += 1
+    return count
 
 
 @compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL, COUNT)
@@ -124,12 +141,12 @@ def _locate_zero(
             return before
     high = _margin(equations, mechanism, scratch, progress, balls, step, after, switch)
     share, side = after, 0
-    for _ in range(60):
+    for _ in range(_MAX_ITERATIONS):
         share = after - high * (after - before) / (high - low)
         if not before < share < after:
             share = 0.5 * (before + after)
         middle = _margin(equations, mechanism, scratch, progress, balls, step, share, switch)
-        if abs(middle) < 0.25 * SLACK or after - before < 1e-15:
+        if abs(middle) < 0.25 * SLACK or after - before < _MIN_INTERVAL:
             break
         if middle < 0.0:
             after, high = share, middle
@@ -144,7 +161,7 @@ def _locate_zero(
     return share
 
 
-@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
+@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, COUNT, REAL)
 def locate_graze(
     equations: Equations,
     mechanism: Mechanism,
@@ -152,14 +169,15 @@ def locate_graze(
     progress: Progress,
     balls: int,
     step: float,
+    switch: int,
     suspected: float,
 ) -> float:
-    """Return the share of the step at which a suspected switching function is passed, or 2.0.
+    """Return the share of the step at which a suspected switching function is passed.
 
     Its least margin on the continuous solution is searched for around the suspected share, in ever
-    finer sections; where that is negative, the zero before it is located.
+    finer sections. Where that is negative, the zero before it is located; else it is
+    `NO_BREAKPOINT`.
     """
-    switch = progress.counts[SWITCH]
     low, high = max(0.0, suspected - _GRAZE_WIDTH), min(1.0, suspected + _GRAZE_WIDTH)
     for _ in range(_GRAZE_SWEEPS):
         section, least, at = (high - low) / _GRAZE_SECTIONS, np.inf, low
@@ -173,7 +191,7 @@ def locate_graze(
             if margin < least:
                 least, at = margin, share
         low, high = max(0.0, at - section), min(1.0, at + section)
-    return 2.0
+    return NO_BREAKPOINT
 
 
 @compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
@@ -186,10 +204,10 @@ def locate_breakpoint(
     step: float,
     earliest: float,
 ) -> float:
-    """Return the share of the step at the first breakpoint, 2.0 if none is passed.
+    """Return the share of the step at the first breakpoint.
 
-    It is searched for from the earliest share at which a stage has passed one. The switching
-    function is left in `progress.counts[SWITCH]`.
+    It is searched for from the earliest share at which a stage has passed one, and is
+    `NO_BREAKPOINT` if none is found. The switching function is left in `progress.counts[SWITCH]`.
     """
     before = 0.0
     for m in range(len(_GRID)):
@@ -204,7 +222,7 @@ def locate_breakpoint(
                 progress.passed[count] = k
                 count += 1
         if count > 0:
-            # The zero of one function; then those of the others that it has not excluded.
+            # Locate the zero of one function, then of each other one that is passed before it.
             first = after
             for n in range(count):
                 k = progress.passed[n]
@@ -220,4 +238,4 @@ def locate_breakpoint(
                 progress.counts[SWITCH] = k
             return first
         before = after
-    return 2.0
+    return NO_BREAKPOINT

@@ -1,8 +1,8 @@
 """Folder of compiled code, named by the hash of the sources from which it is compiled.
 
-numba's own cache looks at the file of a function only, not at those that it calls. In a folder that
-the hash of all files of this package names, compiled code is never stale. The laws that are
-generated later are stored beside it, each in a file named by its own hash.
+numba's own cache checks the file of a function only, not those of the functions that it calls. The
+folder is named by the hash of all files of this package, so its code is never stale. The laws that
+are generated later are stored in it, each in a file named by its own hash.
 """
 
 import re
@@ -16,19 +16,18 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 KEPT_FOLDERS = 4
-"""Number of folders, of this and of other versions, that are kept."""
+"""Number of folders that are kept: that of this version, and the newest others."""
 
 _MARK = "complete"
-"""File that says that the whole integrator is compiled."""
+"""File that marks that the integrator is compiled, except what later files hold."""
 
-listeners: list[Callable[[str], None]] = []
-"""Called with the name of each function of the integrator before it is compiled or loaded."""
-
+_LATER_FILES = ("closure.py", "projection.py", "row_motion.py")
+"""Files that are compiled when a figure first has closed loops or linked rotations."""
 
 _FOLDER = Path(__file__).parent
 
-_LATER = ("closure", "projection", "row_motion")
-"""Modules that are compiled when a figure first has a loop or a link."""
+listeners: list[Callable[[str], None]] = []
+"""Called with the name of each function of the integrator before it is compiled or loaded."""
 
 
 @cache
@@ -38,11 +37,10 @@ def _sources() -> tuple[str, ...]:
 
 @cache
 def count_functions() -> int:
-    """Return the number of functions that are compiled for every figure."""
-    texts = (
-        path.read_text(encoding="utf-8") for path in _FOLDER.glob("*.py") if path.stem not in _LATER
-    )
-    return sum(len(re.findall(r"^@compiled\(", text, re.MULTILINE)) for text in texts)
+    """Return the number of functions that are compiled when the integrator is imported."""
+    files = _FOLDER.glob("*.py")
+    sources = [path.read_text(encoding="utf-8") for path in files if path.name not in _LATER_FILES]
+    return sum(len(re.findall(r"^@compiled\(", source, re.MULTILINE)) for source in sources)
 
 
 @cache
@@ -70,7 +68,7 @@ def is_compiled() -> bool:
 
 
 def mark_compiled() -> None:
-    """Note that the whole integrator is compiled, and remove the oldest folders."""
+    """Mark the integrator as compiled, and remove the oldest folders."""
     folder = cache_folder()
     if folder is None or is_compiled():
         return
@@ -81,4 +79,4 @@ def mark_compiled() -> None:
         for path in others[: max(0, len(others) - KEPT_FOLDERS + 1)]:
             shutil.rmtree(path, ignore_errors=True)
     except OSError:
-        return  # another process may have removed them; the code is compiled all the same
+        return  # another process may have removed them; the code is compiled nevertheless

@@ -46,9 +46,9 @@ def compiled(
 ) -> Callable[[Function], Function]:
     """Compile a function for one signature: the type of the result, then those of the arguments.
 
-    Only an `entry` can be called from Python: the conversion of its arguments takes as long to
-    compile as many lines. A function with a `pointer` can be an argument of compiled functions;
-    one that is called by its name is compiled again with each of its callers. A `merged` one
+    Only an `entry` can be called from Python: to compile the conversion of its arguments takes as
+    long as many lines of code. A function with a `pointer` can be an argument of compiled ones; one
+    that is called by its name is compiled again with each of its callers. A `merged` one
     becomes part of its callers, which saves passing the tables of a mechanism: some 0.1 us a call.
     Loops over states are `vectorised`. Other threads run while an entry does.
     """

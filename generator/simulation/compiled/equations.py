@@ -64,7 +64,7 @@ def _keep_state(
     state: Array,
     rates: Array,
 ) -> bool:
-    """Leave the state of a tree, whose coordinates satisfy all constraints."""
+    """Leave the state of a tree without constraints beyond it, where any state is valid."""
     return True
 
 

@@ -1,4 +1,4 @@
-"""States on the branches of the laws, and the evaluation of frames."""
+"""Selection of the branches of the laws in a state, and evaluation of recorded states."""
 
 from generator.rotations import Array
 from generator.simulation.compiled.compiler import (
@@ -20,6 +20,9 @@ from generator.simulation.compiled.layout import (
     Scratch,
 )
 
+_MAX_SELECTIONS = 8
+"""Number of evaluations after which the signs of the branches are left."""
+
 
 @compiled(
     NOTHING, EQUATIONS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, COUNT, REAL, entry=True
@@ -35,12 +38,12 @@ def settle_branches(
     fixed: int,
     slack: float,
 ) -> None:
-    """Compute the rates of a state with the branches that it lies on.
+    """Compute the rates of a state, and set the signs of its branches.
 
-    A branch may decide on which side another switching function is, so this is repeated. Functions
-    nearer to zero than `slack`, and the one with the index `fixed`, keep their sign.
+    Switching functions may depend on the branches of others, so this is repeated. Functions nearer
+    to zero than `slack`, and the one with the index `fixed`, keep their sign.
     """
-    for _ in range(8):
+    for _ in range(_MAX_SELECTIONS):
         equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
         changed = False
         for k in range(len(mechanism.branches)):

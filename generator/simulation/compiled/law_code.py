@@ -1,11 +1,13 @@
 """The laws of all joints as one generated function.
 
 Uses of laws that leave the same lines of code share a loop over rows of the constants' table, so
-the function depends on the forms of the laws only: other coefficients compile nothing.
+the function depends on the forms of the laws only: other coefficients need no compilation.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from generator.simulation.compiled.recorder import (
 )
 from springs import (
     AxisSpring,
+    CoupledAxis,
     CoupledSpring,
     Joining,
     Real,
@@ -73,7 +76,10 @@ class LawTables:
 
 
 def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
-    """Return one compiled function for the uses; of equal forms, in the order of their first."""
+    """Return one compiled function for the uses, with its tables.
+
+    Uses of equal forms are adjacent; the forms are in the order of their first use.
+    """
     by_form: dict[tuple[str, ...], list[LawUse]] = {}
     for use in uses:
         by_form.setdefault(use.form, []).append(use)
@@ -152,37 +158,25 @@ def coupled_law(
             if single
             else code.read_vector(f"x{number}", place + "{}]")
         )
-    signs = {name: 1.0 for name in names}
     angles: list[Real] = []
     for axis in spring.axes:
         rotation, chain = rotations[axis.joint], chains[axis.joint]
         if isinstance(rotation, Triple):
             angles.append(RECORDING.dot(RECORDING.vector(axis.direction), rotation))
         else:
-            sign = float(np.sign(np.dot(axis.direction, chain.rotation_axes[0])))
-            angles.append(sign * rotation)
+            angles.append(_sense(axis, chain) * rotation)
     with _NamedLaw(spring):
         torques = spring.law.torques(angles, RECORDING)
-    del signs
     ends: list[str] = []
     for number, name in enumerate(names):
         rotation, chain = rotations[name], chains[name]
         own = [(a, t) for a, t in zip(spring.axes, torques, strict=True) if a.joint == name]
         if isinstance(rotation, Triple):
             parts = [RECORDING.scaled(t, RECORDING.vector(a.direction)) for a, t in own]
-            total = parts[0]
-            for part in parts[1:]:
-                total = total + part
-            total = group_torque(total, rotation, RECORDING)
+            total = group_torque(reduce(add, parts), rotation, RECORDING)
             components = [code.name(total[k]) for k in range(3)]
         else:
-            sizes = [
-                float(np.sign(np.dot(a.direction, chain.rotation_axes[0]))) * t for a, t in own
-            ]
-            total = sizes[0]
-            for size in sizes[1:]:
-                total = total + size
-            components = [code.name(total)]
+            components = [code.name(reduce(add, [_sense(a, chain) * t for a, t in own]))]
         for k, component in enumerate(components):
             ends.append(f"T[j{number}, {k}] += elastic * {component}")
             if not spring.law.is_conservative:
@@ -190,8 +184,13 @@ def coupled_law(
     return code.use(ends, *(rows[name] for name in names))
 
 
+def _sense(axis: CoupledAxis, chain: Chain) -> float:
+    """Sign of the only rotation of a joint about the axis of a law."""
+    return float(np.sign(np.dot(axis.direction, chain.rotation_axes[0])))
+
+
 class _Code:
-    """A recorder, and the lines that read what it starts from."""
+    """A recorder, and the lines that read its operands."""
 
     def __init__(self) -> None:
         self._recorder = Recorder()
@@ -222,7 +221,7 @@ class _Code:
 
 
 class _NamedLaw:
-    """Names the laws in the error of one that cannot be recorded."""
+    """Add the names of the laws to the error of one that cannot be recorded."""
 
     def __init__(self, *springs: AxisSpring | CoupledSpring) -> None:
         self._springs = springs

@@ -36,7 +36,7 @@ AXIS_IN_PARENT = 3
 COSINE_TURN = 6
 """Quaternion c of a relative orientation cos(x/2) c + sin(x/2) s at the angle x (4)."""
 SINE_TURN = 10
-"""Quaternion s of the same (4)."""
+"""Quaternion s of this orientation (4)."""
 CENTRE = 14
 """From the link's point to its centre of mass, in the link's axes [m] (3)."""
 MASS = 17
@@ -44,10 +44,17 @@ MASS = 17
 INERTIA = 18
 """Principal moments of inertia about the centre of mass [kg m2] (3)."""
 LOCKED_VALUE = 21
-"""Displacement of a locked joint [rad or m]."""
+"""Angle of a locked joint with one rotation [rad], else zero."""
 CONSTANT_COLUMNS = 22
 
-ROW_PARENT, ROW_CHILD, ROW_LINK, ROW_ENDS_AT_HALF_TURN, ROW_FORM, ROW_ANGLE = range(6)
+(
+    MEASURED_PARENT,
+    MEASURED_CHILD,
+    MEASURED_LINK,
+    MEASURED_ENDS_AT_HALF_TURN,
+    MEASURED_FORM,
+    MEASURED_ANGLE,
+) = range(6)
 """Columns of `measured`: the links of the parent's and of the child's site of a joint of several
 rotations, or of one that closes a loop; or the link of a single displacement, else -1; 1 where a
 half turn ends the run; what is measured; and the place of an angle in the state, else -1."""
@@ -93,10 +100,10 @@ class Mechanism(NamedTuple):
     """Tables of a mechanism with n links, m measured joints and l loads; k intervals of time.
 
     Attributes:
-        links: integers by link, shape (n, 5); a link follows its inboard link.
+        links: integers by link, shape (n, LINK_COLUMNS); a link follows its inboard link.
         constants: numbers by link, shape (n, CONSTANT_COLUMNS).
-        measured: links of each joint with a law, shape (m, 6).
-        sites: orientation and places of its sites, shape (m, 17).
+        measured: links of each joint with a law, shape (m, MEASURED_COLUMNS).
+        sites: orientation and places of its sites, shape (m, SITE_COLUMNS).
         loads: links and kinds of the loads, shape (l, 3).
         load_points: where they act, from the link's point in its axes, shape (l, 3) [m].
         knots: starts of the intervals in which loads and drives are polynomials, shape (k,) [s].
@@ -109,7 +116,7 @@ class Mechanism(NamedTuple):
         branches: 1 where a switching function of a law counts as positive, else -1, shape (s,);
             followed by the sign of each measured joint's quaternion, shape (s + m,).
         rows: kinds and links of the constraints beyond the tree, shape (q, 3).
-        row_constants: their numbers, shape (q, 12).
+        row_constants: their numbers, shape (q, ROW_CONSTANT_COLUMNS).
     """
 
     links: IndexArray
@@ -245,7 +252,7 @@ class Scratch(NamedTuple):
     Attributes:
         work: quantities of each link in world axes, shape (n, WORK_COLUMNS).
         displacements: of the measured joints [rad or m], shape (m, 3).
-        rates: of the same, rotations in the half-way frame, shape (m, 3).
+        rates: of the measured joints, rotations in the half-way frame, shape (m, 3).
         torques: of the laws, on the child [N m or N], shape (m, 3).
         half_way: half-way frames of the measured joints in the world, shape (m, 9); of an angle the
             axis, as first column; of a shift its axis and the arms to the child's site from the

@@ -32,13 +32,13 @@ from generator.simulation.compiled.layout import (
     LOAD_IS_LOCAL,
     LOAD_LINK,
     MASS,
+    MEASURED_CHILD,
+    MEASURED_FORM,
+    MEASURED_LINK,
+    MEASURED_PARENT,
     MECHANISM,
     MOMENT,
     ROTATION,
-    ROW_CHILD,
-    ROW_FORM,
-    ROW_LINK,
-    ROW_PARENT,
     SCRATCH,
     SHIFT,
     SPIN,
@@ -73,11 +73,11 @@ def compute_inertia_and_loads(
         store(work, i, MOMENT, cross(spin, apply_symmetric(inertia, spin)))
         store(work, i, FORCE, cross(spin, cross(spin, (mx, my, mz))))
     for j in range(len(measured)):
-        parent, child = measured[j, ROW_PARENT], measured[j, ROW_CHILD]
-        if measured[j, ROW_LINK] >= 0:
-            work[measured[j, ROW_LINK], EFFORT] += scratch.torques[j, 0]
+        parent, child = measured[j, MEASURED_PARENT], measured[j, MEASURED_CHILD]
+        if measured[j, MEASURED_LINK] >= 0:
+            work[measured[j, MEASURED_LINK], EFFORT] += scratch.torques[j, 0]
             continue
-        if measured[j, ROW_FORM] == SHIFT:
+        if measured[j, MEASURED_FORM] == SHIFT:
             force = times(scratch.torques[j, 0], vector(scratch.half_way, j, 0))
             if parent >= 0:
                 accumulate(work, parent, FORCE, force)

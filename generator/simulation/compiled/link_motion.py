@@ -40,6 +40,11 @@ from generator.simulation.compiled.layout import (
     JOINT_VALUE,
     KIND,
     LOCKED_VALUE,
+    MEASURED_ANGLE,
+    MEASURED_CHILD,
+    MEASURED_FORM,
+    MEASURED_LINK,
+    MEASURED_PARENT,
     MECHANISM,
     ORIENTATION,
     PARENT,
@@ -49,11 +54,6 @@ from generator.simulation.compiled.layout import (
     POINT_BIAS,
     RATE,
     ROTATION,
-    ROW_ANGLE,
-    ROW_CHILD,
-    ROW_FORM,
-    ROW_LINK,
-    ROW_PARENT,
     SCRATCH,
     SHIFT,
     SINE_TURN,
@@ -67,6 +67,9 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
+
+_SMALL_SQUARE = 1e-8
+"""Squared sine of half an angle below which a series replaces the ratio of angle and sine."""
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, merged=True)
@@ -144,7 +147,7 @@ def compute_kinematics(
 def _measure_shift(mechanism: Mechanism, scratch: Scratch, j: int, orientation: Quaternion) -> None:
     """Compute a displacement along an axis of the parent's site, and where its force acts."""
     measured, sites, work = mechanism.measured, mechanism.sites, scratch.work
-    parent, child = measured[j, ROW_PARENT], measured[j, ROW_CHILD]
+    parent, child = measured[j, MEASURED_PARENT], measured[j, MEASURED_CHILD]
     axis = apply(rotation(orientation), vector(sites, j, SITE_AXIS))
     place, other_arm = vector(sites, j, PLACE_IN_PARENT), vector(sites, j, PLACE_IN_CHILD)
     spin, velocity = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -177,7 +180,11 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
     branches, switching = mechanism.branches, scratch.switching
     first = len(branches) - len(measured)
     for j in range(len(measured)):
-        link, parent, child = measured[j, ROW_LINK], measured[j, ROW_PARENT], measured[j, ROW_CHILD]
+        link, parent, child = (
+            measured[j, MEASURED_LINK],
+            measured[j, MEASURED_PARENT],
+            measured[j, MEASURED_CHILD],
+        )
         if link >= 0:
             scratch.displacements[j, 0] = work[link, JOINT_VALUE]
             scratch.rates[j, 0] = work[link, JOINT_RATE]
@@ -191,15 +198,15 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
         if child >= 0:
             inner = product(quaternion(work, child, ORIENTATION), inner)
             own_spin = vector(work, child, SPIN)
-        if measured[j, ROW_FORM] == SHIFT:
+        if measured[j, MEASURED_FORM] == SHIFT:
             _measure_shift(mechanism, scratch, j, outer)
             switching[first + j] = branches[first + j]
             continue
         cosine, x, y, z = product(conjugate(outer), inner)
-        if measured[j, ROW_FORM] == ANGLE:
+        if measured[j, MEASURED_FORM] == ANGLE:
             axis = vector(sites, j, SITE_AXIS)
             angle = 2.0 * atan2(dot(axis, (x, y, z)), cosine)
-            turns = (state[measured[j, ROW_ANGLE]] - angle) / (2.0 * pi)
+            turns = (state[measured[j, MEASURED_ANGLE]] - angle) / (2.0 * pi)
             scratch.displacements[j, 0] = angle + 2.0 * pi * floor(turns + 0.5)
             a, b, c = apply(rotation(outer), axis)
             scratch.rates[j, 0] = dot((a, b, c), minus(own_spin, spin))
@@ -210,7 +217,7 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
         sign = branches[first + j]
         cosine, x, y, z = sign * cosine, sign * x, sign * y, sign * z
         square = x * x + y * y + z * z
-        if square > 1e-8:
+        if square > _SMALL_SQUARE:
             sine = sqrt(square)
             ratio = 2.0 * atan2(sine, cosine) / sine
         else:

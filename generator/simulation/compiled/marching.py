@@ -7,24 +7,24 @@ ends there, and the sign of its switching function is reversed.
 
 from generator.rotations import Array
 from generator.simulation.compiled.breakpoints import (
+    NO_BREAKPOINT,
     SLACK,
+    list_suspects,
     locate_breakpoint,
     locate_graze,
     store_margins,
-    suspected_graze,
 )
 from generator.simulation.compiled.compiler import COUNT, MATRIX, REAL, VECTOR, compiled
 from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
+    MEASURED_ENDS_AT_HALF_TURN,
     MECHANISM,
-    ROW_ENDS_AT_HALF_TURN,
     SCRATCH,
     Mechanism,
     Scratch,
 )
 from generator.simulation.compiled.runge_kutta import (
-    EVALUATIONS,
     EVENTS,
     FRAME,
     FRESH,
@@ -42,20 +42,21 @@ from generator.simulation.compiled.runge_kutta import (
     normalize_quaternions,
     step_error,
 )
-from generator.simulation.compiled.tableau import NODES, STAGES
+from generator.simulation.compiled.tableau import END_STAGE, NODES, STAGES
 
 SHORTEST_STEP = 1e-12
 """Step below which an integration has failed [s]."""
 
 SHARE_AFTER_BREAKPOINT = 0.7
 """Largest step after a breakpoint over the one before. What suits the motion before, such as that
-in a dead zone, can be so long after it that the two error estimates of the method cancel."""
+in a dead zone, may be so long for the motion after it that the error estimates cancel."""
 
 FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
 """Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a
 joint at 180 deg whose law is not defined there."""
 
 _ORDER = 8.0
+"""Order of the method, and so of its error estimate in the step."""
 
 SAFETY = 0.8
 """Share of the step that the error estimate permits; 0.9 rejects twice as many steps."""
@@ -130,7 +131,6 @@ def march(
             )
             counts[FRESH] = 0
             store_margins(mechanism, scratch, progress, 0)
-            counts[EVALUATIONS] += 1
         if taken >= max_steps:
             return PAUSED
         taken += 1
@@ -142,9 +142,9 @@ def march(
             step, reaches_limit = limit - time, True
         elif step < SHORTEST_STEP:
             return COLLAPSED
-        earliest = 2.0
-        for s in range(1, 13):
-            stage = end if s == 12 else progress.trial
+        earliest = NO_BREAKPOINT
+        for s in range(1, END_STAGE + 1):
+            stage = end if s == END_STAGE else progress.trial
             combine_stages(state, step, STAGES[s], slopes, s, stage)
             at = time + NODES[s] * step
             equations.compute_rates(
@@ -152,7 +152,6 @@ def march(
             )
             if store_margins(mechanism, scratch, progress, s) and NODES[s] < earliest:
                 earliest = NODES[s]
-        counts[EVALUATIONS] += 12
         error = step_error(progress, step, tolerance)
         if not error <= 1.0:
             shrinkage = LARGEST_SHRINKAGE
@@ -185,22 +184,23 @@ def march(
             growth = min(growth, SAFETY * error ** (-1.0 / _ORDER))
         grown = step * growth
         clock[STEP] = max(grown, clock[STEP]) if reaches_limit else grown
-        share, has_continuous = 2.0, False
+        share, has_continuous = NO_BREAKPOINT, False
         if earliest <= 1.0:
             build_continuous(equations, mechanism, scratch, progress, step)
             has_continuous = True
             share = locate_breakpoint(
                 equations, mechanism, scratch, progress, balls, step, earliest
             )
-        if share > 1.0:
-            suspected = suspected_graze(progress)
-            if suspected <= 1.0:
-                if not has_continuous:
-                    build_continuous(equations, mechanism, scratch, progress, step)
-                    has_continuous = True
-                share = locate_graze(
-                    equations, mechanism, scratch, progress, balls, step, suspected
-                )
+        for n in range(list_suspects(progress)):
+            if not has_continuous:
+                build_continuous(equations, mechanism, scratch, progress, step)
+                has_continuous = True
+            switch, suspected = progress.passed[n], float(progress.shares[n])
+            graze = locate_graze(
+                equations, mechanism, scratch, progress, balls, step, switch, suspected
+            )
+            if graze < share:
+                share, counts[SWITCH] = graze, switch
         reached = limit if reaches_limit else time + step
         if share <= 1.0:
             reached = time + share * step
@@ -234,27 +234,25 @@ def march(
             counts[EVENTS] += 1
             if (
                 switch >= first_joint
-                and mechanism.measured[switch - first_joint, ROW_ENDS_AT_HALF_TURN]
+                and mechanism.measured[switch - first_joint, MEASURED_ENDS_AT_HALF_TURN]
             ):
                 return TURNED_OVER
             settle_branches(
                 equations, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
             )
             store_margins(mechanism, scratch, progress, 0)
-            counts[EVALUATIONS] += 1
             continue
         for k in range(len(state)):
             state[k] = progress.projected[k] if has_rows else end[k]
-            slopes[0, k] = slopes[12, k]
+            slopes[0, k] = slopes[END_STAGE, k]
         for k in range(len(mechanism.branches)):
-            progress.margins[0, k] = progress.margins[12, k]
+            progress.margins[0, k] = progress.margins[END_STAGE, k]
         normalize_quaternions(balls, state)
         clock[TIME] = reached
         if has_rows:
             equations.compute_rates(
                 equations.law, mechanism, scratch, interval, reached, state, slopes[0]
             )
-            counts[EVALUATIONS] += 3
         if reaches_limit and reached < stop:
             counts[INTERVAL] += 1
             counts[FRESH] = 1

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.drive import Drive
-from generator.figure import SiteRef
+from generator.figure import Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.kinematics.closures import independent_constraints, rotation_equations
 from generator.kinematics.placement import Placement, segment_jacobians
@@ -63,7 +63,7 @@ from generator.simulation.compiled.layout import (
 )
 from springs import JointSprings, SpringSet
 
-_HALF = np.array([0.25, 0.75])
+_SAMPLED_SHARES = np.array([0.25, 0.75])
 """Places within an interval at which a load is read, away from jumps at its ends."""
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
@@ -88,8 +88,8 @@ class CompiledModel:
             state, in the order of its chain.
         factor_links: link of each factor of a joint that has its own, by the joint's name and the
             factor's index; of a ball, by its innermost rotation; of a fixed joint, by -1.
-        row_joints: of each constraint row that closes a loop, its joint, and whether the second
-            link is that of the child; rows of links come after them.
+        row_joints: joint of each constraint row that closes a loop, and True where the second link
+            is that of the child; rows of linked rotations come after them.
     """
 
     equations: Equations
@@ -108,7 +108,20 @@ class CompiledModel:
 
 @dataclass
 class _Link:
-    """A link while the tables are made; `axis` and poses are in the inboard link's axes."""
+    """A link while the tables are made.
+
+    Attributes:
+        parent: the inboard link; -1 is the ground.
+        kind: of its joint.
+        arm: from the inboard link's point to the joint, in the inboard link's axes, shape (3,) [m].
+        turn: axes of the joint in those of the inboard link, shape (3, 3).
+        axis: of a hinge or slide, in the inboard link's axes, shape (3,).
+        joint: name of the figure's joint.
+        factor: index of the factor in the joint's chain; -1 for a fixed joint.
+        tip: pose of the joint's site in the segment, shape (4, 4); None within a joint.
+        segment: name of the segment; None within a joint.
+        drive: index of its drive; -1 without one.
+    """
 
     parent: int
     kind: int
@@ -137,7 +150,7 @@ def build_compiled_model(
         placement: initial placement, with closed loops.
         rates: rates of the tree's displacements, shape (m,) [rad/s or m/s].
         springs: the springs of its joints, without obstacles.
-        prescribed: locks and drives.
+        prescribed: locks, links and drives.
         loads: on moving segments.
         gravity: in world axes [m/s2].
         times: start and stop [s].
@@ -146,7 +159,7 @@ def build_compiled_model(
 
 
 class _Builder:
-    """Builds the tables step by step."""
+    """Build the tables of a figure, joint by joint."""
 
     def __init__(
         self,
@@ -166,7 +179,7 @@ class _Builder:
         self.factor_links: dict[tuple[str, int], int] = {}
         self.drives: list[tuple[Drive, int]] = []
         self.row_joints: list[tuple[str, bool]] = []
-        self.numbers = 0
+        self.motion_size = 0  # coordinates and rates
         self.closing_angles: list[float] = []
 
     def build(self) -> CompiledModel:
@@ -309,7 +322,7 @@ class _Builder:
         balls = sum(link.kind == BALL for link in self.links)
         free = [link for link in self.links if link.kind in (HINGE, SLIDE) and link.drive < 0]
         coordinates = 4 * balls + len(free)
-        self.numbers = coordinates + 3 * balls + len(free)
+        self.motion_size = coordinates + 3 * balls + len(free)
         ball, scalar = 0, 0
         for k, link in enumerate(self.links):
             links[k, PARENT], links[k, KIND], links[k, DRIVE] = link.parent, link.kind, link.drive
@@ -361,7 +374,6 @@ class _Builder:
                 continue
             joint, chain = self.figure.joints[name], self.tree.chains[name]
             own = self.springs.joints.get(name, JointSprings(name))
-            closes = joint in self.tree.closures
             if own.axes or name in coupled_names:
                 row_of[name] = len(rows)
                 if len(chain.rotations) == 1:
@@ -369,17 +381,9 @@ class _Builder:
                         own.axes[0].oriented_along(chain.rotation_axes[0]) if own.axes else None
                     )
                     uses.append(displacement_law(spring, len(rows)))
-                    if closes:
-                        place = self.numbers + len(self.closing_angles)
-                        self.closing_angles.append(
-                            float(self.placement.displacements[name][chain.rotations[0]])
-                        )
-                        rows.append([*self._end_links(joint.ends), -1, 0, ANGLE, place])
-                        axis = unit_vector(chain.rotation_axes[0])
-                        sites.append(self._sites(joint.ends, axis))
-                    else:
-                        rows.append(self._link_row(name, chain.rotations[0]))
-                        sites.append(_NO_SITES)
+                    row, site = self._angle_row(joint, chain)
+                    rows.append(row)
+                    sites.append(site)
                 else:
                     uses.append(rotation_law(own.axes, self.springs.joining, len(rows)))
                     elastic = name in coupled_names or any(axis.elastic for axis in own.axes)
@@ -391,15 +395,9 @@ class _Builder:
                 index = chain.translation_along(spring.direction)
                 spring = spring.oriented_along(chain.joint_axes[index].axis)
                 uses.append(displacement_law(spring, len(rows)))
-                if closes:
-                    outer = chain.translations_are_outer
-                    ends = joint.ends if outer else joint.ends[::-1]
-                    rows.append([*self._end_links(ends), -1, 0, SHIFT, -1])
-                    axis = _displacement_gradient(chain, index)
-                    sites.append(self._sites(ends, axis if outer else -axis))
-                else:
-                    rows.append(self._link_row(name, index))
-                    sites.append(_NO_SITES)
+                row, site = self._shift_row(joint, chain, index)
+                rows.append(row)
+                sites.append(site)
                 names.append(name)
         uses.extend(coupled_law(spring, row_of, self.tree.chains) for spring in coupled)
         return (
@@ -408,6 +406,25 @@ class _Builder:
             uses,
             names,
         )
+
+    def _angle_row(self, joint: Joint, chain: Chain) -> tuple[list[int], Array]:
+        """Rows of `Mechanism.measured` and `Mechanism.sites` of a joint's only angle."""
+        index = chain.rotations[0]
+        if joint not in self.tree.closures:
+            return self._link_row(joint.name, index), _NO_SITES
+        place = self.motion_size + len(self.closing_angles)
+        self.closing_angles.append(float(self.placement.displacements[joint.name][index]))
+        row = [*self._end_links(joint.ends), -1, 0, ANGLE, place]
+        return row, self._sites(joint.ends, unit_vector(chain.rotation_axes[0]))
+
+    def _shift_row(self, joint: Joint, chain: Chain, index: int) -> tuple[list[int], Array]:
+        """Rows of `Mechanism.measured` and `Mechanism.sites` of a translation of a joint."""
+        if joint not in self.tree.closures:
+            return self._link_row(joint.name, index), _NO_SITES
+        ends, axis = joint.ends, _displacement_gradient(chain, index)
+        if not chain.translations_are_outer:
+            ends, axis = ends[::-1], -axis
+        return [*self._end_links(ends), -1, 0, SHIFT, -1], self._sites(ends, axis)
 
     def _rows(self) -> tuple[IndexArray, Array]:
         """Rows of the joints that close loops and of the links, with their constants."""
@@ -460,7 +477,7 @@ class _Builder:
 
     @property
     def _moving(self) -> set[str]:
-        """Names of the joints that connect at least one moving segment."""
+        """Names of the joints that are connected to a moving segment."""
         return {
             name
             for name, joint in self.figure.joints.items()
@@ -483,9 +500,9 @@ class _Builder:
     def _initial_state(self, links: IndexArray) -> Array:
         jacobians = segment_jacobians(self.placement)
         columns = self.tree.kinematics.columns
-        size = self.numbers + len(self.closing_angles)
+        size = self.motion_size + len(self.closing_angles)
         state = np.zeros(size + POWERS)
-        state[self.numbers : size] = self.closing_angles
+        state[self.motion_size : size] = self.closing_angles
         outboard = {branch.joint.name: branch for branch in self.tree.joints}
         for row, link in zip(links, self.links, strict=True):
             place, rate = row[COORDINATE], row[RATE]
@@ -534,7 +551,7 @@ class _Builder:
     def _load_pieces(self, knots: Array) -> Array:
         """Value at the start of each interval and slope of each load."""
         lengths = np.diff(np.append(knots, self.times[1]))
-        inner = knots[:, None] + _HALF * lengths[:, None]
+        inner = knots[:, None] + _SAMPLED_SHARES * lengths[:, None]
         pieces = np.zeros((len(knots), len(self.loads), 6))
         for k, load in enumerate(self.loads):
             values = load.components(inner)

@@ -1,4 +1,4 @@
-"""Rates of states with constraints beyond the tree, and their projection onto these.
+"""Rates of states with constraints beyond the tree, and projection onto these constraints.
 
 Integrated accelerations satisfy the second derivatives of the constraints g = 0 only, so positions
 and rates drift. The changes M^-1 G^T m, with (G M^-1 G^T) m = -g or -g', remove the drift with the
@@ -50,7 +50,7 @@ from generator.simulation.compiled.row_motion import measure_rows, row_wrench
 MAX_GAP = 1e-12
 """Largest constrained displacement after a projection [m, rad or 1]."""
 
-_MAX_STEPS = 8
+_MAX_NEWTON_STEPS = 8
 """Number of Newton steps after which a projection has failed."""
 
 
@@ -137,7 +137,7 @@ def project_state(
 
     `rates` is working memory.
     """
-    for _ in range(_MAX_STEPS):
+    for _ in range(_MAX_NEWTON_STEPS):
         compute_constrained_rates(law, mechanism, scratch, interval, time, state, rates)
         if _are_rows_closed(scratch, MAX_GAP):
             _correct_rates(mechanism, scratch, state)

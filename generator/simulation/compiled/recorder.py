@@ -14,6 +14,8 @@ from typing import Any
 from springs import Operations, Real
 from springs.backends import Vector
 
+_BRANCHING = "a law decides by `ops.where`, not by `if`"
+
 
 class BranchingLawError(TypeError):
     """A law decides by `if` about a number that is not known before the run."""
@@ -27,7 +29,6 @@ class Recorder:
         lines: assignments, each to a new name.
         constants: entries of the table that the lines read as `P[o + k]`.
         switching: names of the switching functions, whose signs the lines read as `Z[s + k]`.
-        initial_signs: 1.0 or -1.0 where the sign is known from constants...
     """
 
     lines: list[str] = field(default_factory=list[str])
@@ -94,8 +95,8 @@ class Symbol:
         return Comparison(self, other)
 
     def __bool__(self) -> bool:
-        """Refuse to decide while the law is recorded."""
-        raise BranchingLawError("a law decides by `ops.where`, not by `if`")
+        """Raise BranchingLawError: the value is not known while the law is recorded."""
+        raise BranchingLawError(_BRANCHING)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +107,8 @@ class Comparison:
     smaller: Real
 
     def __bool__(self) -> bool:
-        """Refuse to decide while the law is recorded."""
-        raise BranchingLawError("a law decides by `ops.where`, not by `if`")
+        """Raise BranchingLawError: the outcome is not known while the law is recorded."""
+        raise BranchingLawError(_BRANCHING)
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class Triple:
 
 
 class _Recording:
-    """Symbols; a branch is held by the sign of its switching function."""
+    """Operations on symbols; the sign of its switching function selects a branch."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         if not isinstance(condition, Comparison):

@@ -73,6 +73,7 @@ from generator.simulation.compiled.layout import (
     KIND,
     LAW,
     LINEAR_INERTIA,
+    MEASURED_ANGLE,
     MECHANISM,
     MOMENT,
     NET_EFFORT,
@@ -82,7 +83,6 @@ from generator.simulation.compiled.layout import (
     POINT_BIAS,
     POWERS,
     RATE,
-    ROW_ANGLE,
     SCRATCH,
     SPIN,
     SPIN_BIAS,
@@ -252,7 +252,7 @@ def compute_rates(
     eliminate_constraints(mechanism, scratch)
     compute_accelerations(mechanism, scratch, state, rates)
     for j in range(len(mechanism.measured)):
-        if mechanism.measured[j, ROW_ANGLE] >= 0:
-            rates[mechanism.measured[j, ROW_ANGLE]] = scratch.rates[j, 0]
+        if mechanism.measured[j, MEASURED_ANGLE] >= 0:
+            rates[mechanism.measured[j, MEASURED_ANGLE]] = scratch.rates[j, 0]
     for k in range(POWERS):
         rates[len(rates) - POWERS + k] = scratch.powers[k]

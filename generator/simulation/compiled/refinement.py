@@ -1,9 +1,10 @@
 """Runs at tolerances a decade apart until two agree.
 
 The error of a run is estimated by its difference from one at a tenth of its tolerance, whose own
-error is some ten times smaller. The finer of two runs that agree is handed over, so the estimate is
-an upper bound of its error rather than the error itself. Two runs agree if they differ by no more
-than the tolerance in all frames and have passed the same breakpoints.
+error is some ten times smaller. The finer of two runs that agree is the result, so the estimate is
+usually far above its error. Two runs agree if they differ by no more than the tolerance in all
+frames and have passed the same breakpoints. Different breakpoints are accepted if the two runs
+before the last differed by no more than the tolerance as well.
 """
 
 import time
@@ -13,7 +14,7 @@ from threading import Event, Thread
 
 import numpy as np
 
-from generator.recording import Ending
+from generator.recording import EARLY_STOP_ENDINGS, Ending
 from generator.rotations import Array
 from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
@@ -28,7 +29,6 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, TURNED_OVER, march
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.runge_kutta import (
-    EVALUATIONS,
     EVENTS,
     FRAME,
     MAX_EVENTS,
@@ -36,6 +36,7 @@ from generator.simulation.compiled.runge_kutta import (
     STEPS,
     SWITCH,
     TIME,
+    Progress,
     start_progress,
 )
 
@@ -47,27 +48,32 @@ FIRST_SHARE, FIRST_SHARE_WITH_BREAKPOINTS = 0.03, 0.01
 suffice. The errors of located breakpoints grow as well."""
 
 MAX_RUNS = 8
-"""Number of runs after which a difference above the tolerance is accepted and told."""
+"""Number of runs after which a difference above the tolerance is accepted and reported."""
 
 SMALLEST_TOLERANCE = 1e-13
-"""Tolerance of the steps below which rounding decides."""
+"""Tolerance of the steps below which rounding errors dominate."""
 
 _FIRST_STEP = 1e-3
 """First step of a run [s]; the error control changes it at once."""
 
 _LINK_STEPS_PER_CALL = 16_000
-"""Steps times links between two looks at the clock and at Ctrl-C: some 25 ms."""
+"""Steps times links between two checks of the clock and for Ctrl-C: some 25 ms."""
+
+_MIN_STEPS_PER_CALL = 20
+"""Steps between two checks for mechanisms of many links."""
 
 MAX_STEPS_PER_SECOND = 100_000
 """Steps per simulated second above which a motion is called stiff. A step costs some 25 us, so that
-the implicit method of Exudyn is cheaper from there on."""
+the implicit method of Exudyn is cheaper above that."""
 
 _MIN_STIFF_TIME = 1e-3
-"""Simulated time before which steps are not counted as those of a stiff motion [s]."""
+"""Shortest simulated time by which `MAX_STEPS_PER_SECOND` limits the steps [s]."""
 
+_MAX_DIVERGENCE = 0.1
+"""Difference above which two runs follow different motions, and predicts nothing [rad or m]."""
 
-_STOPPED = (Ending.INTERRUPTED, Ending.TOO_LONG)
-"""Endings that say nothing about the motion."""
+_AIM = 0.5
+"""Share of the tolerance that the next difference should have."""
 
 
 class StiffMotionError(Exception):
@@ -85,12 +91,11 @@ class CompiledRun:
         rates: rates of the states, shape (f, n).
         wrenches: force of each row of a closing joint on its second link and moment about the
             world's origin, shape (f, rows, 6) [N, N m]; zero for links.
-        ending: how it ended.
+        ending: reason of its end.
         last_time: time reached [s].
         turned_joint: the joint that reached 180 deg, if one did.
         tolerance: of its steps.
         steps: accepted and rejected steps.
-        evaluations: evaluations of the accelerations.
         event_times: of the breakpoints passed [s].
         event_switches: switching functions of the breakpoints.
     """
@@ -105,19 +110,24 @@ class CompiledRun:
     turned_joint: str | None
     tolerance: float
     steps: int
-    evaluations: int
     event_times: Array
     event_switches: IndexArray
 
 
 @dataclass(frozen=True)
 class AgreedRun:
-    """The finest run, and the estimated error of each of its frames [rad or m], shape (f,)."""
+    """The finest run, and its difference from the one before.
+
+    Attributes:
+        run: the finest run.
+        errors: estimated errors of its frames, shape (f,) [rad or m].
+        steps: accepted and rejected steps of all runs.
+        runs: number of runs.
+    """
 
     run: CompiledRun
     errors: Array
     steps: int
-    evaluations: int
     runs: int
 
 
@@ -160,39 +170,11 @@ def run_once(
         )
     states[0] = progress.state
     progress.counts[FRAME] = 1
-    ending, turned = Ending.DONE, None
-    steps_per_call = max(20, _LINK_STEPS_PER_CALL // len(mechanism.links))
-    arguments = (model.equations, mechanism, model.scratch, progress, model.balls)
-    while True:
-        try:
-            status = march(*arguments, times, states, stop, tolerance, steps_per_call)
-            steps = int(progress.counts[STEPS] + progress.counts[REJECTED])
-            passed = float(progress.clock[TIME]) - start
-            if watch is not None:
-                watch(passed / max(steps, 1), start + passed)
-            if stopped is not None and stopped.is_set():
-                raise KeyboardInterrupt
-        except KeyboardInterrupt:
-            ending = Ending.INTERRUPTED
-            break
-        if status == FINISHED:
-            break
-        if status == COLLAPSED:
-            ending = Ending.SOLVER_FAILED
-            break
-        if status == TURNED_OVER:
-            ending = Ending.TURNED_OVER
-            first = len(mechanism.branches) - len(mechanism.measured)
-            turned = model.measured_joints[int(progress.counts[SWITCH]) - first]
-            break
-        assert status == PAUSED
-        if steps > MAX_STEPS_PER_SECOND * max(passed, _MIN_STIFF_TIME):
-            raise StiffMotionError(
-                f"the motion needs more than {MAX_STEPS_PER_SECOND:,} steps a second"
-            )
-        if time.monotonic() > deadline:
-            ending = Ending.TOO_LONG
-            break
+    ending = _march_to_end(model, progress, times, states, tolerance, deadline, watch, stopped)
+    turned = None
+    if ending is Ending.TURNED_OVER:
+        first = len(mechanism.branches) - len(mechanism.measured)
+        turned = model.measured_joints[int(progress.counts[SWITCH]) - first]
     count = int(progress.counts[FRAME])
     states = states[:count]
     links = np.empty((count, len(mechanism.links), RECORDED_COLUMNS))
@@ -213,10 +195,52 @@ def run_once(
         turned,
         tolerance,
         int(progress.counts[STEPS] + progress.counts[REJECTED]),
-        int(progress.counts[EVALUATIONS]),
         progress.event_times[:events].copy(),
         progress.event_switches[:events].copy(),
     )
+
+
+def _march_to_end(
+    model: CompiledModel,
+    progress: Progress,
+    times: Array,
+    states: Array,
+    tolerance: float,
+    deadline: float,
+    watch: Callable[[float, float], None] | None,
+    stopped: Event | None,
+) -> Ending:
+    """Integrate to the last frame in calls of some steps, and return the ending.
+
+    The arguments are those of `run_once`; `states` are those of the frames, shape (f, n), a result.
+    """
+    start, stop = float(times[0]), float(times[-1])
+    steps_per_call = max(_MIN_STEPS_PER_CALL, _LINK_STEPS_PER_CALL // len(model.mechanism.links))
+    arguments = (model.equations, model.mechanism, model.scratch, progress, model.balls)
+    while True:
+        try:
+            status = march(*arguments, times, states, stop, tolerance, steps_per_call)
+            steps = int(progress.counts[STEPS] + progress.counts[REJECTED])
+            passed = float(progress.clock[TIME]) - start
+            if watch is not None:
+                watch(passed / max(steps, 1), start + passed)
+            if stopped is not None and stopped.is_set():
+                return Ending.INTERRUPTED
+        except KeyboardInterrupt:
+            return Ending.INTERRUPTED
+        if status == FINISHED:
+            return Ending.DONE
+        if status == COLLAPSED:
+            return Ending.SOLVER_FAILED
+        if status == TURNED_OVER:
+            return Ending.TURNED_OVER
+        assert status == PAUSED
+        if steps > MAX_STEPS_PER_SECOND * max(passed, _MIN_STIFF_TIME):
+            raise StiffMotionError(
+                f"the motion needs more than {MAX_STEPS_PER_SECOND:,} steps a second"
+            )
+        if time.monotonic() > deadline:
+            return Ending.TOO_LONG
 
 
 def run_until_agreed(
@@ -245,7 +269,7 @@ def run_until_agreed(
     agreed_before = False
     while True:
         errors = np.maximum.accumulate(joint_differences(model, *runs[-2:]))
-        if any(run.ending in _STOPPED for run in runs):
+        if any(run.ending in EARLY_STOP_ENDINGS for run in runs):
             break
         before, latest = runs[-2:]
         agree = errors[-1] <= tolerance and len(before.times) == len(latest.times)
@@ -279,7 +303,7 @@ def _run_first_two(
     thread.start()
     try:
         fine = run_number(2, DECADE * tolerance, None)
-        if fine.ending in _STOPPED:
+        if fine.ending in EARLY_STOP_ENDINGS:
             stopped.set()
     except BaseException:
         stopped.set()
@@ -306,27 +330,22 @@ def _next_tolerance(runs: list[CompiledRun], difference: float, tolerance: float
     be smaller by the ratio of the tolerances.
     """
     last = runs[-1].tolerance
-    if len(runs) < 2 or not np.isfinite(difference) or difference * DECADE <= 0.5 * tolerance:
+    is_sufficient = difference * DECADE <= _AIM * tolerance
+    if is_sufficient or not difference <= _MAX_DIVERGENCE:  # or not finite
         return DECADE * last
-    if difference > 0.1:  # different motions, whose difference predicts nothing
-        return DECADE * last
-    return max(DECADE * last * 0.5 * tolerance / (difference * DECADE), DECADE**2 * last)
+    return max(DECADE * last * _AIM * tolerance / (difference * DECADE), DECADE**2 * last)
 
 
 def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:
     """Return the last run that got furthest, with its difference from the one before."""
-    steps, evaluations = (
-        sum(run.steps for run in runs),
-        sum(run.evaluations for run in runs),
-    )
-    last = runs[-1]
-    if len(runs) > 2 and last.ending in _STOPPED:
+    steps, last = sum(run.steps for run in runs), runs[-1]
+    if len(runs) > 2 and last.ending in EARLY_STOP_ENDINGS:
         last = replace(runs[-2], ending=last.ending)
         runs = runs[:-1]
     errors = np.full(len(last.times), np.inf)
     known = np.maximum.accumulate(joint_differences(model, runs[-2], last))
     errors[: len(known)] = known
-    return AgreedRun(last, errors, steps, evaluations, len(runs))
+    return AgreedRun(last, errors, steps, len(runs))
 
 
 def have_same_breakpoints(one: CompiledRun, other: CompiledRun) -> bool:
@@ -345,11 +364,9 @@ def joint_differences(model: CompiledModel, one: CompiledRun, other: CompiledRun
     """
     count = min(len(one.times), len(other.times))
     first, second = (_joint_quaternions(model, run.links[:count]) for run in (one, other))
-    w = np.sum(first * second, axis=-1)
     chord = np.minimum(
         np.linalg.norm(first - second, axis=-1), np.linalg.norm(first + second, axis=-1)
     )
-    del w
     angles = 4.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
     links = model.mechanism.links
     slides = links[(links[:, KIND] == SLIDE) & (links[:, COORDINATE] >= 0), COORDINATE]

@@ -27,15 +27,25 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from generator.simulation.compiled.tableau import CONTINUOUS, ERROR_3, ERROR_5, NODES, STAGES
+from generator.simulation.compiled.tableau import (
+    CONTINUOUS,
+    END_STAGE,
+    ERROR_3,
+    ERROR_5,
+    NODES,
+    STAGE_COUNT,
+    STAGES,
+)
 
 TIME, STEP = range(2)
-"""Columns of `Progress.clock` [s]."""
+"""Places in `Progress.clock` [s]."""
 
-EVALUATIONS, STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH = range(8)
-"""Columns of `Progress.counts`: evaluations, accepted and rejected steps, the next frame, the
-interval of time, breakpoints passed, 1 where the rates at the start of the step are to be computed,
-and the switching function of the last breakpoint."""
+STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH = range(7)
+"""Places in `Progress.counts`: accepted and rejected steps, the next frame, the interval of time,
+breakpoints passed, 1 where the rates at the start of the step are to be computed, and the switching
+function of the last breakpoint."""
+
+_COUNTS = 7
 
 MAX_EVENTS = 100_000
 """Number of breakpoints of a run whose times are kept."""
@@ -47,7 +57,7 @@ class Progress(NamedTuple):
     Attributes:
         state: shape (n,).
         clock: time and next step, shape (2,) [s].
-        counts: shape (8,).
+        counts: shape (7,).
         event_times: times of the first e breakpoints passed [s], shape (e,).
         event_switches: their switching functions, shape (e,).
         slopes: rates at the stages, shape (16, n).
@@ -58,6 +68,7 @@ class Progress(NamedTuple):
         continuous: coefficients of the continuous solution, shape (7, n).
         sums: sums of the error estimates, shape (2, n).
         passed: switching functions that have passed zero, shape (s,).
+        shares: shares of the step at which suspected ones may have passed it, shape (s,).
         margins: distances of the switching functions from being passed, at the start and at the
             stages, shape (13, s).
     """
@@ -75,6 +86,7 @@ class Progress(NamedTuple):
     continuous: Array
     sums: Array
     passed: IndexArray
+    shares: Array
     margins: Array
 
 
@@ -93,6 +105,7 @@ PROGRESS = types.NamedTuple(
         MATRIX,
         MATRIX,
         INDICES,
+        VECTOR,
         MATRIX,
     ),
     Progress,
@@ -112,7 +125,7 @@ def start_progress(
         max_events: number of breakpoints whose times are kept.
     """
     size = len(state)
-    counts = np.zeros(8, dtype=np.int64)
+    counts = np.zeros(_COUNTS, dtype=np.int64)
     counts[FRESH] = 1
     return Progress(
         state.copy(),
@@ -120,7 +133,7 @@ def start_progress(
         counts,
         np.zeros(max_events),
         np.zeros(max_events, dtype=np.int64),
-        np.zeros((16, size)),
+        np.zeros((STAGE_COUNT, size)),
         np.zeros(size),
         np.zeros(size),
         np.zeros(size),
@@ -128,7 +141,8 @@ def start_progress(
         np.zeros((7, size)),
         np.zeros((2, size)),
         np.zeros(switches, dtype=np.int64),
-        np.zeros((13, switches)),
+        np.zeros(switches),
+        np.zeros((END_STAGE + 1, switches)),
     )
 
 
@@ -157,7 +171,7 @@ def step_error(progress: Progress, step: float, tolerance: float) -> float:
     for k in range(size):
         fifth[k] = 0.0
         third[k] = 0.0
-    for s in range(13):
+    for s in range(END_STAGE + 1):
         a, b = ERROR_5[s], ERROR_3[s]
         if a != 0.0 or b != 0.0:
             for k in range(size):
@@ -180,22 +194,21 @@ def build_continuous(
     """Compute the continuous solution of the step, by three more stages."""
     state, end, slopes = progress.state, progress.end, progress.slopes
     F, interval, time = progress.continuous, progress.counts[INTERVAL], progress.clock[TIME]
-    for s in range(13, 16):
+    for s in range(END_STAGE + 1, STAGE_COUNT):
         combine_stages(state, step, STAGES[s], slopes, s, progress.trial)
         at = time + NODES[s] * step
         equations.compute_rates(
             equations.law, mechanism, scratch, interval, at, progress.trial, slopes[s]
         )
-    progress.counts[EVALUATIONS] += 3
     for k in range(len(state)):
         change = end[k] - state[k]
         F[0, k] = change
         F[1, k] = step * slopes[0, k] - change
-        F[2, k] = 2.0 * change - step * (slopes[12, k] + slopes[0, k])
+        F[2, k] = 2.0 * change - step * (slopes[END_STAGE, k] + slopes[0, k])
         for m in range(3, 7):
             F[m, k] = 0.0
     for m in range(4):
-        for s in range(16):
+        for s in range(STAGE_COUNT):
             weight = step * CONTINUOUS[m, s]
             if weight != 0.0:
                 for k in range(len(state)):

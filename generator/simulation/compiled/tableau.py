@@ -11,10 +11,16 @@ import numpy as np
 
 from generator.rotations import Array
 
+STAGE_COUNT = 16
+"""Number of stages, with those of the continuous solution."""
+
+END_STAGE = 12
+"""Stage at the end of the step, whose rates start the next step."""
+
 
 def _padded(rows: Sequence[Sequence[float]]) -> Array:
-    """Matrix of rows to which zeros are added, 16 columns."""
-    return np.array([[*row, *[0.0] * (16 - len(row))] for row in rows])
+    """Matrix of rows to which zeros are added, `STAGE_COUNT` columns."""
+    return np.array([[*row, *[0.0] * (STAGE_COUNT - len(row))] for row in rows])
 
 
 # fmt: off

@@ -19,9 +19,9 @@ from generator.rotations import inverse_pose, quaternion_from_matrix
 from generator.simulation.agreement import BodyState, ExudynEquations
 from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
+    MEASURED_ANGLE,
     POWERS,
     RECORDED_COLUMNS,
-    ROW_ANGLE,
     ROW_RATE,
     ROW_VALUE,
 )
@@ -333,7 +333,7 @@ def random_states(case: Case, count: int) -> Iterator[tuple[ExudynModel, Trace, 
         time = np.array([rng.uniform(0.0, 1.0)])
         interval = int(np.searchsorted(mechanism.knots, time[0], side="right")) - 1
         state = compiled.initial_state.copy()
-        free = len(state) - POWERS - np.count_nonzero(mechanism.measured[:, ROW_ANGLE] >= 0)
+        free = len(state) - POWERS - np.count_nonzero(mechanism.measured[:, MEASURED_ANGLE] >= 0)
         state[:free] += SPREAD * rng.normal(size=free)
         if not project_state(
             compiled.equations.law, *arguments[1:], interval, time[0], state, np.empty_like(state)
