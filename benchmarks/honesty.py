@@ -1,7 +1,7 @@
 """Errors of seeded random runs against their estimates: `python -m benchmarks.honesty [RUNS]`.
 
 Figures, poses, durations and tolerances are random. The truth is a run of the same kind whose
-tolerance is a thousand times smaller, as far as that run is sure of itself; every fifteenth run is
+tolerance is a thousand times smaller, as far as that run is sure of itself; every sixteenth run is
 also compared with Exudyn's integrator. Two processes share the work, some ten minutes for 300 runs.
 """
 
@@ -25,7 +25,7 @@ from generator.simulation.plan import Plan
 RUNS = 300
 KINDS = ("prototype", "coupled", "clavicles", "free flight", "chain")
 REFERENCE_RATIO = 1e-3
-EXUDYN_EVERY = 15
+EXUDYN_EVERY = 16
 EXUDYN_TOLERANCE = 1e-6
 
 

@@ -6,6 +6,7 @@ of both are compared in several frames of every run.
 
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from math import inf
 from typing import assert_never
