@@ -130,9 +130,11 @@ def load_compiled_integrator(*, show_progress: bool) -> None:
         expected_folder,
         is_compiled,
         listeners,
+        require_numba,
     )
 
     with suppress(ImportError), ExitStack() as stack:
+        require_numba()
         if show_progress and not is_compiled():
             where = "" if cache_folder() else f"; it cannot be stored in {expected_folder()}"
             print(f"Compiling the integrator, once on this machine{where}.", file=sys.stderr)

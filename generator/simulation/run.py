@@ -11,6 +11,7 @@ import numpy as np
 from generator.figure import Figure
 from generator.recording import Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
+from generator.simulation.compiled.code_cache import require_numba
 from generator.simulation.error_control import (
     EARLY_STOP_ENDINGS,
     RefinedRun,
@@ -115,6 +116,7 @@ def _compiled_obstacle(model: ExudynModel) -> str | None:
     if model.plan.python_torques:
         return "the torques are Python functions"
     try:
+        require_numba()
         import_module("generator.simulation.compiled_run")
     except ImportError as failure:
         return f"numba cannot be loaded ({failure})"

@@ -110,6 +110,9 @@ class Stepper:
             MoverError: the figure or the plan cannot be simulated by the compiled method; the
                 message states the reason.
         """
+        if not isinstance(figure, Figure):
+            message = f"a Stepper needs a Figure, such as read_figure(...), not {figure!r}"
+            raise TypeError(message)
         if not (isfinite(tolerance) and tolerance > 0.0):
             raise ValueError(f"the tolerance must be positive, not {tolerance:g}")
         plan = Plan() if plan is None else plan
@@ -152,7 +155,15 @@ class Stepper:
         return self._state.copy()
 
     def rewind(self, state: StepperState) -> None:
-        """Return to a snapshot of this stepper or of a copy."""
+        """Return to a snapshot of this stepper or of a copy.
+
+        Raises:
+            ModelError: the snapshot is of a figure with other segments.
+        """
+        if not isinstance(state, StepperState):
+            raise TypeError(f"a stepper is rewound to a snapshot, not to {state!r}")
+        if set(state.setting.tree.figure.segments) != set(self._figure.segments):
+            raise ModelError("the snapshot is of another figure")
         self._state = state.copy()
 
     def advance(self, duration: float) -> Outcome:

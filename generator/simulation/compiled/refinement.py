@@ -46,6 +46,9 @@ FIRST_SHARE, FIRST_SHARE_WITH_BREAKPOINTS = 0.03, 0.01
 """Tolerance of the first run as a share of the one asked for: chosen so that two runs usually
 suffice. The errors of located breakpoints grow as well."""
 
+_LEAP = 1e-4
+"""Ratio of the tolerances of a run and the next where the last two took the same steps."""
+
 MAX_RUNS = 8
 """Number of runs after which a difference above the tolerance is accepted and told."""
 
@@ -177,6 +180,9 @@ def run_once(
             break
         if status == FINISHED:
             break
+        if status == COLLAPSED and len(mechanism.rows) == 0:
+            # Without closed loops and links there is no pose at which the equations fail.
+            raise StiffMotionError("the motion needs steps that are too short for rounding")
         if status == COLLAPSED:
             ending = Ending.SOLVER_FAILED
             break
@@ -233,6 +239,7 @@ def run_until_agreed(
     """
     has_breakpoints = len(model.mechanism.branches) > len(model.mechanism.measured)
     first = (FIRST_SHARE_WITH_BREAKPOINTS if has_breakpoints else FIRST_SHARE) * tolerance
+    first = max(first, SMALLEST_TOLERANCE)
 
     def run_number(number: int, step_tolerance: float, stopped: Event | None = None) -> CompiledRun:
         def report(step: float, now: float) -> None:
@@ -249,6 +256,7 @@ def run_until_agreed(
             break
         before, latest = runs[-2:]
         agree = errors[-1] <= tolerance and len(before.times) == len(latest.times)
+        agree = agree and not _have_same_steps(before, latest)
         if agree and (agreed_before or have_same_breakpoints(before, latest)):
             break
         agreed_before = agree
@@ -306,6 +314,8 @@ def _next_tolerance(runs: list[CompiledRun], difference: float, tolerance: float
     be smaller by the ratio of the tolerances.
     """
     last = runs[-1].tolerance
+    if _have_same_steps(*runs[-2:]):
+        return max(_LEAP * last, SMALLEST_TOLERANCE) if last > SMALLEST_TOLERANCE else 0.0
     if len(runs) < 2 or not np.isfinite(difference) or difference * DECADE <= 0.5 * tolerance:
         return DECADE * last
     if difference > 0.1:  # different motions, whose difference predicts nothing
@@ -327,6 +337,14 @@ def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:
     known = np.maximum.accumulate(joint_differences(model, runs[-2], last))
     errors[: len(known)] = known
     return AgreedRun(last, errors, steps, evaluations, len(runs))
+
+
+def _have_same_steps(one: CompiledRun, other: CompiledRun) -> bool:
+    """Return whether two runs are one: easy ones whose first steps satisfy both tolerances.
+
+    Their difference is zero, which says nothing about their error.
+    """
+    return np.array_equal(one.states, other.states)
 
 
 def have_same_breakpoints(one: CompiledRun, other: CompiledRun) -> bool:
