@@ -131,9 +131,11 @@ def load_compiled_integrator(*, show_progress: bool) -> None:
         expected_folder,
         is_compiled,
         listeners,
+        require_numba,
     )
 
     with suppress(ImportError), ExitStack() as stack:
+        require_numba()
         if show_progress and not is_compiled():
             how_often = (
                 "once on this machine"

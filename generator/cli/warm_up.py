@@ -7,7 +7,12 @@ from generator.cli.interrupts import hold_interrupts
 from generator.cli.progress import load_compiled_integrator
 from generator.diagnostics import NotInstalledError
 from generator.figure_file.read import read_figure
-from generator.simulation.compiled.code_cache import cache_folder, expected_folder, is_compiled
+from generator.simulation.compiled.code_cache import (
+    cache_folder,
+    expected_folder,
+    is_compiled,
+    require_numba,
+)
 from generator.simulation.import_exudyn import import_exudyn
 
 FIGURE = "prototype"
@@ -25,6 +30,7 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
         import_exudyn()
     load_compiled_integrator(show_progress=show_progress)
     try:
+        require_numba()
         from generator.simulation.compiled_run import compile_model
     except ImportError as failure:
         raise NotInstalledError(f"numba cannot be loaded: {failure}") from None

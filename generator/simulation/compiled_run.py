@@ -30,7 +30,13 @@ from generator.simulation.compiled.layout import (
     IndexArray,
 )
 from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
-from generator.simulation.compiled.refinement import AgreedRun, CompiledRun, Watch, run_until_agreed
+from generator.simulation.compiled.refinement import (
+    MAX_STEPS_PER_SECOND,
+    AgreedRun,
+    CompiledRun,
+    Watch,
+    run_until_agreed,
+)
 from generator.simulation.error_control import RefinedRun, accuracy_message
 from generator.simulation.integrate import (
     Trace,
@@ -72,6 +78,7 @@ def run_compiled(
     times: Array,
     deadline: float,
     watch: Watch | None,
+    max_steps_per_second: float = MAX_STEPS_PER_SECOND,
 ) -> RefinedRun:
     """Run a model until two runs agree.
 
@@ -80,13 +87,16 @@ def run_compiled(
         times: of the frames [s], shape (n,).
         deadline: `time.monotonic()` after which the run stops.
         watch: called several times a second.
+        max_steps_per_second: steps per simulated second above which a motion is called stiff.
 
     Raises:
         StiffMotionError: the motion needs so many steps that Exudyn's integrator is cheaper.
     """
     compiled = compile_model(model)
     start = time.monotonic()
-    agreed = run_until_agreed(compiled, times, model.plan.tolerance, deadline, watch)
+    agreed = run_until_agreed(
+        compiled, times, model.plan.tolerance, deadline, watch, max_steps_per_second
+    )
     wall_time = time.monotonic() - start
     run = agreed.run
     trace = build_trace(model, compiled, run.times, run.states, run.links)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from generator.figure import Figure
 from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
+from generator.simulation.compiled.code_cache import require_numba
 from generator.simulation.error_control import (
     RefinedRun,
     first_step,
@@ -88,6 +90,7 @@ def simulate(
     deadline = time.monotonic() + plan.wall_limit
     runner = _PassRunner(figure, plan, springs, times, deadline, watch)
     obstacle = _compiled_obstacle(runner.first_model)
+    was_compiled = obstacle is None
     if obstacle is None:
         recording = _try_compiled(runner)
         if isinstance(recording, Recording):
@@ -104,6 +107,11 @@ def simulate(
     else:
         refined = _fixed_step_run(runner.run_pass())
     recording = _build_recording(runner, refined)
+    if was_compiled and recording.outcome.ending is Ending.SOLVER_FAILED:
+        # Exudyn's method was expected to be cheaper, but it fails: take all the steps.
+        compiled = _try_compiled(runner, max_steps_per_second=inf)
+        if isinstance(compiled, Recording) and compiled.times[-1] > recording.times[-1]:
+            return compiled
     return replace(recording, integrator=Integrator.EXUDYN, integrator_reason=obstacle)
 
 
@@ -116,24 +124,37 @@ def _compiled_obstacle(model: ExudynModel) -> str | None:
     if model.plan.python_torques:
         return "the torques are Python functions"
     try:
+        require_numba()
         import_module("generator.simulation.compiled_run")
     except ImportError as failure:
         return f"numba cannot be loaded ({failure})"
     return None
 
 
-def _try_compiled(runner: "_PassRunner") -> Recording | str:
-    """Run the model by the compiled method, or return why its result does not count."""
+def _try_compiled(
+    runner: "_PassRunner", max_steps_per_second: float | None = None
+) -> Recording | str:
+    """Run the model by the compiled method, or return why its result does not count.
+
+    By default a motion that needs too many steps per simulated second does not count.
+    """
     from generator.simulation.compiled.recorder import BranchingLawError
     from generator.simulation.compiled.refinement import StiffMotionError
     from generator.simulation.compiled_run import (
         MAX_DISAGREEMENT,
+        MAX_STEPS_PER_SECOND,
         agreement_with_exudyn,
         run_compiled,
     )
 
     try:
-        refined = run_compiled(runner.first_model, runner.times, runner.deadline, runner.report)
+        refined = run_compiled(
+            runner.first_model,
+            runner.times,
+            runner.deadline,
+            runner.report,
+            max_steps_per_second or MAX_STEPS_PER_SECOND,
+        )
     except (BranchingLawError, StiffMotionError) as failure:
         return str(failure)
     recording = _build_recording(runner, refined)

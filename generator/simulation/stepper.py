@@ -13,6 +13,7 @@ dissipated; the potential energy that a change adds counts as work.
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf, isfinite
+from typing import cast
 
 import numpy as np
 
@@ -113,6 +114,9 @@ class Stepper:
             MoverError: the figure or the plan cannot be simulated by the compiled method; the
                 message states the reason.
         """
+        if not isinstance(cast("object", figure), Figure):
+            message = f"a Stepper needs a Figure, such as read_figure(...), not {figure!r}"
+            raise TypeError(message)
         if not (isfinite(tolerance) and tolerance > 0.0):
             raise ValueError(f"the tolerance must be positive, not {tolerance:g}")
         plan = Plan() if plan is None else plan
@@ -155,7 +159,15 @@ class Stepper:
         return self._state.copy()
 
     def rewind(self, state: StepperState) -> None:
-        """Return to a snapshot of this stepper or of a copy."""
+        """Return to a snapshot of this stepper or of a copy.
+
+        Raises:
+            ModelError: the snapshot is of a figure with other segments.
+        """
+        if not isinstance(cast("object", state), StepperState):
+            raise TypeError(f"a stepper is rewound to a snapshot, not to {state!r}")
+        if set(state.setting.tree.figure.segments) != set(self._figure.segments):
+            raise ModelError("the snapshot is of another figure")
         self._state = state.copy()
 
     def advance(self, duration: float) -> Outcome:

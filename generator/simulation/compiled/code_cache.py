@@ -9,9 +9,12 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from platformdirs import user_cache_path
 
@@ -28,6 +31,20 @@ _FOLDER = Path(__file__).parent
 
 listeners: list[Callable[[str], None]] = []
 """Called with the name of each function of the integrator before it is compiled or loaded."""
+
+
+def require_numba() -> None:
+    """Import numba, whose libraries may fail to load by other errors than an `ImportError`.
+
+    Raises:
+        ImportError: numba is missing or broken.
+    """
+    try:
+        import_module("numba")
+    except ImportError:
+        raise
+    except Exception as failure:
+        raise ImportError(f"{type(failure).__name__}: {failure}") from failure
 
 
 @cache
@@ -59,6 +76,18 @@ def expected_folder() -> Path:
     """Return the folder in which compiled code belongs, whether or not it can be written."""
     digest = sha256("".join(_sources()).encode()).hexdigest()[:16]
     return user_cache_path("exudyn-mover", appauthor=False) / f"compiled-{digest}"
+
+
+def forget_function(function: Callable[..., Any]) -> None:
+    """Remove the stored code of a function."""
+    folder = cache_folder()
+    if folder is None:
+        return
+    name = f"{Path(function.__code__.co_filename).stem}.{function.__name__}-"
+    for path in folder.rglob("*.nb[ic]"):
+        if path.name.startswith(name):
+            with suppress(OSError):
+                path.unlink()
 
 
 def is_compiled() -> bool:

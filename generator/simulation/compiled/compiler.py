@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 import numba as _numba
 from numba import types
 
-from generator.simulation.compiled.code_cache import cache_folder, listeners
+from generator.simulation.compiled.code_cache import cache_folder, forget_function, listeners
 
 numba: Any = _numba
 """numba, whose own types do not describe its options."""
@@ -60,19 +60,35 @@ def compiled(
         with _numba_settings(vectorised=vectorised):
             return cast(
                 "Function",
-                numba.njit(
-                    [result(*arguments)],
-                    fastmath=_RELAXED_ARITHMETIC,
-                    error_model="numpy",
-                    cache=cache_folder() is not None,
+                _compile_or_load(
+                    function,
+                    result(*arguments),
                     no_cpython_wrapper=not entry,
                     no_cfunc_wrapper=not pointer,
                     nogil=True,
                     forceinline=merged,
-                )(function),
+                ),
             )
 
     return decorate
+
+
+def _compile_or_load(function: Callable[..., Any], signature: Any, **options: Any) -> Any:
+    """Compile a function for one signature, or load it from the cache.
+
+    A file that a crash or a full disk has cut short cannot be loaded, and numba reports it by
+    whatever error the reading meets. It is removed, and the function compiled anew; if that cannot
+    be stored either, without the cache.
+    """
+    folder = cache_folder()
+    options = {"fastmath": _RELAXED_ARITHMETIC, "error_model": "numpy", **options}
+    if folder is not None:
+        for _ in range(2):
+            try:
+                return numba.njit([signature], cache=True, **options)(function)
+            except Exception:
+                forget_function(function)
+    return numba.njit([signature], **options)(function)
 
 
 def inlined(function: Function) -> Function:
@@ -134,13 +150,7 @@ def compile_source(source: str, name: str, signature: Any) -> FunctionPointer:
     sys.modules[module_name] = module
     exec(compile(source, path, "exec"), module.__dict__)
     with _numba_settings():
-        compile_function = numba.njit(
-            [signature],
-            fastmath=_RELAXED_ARITHMETIC,
-            error_model="numpy",
-            cache=folder is not None,
-        )
-        return FunctionPointer(compile_function(getattr(module, name)))
+        return FunctionPointer(_compile_or_load(getattr(module, name), signature))
 
 
 def _write_once(path: Path, text: str) -> None:

@@ -50,6 +50,9 @@ ESTIMATE_FACTOR = 2.0
 """Estimated error over the difference of two runs. The finer run usually errs a tenth of it, but in
 a few of a hundred falls the errors of both are alike, up to 1.7 times their difference."""
 
+_LEAP = 1e-4
+"""Ratio of the tolerances of a run and the next where the last two took the same steps."""
+
 MAX_RUNS = 8
 """Number of runs after which a difference above the tolerance is accepted and reported."""
 
@@ -145,6 +148,7 @@ def run_once(
     deadline: float = np.inf,
     watch: Callable[[float, float], None] | None = None,
     stopped: Event | None = None,
+    max_steps_per_second: float = MAX_STEPS_PER_SECOND,
 ) -> CompiledRun:
     """Run a model from its initial state.
 
@@ -155,6 +159,7 @@ def run_once(
         deadline: `time.monotonic()` after which to stop.
         watch: called with the mean step and the simulated time [s] several times a second.
         stopped: set by another thread to interrupt the run.
+        max_steps_per_second: steps per simulated second above which a motion is called stiff.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
@@ -173,7 +178,9 @@ def run_once(
         )
     states[0] = progress.state
     progress.counts[FRAME] = 1
-    ending = _march_to_end(model, progress, times, states, tolerance, deadline, watch, stopped)
+    ending = _march_to_end(
+        model, progress, times, states, tolerance, deadline, watch, stopped, max_steps_per_second
+    )
     turned = None
     if ending is Ending.TURNED_OVER:
         first = len(mechanism.branches) - len(mechanism.measured)
@@ -212,6 +219,7 @@ def _march_to_end(
     deadline: float,
     watch: Callable[[float, float], None] | None,
     stopped: Event | None,
+    max_steps_per_second: float,
 ) -> Ending:
     """Integrate to the last frame in calls of some steps, and return the ending.
 
@@ -233,14 +241,17 @@ def _march_to_end(
             return Ending.INTERRUPTED
         if status == FINISHED:
             return Ending.DONE
+        if status == COLLAPSED and not len(model.mechanism.rows):
+            # Without closed loops and links the equations hold in every pose.
+            raise StiffMotionError("the motion needs steps that are too short for rounding")
         if status == COLLAPSED:
             return Ending.SOLVER_FAILED
         if status == TURNED_OVER:
             return Ending.TURNED_OVER
         assert status == PAUSED
-        if steps > MAX_STEPS_PER_SECOND * max(passed, _MIN_STIFF_TIME):
+        if steps > max_steps_per_second * max(passed, _MIN_STIFF_TIME):
             raise StiffMotionError(
-                f"the motion needs more than {MAX_STEPS_PER_SECOND:,} steps a second"
+                f"the motion needs more than {max_steps_per_second:,} steps a second"
             )
         if time.monotonic() > deadline:
             return Ending.TOO_LONG
@@ -252,21 +263,27 @@ def run_until_agreed(
     tolerance: float,
     deadline: float = np.inf,
     watch: Watch | None = None,
+    max_steps_per_second: float = MAX_STEPS_PER_SECOND,
 ) -> AgreedRun:
     """Repeat a run at smaller tolerances until two agree within `tolerance`.
+
+    The other arguments are those of `run_once`.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
     """
     has_breakpoints = len(model.mechanism.branches) > len(model.mechanism.measured)
     first = (FIRST_SHARE_WITH_BREAKPOINTS if has_breakpoints else FIRST_SHARE) * tolerance
+    first = max(first, SMALLEST_TOLERANCE)
 
     def run_number(number: int, step_tolerance: float, stopped: Event | None = None) -> CompiledRun:
         def report(step: float, now: float) -> None:
             if watch is not None and stopped is None:
                 watch(number, step, now)
 
-        return run_once(_fork(model), times, step_tolerance, deadline, report, stopped)
+        return run_once(
+            _fork(model), times, step_tolerance, deadline, report, stopped, max_steps_per_second
+        )
 
     runs = _run_first_two(run_number, first)
     agreed_before = False
@@ -276,6 +293,7 @@ def run_until_agreed(
             break
         before, latest = runs[-2:]
         agree = errors[-1] <= tolerance and len(before.times) == len(latest.times)
+        agree = agree and not _have_same_steps(before, latest)
         if agree and (agreed_before or have_same_breakpoints(before, latest)):
             break
         agreed_before = agree
@@ -333,6 +351,8 @@ def _next_tolerance(runs: list[CompiledRun], difference: float, tolerance: float
     be smaller by the ratio of the tolerances.
     """
     last = runs[-1].tolerance
+    if _have_same_steps(*runs[-2:]):
+        return max(_LEAP * last, SMALLEST_TOLERANCE) if last > SMALLEST_TOLERANCE else 0.0
     is_sufficient = difference * DECADE <= _AIM * tolerance
     if is_sufficient or not difference <= _MAX_DIVERGENCE:  # or not finite
         return DECADE * last
@@ -349,6 +369,14 @@ def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:
     known = estimated_errors(model, runs[-2], last)
     errors[: len(known)] = known
     return AgreedRun(last, errors, steps, len(runs))
+
+
+def _have_same_steps(one: CompiledRun, other: CompiledRun) -> bool:
+    """Return whether two runs are one: easy ones whose first steps satisfy both tolerances.
+
+    Their difference is zero, which says nothing about their error.
+    """
+    return np.array_equal(one.states, other.states)
 
 
 def have_same_breakpoints(one: CompiledRun, other: CompiledRun) -> bool:

@@ -8,7 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from generator import Ending, Figure, ModelError, Plan, Stepper, UnknownNameError, simulate
+from generator import (
+    Ending,
+    Figure,
+    ModelError,
+    Plan,
+    Stepper,
+    UnknownNameError,
+    read_figure,
+    simulate,
+)
 from generator.drive import Drive
 from generator.figure import SiteRef
 from generator.kinematics.links import Coordinate, Link, Links
@@ -533,3 +542,18 @@ def test_changes_and_runs_free_their_memory(hinges):
     work(80)
     assert resident() - before < 2.0
     assert len(sys.modules) == functions
+
+
+def test_what_is_no_figure_and_no_snapshot_is_refused() -> None:
+    with pytest.raises(TypeError, match="needs a Figure"):
+        Stepper("pendulum")
+    stepper = Stepper(read_figure("pendulum"))
+    with pytest.raises(TypeError, match="to a snapshot"):
+        stepper.rewind(None)
+    other = Stepper(read_figure("prototype"))
+    other.free_root()
+    freed = other.snapshot()
+    other.hold_root()
+    other.rewind(freed)
+    with pytest.raises(ModelError, match="another figure"):
+        stepper.rewind(freed)

@@ -1,10 +1,12 @@
 """Compiled functions, with and without a folder in which they can be stored."""
 
+import os
+
 import numpy as np
 import pytest
 from numba import types
 
-from generator.simulation.compiled import compiler
+from generator.simulation.compiled import code_cache, compiler
 from generator.simulation.compiled.compiler import (
     NOTHING,
     REAL,
@@ -42,6 +44,22 @@ def test_a_folder_that_is_removed_meanwhile_is_made_again(monkeypatch, tmp_path)
     compile_source.__wrapped__(source(5.0), "scale", SIGNATURE).function(values, 0.4)
     assert values[0] == pytest.approx(5.0 * np.sin(0.4), rel=1e-15)
     assert len(list(folder.glob("*.py"))) == 1
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+@pytest.mark.parametrize("length", [0, 100])
+def test_a_stored_file_that_is_cut_short_is_made_again(
+    monkeypatch, tmp_path, suffix, length
+) -> None:
+    for module in (compiler, code_cache):
+        monkeypatch.setattr(module, "cache_folder", lambda: tmp_path)
+    for _ in range(3):
+        values = np.zeros(1)
+        compile_source.__wrapped__(source(7.0), "scale", SIGNATURE).function(values, 0.4)
+        assert values[0] == pytest.approx(7.0 * np.sin(0.4), rel=1e-15)
+        (stored,) = (path for path in tmp_path.rglob("*") if path.suffix == suffix)
+        assert stored.stat().st_size > 100
+        os.truncate(stored, length)
 
 
 def test_infinity_and_not_a_number_keep_their_meaning(monkeypatch) -> None:

@@ -131,7 +131,7 @@ def test_the_estimate_is_the_largest_difference_so_far_of_the_last_two_runs(monk
     assert np.array_equal(agreed.run.states, last.states)
     differences = joint_differences(model, before, last)
     assert differences[-1] > 0.0
-    assert np.array_equal(agreed.errors, np.maximum.accumulate(differences))
+    assert np.array_equal(agreed.errors, 2.0 * np.maximum.accumulate(differences))
 
 
 # Early ends
@@ -216,6 +216,38 @@ def test_a_tolerance_that_rounding_does_not_allow_is_not_claimed() -> None:
     assert agreed.run.ending is Ending.DONE
     assert agreed.errors[0] <= 1e-9 < agreed.errors[-1]
     assert np.all(np.diff(agreed.errors) >= 0.0)
+
+
+def test_a_tolerance_below_rounding_ends_and_is_not_claimed() -> None:
+    model = MOTIONS["prototype 0"].model()
+    agreed = run_until_agreed(model, np.linspace(0.0, 0.1, 6), 1e-300)
+    assert agreed.run.ending is Ending.DONE
+    assert 0.0 < agreed.errors[-1] < 1e-11
+
+
+@pytest.mark.parametrize("tolerance", [1.0, 1e-2, 1e-3])
+def test_two_runs_of_the_same_steps_are_no_estimate(tolerance) -> None:
+    """The first steps of a short run satisfy both tolerances."""
+    times = np.linspace(0.0, 0.2, 11)
+    model = compile_model(ExudynModel.of(read_figure("fourbar"), Plan(stop=0.2)))
+    agreed = run_until_agreed(model, times, tolerance)
+    error = joint_differences(model, agreed.run, run_once(model, times, 1e-12))[-1]
+    assert 0.0 < error <= agreed.errors[-1] <= tolerance
+
+
+def test_runs_at_rest_have_no_error() -> None:
+    model = compile_model(ExudynModel.of(row(2), Plan(gravity=(0.0, 0.0, 0.0))))
+    agreed = run_until_agreed(model, np.linspace(0.0, 1.0, 11), 1e-3)
+    assert np.all(agreed.errors == 0.0)
+    assert agreed.runs <= 5
+
+
+def test_damping_that_no_explicit_step_resolves_is_too_stiff() -> None:
+    spring = AxisSpring(Z, (), Damping(1e13))
+    plan = Plan(springs=springs_of("pin", spring), velocities={"pin": (1.0,)})
+    model = compile_model(ExudynModel.of(one_body(chain("Rz")), plan))
+    with pytest.raises(StiffMotionError, match="too short"):
+        run_until_agreed(model, np.linspace(0.0, 1.0, 51), 1e-3)
 
 
 def test_a_motion_that_is_too_stiff() -> None:
