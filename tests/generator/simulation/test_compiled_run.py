@@ -12,6 +12,7 @@ from generator.drive import Drive
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
 from generator.recording import Ending, Integrator, Recording
+from generator.simulation import compiled_run
 from generator.simulation.compiled import mechanism, refinement
 from generator.simulation.compiled.layout import MASS
 from generator.simulation.plan import Plan
@@ -168,12 +169,32 @@ def test_exudyn_s_integrator_is_used_for_a_reason(made, fields, reason) -> None:
 
 def test_a_stiff_motion_is_left_to_exudyn(monkeypatch) -> None:
     monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 20)
-    monkeypatch.setattr(refinement, "MAX_STEPS_PER_SECOND", 10)
+    monkeypatch.setattr(compiled_run, "MAX_STEPS_PER_SECOND", 10)
     run = simulate(row(1), Plan(stop=2.0, springs=SpringSet()))
     assert run.integrator is Integrator.EXUDYN
     assert run.integrator_reason == "the motion needs more than 10 steps a second"
     assert run.outcome.succeeded
     assert run.agreement_with_exudyn is None
+
+
+def test_a_stiff_motion_on_which_exudyn_fails_takes_all_its_steps() -> None:
+    """Dry friction in four joints, whose slip rate no implicit step of the solver resolves."""
+    made = read_figure("prototype")
+    springs = {
+        name: JointSprings(
+            name,
+            (
+                AxisSpring(
+                    made.joints[name].chain[0].axis, (Linear(10.0),), Damping(0.0, 5.0, 1e-4)
+                ),
+            ),
+        )
+        for name in ("left_elbow", "right_elbow", "left_knee", "right_knee")
+    }
+    run = simulate(made, Plan(stop=0.02, springs=SpringSet(springs)))
+    assert run.outcome.ending is Ending.DONE
+    assert run.integrator is Integrator.COMPILED
+    assert run.accuracy.steps > 0.02 * compiled_run.MAX_STEPS_PER_SECOND
 
 
 @pytest.mark.parametrize(("share", "is_compiled"), [(1e-6, False), (1e-11, True)])
