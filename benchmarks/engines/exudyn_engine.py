@@ -100,7 +100,7 @@ def one_run(figure: Figure, plan: Plan) -> Fall:
     def once(model: Any, times: Array, tolerance: float, *_: object) -> AgreedRun:
         with clock:
             run = run_once(model, times, tolerance)
-        return AgreedRun(run, np.zeros(len(run.times)), run.steps, run.evaluations, 1)
+        return AgreedRun(run, np.zeros(len(run.times)), run.steps, 1)
 
     with patch.object(compiled_run, "run_until_agreed", once):
         made = _fall(simulate(figure, replace(plan, frame=plan.stop - plan.start)))
