@@ -1,4 +1,4 @@
-"""What this program costs beside other engines, measured side by side, and the aims for it.
+"""Cost of this program relative to other engines, measured side by side, against its aims.
 
 Run with `python -m benchmarks aims`. Two tables of the reference figure, one second:
 

@@ -284,9 +284,9 @@ def range_end_claim(
     """
     side = -1 if end is curve.low else 1
     at, normal = degrees(curve.resistance_angle(side, FIRM_TORQUE)), degrees(end.angle)
-    reached = "nowhere" if isnan(at) else f"at {at:.1f} deg"
+    reached = "at no angle" if isnan(at) else f"at {at:.1f} deg"
     sentence = (
-        f"The joint reaches {FIRM_TORQUE:g} N m, at which an examiner stops, {reached}; the "
+        f"The resistance reaches {FIRM_TORQUE:g} N m (where an examiner would stop) {reached}; the "
         f"normal range of {end.motion} ends at {normal:.1f} deg ({end.sample}): difference"
     )
     if obstacle:

@@ -76,9 +76,9 @@ def compiled(
 def _compile_or_load(function: Callable[..., Any], signature: Any, **options: Any) -> Any:
     """Compile a function for one signature, or load it from the cache.
 
-    A file that a crash or a full disk has cut short cannot be loaded, and numba reports it by
-    whatever error the reading meets. It is removed, and the function compiled anew; if that cannot
-    be stored either, without the cache.
+    A crash or a full disk may leave a truncated file, on which numba raises errors of various
+    types. The file is removed and the function compiled again, without the cache if it cannot be
+    stored.
     """
     folder = cache_folder()
     options = {"fastmath": _RELAXED_ARITHMETIC, "error_model": "numpy", **options}
@@ -92,7 +92,7 @@ def _compile_or_load(function: Callable[..., Any], signature: Any, **options: An
 
 
 def inlined(function: Function) -> Function:
-    """Compile a function for whatever types its compiled callers use."""
+    """Compile a function for the argument types of its compiled callers."""
     return cast(
         "Function",
         numba.njit(

@@ -1,4 +1,4 @@
-"""Inertia of each link by itself, and what laws and loads exert on it."""
+"""Inertia of each single link, and the torques and forces of laws and loads on it."""
 
 from generator.simulation.compiled.algebra import (
     accumulate,

@@ -1,9 +1,9 @@
 """Runs at tolerances a decade apart until two agree.
 
-The error is estimated by twice the difference of two runs, whose tolerances are a decade apart. The
-finer of two runs that agree is the result, so the estimate is usually far above its error. Two runs
-agree if the estimate is no more than the tolerance in all frames and if they have passed the same
-breakpoints. Different breakpoints are accepted if the two runs before the last agreed as well.
+The estimated error is twice the difference between two runs whose tolerances are a decade apart.
+Two runs agree if the estimate does not exceed the tolerance in any frame and both pass the same
+breakpoints; different breakpoints are accepted if the previous pair of runs agreed as well. The
+finer run of the pair is the result, so its error is usually far below the estimate.
 """
 
 import time
@@ -372,9 +372,9 @@ def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:
 
 
 def _have_same_steps(one: CompiledRun, other: CompiledRun) -> bool:
-    """Return whether two runs are one: easy ones whose first steps satisfy both tolerances.
+    """Return whether two runs took the same steps, because these satisfy both tolerances.
 
-    Their difference is zero, which says nothing about their error.
+    Their difference is then zero and does not estimate their error.
     """
     return np.array_equal(one.states, other.states)
 
