@@ -64,7 +64,7 @@ def test_an_end_of_the_range_is_where_resistance_is_firm() -> None:
     assert (low.remark, high.remark) == ("", "soft")
     limp = claims.range_end_claim(curve(-1.0 * ANGLES), ENDS[1])
     assert limp.outcome is Outcome.DIFFERS
-    assert "examiner stops, nowhere; " in limp.sentence
+    assert "(where an examiner would stop) at no angle; " in limp.sentence
     unsure = claims.range_end_claim(curve(), ENDS[0], obstacle="who knows")
     assert unsure.outcome is Outcome.INCOMPARABLE
 
