@@ -130,10 +130,26 @@ class Site:
 
 
 @dataclass(frozen=True)
+class ContactSphere:
+    """A sphere fixed to a segment, by which it touches props: centre in the segment frame [m]."""
+
+    centre: Vector
+    radius: float
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _set_vector(self, "centre", "a contact sphere")
+        object.__setattr__(self, "radius", float(self.radius))
+        if not 0.0 < self.radius < inf:
+            raise ModelError(f"the radius of a contact sphere is positive, not {self.radius:g} m")
+
+
+@dataclass(frozen=True)
 class Segment:
     """A rigid body, or a part of the ground when its mass is negative.
 
-    mass [kg]; inertia: principal moments about the centre of mass along the segment's axes [kg m2].
+    mass [kg]; inertia: principal moments about the centre of mass along the segment's axes [kg m2];
+    contact_spheres: own ones, in place of those that are fitted to its psurf.
     """
 
     name: str
@@ -142,6 +158,7 @@ class Segment:
     psurf: str | None = None
     attributes: tuple[str, ...] = ()
     sites: Mapping[str, Site] = field(default_factory=dict[str, Site])
+    contact_spheres: tuple[ContactSphere, ...] = ()
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
     def __post_init__(self) -> None:

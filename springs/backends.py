@@ -35,13 +35,17 @@ class Operations(Protocol):
     def removable(self, condition: Real, yes: Real, no: Real) -> Real:
         """`yes` where the condition holds, else `no`: two forms of one smooth function.
 
-        For a removable singularity, such as (1 - cos x)/x^2 and its series. A change of the
-        condition does not count as a breakpoint.
+        For a removable singularity, such as (1 - cos x)/x^2 and its series, and for contact, whose
+        force is smooth enough. A change of the condition does not count as a breakpoint.
         """
         ...
 
     def sin(self, value: Real) -> Real:
         """Sine of an angle [rad]."""
+        ...
+
+    def sqrt(self, value: Real) -> Real:
+        """Square root."""
         ...
 
     def tanh(self, value: Real) -> Real:
@@ -84,6 +88,9 @@ class _Numpy:
     def sin(self, value: Real) -> Real:
         return np.sin(value)
 
+    def sqrt(self, value: Real) -> Real:
+        return np.sqrt(value)
+
     def tanh(self, value: Real) -> Real:
         return np.tanh(value)
 
@@ -117,6 +124,9 @@ class _Floats:
 
     def sin(self, value: Real) -> Real:
         return math.sin(value)
+
+    def sqrt(self, value: Real) -> Real:
+        return math.sqrt(value)
 
     def tanh(self, value: Real) -> Real:
         return math.tanh(value)

@@ -88,6 +88,9 @@ class _Symbolic:
     def sin(self, value: Real) -> Real:
         return symbols.sin(value)
 
+    def sqrt(self, value: Real) -> Real:
+        return symbols.sqrt(value)
+
     def tanh(self, value: Real) -> Real:
         return symbols.tanh(value)
 

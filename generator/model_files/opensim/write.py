@@ -141,6 +141,9 @@ class _ExpressionOperations:
     def sin(self, value: Real) -> Real:
         return Expression(f"sin({_operand_text(value)})")
 
+    def sqrt(self, value: Real) -> Real:
+        return Expression(f"sqrt({_operand_text(value)})")
+
     def tanh(self, value: Real) -> Real:
         return Expression(f"tanh({_operand_text(value)})")
 

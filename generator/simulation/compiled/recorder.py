@@ -152,6 +152,9 @@ class _Recording:
     def sin(self, value: Real) -> Real:
         return _recorder(value).record("math.sin({})", value)
 
+    def sqrt(self, value: Real) -> Real:
+        return _recorder(value).record("math.sqrt({})", value)
+
     def tanh(self, value: Real) -> Real:
         return _recorder(value).record("math.tanh({})", value)
 
