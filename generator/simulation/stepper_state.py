@@ -114,7 +114,9 @@ class StepperState:
             setting,
             model,
             mechanism,
-            start_progress(values, time, FIRST_STEP, len(mechanism.branches), max_events=0),
+            start_progress(
+                values, time, FIRST_STEP, len(mechanism.branches), model.integrals, max_events=0
+            ),
             placement.displacements,
             {name: placement.poses[name] for name in setting.tree.figure.ground},
         )

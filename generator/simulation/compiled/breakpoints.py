@@ -114,7 +114,7 @@ def _margin(
     interpolate(equations, mechanism, scratch, progress, balls, step, share, progress.trial)
     at = progress.clock[TIME] + share * step
     equations.evaluate_laws(
-        equations.law, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial
+        equations.laws, mechanism, scratch, progress.counts[INTERVAL], at, progress.trial
     )
     return mechanism.branches[switch] * scratch.switching[switch] + SLACK
 

@@ -24,10 +24,13 @@ KEPT_FOLDERS = 4
 _MARK = "complete"
 """File that marks that the integrator is compiled, except what later files hold."""
 
-_LATER_FILES = ("closure.py", "projection.py", "row_motion.py")
-"""Files that are compiled when a figure first has closed loops or linked rotations."""
+_LATER_FILES = ("closure.py", "contact_forces.py", "projection.py", "row_motion.py")
+"""Files that are compiled when a figure first has closed loops, linked rotations or props."""
 
 _FOLDER = Path(__file__).parent
+
+_CONTACT_MODULES = ("generator.scene", "springs.contact")
+"""Modules that define the law of contact, which is compiled into the integrator."""
 
 listeners: list[Callable[[str], None]] = []
 """Called with the name of each function of the integrator before it is compiled or loaded."""
@@ -49,7 +52,9 @@ def require_numba() -> None:
 
 @cache
 def _sources() -> tuple[str, ...]:
-    return tuple(path.read_text(encoding="utf-8") for path in sorted(_FOLDER.glob("*.py")))
+    others = [Path(str(import_module(name).__file__)) for name in _CONTACT_MODULES]
+    paths = [*sorted(_FOLDER.glob("*.py")), *others]
+    return tuple(path.read_text(encoding="utf-8") for path in paths)
 
 
 @cache

@@ -15,10 +15,11 @@ from generator.simulation.compiled.compiler import (
     compiled,
 )
 from generator.simulation.compiled.layout import (
-    LAW,
+    LAWS,
     MECHANISM,
     SCRATCH,
     CompiledLaw,
+    Laws,
     Mechanism,
     Scratch,
 )
@@ -29,23 +30,23 @@ class Equations(NamedTuple):
     """Pointers to the functions that an integration calls.
 
     Attributes:
-        law: the laws of the joints.
+        laws: of the joints and of contact.
         evaluate_laws: computes the motion of a state and the laws.
         compute_rates: computes the rates of a state.
         project: projects a state onto the constraints beyond the tree; returns whether it can.
     """
 
-    law: CompiledLaw
+    laws: Laws
     evaluate_laws: Any
     compute_rates: Any
     project: Any
 
 
-_STATE_ARGUMENTS = (LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+_STATE_ARGUMENTS = (LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
 
 EQUATIONS = types.NamedTuple(
     (
-        LAW,
+        LAWS,
         types.FunctionType(NOTHING(*_STATE_ARGUMENTS)),
         types.FunctionType(NOTHING(*_STATE_ARGUMENTS, VECTOR)),
         types.FunctionType(FLAG(*_STATE_ARGUMENTS, VECTOR)),
@@ -56,7 +57,7 @@ EQUATIONS = types.NamedTuple(
 
 @compiled(FLAG, *_STATE_ARGUMENTS, VECTOR, pointer=True)
 def _keep_state(
-    law: CompiledLaw,
+    laws: Laws,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
@@ -68,21 +69,34 @@ def _keep_state(
     return True
 
 
+@compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
+def _touch_nothing(mechanism: Mechanism, scratch: Scratch) -> None:
+    """Leave the forces of a figure without props."""
+
+
 _EVALUATE_LAWS = FunctionPointer(evaluate_laws)
 _TREE_RATES, _KEEP_STATE = FunctionPointer(compute_rates), FunctionPointer(_keep_state)
+_TOUCH_NOTHING = FunctionPointer(_touch_nothing)
 
 
-def equations_with(law: CompiledLaw, *, has_rows: bool) -> Equations:
+def equations_with(law: CompiledLaw, *, has_rows: bool, has_contacts: bool) -> Equations:
     """Return the equations of motion with the laws of a mechanism's joints.
 
-    With rows of constraints beyond the tree, the functions for these are compiled as well.
+    With rows of constraints beyond the tree, or with contacts, the functions for these are compiled
+    as well.
     """
+    contacts = _TOUCH_NOTHING
+    if has_contacts:
+        from generator.simulation.compiled.contact_forces import APPLY_CONTACTS
+
+        contacts = APPLY_CONTACTS
+    laws = Laws(law, contacts)
     if not has_rows:
-        return Equations(law, _EVALUATE_LAWS, _TREE_RATES, _KEEP_STATE)
+        return Equations(laws, _EVALUATE_LAWS, _TREE_RATES, _KEEP_STATE)
     from generator.simulation.compiled.projection import (
         compute_constrained_rates,
         project_state,
     )
 
     constrained = FunctionPointer(compute_constrained_rates), FunctionPointer(project_state)
-    return Equations(law, _EVALUATE_LAWS, *constrained)
+    return Equations(laws, _EVALUATE_LAWS, *constrained)

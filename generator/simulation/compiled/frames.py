@@ -44,7 +44,7 @@ def settle_branches(
     to zero than `slack`, and the one with the index `fixed`, keep their sign.
     """
     for _ in range(_MAX_SELECTIONS):
-        equations.compute_rates(equations.law, mechanism, scratch, interval, time, state, rates)
+        equations.compute_rates(equations.laws, mechanism, scratch, interval, time, state, rates)
         changed = False
         for k in range(len(mechanism.branches)):
             if k != fixed and mechanism.branches[k] * scratch.switching[k] < -slack:

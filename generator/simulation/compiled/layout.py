@@ -95,6 +95,23 @@ first and of the second link (3 numbers each)."""
 
 ROW_CONSTANT_COLUMNS = 12
 
+SPHERE_LINK, SPHERE_SEGMENT = range(2)
+"""Columns of `spheres`: the link, and the row of its segment in `Scratch.contact_forces`."""
+
+SPHERE_CENTRE, SPHERE_RADIUS = 0, 3
+"""Columns of `sphere_constants`: centre from the link's point in its axes (3), and radius [m]."""
+
+PLANE, BOX = range(2)
+"""Kinds of props."""
+
+PROP_ORIGIN, PROP_AXES, PROP_HALF_SIZE = 0, 3, 12
+"""Columns of `prop_constants`: origin [m] (3), axes in the world (9), of a box half its edges (3)."""
+
+PROP_COLUMNS = 15
+
+CONTACT_INPUTS, CONTACT_RESULTS = 9, 8
+"""Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
+
 
 class Mechanism(NamedTuple):
     """Tables of a mechanism with n links, m measured joints and l loads; k intervals of time.
@@ -117,6 +134,12 @@ class Mechanism(NamedTuple):
             followed by the sign of each measured joint's quaternion, shape (s + m,).
         rows: kinds and links of the constraints beyond the tree, shape (q, 3).
         row_constants: their numbers, shape (q, ROW_CONSTANT_COLUMNS).
+        spheres: links and segments of the contact spheres, shape (c, 2).
+        sphere_constants: their places and radii, shape (c, 4).
+        props: their kinds, shape (d, 1).
+        prop_constants: their numbers, shape (d, PROP_COLUMNS).
+        contact_parameters: constants of the law of contact.
+        contact_offsets: first of these for each sphere and prop, shape (c, d).
     """
 
     links: IndexArray
@@ -135,6 +158,12 @@ class Mechanism(NamedTuple):
     branches: Array
     rows: IndexArray
     row_constants: Array
+    spheres: IndexArray
+    sphere_constants: Array
+    props: IndexArray
+    prop_constants: Array
+    contact_parameters: Array
+    contact_offsets: IndexArray
 
 
 MECHANISM = types.NamedTuple(
@@ -155,6 +184,12 @@ MECHANISM = types.NamedTuple(
         VECTOR,
         INDEX_TABLE,
         MATRIX,
+        INDEX_TABLE,
+        MATRIX,
+        INDEX_TABLE,
+        MATRIX,
+        VECTOR,
+        INDEX_TABLE,
     ),
     Mechanism,
 )
@@ -240,10 +275,10 @@ RESPONSE_EFFORT = 13
 """Effort in its hinge."""
 RESPONSE_COLUMNS = 14
 
-DISSIPATION, NONCONSERVATIVE, EXTERNAL = range(3)
-"""Powers that are integrated with the state [W]: of damping, into laws without an energy, and of
-loads and drives."""
-POWERS = 3
+DISSIPATION, NONCONSERVATIVE, EXTERNAL, IMPACT, FRICTION = range(5)
+"""Powers that are integrated with the state [W]: of damping in joints, into laws without an energy,
+of loads and drives, of damping in contacts, and of friction."""
+POWERS = 5
 
 
 class Scratch(NamedTuple):
@@ -258,11 +293,15 @@ class Scratch(NamedTuple):
             axis, as first column; of a shift its axis and the arms to the child's site from the
             points of the parent's and the child's link.
         switching: switching functions of the laws, then the cosines with their signs, (s + m,).
-        powers: see `POWERS`, shape (3,).
+        powers: see `POWERS`, shape (POWERS,).
         row_work: quantities of each constraint row in world axes, shape (q, ROW_COLUMNS).
         responses: of each link to a unit of each row, shape (q, n, RESPONSE_COLUMNS).
         factor: of the rows' accelerations by their multipliers, by Cholesky, shape (q, q).
         residual: right-hand side, then solution of these equations, shape (q,).
+        contact_forces: on each segment with contact spheres, in world axes, shape (g, 3) [N].
+        contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,
+            its velocity and angular velocity), then its results (force and moment about the centre,
+            powers of impact damping and friction).
     """
 
     work: Array
@@ -276,10 +315,27 @@ class Scratch(NamedTuple):
     responses: Array
     factor: Array
     residual: Array
+    contact_forces: Array
+    contact_work: Array
 
 
 SCRATCH = types.NamedTuple(
-    (MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, VECTOR, VECTOR, MATRIX, STACK, MATRIX, VECTOR), Scratch
+    (
+        MATRIX,
+        MATRIX,
+        MATRIX,
+        MATRIX,
+        MATRIX,
+        VECTOR,
+        VECTOR,
+        MATRIX,
+        STACK,
+        MATRIX,
+        VECTOR,
+        MATRIX,
+        VECTOR,
+    ),
+    Scratch,
 )
 
 LAW_SIGNATURE = types.void(
@@ -289,3 +345,15 @@ LAW_SIGNATURE = types.void(
 powers."""
 
 LAW = types.FunctionType(LAW_SIGNATURE)
+
+CONTACTS = types.FunctionType(types.void(MECHANISM, SCRATCH))
+
+
+class Laws(NamedTuple):
+    """Pointers to the functions that compute forces: of the joints' laws, and of contact."""
+
+    joints: CompiledLaw
+    contacts: Any
+
+
+LAWS = types.NamedTuple((LAW, CONTACTS), Laws)

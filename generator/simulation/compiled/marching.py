@@ -39,6 +39,7 @@ from generator.simulation.compiled.runge_kutta import (
     build_continuous,
     combine_stages,
     interpolate,
+    keep_step,
     normalize_quaternions,
     step_error,
 )
@@ -148,7 +149,7 @@ def march(
             combine_stages(state, step, STAGES[s], slopes, s, stage)
             at = time + NODES[s] * step
             equations.compute_rates(
-                equations.law, mechanism, scratch, interval, at, stage, slopes[s]
+                equations.laws, mechanism, scratch, interval, at, stage, slopes[s]
             )
             if store_margins(mechanism, scratch, progress, s) and NODES[s] < earliest:
                 earliest = NODES[s]
@@ -167,7 +168,7 @@ def march(
                 progress.projected[k] = end[k]
             normalize_quaternions(balls, progress.projected)
             if not equations.project(
-                equations.law,
+                equations.laws,
                 mechanism,
                 scratch,
                 interval,
@@ -225,6 +226,7 @@ def march(
             for k in range(len(state)):
                 state[k] = progress.trial[k]
             clock[TIME] = reached
+            keep_step(progress)
             clock[STEP] = min(grown, SHARE_AFTER_BREAKPOINT * step)
             switch = counts[SWITCH]
             mechanism.branches[switch] = -mechanism.branches[switch]
@@ -249,9 +251,10 @@ def march(
             progress.margins[0, k] = progress.margins[END_STAGE, k]
         normalize_quaternions(balls, state)
         clock[TIME] = reached
+        keep_step(progress)
         if has_rows:
             equations.compute_rates(
-                equations.law, mechanism, scratch, interval, reached, state, slopes[0]
+                equations.laws, mechanism, scratch, interval, reached, state, slopes[0]
             )
         if reaches_limit and reached < stop:
             counts[INTERVAL] += 1

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.drive import Drive
-from generator.figure import Joint, SiteRef
+from generator.figure import ContactSphere, Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.kinematics.closures import independent_constraints, rotation_equations
 from generator.kinematics.placement import Placement, segment_jacobians
@@ -14,6 +14,8 @@ from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.kinematics.tree import TreeJoint
 from generator.loads import TimedLoad
 from generator.rotations import Array, inverse_pose, quaternion_from_matrix, unit_vector
+from generator.scene import Scene
+from generator.simulation.compiled.contact_tables import contact_tables
 from generator.simulation.compiled.equations import Equations, equations_with
 from generator.simulation.compiled.law_code import (
     LawUse,
@@ -31,6 +33,8 @@ from generator.simulation.compiled.layout import (
     BALL,
     CENTRE,
     CONSTANT_COLUMNS,
+    CONTACT_INPUTS,
+    CONTACT_RESULTS,
     COORDINATE,
     COSINE_TURN,
     DRIVE,
@@ -90,6 +94,8 @@ class CompiledModel:
             factor's index; of a ball, by its innermost rotation; of a fixed joint, by -1.
         row_joints: joint of each constraint row that closes a loop, and True where the second link
             is that of the child; rows of linked rotations come after them.
+        touching: names of the segments with contact spheres, in the order of the integrals of their
+            forces, which come before those of powers in a state.
     """
 
     equations: Equations
@@ -104,6 +110,12 @@ class CompiledModel:
     coordinates: Mapping[str, tuple[int, ...]]
     factor_links: Mapping[tuple[str, int], int]
     row_joints: tuple[tuple[str, bool], ...]
+    touching: tuple[str, ...]
+
+    @property
+    def integrals(self) -> int:
+        """Number of integrals of forces and powers, which come last in a state."""
+        return 3 * len(self.touching) + POWERS
 
 
 @dataclass
@@ -143,6 +155,8 @@ def build_compiled_model(
     loads: Sequence[TimedLoad],
     gravity: Sequence[float],
     times: tuple[float, float],
+    scene: Scene | None = None,
+    spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
 ) -> CompiledModel:
     """Compile a figure.
 
@@ -154,8 +168,12 @@ def build_compiled_model(
         loads: on moving segments.
         gravity: in world axes [m/s2].
         times: start and stop [s].
+        scene: props that the figure may touch.
+        spheres: contact spheres of each segment that has some.
     """
-    return _Builder(placement, rates, springs, prescribed, loads, gravity, times).build()
+    return _Builder(placement, rates, springs, prescribed, loads, gravity, times).build(
+        scene or Scene(), spheres or {}
+    )
 
 
 class _Builder:
@@ -182,14 +200,15 @@ class _Builder:
         self.motion_size = 0  # coordinates and rates
         self.closing_angles: list[float] = []
 
-    def build(self) -> CompiledModel:
+    def build(self, scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]]) -> CompiledModel:
         for branch in self.tree.joints:
             self._add_joint(branch)
         links, constants, points = self._link_tables()
         measured, sites, uses, names = self._laws()
         tables = build_law_tables(uses)
         knots = self._knots()
-        state = self._initial_state(links)
+        touching = {name: some for name, some in spheres.items() if some and scene.props}
+        state = self._initial_state(links, 3 * len(touching))
         mechanism = Mechanism(
             links,
             constants,
@@ -205,6 +224,7 @@ class _Builder:
             tables.bounds,
             np.ones(tables.switches + len(measured)),
             *self._rows(),
+            *contact_tables(scene, touching, self.segment_links, points),
         )
         rows = len(mechanism.rows)
         count = len(measured)
@@ -220,10 +240,12 @@ class _Builder:
             np.zeros((rows, len(links), RESPONSE_COLUMNS)),
             np.zeros((rows, rows)),
             np.zeros(rows),
+            np.zeros((len(touching), 3)),
+            np.zeros(CONTACT_INPUTS + CONTACT_RESULTS),
         )
         joint_links = [self._end_links(joint.ends) for joint in self.figure.joints.values()]
         return CompiledModel(
-            equations_with(tables.function, has_rows=rows > 0),
+            equations_with(tables.function, has_rows=rows > 0, has_contacts=bool(touching)),
             mechanism,
             scratch,
             state,
@@ -235,6 +257,7 @@ class _Builder:
             self._coordinates(links),
             self.factor_links,
             tuple(self.row_joints),
+            tuple(touching),
         )
 
     def _coordinates(self, links: IndexArray) -> dict[str, tuple[int, ...]]:
@@ -497,11 +520,11 @@ class _Builder:
         quaternions = [quaternion_from_matrix(turn) for turn in axes]
         return np.concatenate([*quaternions, axis, *places])
 
-    def _initial_state(self, links: IndexArray) -> Array:
+    def _initial_state(self, links: IndexArray, impulses: int) -> Array:
         jacobians = segment_jacobians(self.placement)
         columns = self.tree.kinematics.columns
         size = self.motion_size + len(self.closing_angles)
-        state = np.zeros(size + POWERS)
+        state = np.zeros(size + impulses + POWERS)
         state[self.motion_size : size] = self.closing_angles
         outboard = {branch.joint.name: branch for branch in self.tree.joints}
         for row, link in zip(links, self.links, strict=True):

@@ -30,7 +30,7 @@ from generator.simulation.compiled.layout import (
     BALL,
     COORDINATE,
     KIND,
-    LAW,
+    LAWS,
     MECHANISM,
     POWERS,
     RATE,
@@ -40,7 +40,7 @@ from generator.simulation.compiled.layout import (
     ROW_VALUE,
     ROW_WRENCH,
     SCRATCH,
-    CompiledLaw,
+    Laws,
     Mechanism,
     Scratch,
 )
@@ -103,9 +103,9 @@ def _correct_rates(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
                 state[rate] += size * responses[r, i, RESPONSE_JOINT]
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)
+@compiled(NOTHING, LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)
 def compute_constrained_rates(
-    law: CompiledLaw,
+    laws: Laws,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
@@ -114,7 +114,7 @@ def compute_constrained_rates(
     rates: Array,
 ) -> None:
     """Compute the rates of a state with constraints beyond the tree, as `compute_rates` does."""
-    compute_rates(law, mechanism, scratch, interval, time, state, rates)
+    compute_rates(laws, mechanism, scratch, interval, time, state, rates)
     measure_rows(mechanism, scratch)
     impose_rows(mechanism, scratch, rates)
     for r in range(len(mechanism.rows)):
@@ -123,9 +123,9 @@ def compute_constrained_rates(
         rates[len(rates) - POWERS + k] = scratch.powers[k]
 
 
-@compiled(FLAG, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, entry=True, pointer=True)
+@compiled(FLAG, LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, entry=True, pointer=True)
 def project_state(
-    law: CompiledLaw,
+    laws: Laws,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
@@ -138,7 +138,7 @@ def project_state(
     `rates` is working memory.
     """
     for _ in range(_MAX_NEWTON_STEPS):
-        compute_constrained_rates(law, mechanism, scratch, interval, time, state, rates)
+        compute_constrained_rates(laws, mechanism, scratch, interval, time, state, rates)
         if _are_rows_closed(scratch, MAX_GAP):
             _correct_rates(mechanism, scratch, state)
             return True

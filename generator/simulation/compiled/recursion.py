@@ -71,7 +71,7 @@ from generator.simulation.compiled.layout import (
     INVERSE_INERTIA,
     JOINT_RATE,
     KIND,
-    LAW,
+    LAWS,
     LINEAR_INERTIA,
     MEASURED_ANGLE,
     MECHANISM,
@@ -87,7 +87,7 @@ from generator.simulation.compiled.layout import (
     SPIN,
     SPIN_BIAS,
     SPIN_RATE,
-    CompiledLaw,
+    Laws,
     Mechanism,
     Scratch,
 )
@@ -209,9 +209,9 @@ def compute_accelerations(
             scratch.powers[EXTERNAL] += (effort - work[i, EFFORT]) * work[i, JOINT_RATE]
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, pointer=True)
+@compiled(NOTHING, LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, pointer=True)
 def evaluate_laws(
-    law: CompiledLaw,
+    laws: Laws,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
@@ -223,7 +223,7 @@ def evaluate_laws(
     measure_joints(mechanism, scratch, state)
     for k in range(POWERS):
         scratch.powers[k] = 0.0
-    law(
+    laws.joints(
         scratch.displacements,
         scratch.rates,
         mechanism.parameters,
@@ -236,9 +236,9 @@ def evaluate_laws(
     )
 
 
-@compiled(NOTHING, LAW, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)
+@compiled(NOTHING, LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)
 def compute_rates(
-    law: CompiledLaw,
+    laws: Laws,
     mechanism: Mechanism,
     scratch: Scratch,
     interval: int,
@@ -247,12 +247,16 @@ def compute_rates(
     rates: Array,
 ) -> None:
     """Compute the rates of a state of a tree at a time, in an interval of `Mechanism.knots`."""
-    evaluate_laws(law, mechanism, scratch, interval, time, state)
+    evaluate_laws(laws, mechanism, scratch, interval, time, state)
     compute_inertia_and_loads(mechanism, scratch, interval, time)
+    laws.contacts(mechanism, scratch)
     eliminate_constraints(mechanism, scratch)
     compute_accelerations(mechanism, scratch, state, rates)
     for j in range(len(mechanism.measured)):
         if mechanism.measured[j, MEASURED_ANGLE] >= 0:
             rates[mechanism.measured[j, MEASURED_ANGLE]] = scratch.rates[j, 0]
+    impulses = len(rates) - POWERS - 3 * len(scratch.contact_forces)
+    for k in range(len(scratch.contact_forces)):
+        store_in(rates, impulses + 3 * k, vector(scratch.contact_forces, k, 0))
     for k in range(POWERS):
         rates[len(rates) - POWERS + k] = scratch.powers[k]

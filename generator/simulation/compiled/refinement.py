@@ -168,13 +168,17 @@ def run_once(
     mechanism.branches[:] = 1.0
     start, stop = float(times[0]), float(times[-1])
     progress = start_progress(
-        model.initial_state, start, min(_FIRST_STEP, stop - start), len(mechanism.branches)
+        model.initial_state,
+        start,
+        min(_FIRST_STEP, stop - start),
+        len(mechanism.branches),
+        model.integrals,
     )
     states = np.empty((len(times), len(model.initial_state)))
     if len(mechanism.rows):
         equations, spare = model.equations, np.empty_like(progress.state)
         equations.project.function(
-            equations.law, mechanism, model.scratch, 0, start, progress.state, spare
+            equations.laws, mechanism, model.scratch, 0, start, progress.state, spare
         )
     states[0] = progress.state
     progress.counts[FRAME] = 1

@@ -21,7 +21,6 @@ from generator.simulation.compiled.compiler import (
 from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.layout import (
     MECHANISM,
-    POWERS,
     SCRATCH,
     IndexArray,
     Mechanism,
@@ -40,12 +39,12 @@ from generator.simulation.compiled.tableau import (
 TIME, STEP = range(2)
 """Places in `Progress.clock` [s]."""
 
-STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH = range(7)
+STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH, PATH = range(8)
 """Places in `Progress.counts`: accepted and rejected steps, the next frame, the interval of time,
-breakpoints passed, 1 where the rates at the start of the step are to be computed, and the switching
-function of the last breakpoint."""
+breakpoints passed, 1 where the rates at the start of the step are to be computed, the switching
+function of the last breakpoint, and the number of steps whose ends are kept."""
 
-_COUNTS = 7
+_COUNTS = 8
 
 MAX_EVENTS = 100_000
 """Number of breakpoints of a run whose times are kept."""
@@ -57,7 +56,7 @@ class Progress(NamedTuple):
     Attributes:
         state: shape (n,).
         clock: time and next step, shape (2,) [s].
-        counts: shape (7,).
+        counts: shape (8,).
         event_times: times of the first e breakpoints passed [s], shape (e,).
         event_switches: their switching functions, shape (e,).
         slopes: rates at the stages, shape (16, n).
@@ -66,11 +65,14 @@ class Progress(NamedTuple):
         projected: state at the end of the step on the constraints beyond the tree, shape (n,).
         spare: rates that are not kept, shape (n,).
         continuous: coefficients of the continuous solution, shape (7, n).
-        sums: sums of the error estimates, shape (2, n).
+        sums: sums of the error estimates, shape (2, m): of the first m numbers of a state, which
+            are not integrals of powers and forces.
         passed: switching functions that have passed zero, shape (s,).
         shares: shares of the step at which suspected ones may have passed it, shape (s,).
         margins: distances of the switching functions from being passed, at the start and at the
             stages, shape (13, s).
+        path_times: ends of the last accepted steps, as many as there is room for, shape (p,) [s].
+        path_states: their states, shape (p, n).
     """
 
     state: Array
@@ -88,6 +90,8 @@ class Progress(NamedTuple):
     passed: IndexArray
     shares: Array
     margins: Array
+    path_times: Array
+    path_states: Array
 
 
 PROGRESS = types.NamedTuple(
@@ -107,13 +111,21 @@ PROGRESS = types.NamedTuple(
         INDICES,
         VECTOR,
         MATRIX,
+        VECTOR,
+        MATRIX,
     ),
     Progress,
 )
 
 
 def start_progress(
-    state: Array, time: float, step: float, switches: int, max_events: int = MAX_EVENTS
+    state: Array,
+    time: float,
+    step: float,
+    switches: int,
+    integrals: int,
+    max_events: int = MAX_EVENTS,
+    path: int = 0,
 ) -> Progress:
     """Return the integration of a state from a time with a first step [s].
 
@@ -122,7 +134,9 @@ def start_progress(
         time: [s].
         step: length of the first step [s].
         switches: number of switching functions.
+        integrals: number of integrals of powers and forces, which come last in a state.
         max_events: number of breakpoints whose times are kept.
+        path: number of steps whose ends are kept.
     """
     size = len(state)
     counts = np.zeros(_COUNTS, dtype=np.int64)
@@ -139,10 +153,12 @@ def start_progress(
         np.zeros(size),
         np.zeros(size),
         np.zeros((7, size)),
-        np.zeros((2, size)),
+        np.zeros((2, size - integrals)),
         np.zeros(switches, dtype=np.int64),
         np.zeros(switches),
         np.zeros((END_STAGE + 1, switches)),
+        np.zeros(path),
+        np.zeros((path, size)),
     )
 
 
@@ -165,9 +181,9 @@ def combine_stages(
 
 @compiled(REAL, PROGRESS, REAL, REAL, vectorised=True)
 def step_error(progress: Progress, step: float, tolerance: float) -> float:
-    """Return the error of a step over the tolerance; the integrals of powers do not count."""
+    """Return the error of a step over the tolerance; integrals of powers and forces do not count."""
     state, end, fifth, third = progress.state, progress.end, progress.sums[0], progress.sums[1]
-    size = len(state) - POWERS
+    size = len(fifth)
     for k in range(size):
         fifth[k] = 0.0
         third[k] = 0.0
@@ -198,7 +214,7 @@ def build_continuous(
         combine_stages(state, step, STAGES[s], slopes, s, progress.trial)
         at = time + NODES[s] * step
         equations.compute_rates(
-            equations.law, mechanism, scratch, interval, at, progress.trial, slopes[s]
+            equations.laws, mechanism, scratch, interval, at, progress.trial, slopes[s]
         )
     for k in range(len(state)):
         change = end[k] - state[k]
@@ -213,6 +229,17 @@ def build_continuous(
             if weight != 0.0:
                 for k in range(len(state)):
                     F[3 + m, k] += weight * slopes[s, k]
+
+
+@compiled(NOTHING, PROGRESS)
+def keep_step(progress: Progress) -> None:
+    """Append the state to the path, if there is room."""
+    count = progress.counts[PATH]
+    if count < len(progress.path_times):
+        progress.path_times[count] = progress.clock[TIME]
+        for k in range(len(progress.state)):
+            progress.path_states[count, k] = progress.state[k]
+        progress.counts[PATH] = count + 1
 
 
 @compiled(NOTHING, COUNT, VECTOR)
@@ -253,4 +280,4 @@ def interpolate(
     if len(mechanism.rows) > 0:
         at = progress.clock[TIME] + share * step
         interval = progress.counts[INTERVAL]
-        equations.project(equations.law, mechanism, scratch, interval, at, result, progress.spare)
+        equations.project(equations.laws, mechanism, scratch, interval, at, result, progress.spare)

@@ -336,7 +336,7 @@ def random_states(case: Case, count: int) -> Iterator[tuple[ExudynModel, Trace, 
         free = len(state) - POWERS - np.count_nonzero(mechanism.measured[:, MEASURED_ANGLE] >= 0)
         state[:free] += SPREAD * rng.normal(size=free)
         if not project_state(
-            compiled.equations.law, *arguments[1:], interval, time[0], state, np.empty_like(state)
+            compiled.equations.laws, *arguments[1:], interval, time[0], state, np.empty_like(state)
         ):
             continue  # too far from any closed pose
         states = state[None].copy()
@@ -462,5 +462,5 @@ def test_a_pose_that_no_closed_one_is_near_is_not_projected() -> None:
     compiled.mechanism.row_constants[:, :3] += 10.0
     arguments = (compiled.equations, compiled.mechanism, compiled.scratch)
     assert not project_state(
-        compiled.equations.law, *arguments[1:], 0, 0.0, state, np.empty_like(state)
+        compiled.equations.laws, *arguments[1:], 0, 0.0, state, np.empty_like(state)
     )

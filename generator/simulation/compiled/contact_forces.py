@@ -1,0 +1,108 @@
+"""Forces of props on the contact spheres of the links.
+
+This code is compiled when a figure first has props. The law of contact is recorded from its
+definition; here it gets its arguments in the axes of a prop, and its results act on the links.
+"""
+
+from typing import Any
+
+from numba import types
+
+from generator.simulation.compiled.algebra import (
+    accumulate,
+    apply,
+    apply_transposed,
+    cross,
+    matrix,
+    minus,
+    plus,
+    store_in,
+    times,
+    vector,
+    vector_in,
+)
+from generator.simulation.compiled.compiler import (
+    COUNT,
+    NOTHING,
+    VECTOR,
+    FunctionPointer,
+    compile_source,
+    compiled,
+)
+from generator.simulation.compiled.contact_tables import contact_source
+from generator.simulation.compiled.layout import (
+    CONTACT_INPUTS,
+    FORCE,
+    FRICTION,
+    IMPACT,
+    MECHANISM,
+    MOMENT,
+    PLANE,
+    POINT,
+    PROP_AXES,
+    PROP_HALF_SIZE,
+    PROP_ORIGIN,
+    ROTATION,
+    SCRATCH,
+    SPHERE_CENTRE,
+    SPHERE_LINK,
+    SPHERE_RADIUS,
+    SPHERE_SEGMENT,
+    SPIN,
+    VELOCITY,
+    Mechanism,
+    Scratch,
+)
+
+_contact: Any = compile_source(
+    contact_source(), "contact", types.void(COUNT, COUNT, VECTOR, VECTOR)
+).function
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
+def _apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
+    """Add the forces of all props on all spheres to the bias forces of the links."""
+    spheres, places = mechanism.spheres, mechanism.sphere_constants
+    props, work, arguments = mechanism.prop_constants, scratch.work, scratch.contact_work
+    forces, powers = scratch.contact_forces, scratch.powers
+    for g in range(len(forces)):
+        for k in range(3):
+            forces[g, k] = 0.0
+    for s in range(len(spheres)):
+        i, radius = spheres[s, SPHERE_LINK], places[s, SPHERE_RADIUS]
+        arm = apply(matrix(work, i, ROTATION), vector(places, s, SPHERE_CENTRE))
+        centre = plus(vector(work, i, POINT), arm)
+        for d in range(len(props)):
+            turn = matrix(props, d, PROP_AXES)
+            x, y, z = apply_transposed(turn, minus(centre, vector(props, d, PROP_ORIGIN)))
+            if mechanism.props[d, 0] == PLANE:
+                if y >= radius:
+                    continue
+            elif (
+                abs(x) >= props[d, PROP_HALF_SIZE] + radius
+                or abs(y) >= props[d, PROP_HALF_SIZE + 1] + radius
+                or abs(z) >= props[d, PROP_HALF_SIZE + 2] + radius
+            ):
+                continue
+            spin = vector(work, i, SPIN)
+            velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
+            store_in(arguments, 0, (x, y, z))
+            store_in(arguments, 3, apply_transposed(turn, velocity))
+            store_in(arguments, 6, apply_transposed(turn, spin))
+            _contact(
+                mechanism.props[d, 0],
+                mechanism.contact_offsets[s, d],
+                arguments,
+                mechanism.contact_parameters,
+            )
+            force = apply(turn, vector_in(arguments, CONTACT_INPUTS))
+            moment = plus(cross(arm, force), apply(turn, vector_in(arguments, CONTACT_INPUTS + 3)))
+            accumulate(work, i, FORCE, times(-1.0, force))
+            accumulate(work, i, MOMENT, times(-1.0, moment))
+            accumulate(forces, spheres[s, SPHERE_SEGMENT], 0, force)
+            powers[IMPACT] += arguments[CONTACT_INPUTS + 6]
+            powers[FRICTION] += arguments[CONTACT_INPUTS + 7]
+
+
+APPLY_CONTACTS = FunctionPointer(_apply_contacts)
+"""Pointer to the function that adds the forces of contact."""
