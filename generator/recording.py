@@ -6,6 +6,7 @@ from enum import Enum
 
 import numpy as np
 
+from generator.contact_record import ContactRecord
 from generator.diagnostics import format_count
 from generator.figure import AxisKind, JointAxis
 from generator.named_mapping import NamedMapping
@@ -81,7 +82,20 @@ class Accuracy:
 
 
 ENERGY_KINDS = ("kinetic", "gravity", "spring", "dissipated", "work")
-"""Kinds of energy in a recording; kinetic + gravity + spring + dissipated - work is constant."""
+"""Kinds of energy in a recording.
+
+With those of contact, kinetic + gravity + spring + dissipated + contact + contact damping +
+friction - work is constant.
+"""
+
+CONTACT_ENERGY_KINDS = ("contact", "contact damping", "friction")
+"""Kinds of energy of a run with contact: stored in the surfaces, lost in impact damping, lost in
+sliding."""
+
+
+def energy_kinds(energy: Mapping[str, Array]) -> tuple[str, ...]:
+    """Kinds of energy of a run, those of contact last."""
+    return (*ENERGY_KINDS, *(kind for kind in CONTACT_ENERGY_KINDS if kind in energy))
 
 
 _MAPPINGS = (
@@ -121,7 +135,7 @@ class Recording:
         passive_torques: of each joint's springs and damping on the child, shape (n, 3) [N m], in
             the parent's site axes.
         centre_of_mass: of all that moves, shape (n, 3) [m].
-        energy: by kind (`ENERGY_KINDS`), shape (n,) [J].
+        energy: by kind (`ENERGY_KINDS`; with contact also `CONTACT_ENERGY_KINDS`), shape (n,) [J].
         outcome: how the run ended.
         accuracy: what the run knows of its error.
         constraint_drift: largest distance by which any joint's sites parted [m].
@@ -139,6 +153,7 @@ class Recording:
         agreement_with_exudyn: largest difference of the accelerations of the compiled method from
             those of the Exudyn model in several frames, relative to the largest; None for Exudyn's
             integrator.
+        contact: contact with the props of the scene; None for a run without props.
     """
 
     times: Array
@@ -163,6 +178,7 @@ class Recording:
     integrator: Integrator = Integrator.COMPILED
     integrator_reason: str = ""
     agreement_with_exudyn: float | None = None
+    contact: ContactRecord | None = None
 
     def __post_init__(self) -> None:
         """Give the mappings errors that state the nearest name."""
@@ -192,5 +208,5 @@ class Recording:
     @property
     def energy_balance(self) -> Array:
         """Sum of what a run keeps: all kinds less the work of loads, shape (n,) [J]."""
-        gains = ("kinetic", "gravity", "spring", "dissipated")
-        return np.sum([self.energy[kind] for kind in gains], axis=0) - self.energy["work"]
+        gains = [self.energy[kind] for kind in energy_kinds(self.energy) if kind != "work"]
+        return np.sum(gains, axis=0) - self.energy["work"]
