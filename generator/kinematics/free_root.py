@@ -9,6 +9,7 @@ import numpy as np
 from generator.diagnostics import ModelError, spelling_hint
 from generator.figure import (
     AxisKind,
+    ContactSphere,
     Figure,
     Joint,
     JointAxis,
@@ -169,18 +170,19 @@ def lowest_point(placement: Placement, up: Array) -> float:
     return min(heights)
 
 
-def lift_free_segments(placement: Placement, up: Array, height: float) -> dict[str, Array]:
-    """Return displacements that move a detached figure until its lowest point is at `height` [m].
+def lowest_sphere_point(
+    placement: Placement, spheres: Mapping[str, Sequence[ContactSphere]], up: Array
+) -> float:
+    """Height of the lowest point of the contact spheres along the unit vector `up` [m]."""
+    return min(
+        float((placement.poses[name] @ np.append(sphere.centre, 1.0))[:3] @ up) - sphere.radius
+        for name, some in spheres.items()
+        for sphere in some
+    )
 
-    Args:
-        placement: of a figure that `detach_root` has made.
-        up: unit vector.
-        height: of the lowest point along `up`, from the world's origin [m].
 
-    Raises:
-        InputError: a psurf cannot be read.
-    """
-    shift = (height - lowest_point(placement, up)) * up
+def lift_free_segments(placement: Placement, shift: Array) -> dict[str, Array]:
+    """Return displacements that move a detached figure by a shift, shape (3,) [m]."""
     moved = dict(placement.displacements)
     for name in free_joints(placement.tree.figure):
         moved[name] = np.concatenate([moved[name][:3], moved[name][3:] + shift])

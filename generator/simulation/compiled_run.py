@@ -20,6 +20,7 @@ from generator.simulation.agreement import BodyState, ExudynEquations
 from generator.simulation.compiled.code_cache import mark_compiled
 from generator.simulation.compiled.layout import (
     CENTRE,
+    IMPACT,
     POINT,
     POINT_ACCELERATION,
     POWERS,
@@ -35,8 +36,10 @@ from generator.simulation.compiled.refinement import (
     AgreedRun,
     CompiledRun,
     Watch,
+    record_links,
     run_until_agreed,
 )
+from generator.simulation.contacts import ContactTrace, evaluate_contacts, mean_position
 from generator.simulation.error_control import RefinedRun, accuracy_message
 from generator.simulation.integrate import (
     Trace,
@@ -70,6 +73,8 @@ def compile_model(model: ExudynModel) -> CompiledModel:
         [load for load, *_ in model.loads],
         plan.gravity,
         (plan.start, plan.stop),
+        plan.scene,
+        {} if model.contacts is None else model.contacts.spheres,
     )
 
 
@@ -100,7 +105,11 @@ def run_compiled(
     wall_time = time.monotonic() - start
     run = agreed.run
     trace = build_trace(model, compiled, run.times, run.states, run.links)
-    trace = replace(trace, closing_wrenches=_closing_wrenches(compiled, run))
+    trace = replace(
+        trace,
+        closing_wrenches=_closing_wrenches(compiled, run),
+        contact=_contact_trace(model, compiled, run),
+    )
     accuracy = _accuracy(model, agreed)
     return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
 
@@ -169,7 +178,7 @@ def build_trace(
     accelerations = (
         vectors(POINT_ACCELERATION) + gravity + np.cross(spin_rates, arms) + np.cross(spins, around)
     )
-    dissipated, spring_work, load_work = states[:, -POWERS:].T
+    dissipated, spring_work, load_work, *_ = states[:, -POWERS:].T
     return Trace(
         times,
         vectors(POINT) + arms,
@@ -184,6 +193,32 @@ def build_trace(
         displacements={
             name: states[:, list(places)] for name, places in compiled.coordinates.items()
         },
+    )
+
+
+def _contact_trace(
+    model: ExudynModel, compiled: CompiledModel, run: CompiledRun
+) -> ContactTrace | None:
+    """Return the integrals of contact, and its forces after every step; None without props."""
+    if model.contacts is None:
+        return None
+    states, integrals = run.path_states, run.states[:, -compiled.integrals :]
+    links = record_links(compiled, run.path_times, states)
+    path = build_trace(model, compiled, run.path_times, states, links)
+    steps = evaluate_contacts(
+        model.contacts,
+        model.figure,
+        path.positions,
+        path.rotations,
+        path.velocities,
+        path.angular_velocities,
+    )
+    return ContactTrace(
+        integrals[:, IMPACT - POWERS :][:, :2],
+        integrals[:, :-POWERS].reshape(len(integrals), -1, 3),
+        path.times,
+        steps,
+        mean_position(model.figure, path.positions),
     )
 
 

@@ -22,6 +22,7 @@ from generator.rotations import (
     pose_matrix,
     rotation_vector_from_matrix,
 )
+from generator.simulation.contacts import ContactTrace
 from generator.simulation.integrate import IntegrationPass, Trace
 from generator.simulation.step_schedule import StepHints
 
@@ -179,6 +180,22 @@ def richardson_extrapolation(coarse: Trace, fine: Trace, ratio: float) -> Trace:
         limit(coarse.spring_work, fine.spring_work),
         limit(coarse.load_work, fine.load_work),
         limit(coarse.coordinate_multipliers, fine.coordinate_multipliers),
+        contact=_extrapolated_contact(coarse.contact, fine.contact, limit),
+    )
+
+
+def _extrapolated_contact(
+    coarse: ContactTrace | None,
+    fine: ContactTrace | None,
+    limit: Callable[[Array, Array], Array],
+) -> ContactTrace | None:
+    """Extrapolate the integrals of contact; the steps are those of the finer pass."""
+    if coarse is None or fine is None:
+        return None
+    return replace(
+        fine,
+        losses=limit(coarse.losses, fine.losses),
+        impulses=limit(coarse.impulses, fine.impulses),
     )
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from generator.figure import Figure
 from generator.recording import Ending, Outcome
 from generator.rotations import Array
+from generator.simulation.contacts import ContactTrace
 from generator.simulation.exudyn_api import SolverError, exu, set_times
 from generator.simulation.joints import Constraint
 from generator.simulation.model import ExudynModel
@@ -64,6 +65,7 @@ class Trace:
         displacements: of the joints that are known without their poses, shape (n, dof) each.
         closing_wrenches: force of the constraints of each joint that closes a loop on its child and
             moment about the world's origin, shape (n, 6) [N, N m]; after compiled integration.
+        contact: integrals of contact, and its forces after every step; None without props.
     """
 
     times: Array
@@ -79,6 +81,7 @@ class Trace:
     accelerations: Array | None = None
     displacements: Mapping[str, Array] = field(default_factory=dict[str, Array])
     closing_wrenches: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    contact: ContactTrace | None = None
 
     def __len__(self) -> int:
         """Number of frames."""
@@ -86,7 +89,10 @@ class Trace:
 
     def first_frames(self, count: int) -> "Trace":
         """Return the first `count` frames."""
-        return self._map_arrays(lambda values: values[:count])
+        contact = self.contact
+        if contact is not None:
+            contact = contact.first_frames(count, float(self.times[:count][-1]))
+        return replace(self._map_arrays(lambda values: values[:count]), contact=contact)
 
     def with_motion(
         self, positions: Array, rotations: Array, velocities: Array, angular_velocities: Array
@@ -118,6 +124,9 @@ class Trace:
             extend(self.spring_work, longer.spring_work),
             extend(self.load_work, longer.load_work),
             extend(self.coordinate_multipliers, longer.coordinate_multipliers),
+            contact=None
+            if self.contact is None or longer.contact is None
+            else self.contact.extend_from(longer.contact),
         )
 
     def _map_arrays(self, change: Callable[[Array], Array]) -> "Trace":
@@ -421,6 +430,7 @@ class _StateLog:
             work[:, 1],
             work[:, 2],
             np.array([row.coordinates for row in self._multipliers[:count]]),
+            contact=sensors.contact_trace(count),
         )
 
 

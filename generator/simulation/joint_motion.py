@@ -19,6 +19,7 @@ from generator.rotations import (
     unit_vector,
 )
 from generator.simulation.constraints import RateTerm
+from generator.simulation.contacts import ContactStates, evaluate_contacts
 from generator.simulation.coupled_springs import coupled_energy, coupled_torques
 from generator.simulation.integrate import Trace
 from generator.simulation.model import ExudynModel
@@ -235,6 +236,10 @@ def newton_euler_reactions(
         moment = inertia * spin_rate + np.cross(spin, inertia * spin)
         _add_wrench(wrenches[name], force, trace.positions[:, k])
         wrenches[name][:, 3:] += (turn @ moment[..., None])[..., 0]
+    if model.contacts is not None:
+        contact = contact_of_trace(model, trace)
+        for g, name in enumerate(model.contacts.spheres):
+            wrenches[name] -= contact.wrenches[:, g]
     stop = model.plan.stop
     beside = np.where(
         trace.times < stop, np.nextafter(trace.times, np.inf), np.nextafter(trace.times, -np.inf)
@@ -355,13 +360,30 @@ def energy_by_kind(
     kinetic = 0.5 * np.sum(masses * np.sum(trace.velocities**2, axis=-1), axis=-1)
     kinetic += 0.5 * np.sum(inertias * own_spins**2, axis=(-1, -2))
     gravity = -np.sum(masses * (trace.positions @ np.asarray(model.plan.gravity)), axis=-1)
-    return {
+    energies = {
         "kinetic": kinetic,
         "gravity": gravity,
         "spring": _spring_energy(model, trace, joints),
         "dissipated": trace.dissipated,
         "work": trace.load_work,
     }
+    if trace.contact is not None:
+        energies["contact"] = contact_of_trace(model, trace).energy
+        energies["contact damping"], energies["friction"] = trace.contact.losses.T
+    return energies
+
+
+def contact_of_trace(model: ExudynModel, trace: Trace) -> ContactStates:
+    """Contact of a model with props, in the n frames of a trace."""
+    assert model.contacts is not None
+    return evaluate_contacts(
+        model.contacts,
+        model.figure,
+        trace.positions,
+        trace.rotations,
+        trace.velocities,
+        trace.angular_velocities,
+    )
 
 
 def _spring_energy(model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:

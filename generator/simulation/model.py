@@ -1,14 +1,14 @@
 """A figure built into an Exudyn system, accessed by the names of the figure."""
 
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 
 from generator.diagnostics import Diagnostic, ModelError
-from generator.figure import Figure
+from generator.figure import ContactSphere, Figure
 from generator.figure_file.check import require_valid_figure
 from generator.kinematics.closures import independent_constraints, lock_all_axes
 from generator.kinematics.free_root import (
@@ -16,6 +16,8 @@ from generator.kinematics.free_root import (
     free_joint_rates,
     free_joints,
     lift_free_segments,
+    lowest_point,
+    lowest_sphere_point,
 )
 from generator.kinematics.loops import close_loops as close_loops
 from generator.kinematics.loops import consistent_rates
@@ -30,6 +32,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array
+from generator.scene import Scene
 from generator.simulation.bodies import (
     add_bodies,
     add_loads,
@@ -38,6 +41,7 @@ from generator.simulation.bodies import (
     require_centre_of_mass,
 )
 from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
+from generator.simulation.contacts import ContactModel, add_contacts
 from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring
 from generator.simulation.exudyn_api import Index, MainSystem, exu
 from generator.simulation.joints import Constraint, add_constraints
@@ -70,6 +74,7 @@ class ExudynModel:
         coordinate_constraints: constraints of links and drives.
         prescribed: locks, links and drives.
         loads: each load with its marker and user function.
+        contacts: contact with the props of the plan; None without props.
         spring_set: the springs that were built, with the joining of the plan if it has one.
         plan: the plan of the run.
     """
@@ -86,6 +91,7 @@ class ExudynModel:
     coordinate_constraints: tuple[CoordinateConstraint, ...]
     prescribed: PrescribedMotion
     loads: tuple[tuple[TimedLoad, Index, Any], ...]
+    contacts: ContactModel | None
     spring_set: SpringSet
     plan: Plan
 
@@ -115,11 +121,13 @@ class InitialState:
         placement: initial placement, with closed loops and imposed prescriptions.
         rates: initial displacement rates of the plan, with imposed prescriptions [rad/s or m/s].
         prescribed: locks, links and drives.
+        spheres: contact spheres of each segment that has some; none without props.
     """
 
     placement: Placement
     rates: Displacements
     prescribed: PrescribedMotion
+    spheres: Mapping[str, tuple[ContactSphere, ...]]
 
 
 def initial_state(figure: Figure, plan: Plan) -> InitialState:
@@ -148,9 +156,15 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
+    spheres = _contact_spheres(placement.tree.figure, plan)
     if plan.height is not None:
-        lifted = lift_free_segments(placement, np.array(plan.up), plan.height)
+        up = np.array(plan.up)
+        lowest = (
+            lowest_sphere_point(placement, spheres, up) if spheres else lowest_point(placement, up)
+        )
+        lifted = lift_free_segments(placement, (plan.height - lowest) * up)
         placement = forward_kinematics(placement.tree, lifted)
+    _check_start_outside(placement, plan.scene, spheres)
     rates = _initial_rates(placement, plan.velocities)
     imposed = prescribed.impose_rates(rates, plan.start)
     for name in plan.velocities:
@@ -158,7 +172,35 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
             raise ModelError(
                 f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )
-    return InitialState(placement, imposed, prescribed)
+    return InitialState(placement, imposed, prescribed, spheres)
+
+
+def _contact_spheres(figure: Figure, plan: Plan) -> dict[str, tuple[ContactSphere, ...]]:
+    """Return the contact spheres of the moving segments; none without props.
+
+    Raises:
+        InputError: a psurf cannot be read.
+        ModelError: no segment has a sphere.
+    """
+    if not plan.scene.props:
+        return {}
+    from generator.geometry.contact_spheres import fit_contact_spheres  # reads surfaces
+
+    fits = fit_contact_spheres(figure)
+    spheres = {name: fit.spheres for name, fit in fits.items() if fit.spheres}
+    if not spheres:
+        raise ModelError("the figure cannot touch anything: no segment has a contact sphere")
+    return spheres
+
+
+_MAX_START_DEPTH = 1e-6
+"""Depth of a contact sphere in a prop up to which it counts as touching [m]."""
+
+
+def _check_start_outside(
+    placement: Placement, scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]]
+) -> None:
+    """Raise ModelError if a contact sphere starts inside a prop."""
 
 
 def _initial_rates(placement: Placement, velocities: Mapping[str, Any]) -> dict[str, Any]:
@@ -281,7 +323,7 @@ def _build_from_initial_state(
     rates = consistent_rates(
         placement, start.rates, fixed=set(plan.velocities) | prescribed.fixed_joints
     )
-    bodies, _ = add_bodies(mbs, placement, rates, plan.gravity)
+    bodies, ground = add_bodies(mbs, placement, rates, plan.gravity)
     sites = {
         f"{segment.name}.{site.name}": add_marker(
             mbs, placement, bodies, segment.name, site.pose_in_segment
@@ -326,6 +368,16 @@ def _build_from_initial_state(
     loads = [*constant_site_loads(figure, plan.start, plan.stop), *plan.loads]
     moving_loads = [load for load in loads if load.site.segment not in figure.ground]
     added_loads = add_loads(mbs, placement, bodies, moving_loads)
+    contacts = None
+    if start.spheres:
+        contacts = add_contacts(
+            mbs,
+            placement,
+            bodies,
+            ground,
+            ContactModel(plan.scene, start.spheres),
+            python_torques=plan.python_torques,
+        )
     if container is not None:
         cast("Any", mbs).Assemble()
     model = ExudynModel(
@@ -341,6 +393,7 @@ def _build_from_initial_state(
         constraints,
         prescribed,
         added_loads,
+        contacts,
         springs,
         plan,
     )

@@ -10,6 +10,7 @@ from generator.figure import Figure
 from generator.kinematics.links import Links
 from generator.loads import TimedLoad
 from generator.recording import Integrator
+from generator.scene import Scene
 from springs import Joining, SpringSet
 
 Vector = tuple[float, float, float]
@@ -42,7 +43,9 @@ class Plan:
         gravity: acceleration in world axes [m/s^2].
         free_root: whether the joints to the ground are removed.
         height: initial height of the lowest point of a figure with a free root, measured upwards
-            from the world's origin [m]; None leaves the figure where it is.
+            from the world's origin [m]; None leaves the figure where it is. In a scene it is the
+            lowest point of the contact spheres.
+        scene: props that the figure may touch.
         displacements: initial displacements by joint, in place of the figure's own [rad or m].
         velocities: initial displacement rates by joint [rad/s or m/s]; zero for other joints. Of a
             free segment, by its name: angular velocity [rad/s] and velocity of its centre of mass
@@ -69,6 +72,7 @@ class Plan:
     gravity: Vector = STANDARD_GRAVITY
     free_root: bool = False
     height: float | None = None
+    scene: Scene = field(default_factory=Scene)
     displacements: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     velocities: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     loads: Sequence[TimedLoad] = ()

@@ -13,12 +13,13 @@ from generator.figure import Figure
 from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation.compiled.code_cache import require_numba
+from generator.simulation.contacts import mean_position
 from generator.simulation.error_control import (
     RefinedRun,
     first_step,
     refine_until_converged,
 )
-from generator.simulation.integrate import IntegrationPass, Trace, frame_times, integrate
+from generator.simulation.integrate import IntegrationPass, frame_times, integrate
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
@@ -284,7 +285,7 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()},
         reactions=reactions,
         passive_torques=passive_torques,
-        centre_of_mass=_centre_of_mass_path(figure, trace),
+        centre_of_mass=mean_position(figure, trace.positions),
         energy=energy_by_kind(model, trace, joints),
         outcome=explain_singularity(
             model, explain_dead_point(model, refined.outcome, joints), joints
@@ -298,12 +299,6 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         springs=model.spring_set.origin,
         law=model.spring_set.joining.value,
     )
-
-
-def _centre_of_mass_path(figure: Figure, trace: Trace) -> Array:
-    """Centre of mass of all moving segments (eq. 5.1), shape (n, 3) [m]."""
-    masses = np.array([body.mass for body in figure.bodies.values()], dtype=float)
-    return np.asarray(np.einsum("b,nbk->nk", masses, trace.positions) / np.sum(masses))
 
 
 def _joint_gaps(model: ExudynModel, joints: Mapping[str, JointMotion]) -> dict[str, Array]:

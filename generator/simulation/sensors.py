@@ -5,6 +5,7 @@ does not keep every step in memory.
 """
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import assert_never
 
 import numpy as np
@@ -12,6 +13,12 @@ import numpy as np
 from generator.loads import LoadKind, TimedLoad
 from generator.rotations import Array
 from generator.simulation.constraints import CoordinateConstraint
+from generator.simulation.contacts import (
+    ContactStates,
+    ContactTrace,
+    evaluate_contacts,
+    mean_position,
+)
 from generator.simulation.coupled_springs import coupled_torques
 from generator.simulation.exudyn_api import Index, exu, items
 from generator.simulation.model import ExudynModel
@@ -37,7 +44,8 @@ class SensorLog:
     `work` contains the integrals since the start [J] at each frame that was read, shape (3,):
     dissipation by damping, work against springs without an energy (the weighted law and coupled
     laws that are not a gradient), and work of loads and drives; by the trapezoidal rule over the
-    steps. `crossings` contains the breakpoint crossings of springs, `tracked_displacements` the
+    steps. With contact they are followed by the losses by impact damping and friction [J], and the
+    impulses on all segments with contact spheres [N s]. `crossings` contains the breakpoint crossings of springs, `tracked_displacements` the
     displacements at the frames of springs with breakpoints [rad or m].
     """
 
@@ -46,7 +54,11 @@ class SensorLog:
         self._model = model
         self._last_powers: tuple[float, Array] | None = None
         self._last_rotations: dict[str, Array] = {}
-        self.work: list[Array] = [np.zeros(3)]
+        contacts = model.contacts
+        impulses = 0 if contacts is None else 3 * len(contacts.spheres)
+        self.work: list[Array] = [np.zeros(3 if contacts is None else 5 + impulses)]
+        self._body_sensors = [] if contacts is None else self._add_body_sensors()
+        self._contact_steps: list[tuple[Array, ContactStates, Array]] = []
         self.crossings: list[BreakpointCrossing] = []
         self._springs = [
             (joint, connector, *self._add_connector_sensors(connector))
@@ -74,6 +86,8 @@ class SensorLog:
             if any(law.breakpoints for law in spring.elastic)
         }
         model.mbs.Assemble()
+        if contacts is not None:
+            self._read_start()
         self.tracked_displacements = {
             name: [self.current_displacement(name)] for name in self._tracked
         }
@@ -107,6 +121,61 @@ class SensorLog:
             for kind in (position, rate)
         )
         return first, second
+
+    def _add_body_sensors(self) -> list[tuple[Index, ...]]:
+        """Add sensors of the state of each body."""
+        kinds = exu.OutputVariableType
+        outputs = (kinds.Position, kinds.RotationMatrix, kinds.Velocity, kinds.AngularVelocity)
+        return [
+            tuple(
+                self._model.mbs.AddSensor(
+                    items.SensorBody(
+                        bodyNumber=self._model.bodies[name],
+                        storeInternal=True,
+                        outputVariableType=kind,
+                    )
+                )
+                for kind in outputs
+            )
+            for name in self._model.figure.bodies
+        ]
+
+    def _read_start(self) -> None:
+        """Evaluate the contact at the start."""
+        values = self._model.mbs.GetSensorValues
+        rows = [
+            [np.atleast_2d(np.asarray(values(sensor))) for sensor in body]
+            for body in self._body_sensors
+        ]
+        start = np.array([self._model.plan.start])
+        self._contact_steps.append((start, *self._evaluate_contact(rows)))
+
+    def _evaluate_contact(self, rows: list[list[Array]]) -> tuple[ContactStates, Array]:
+        """Return the contact and the centre of mass from the outputs of the bodies' sensors."""
+        model = self._model
+        assert model.contacts is not None
+        positions, rotations, velocities, spins = (
+            np.stack([body[k] for body in rows], axis=1) for k in range(4)
+        )
+        rotations = rotations.reshape(*rotations.shape[:2], 3, 3)
+        states = evaluate_contacts(
+            model.contacts, model.figure, positions, rotations, velocities, spins
+        )
+        return states, mean_position(model.figure, positions)
+
+    def contact_trace(self, count: int) -> ContactTrace | None:
+        """Return the contact of the steps read so far, with `count` frames; None without props."""
+        if self._model.contacts is None:
+            return None
+        work = np.array(self.work[:count])
+        states = reduce(ContactStates.extend, [states for _, states, _ in self._contact_steps])
+        return ContactTrace(
+            work[:, 3:5],
+            work[:, 5:].reshape(count, -1, 3),
+            np.concatenate([times for times, *_ in self._contact_steps]),
+            states,
+            np.concatenate([centres for *_, centres in self._contact_steps]),
+        )
 
     def _add_load_sensor(self, load: TimedLoad) -> Index:
         figure = self._model.figure
@@ -187,10 +256,18 @@ class SensorLog:
             pulls = self._stored_rows(sensor)
             times = pulls[:, 0]
             powers[2].append(-_power(pulls[:, 1:], constraint.rates(times)))
+        contact: list[Array] = []
+        if self._body_sensors:
+            rows = [[self._stored_rows(sensor) for sensor in body] for body in self._body_sensors]
+            times = rows[0][0][:, 0]
+            states, centres = self._evaluate_contact([[r[:, 1:] for r in body] for body in rows])
+            self._contact_steps.append((times, states, centres))
+            forces = states.forces.reshape(times.size, -1)
+            contact = [states.impact_power, states.friction_power, *forces.T]
         if times is None:
             self.work.extend(np.zeros(3) for _ in frames)
         else:
-            summed = np.array([_sum_powers(power, times.size) for power in powers])
+            summed = np.array([*(_sum_powers(power, times.size) for power in powers), *contact])
             self._integrate_power(times, summed, frames)
         return min(half_turns, key=lambda crossing: crossing.time, default=None)
 
@@ -203,7 +280,7 @@ class SensorLog:
             times = np.concatenate([[self._last_powers[0]], times])
             powers = np.column_stack([self._last_powers[1], powers])
         strips = 0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times)
-        sums = np.column_stack([np.zeros(3), np.cumsum(strips, axis=1)])
+        sums = np.column_stack([np.zeros(len(powers)), np.cumsum(strips, axis=1)])
         slack = 1e-3 * (float(times[-1]) - float(times[0])) / times.size
         indices: list[int] = np.searchsorted(times, frames - slack).tolist()
         start = self.work[-1]

@@ -31,6 +31,7 @@ from generator.simulation.compiled.runge_kutta import (
     EVENTS,
     FRAME,
     MAX_EVENTS,
+    PATH,
     REJECTED,
     STEPS,
     SWITCH,
@@ -104,6 +105,8 @@ class CompiledRun:
         steps: accepted and rejected steps.
         event_times: of the breakpoints passed [s].
         event_switches: switching functions of the breakpoints.
+        path_times: start, and ends of the steps, shape (p,) [s]; empty without contact.
+        path_states: their states, shape (p, n).
     """
 
     times: Array
@@ -118,6 +121,8 @@ class CompiledRun:
     steps: int
     event_times: Array
     event_switches: IndexArray
+    path_times: Array
+    path_states: Array
 
 
 @dataclass(frozen=True)
@@ -173,6 +178,7 @@ def run_once(
         min(_FIRST_STEP, stop - start),
         len(mechanism.branches),
         model.integrals,
+        path=_steps_per_call(model) if model.touching else 0,
     )
     states = np.empty((len(times), len(model.initial_state)))
     if len(mechanism.rows):
@@ -182,8 +188,18 @@ def run_once(
         )
     states[0] = progress.state
     progress.counts[FRAME] = 1
+    path = _Path(progress)
     ending = _march_to_end(
-        model, progress, times, states, tolerance, deadline, watch, stopped, max_steps_per_second
+        model,
+        progress,
+        path,
+        times,
+        states,
+        tolerance,
+        deadline,
+        watch,
+        stopped,
+        max_steps_per_second,
     )
     turned = None
     if ending is Ending.TURNED_OVER:
@@ -211,12 +227,58 @@ def run_once(
         int(progress.counts[STEPS] + progress.counts[REJECTED]),
         progress.event_times[:events].copy(),
         progress.event_switches[:events].copy(),
+        *path.arrays(),
     )
+
+
+class _Path:
+    """Ends of the accepted steps of a run with contact, collected from call to call."""
+
+    def __init__(self, progress: Progress) -> None:
+        """Begin with the start, if steps are kept."""
+        self._progress = progress
+        kept = min(1, len(progress.path_times))
+        self._times = [progress.clock[[TIME]].copy()[:kept]]
+        self._states = [progress.state[None].copy()[:kept]]
+
+    def collect(self) -> None:
+        """Take the steps that were kept since the last call."""
+        count = int(self._progress.counts[PATH])
+        self._times.append(self._progress.path_times[:count].copy())
+        self._states.append(self._progress.path_states[:count].copy())
+        self._progress.counts[PATH] = 0
+
+    def arrays(self) -> tuple[Array, Array]:
+        """Times and states of all steps."""
+        return np.concatenate(self._times), np.concatenate(self._states)
+
+
+def _steps_per_call(model: CompiledModel) -> int:
+    """Steps between two checks of the clock and for Ctrl-C."""
+    return max(_MIN_STEPS_PER_CALL, _LINK_STEPS_PER_CALL // len(model.mechanism.links))
+
+
+def record_links(model: CompiledModel, times: Array, states: Array) -> Array:
+    """Recorded columns of every link in f states, shape (f, links, RECORDED_COLUMNS).
+
+    Args:
+        model: whose branches are set anew.
+        times: of the states, shape (f,) [s].
+        states: shape (f, n).
+    """
+    links = np.empty((len(times), len(model.mechanism.links), RECORDED_COLUMNS))
+    wrenches = np.empty((len(times), len(model.mechanism.rows), 6))
+    rates = np.empty_like(states)
+    record_frames(
+        model.equations, model.mechanism, model.scratch, times, states, links, rates, wrenches
+    )
+    return links
 
 
 def _march_to_end(
     model: CompiledModel,
     progress: Progress,
+    path: _Path,
     times: Array,
     states: Array,
     tolerance: float,
@@ -230,11 +292,12 @@ def _march_to_end(
     The arguments are those of `run_once`; `states` are those of the frames, shape (f, n), a result.
     """
     start, stop = float(times[0]), float(times[-1])
-    steps_per_call = max(_MIN_STEPS_PER_CALL, _LINK_STEPS_PER_CALL // len(model.mechanism.links))
+    steps_per_call = _steps_per_call(model)
     arguments = (model.equations, model.mechanism, model.scratch, progress, model.balls)
     while True:
         try:
             status = march(*arguments, times, states, stop, tolerance, steps_per_call)
+            path.collect()
             steps = int(progress.counts[STEPS] + progress.counts[REJECTED])
             passed = float(progress.clock[TIME]) - start
             if watch is not None:

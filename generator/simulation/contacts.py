@@ -1,0 +1,299 @@
+"""Contact of a figure with props: Exudyn connectors, and the same forces for arrays of states.
+
+Every pair of a contact sphere and a prop is a connector between the prop and the centre of the
+sphere. Its user function is `generator.scene.contact_force` in the axes of the prop.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from generator.figure import ContactSphere, Figure
+from generator.kinematics.placement import Placement
+from generator.rotations import Array, pose_matrix
+from generator.scene import Prop, Scene, contact_force
+from generator.simulation.bodies import add_marker, require_centre_of_mass
+from generator.simulation.exudyn_api import (
+    SYMBOLIC,
+    Index,
+    MainSystem,
+    exu,
+    items,
+    symbolic_user_function,
+    unused_name,
+)
+from springs import FLOATS
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """Contact of a figure with the props of a scene.
+
+    Attributes:
+        scene: the props.
+        spheres: contact spheres of each moving segment that has some.
+        connectors: the Exudyn connector of each sphere and prop.
+        functions: user functions of the connectors, which must outlive the system.
+    """
+
+    scene: Scene
+    spheres: Mapping[str, Sequence[ContactSphere]]
+    connectors: tuple[Index, ...] = ()
+    functions: tuple[Any, ...] = ()
+
+
+def add_contacts(
+    mbs: MainSystem,
+    placement: Placement,
+    bodies: Mapping[str, Index],
+    ground: Index,
+    contacts: ContactModel,
+    *,
+    python_torques: bool,
+) -> ContactModel:
+    """Add a connector for each contact sphere and prop.
+
+    Args:
+        mbs: the system to build into.
+        placement: initial placement of the figure.
+        bodies: Exudyn object of each segment.
+        ground: Exudyn object of the ground.
+        contacts: props and spheres.
+        python_torques: whether forces are Python functions instead of expression trees.
+    """
+    centres = {
+        (name, k): add_marker(
+            mbs, placement, bodies, name, pose_matrix(np.eye(3), np.asarray(sphere.centre))
+        )
+        for name, some in contacts.spheres.items()
+        for k, sphere in enumerate(some)
+    }
+    connectors: list[Index] = []
+    functions: list[Any] = []
+    for prop in contacts.scene.props:
+        pose = prop.shape.pose
+        origin = mbs.AddMarker(
+            items.MarkerBodyRigid(
+                bodyNumber=ground, localHT=exu.HT(rotation=pose[:3, :3], translation=pose[:3, 3])
+            )
+        )
+        by_radius: dict[float, Any] = {}
+        for (name, k), centre in centres.items():
+            radius = contacts.spheres[name][k].radius
+            if radius not in by_radius:
+                by_radius[radius] = _user_function(mbs, prop, radius, python_torques)
+                functions.append(by_radius[radius])
+            connectors.append(
+                mbs.AddObject(
+                    items.ObjectConnectorRigidBodySpringDamper(
+                        name=unused_name(mbs, f"{name} on {prop.name}"),
+                        markerNumbers=[origin, centre],
+                        useIntrinsicFormulation=False,
+                        springForceTorqueUserFunction=by_radius[radius],
+                    )
+                )
+            )
+    return ContactModel(contacts.scene, contacts.spheres, tuple(connectors), tuple(functions))
+
+
+def _user_function(mbs: MainSystem, prop: Prop, radius: float, python_torques: bool) -> Any:
+    """Return minus the force on a sphere and its moment about the centre, in the prop's axes."""
+    ops = FLOATS if python_torques else SYMBOLIC
+
+    def user_function(
+        mbs: Any,
+        t: Any,
+        itemNumber: Any,
+        displacement: Any,
+        rotation: Any,
+        velocity: Any,
+        angularVelocity: Any,
+        stiffness: Any,
+        damping: Any,
+        rotJ0: Any,
+        rotJ1: Any,
+        offset: Any,
+    ) -> Any:
+        centre, speed, spin = (
+            (vector[0], vector[1], vector[2])
+            for vector in (displacement, velocity, angularVelocity)
+        )
+        force = contact_force(prop.shape, prop.surface, radius, centre, speed, spin, ops)
+        parts = [-1.0 * part for part in (*force.direction, *force.arm)]
+        return ops.scaled(force.normal, ops.vector(parts))
+
+    if python_torques:
+        return user_function
+    return symbolic_user_function(
+        mbs,
+        user_function,
+        "springForceTorqueUserFunction",
+        "ObjectConnectorRigidBodySpringDamper",
+    )
+
+
+@dataclass(frozen=True)
+class ContactStates:
+    """Contact in n states; S spheres of G segments, in world axes.
+
+    Attributes:
+        depths: deepest penetration of each sphere, negative off the props, shape (n, S) [m].
+        rates: rate of this depth, shape (n, S) [m/s].
+        wrenches: on each segment about the world's origin, shape (n, G, 6): force, moment.
+        energy: stored, shape (n,) [J].
+        impact_power: of damping in impacts, shape (n,) [W].
+        friction_power: shape (n,) [W].
+    """
+
+    depths: Array
+    rates: Array
+    wrenches: Array
+    energy: Array
+    impact_power: Array
+    friction_power: Array
+
+    @property
+    def forces(self) -> Array:
+        """Force on each segment, shape (n, G, 3) [N]."""
+        return self.wrenches[..., :3]
+
+    def take(self, places: Any) -> "ContactStates":
+        """Return the states at some places."""
+        return ContactStates(*(values[places] for values in self._arrays))
+
+    def extend(self, more: "ContactStates") -> "ContactStates":
+        """Append states."""
+        pairs = zip(self._arrays, more._arrays, strict=True)
+        return ContactStates(*(np.concatenate(pair) for pair in pairs))
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return (
+            self.depths,
+            self.rates,
+            self.wrenches,
+            self.energy,
+            self.impact_power,
+            self.friction_power,
+        )
+
+
+@dataclass(frozen=True)
+class ContactTrace:
+    """Integrals of the contact forces at n frames, and the contact after each of m steps.
+
+    Attributes:
+        losses: of impact damping and of friction since the start, shape (n, 2) [J].
+        impulses: of the force on each segment since the start, shape (n, G, 3) [N s].
+        step_times: start, and ends of the steps, shape (m,) [s].
+        steps: contact then.
+        centres: centre of mass of the figure then, shape (m, 3) [m].
+    """
+
+    losses: Array
+    impulses: Array
+    step_times: Array
+    steps: ContactStates
+    centres: Array
+
+    def first_frames(self, count: int, last_time: float) -> "ContactTrace":
+        """Return the first `count` frames, the last of which is at `last_time` [s]."""
+        kept = self.step_times <= last_time * (1.0 + 1e-12)
+        return ContactTrace(
+            self.losses[:count],
+            self.impulses[:count],
+            self.step_times[kept],
+            self.steps.take(kept),
+            self.centres[kept],
+        )
+
+    def extend_from(self, longer: "ContactTrace") -> "ContactTrace":
+        """Append the frames and steps by which another trace is longer."""
+        count, later = len(self.losses), longer.step_times > self.step_times[-1]
+        return ContactTrace(
+            np.concatenate([self.losses, longer.losses[count:]]),
+            np.concatenate([self.impulses, longer.impulses[count:]]),
+            np.concatenate([self.step_times, longer.step_times[later]]),
+            self.steps.extend(longer.steps.take(later)),
+            np.concatenate([self.centres, longer.centres[later]]),
+        )
+
+
+def evaluate_contacts(
+    contacts: ContactModel,
+    figure: Figure,
+    positions: Array,
+    rotations: Array,
+    velocities: Array,
+    angular_velocities: Array,
+) -> ContactStates:
+    """Return the contact of a figure in n states of its B bodies.
+
+    Args:
+        contacts: props and spheres.
+        figure: with these bodies.
+        positions: of the centres of mass, shape (n, B, 3) [m].
+        rotations: of the segment axes, shape (n, B, 3, 3).
+        velocities: of the centres of mass, shape (n, B, 3) [m/s].
+        angular_velocities: shape (n, B, 3) [rad/s].
+    """
+    count = len(positions)
+    sizes = [len(some) for some in contacts.spheres.values()]
+    segments = np.repeat(np.arange(len(sizes)), sizes)
+    bodies = list(figure.bodies)
+    places = np.repeat([bodies.index(name) for name in contacts.spheres], sizes)
+    radii = np.array([s.radius for some in contacts.spheres.values() for s in some])
+    local = np.array(
+        [
+            np.asarray(sphere.centre) - require_centre_of_mass(figure.segments[name])
+            for name, some in contacts.spheres.items()
+            for sphere in some
+        ]
+    )
+    arms = (rotations[:, places] @ local[..., None])[..., 0]
+    centres, spins = positions[:, places] + arms, angular_velocities[:, places]
+    speeds = velocities[:, places] + np.cross(spins, arms)
+    depths, rates = np.full((count, len(radii)), -np.inf), np.zeros((count, len(radii)))
+    forces, moments = np.zeros_like(centres), np.zeros_like(centres)
+    energy, impact, friction = (np.zeros(count) for _ in range(3))
+    for prop in contacts.scene.props:
+        pose = prop.shape.pose
+        turn = pose[:3, :3]
+        inputs = [
+            tuple(np.moveaxis(vectors @ turn, -1, 0))
+            for vectors in (centres - pose[:3, 3], speeds, spins)
+        ]
+        force = contact_force(prop.shape, prop.surface, radii, inputs[0], inputs[1], inputs[2])
+        normal = force.normal
+        on_sphere, about_centre = (
+            np.stack([np.broadcast_to(normal * part, normal.shape) for part in parts], axis=-1)
+            @ turn.T
+            for parts in (force.direction, force.arm)
+        )
+        forces += on_sphere
+        moments += about_centre + np.cross(centres, on_sphere)
+        energy += np.sum(prop.surface.energy(force.depth), axis=1)
+        impact += np.sum((normal - force.elastic) * force.rate, axis=1)
+        friction += np.sum(normal * force.friction_power, axis=1)
+        is_deeper = force.depth > depths
+        depths = np.where(is_deeper, force.depth, depths)
+        rates = np.where(is_deeper, force.rate, rates)
+    wrenches = np.zeros((count, len(sizes), 6))
+    for g in range(len(sizes)):
+        own = segments == g
+        wrenches[:, g, :3] = forces[:, own].sum(axis=1)
+        wrenches[:, g, 3:] = moments[:, own].sum(axis=1)
+    return ContactStates(depths, rates, wrenches, energy, impact, friction)
+
+
+def mean_position(figure: Figure, positions: Array) -> Array:
+    """Centre of mass of all bodies (eq. 5.1), shape (n, 3) [m].
+
+    Args:
+        figure: with B bodies.
+        positions: of their centres of mass, shape (n, B, 3) [m].
+    """
+    masses = np.array([body.mass for body in figure.bodies.values()], dtype=float)
+    return np.asarray(np.einsum("b,nbk->nk", masses, positions) / np.sum(masses))
