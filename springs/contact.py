@@ -58,8 +58,8 @@ class Surface:
         """Elastic normal force [N] at a depth [m]; zero outside."""
         k, e = self.stiffness, self.transition_depth
         rising = depth * depth * depth * (k / e**2 - (0.5 * k / e**3) * depth)
-        inside = ops.removable(depth > e, k * depth - 0.5 * k * e, rising)
-        return ops.removable(depth > 0.0, inside, 0.0)
+        inside = ops.where(depth > e, k * depth - 0.5 * k * e, rising)
+        return ops.where(depth > 0.0, inside, 0.0)
 
     def energy(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J] at a depth [m]: the integral of the elastic force."""

@@ -31,13 +31,14 @@ from generator.simulation.compiled.compiler import (
 )
 from generator.simulation.compiled.contact_tables import contact_source
 from generator.simulation.compiled.layout import (
+    BOX,
     CONTACT_INPUTS,
+    CONTACT_SWITCHES,
     FORCE,
     FRICTION,
     IMPACT,
     MECHANISM,
     MOMENT,
-    PLANE,
     POINT,
     PROP_AXES,
     PROP_HALF_SIZE,
@@ -55,7 +56,7 @@ from generator.simulation.compiled.layout import (
 )
 
 _contact: Any = compile_source(
-    contact_source(), "contact", types.void(COUNT, COUNT, VECTOR, VECTOR)
+    contact_source(), "contact", types.void(COUNT, COUNT, COUNT, VECTOR, VECTOR, VECTOR, VECTOR)
 ).function
 
 
@@ -64,7 +65,9 @@ def _apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
     """Add the forces of all props on all spheres to the bias forces of the links."""
     spheres, places = mechanism.spheres, mechanism.sphere_constants
     props, work, arguments = mechanism.prop_constants, scratch.work, scratch.contact_work
-    forces, powers = scratch.contact_forces, scratch.powers
+    forces, powers, switching = scratch.contact_forces, scratch.powers, scratch.switching
+    switch = len(switching) - len(mechanism.measured)
+    switch -= CONTACT_SWITCHES * len(spheres) * len(props)
     for g in range(len(forces)):
         for k in range(3):
             forces[g, k] = 0.0
@@ -75,14 +78,16 @@ def _apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
         for d in range(len(props)):
             turn = matrix(props, d, PROP_AXES)
             x, y, z = apply_transposed(turn, minus(centre, vector(props, d, PROP_ORIGIN)))
-            if mechanism.props[d, 0] == PLANE:
-                if y >= radius:
-                    continue
-            elif (
-                abs(x) >= props[d, PROP_HALF_SIZE] + radius
-                or abs(y) >= props[d, PROP_HALF_SIZE + 1] + radius
-                or abs(z) >= props[d, PROP_HALF_SIZE + 2] + radius
-            ):
+            depth = radius - y
+            if mechanism.props[d, 0] == BOX:
+                beyond_y = abs(y) - props[d, PROP_HALF_SIZE + 1]
+                beyond = max(abs(x) - props[d, PROP_HALF_SIZE], beyond_y)
+                depth = radius - max(beyond, abs(z) - props[d, PROP_HALF_SIZE + 2])
+            if depth < -radius:
+                # Far away; the switching functions need no accuracy.
+                for k in range(CONTACT_SWITCHES):
+                    switching[switch + k] = depth
+                switch += CONTACT_SWITCHES
                 continue
             spin = vector(work, i, SPIN)
             velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
@@ -92,9 +97,13 @@ def _apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
             _contact(
                 mechanism.props[d, 0],
                 mechanism.contact_offsets[s, d],
+                switch,
                 arguments,
                 mechanism.contact_parameters,
+                mechanism.branches,
+                switching,
             )
+            switch += CONTACT_SWITCHES
             force = apply(turn, vector_in(arguments, CONTACT_INPUTS))
             moment = plus(cross(arm, force), apply(turn, vector_in(arguments, CONTACT_INPUTS + 3)))
             accumulate(work, i, FORCE, times(-1.0, force))

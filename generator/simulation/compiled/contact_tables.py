@@ -15,6 +15,7 @@ from generator.scene import Box, Plane, Scene, Shape, contact_force
 from generator.simulation.compiled.layout import (
     BOX,
     CONTACT_INPUTS,
+    CONTACT_SWITCHES,
     PLANE,
     PROP_AXES,
     PROP_COLUMNS,
@@ -29,7 +30,7 @@ _HEADER = '''"""Generated from the definition of contact; constants are in the t
 import math
 
 
-def contact(kind, o, W, P):
+def contact(kind, o, s, W, P, Z, G):
 '''
 
 _EXAMPLES: Sequence[Shape] = (
@@ -63,6 +64,8 @@ def _record(
         force.normal * force.friction_power,
     ]
     ends = [f"W[{CONTACT_INPUTS + k}] = {recorder.name(r)}" for k, r in enumerate(results)]
+    ends += [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching)]
+    assert len(recorder.switching) == CONTACT_SWITCHES
     return (*recorder.lines, *ends), tuple(recorder.constants)
 
 

@@ -105,12 +105,15 @@ PLANE, BOX = range(2)
 """Kinds of props."""
 
 PROP_ORIGIN, PROP_AXES, PROP_HALF_SIZE = 0, 3, 12
-"""Columns of `prop_constants`: origin [m] (3), axes in the world (9), of a box half its edges (3)."""
+"""Columns of `prop_constants`: origin [m] (3), axes in the world (9), half the edges of a box (3)."""
 
 PROP_COLUMNS = 15
 
 CONTACT_INPUTS, CONTACT_RESULTS = 9, 8
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
+
+CONTACT_SWITCHES = 2
+"""Number of switching functions of a sphere and a prop: of the touch and of full stiffness."""
 
 
 class Mechanism(NamedTuple):
@@ -130,8 +133,9 @@ class Mechanism(NamedTuple):
         parameters: constants of the laws, shape (p,); the first two scale springs and damping.
         law_rows: rows of `measured` and first parameter of each use of a law's form, shape (r, c).
         law_bounds: first use of each form, and the end, shape (forms + 1,).
-        branches: 1 where a switching function of a law counts as positive, else -1, shape (s,);
-            followed by the sign of each measured joint's quaternion, shape (s + m,).
+        branches: 1 where a switching function of a law counts as positive, else -1: of the laws of
+            joints, of each sphere and prop, then the sign of each measured joint's quaternion;
+            shape (s + m,).
         rows: kinds and links of the constraints beyond the tree, shape (q, 3).
         row_constants: their numbers, shape (q, ROW_CONSTANT_COLUMNS).
         spheres: links and segments of the contact spheres, shape (c, 2).

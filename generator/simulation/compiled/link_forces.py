@@ -52,7 +52,7 @@ from generator.simulation.compiled.layout import (
 def compute_inertia_and_loads(
     mechanism: Mechanism, scratch: Scratch, interval: int, time: float
 ) -> None:
-    """Start each link's articulated inertia and bias with its own, the laws' torques and loads."""
+    """Start each link's articulated inertia with its own, and add all but contacts to its bias."""
     constants, measured, work = mechanism.constants, mechanism.measured, scratch.work
     for i in range(len(mechanism.links)):
         mass, turn, spin = constants[i, MASS], matrix(work, i, ROTATION), vector(work, i, SPIN)
@@ -70,8 +70,8 @@ def compute_inertia_and_loads(
         mx, my, mz = mass * x, mass * y, mass * z
         store(work, i, COUPLING_INERTIA, (0.0, -mz, my, mz, 0.0, -mx, -my, mx, 0.0))
         store(work, i, LINEAR_INERTIA, (mass, 0.0, 0.0, mass, 0.0, mass))
-        store(work, i, MOMENT, cross(spin, apply_symmetric(inertia, spin)))
-        store(work, i, FORCE, cross(spin, cross(spin, (mx, my, mz))))
+        accumulate(work, i, MOMENT, cross(spin, apply_symmetric(inertia, spin)))
+        accumulate(work, i, FORCE, cross(spin, cross(spin, (mx, my, mz))))
     for j in range(len(measured)):
         parent, child = measured[j, MEASURED_PARENT], measured[j, MEASURED_CHILD]
         if measured[j, MEASURED_LINK] >= 0:

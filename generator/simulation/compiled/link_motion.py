@@ -35,6 +35,7 @@ from generator.simulation.compiled.layout import (
     COSINE_TURN,
     DRIVE,
     EFFORT,
+    FORCE,
     HINGE,
     JOINT_RATE,
     JOINT_VALUE,
@@ -46,6 +47,7 @@ from generator.simulation.compiled.layout import (
     MEASURED_LINK,
     MEASURED_PARENT,
     MECHANISM,
+    MOMENT,
     ORIENTATION,
     PARENT,
     PLACE_IN_CHILD,
@@ -139,6 +141,8 @@ def compute_kinematics(
         store(work, i, AXIS, axis)
         store(work, i, SPIN_BIAS, spin_bias)
         store(work, i, POINT_BIAS, plus(point_bias, cross(spin, carried)))
+        store(work, i, MOMENT, (0.0, 0.0, 0.0))
+        store(work, i, FORCE, (0.0, 0.0, 0.0))
         work[i, EFFORT] = 0.0
         work[i, JOINT_VALUE], work[i, JOINT_RATE] = joint_value, joint_rate
 

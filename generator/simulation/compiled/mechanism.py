@@ -35,6 +35,7 @@ from generator.simulation.compiled.layout import (
     CONSTANT_COLUMNS,
     CONTACT_INPUTS,
     CONTACT_RESULTS,
+    CONTACT_SWITCHES,
     COORDINATE,
     COSINE_TURN,
     DRIVE,
@@ -208,6 +209,8 @@ class _Builder:
         tables = build_law_tables(uses)
         knots = self._knots()
         touching = {name: some for name, some in spheres.items() if some and scene.props}
+        pairs = sum(map(len, touching.values())) * len(scene.props)
+        switches = tables.switches + CONTACT_SWITCHES * pairs
         state = self._initial_state(links, 3 * len(touching))
         mechanism = Mechanism(
             links,
@@ -222,7 +225,7 @@ class _Builder:
             tables.parameters,
             tables.rows,
             tables.bounds,
-            np.ones(tables.switches + len(measured)),
+            np.ones(switches + len(measured)),
             *self._rows(),
             *contact_tables(scene, touching, self.segment_links, points),
         )
@@ -234,7 +237,7 @@ class _Builder:
             np.zeros((count, 3)),
             np.zeros((count, 3)),
             np.zeros((count, 9)),
-            np.zeros(tables.switches + count),
+            np.zeros(switches + count),
             np.zeros(POWERS),
             np.zeros((rows, ROW_COLUMNS)),
             np.zeros((rows, len(links), RESPONSE_COLUMNS)),

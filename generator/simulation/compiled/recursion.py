@@ -218,7 +218,7 @@ def evaluate_laws(
     time: float,
     state: Array,
 ) -> None:
-    """Compute the motion of a state, and the torques and switching functions of the laws."""
+    """Compute the motion of a state, the torques and switching functions of the laws, and contact."""
     compute_kinematics(mechanism, scratch, interval, time, state)
     measure_joints(mechanism, scratch, state)
     for k in range(POWERS):
@@ -234,6 +234,7 @@ def evaluate_laws(
         scratch.switching,
         scratch.powers,
     )
+    laws.contacts(mechanism, scratch)
 
 
 @compiled(NOTHING, LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)
@@ -249,7 +250,6 @@ def compute_rates(
     """Compute the rates of a state of a tree at a time, in an interval of `Mechanism.knots`."""
     evaluate_laws(laws, mechanism, scratch, interval, time, state)
     compute_inertia_and_loads(mechanism, scratch, interval, time)
-    laws.contacts(mechanism, scratch)
     eliminate_constraints(mechanism, scratch)
     compute_accelerations(mechanism, scratch, state, rates)
     for j in range(len(mechanism.measured)):

@@ -181,7 +181,7 @@ def combine_stages(
 
 @compiled(REAL, PROGRESS, REAL, REAL, vectorised=True)
 def step_error(progress: Progress, step: float, tolerance: float) -> float:
-    """Return the error of a step over the tolerance; integrals of powers and forces do not count."""
+    """Return the error of a step over the tolerance; the integrals do not count."""
     state, end, fifth, third = progress.state, progress.end, progress.sums[0], progress.sums[1]
     size = len(fifth)
     for k in range(size):
