@@ -43,10 +43,11 @@ class SensorLog:
 
     `work` contains the integrals since the start [J] at each frame that was read, shape (3,):
     dissipation by damping, work against springs without an energy (the weighted law and coupled
-    laws that are not a gradient), and work of loads and drives; by the trapezoidal rule over the
-    steps. With contact they are followed by the losses by impact damping and friction [J], and the
-    impulses on all segments with contact spheres [N s]. `crossings` contains the breakpoint crossings of springs, `tracked_displacements` the
-    displacements at the frames of springs with breakpoints [rad or m].
+    laws that are not a gradient), and work of loads and drives; by the trapezoidal rule over
+    the steps. With contact they are followed by the losses by impact damping and friction [J],
+    and the impulses on all segments with contact spheres [N s]. `crossings` contains the
+    breakpoint crossings of springs, `tracked_displacements` the displacements at the frames of
+    springs with breakpoints [rad or m].
     """
 
     def __init__(self, model: ExudynModel) -> None:

@@ -105,7 +105,7 @@ PLANE, BOX = range(2)
 """Kinds of props."""
 
 PROP_ORIGIN, PROP_AXES, PROP_HALF_SIZE = 0, 3, 12
-"""Columns of `prop_constants`: origin [m] (3), axes in the world (9), half the edges of a box (3)."""
+"""Columns of `prop_constants`: origin [m] (3), axes in the world (9), half a box's edges (3)."""
 
 PROP_COLUMNS = 15
 

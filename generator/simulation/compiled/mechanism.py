@@ -66,10 +66,12 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
+from generator.simulation.compiled.time_pieces import (
+    drive_pieces,
+    load_pieces,
+    smooth_intervals,
+)
 from springs import JointSprings, SpringSet
-
-_SAMPLED_SHARES = np.array([0.25, 0.75])
-"""Places within an interval at which a load is read, away from jumps at its ends."""
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
 
@@ -170,11 +172,11 @@ def build_compiled_model(
         gravity: in world axes [m/s2].
         times: start and stop [s].
         scene: props that the figure may touch.
-        spheres: contact spheres of each segment that has some.
+        spheres: contact spheres of the segments that may touch them.
     """
-    return _Builder(placement, rates, springs, prescribed, loads, gravity, times).build(
-        scene or Scene(), spheres or {}
-    )
+    return _Builder(
+        placement, rates, springs, prescribed, loads, gravity, times, scene, spheres
+    ).build()
 
 
 class _Builder:
@@ -189,6 +191,8 @@ class _Builder:
         loads: Sequence[TimedLoad],
         gravity: Sequence[float],
         times: tuple[float, float],
+        scene: Scene | None = None,
+        spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
     ) -> None:
         self.placement, self.rates, self.springs = placement, rates, springs
         self.prescribed, self.loads, self.gravity, self.times = prescribed, loads, gravity, times
@@ -200,18 +204,20 @@ class _Builder:
         self.row_joints: list[tuple[str, bool]] = []
         self.motion_size = 0  # coordinates and rates
         self.closing_angles: list[float] = []
+        self.scene = scene or Scene()
+        self.touching = {name: some for name, some in (spheres or {}).items() if some}
 
-    def build(self, scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]]) -> CompiledModel:
+    def build(self) -> CompiledModel:
         for branch in self.tree.joints:
             self._add_joint(branch)
         links, constants, points = self._link_tables()
         measured, sites, uses, names = self._laws()
         tables = build_law_tables(uses)
-        knots = self._knots()
-        touching = {name: some for name, some in spheres.items() if some and scene.props}
+        knots = smooth_intervals(self.loads, [drive for drive, _ in self.drives], self.times)
+        scene, touching = self.scene, self.touching
         pairs = sum(map(len, touching.values())) * len(scene.props)
         switches = tables.switches + CONTACT_SWITCHES * pairs
-        state = self._initial_state(links, 3 * len(touching))
+        state = self._initial_state(links)
         mechanism = Mechanism(
             links,
             constants,
@@ -219,8 +225,8 @@ class _Builder:
             sites,
             *self._load_tables(points),
             knots,
-            self._load_pieces(knots),
-            self._drive_pieces(knots),
+            load_pieces(self.loads, knots, self.times[1]),
+            drive_pieces(self.drives, knots, self.times[1]),
             np.array(self.gravity, dtype=float),
             tables.parameters,
             tables.rows,
@@ -523,11 +529,11 @@ class _Builder:
         quaternions = [quaternion_from_matrix(turn) for turn in axes]
         return np.concatenate([*quaternions, axis, *places])
 
-    def _initial_state(self, links: IndexArray, impulses: int) -> Array:
+    def _initial_state(self, links: IndexArray) -> Array:
         jacobians = segment_jacobians(self.placement)
         columns = self.tree.kinematics.columns
         size = self.motion_size + len(self.closing_angles)
-        state = np.zeros(size + impulses + POWERS)
+        state = np.zeros(size + 3 * len(self.touching) + POWERS)
         state[self.motion_size : size] = self.closing_angles
         outboard = {branch.joint.name: branch for branch in self.tree.joints}
         for row, link in zip(links, self.links, strict=True):
@@ -548,13 +554,6 @@ class _Builder:
                 state[rate] = self.rates[columns[link.joint].start + link.factor]
         return state
 
-    def _knots(self) -> Array:
-        """Start, and the times until the stop at which a load or a drive is not smooth."""
-        start, stop = self.times
-        times = [float(t) for load in self.loads for t in load.times]
-        times += [float(t) for drive, _ in self.drives for t in drive.times]
-        return np.array([start, *sorted({t for t in times if start < t < stop})])
-
     def _load_tables(self, points: Array) -> tuple[IndexArray, Array]:
         rows = [
             [
@@ -573,28 +572,6 @@ class _Builder:
             np.array(rows, dtype=np.int64).reshape(-1, 3),
             np.array(places, dtype=float).reshape(-1, 3),
         )
-
-    def _load_pieces(self, knots: Array) -> Array:
-        """Value at the start of each interval and slope of each load."""
-        lengths = np.diff(np.append(knots, self.times[1]))
-        inner = knots[:, None] + _SAMPLED_SHARES * lengths[:, None]
-        pieces = np.zeros((len(knots), len(self.loads), 6))
-        for k, load in enumerate(self.loads):
-            values = load.components(inner)
-            slopes = (values[:, 1] - values[:, 0]) / (0.5 * lengths[:, None])
-            pieces[:, k, 3:] = slopes
-            pieces[:, k, :3] = values[:, 0] - slopes * (0.25 * lengths[:, None])
-        return pieces
-
-    def _drive_pieces(self, knots: Array) -> Array:
-        """Coefficients of each drive's cubic in the time since the start of each interval."""
-        middles = 0.5 * (knots + np.append(knots[1:], self.times[1]))
-        pieces = np.zeros((len(knots), len(self.drives), 4))
-        for k, (drive, column) in enumerate(self.drives):
-            for order, factor in enumerate((1.0, 1.0, 0.5)):
-                pieces[:, k, order] = factor * drive.derivatives(knots, order)[:, column]
-            pieces[:, k, 3] = drive.derivatives(middles, 3)[:, column] / 6.0
-        return pieces
 
 
 def _displacement_gradient(chain: Chain, index: int) -> Array:

@@ -218,7 +218,7 @@ def evaluate_laws(
     time: float,
     state: Array,
 ) -> None:
-    """Compute the motion of a state, the torques and switching functions of the laws, and contact."""
+    """Compute the motion of a state, and the forces and switching functions of all laws."""
     compute_kinematics(mechanism, scratch, interval, time, state)
     measure_joints(mechanism, scratch, state)
     for k in range(POWERS):

@@ -2,7 +2,8 @@
 
 The estimated error is twice the difference between two runs whose tolerances are a decade apart.
 Two runs agree if the estimate does not exceed the tolerance in any frame and both pass the same
-breakpoints; different breakpoints are accepted if the previous pair of runs agreed as well. The
+breakpoints; different breakpoints are accepted if the previous pair of runs agreed as well. With
+contact, which passes hundreds of breakpoints, the previous pair must always agree as well. The
 finer run of the pair is the result, so its error is usually far below the estimate.
 """
 
@@ -46,6 +47,9 @@ DECADE = 0.1
 FIRST_SHARE, FIRST_SHARE_WITH_BREAKPOINTS = 0.03, 0.01
 """Tolerance of the first run as a share of the one asked for: chosen so that two runs usually
 suffice. The errors of located breakpoints grow as well."""
+
+FIRST_SHARE_WITH_CONTACT = 1e-4
+"""The same with contact: a fall amplifies errors some thousand times until it comes to rest."""
 
 ESTIMATE_FACTOR = 2.0
 """Estimated error over the difference of two runs. The finer run usually errs a tenth of it, but in
@@ -340,8 +344,11 @@ def run_until_agreed(
         StiffMotionError: the motion needs too many steps.
     """
     has_breakpoints = len(model.mechanism.branches) > len(model.mechanism.measured)
-    first = (FIRST_SHARE_WITH_BREAKPOINTS if has_breakpoints else FIRST_SHARE) * tolerance
-    first = max(first, SMALLEST_TOLERANCE)
+    has_contact = bool(model.touching)
+    share = FIRST_SHARE_WITH_BREAKPOINTS if has_breakpoints else FIRST_SHARE
+    share = FIRST_SHARE_WITH_CONTACT if has_contact else share
+    together = 3 if has_contact else 2
+    first = max(share * tolerance, SMALLEST_TOLERANCE * DECADE ** (2 - together))
 
     def run_number(number: int, step_tolerance: float, stopped: Event | None = None) -> CompiledRun:
         def report(step: float, now: float) -> None:
@@ -352,18 +359,14 @@ def run_until_agreed(
             _fork(model), times, step_tolerance, deadline, report, stopped, max_steps_per_second
         )
 
-    runs = _run_first_two(run_number, first)
-    agreed_before = False
-    while True:
+    runs = _run_together(run_number, [first * DECADE**k for k in range(together)])
+    while not any(run.ending in EARLY_STOP_ENDINGS for run in runs):
         errors = estimated_errors(model, *runs[-2:])
-        if any(run.ending in EARLY_STOP_ENDINGS for run in runs):
+        agreed_before = len(runs) > 2 and _agree(model, *runs[-3:-1], tolerance)
+        if _agree(model, *runs[-2:], tolerance) and (
+            agreed_before or (not has_contact and have_same_breakpoints(*runs[-2:]))
+        ):
             break
-        before, latest = runs[-2:]
-        agree = errors[-1] <= tolerance and len(before.times) == len(latest.times)
-        agree = agree and not _have_same_steps(before, latest)
-        if agree and (agreed_before or have_same_breakpoints(before, latest)):
-            break
-        agreed_before = agree
         step_tolerance = _next_tolerance(runs, float(errors[-1]), tolerance)
         if len(runs) == MAX_RUNS or step_tolerance < SMALLEST_TOLERANCE:
             break
@@ -371,26 +374,34 @@ def run_until_agreed(
     return _finest_agreed(runs, model)
 
 
-def _run_first_two(
-    run_number: Callable[[int, float, Event | None], CompiledRun], tolerance: float
-) -> list[CompiledRun]:
-    """Run with a tolerance in another thread, and with a tenth of it here.
+def _agree(model: CompiledModel, one: CompiledRun, other: CompiledRun, tolerance: float) -> bool:
+    """Return whether the estimated error of the finer of two runs is below the tolerance."""
+    errors = estimated_errors(model, one, other)
+    has_same_frames = len(one.times) == len(other.times)
+    return bool(errors[-1] <= tolerance) and has_same_frames and not _have_same_steps(one, other)
 
-    Compiled code runs beside other threads, so that on two cores this takes no longer than the
-    finer run.
+
+def _run_together(
+    run_number: Callable[[int, float, Event | None], CompiledRun], tolerances: list[float]
+) -> list[CompiledRun]:
+    """Run with the last tolerance here, and with the others in another thread.
+
+    Compiled code runs beside other threads, so that on two cores two runs take no longer than the
+    finer one.
     """
     stopped, results = Event(), list[CompiledRun | BaseException]()
 
     def run_coarse() -> None:
         try:
-            results.append(run_number(1, tolerance, stopped))
+            for number, tolerance in enumerate(tolerances[:-1], 1):
+                results.append(run_number(number, tolerance, stopped))
         except BaseException as failure:  # raised again in the calling thread
             results.append(failure)
 
     thread = Thread(target=run_coarse, daemon=True)
     thread.start()
     try:
-        fine = run_number(2, DECADE * tolerance, None)
+        fine = run_number(len(tolerances), tolerances[-1], None)
         if fine.ending in EARLY_STOP_ENDINGS:
             stopped.set()
     except BaseException:
@@ -398,10 +409,12 @@ def _run_first_two(
         raise
     finally:
         thread.join()
-    coarse = results[0]
-    if isinstance(coarse, BaseException):
-        raise coarse
-    return [coarse, fine]
+    runs: list[CompiledRun] = []
+    for result in results:
+        if isinstance(result, BaseException):
+            raise result
+        runs.append(result)
+    return [*runs, fine]
 
 
 def _fork(model: CompiledModel) -> CompiledModel:
