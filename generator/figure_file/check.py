@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
-from math import pi
+from itertools import chain
+from math import hypot, pi
 from pathlib import Path
 
 from generator.diagnostics import (
@@ -35,6 +36,9 @@ PLAUSIBLE_MASS_RANGE = (1e-3, 1e3)
 MIN_BARE_MASS = 0.01
 """Masses without a unit get a warning where the largest of them is below this [kg]."""
 
+MAX_SPHERE_DISTANCE = 1.0
+"""Distance of a contact sphere from the sites of its segment above which it gets a warning [m]."""
+
 OSMIUM_DENSITY = 22590.0
 """Density of the densest material [kg/m^3]."""
 
@@ -52,6 +56,7 @@ def check_figure(
     for segment in draft.segments.values():
         _check_inertia(segment, diagnostics)
         _check_attributes(segment, draft, diagnostics)
+        _check_contact_spheres(segment, diagnostics)
     for joint in draft.joints.values():
         _check_joint(joint, draft, diagnostics)
     if directory is not None and not diagnostics.has_syntax_errors:
@@ -131,7 +136,12 @@ def _immense_numbers(figure: Figure) -> Iterable[tuple[str, Span | None, str]]:
     """Masses, inertias and sites with which a motion cannot be computed: message, place, hint."""
     hint = f"at most {MAX_MODEL_NUMBER:.0e} in SI units"
     for name, segment in figure.bodies.items():
-        numbers = {"mass": (segment.mass or 0.0,), "inertia": segment.inertia or ()}
+        spheres = [(*each.centre, each.radius) for each in segment.contact_spheres]
+        numbers = {
+            "mass": (segment.mass or 0.0,),
+            "inertia": segment.inertia or (),
+            "contact": tuple(chain.from_iterable(spheres)),
+        }
         for field, values in numbers.items():
             if any(abs(value) > MAX_MODEL_NUMBER for value in values):
                 message = f"the {field} of `{shorten(name)}` is too large"
@@ -176,6 +186,26 @@ def _check_attributes(segment: Segment, draft: FigureDraft, diagnostics: Diagnos
                 place,
                 spelling_hint(name, draft.attributes) or "the figure defines no attributes",
             )
+
+
+def _check_contact_spheres(segment: Segment, diagnostics: Diagnostics) -> None:
+    """Warn of the first sphere that is far outside the box around the segment's sites."""
+    points = [site.pose_in_segment[:3, 3].tolist() for site in segment.sites.values()]
+    sides = [(min(along), max(along)) for along in zip(*points, strict=True)]
+    for index, sphere in enumerate(segment.contact_spheres if sides else ()):
+        outside = [
+            max(low - part, part - high, 0.0)
+            for (low, high), part in zip(sides, sphere.centre, strict=True)
+        ]
+        distance = hypot(*outside)
+        if distance > MAX_SPHERE_DISTANCE:
+            diagnostics.warning(
+                f"a contact sphere of `{shorten(segment.name)}` is {distance:.3g} m away from the "
+                "segment's sites",
+                origin_span(segment.origins, f"contact {index}", "contact"),
+                "a centre is in the segment's frame; a number without a unit is in cm",
+            )
+            return
 
 
 def _with_owner(message: str, owner: str, place: Span | None) -> str:

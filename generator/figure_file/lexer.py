@@ -22,7 +22,7 @@ CHILD_BLOCKS: Final[dict[str, tuple[str, ...]]] = {
 BLOCK_FIELDS: Final[dict[str, tuple[str, ...]]] = {
     "figure": ("root",),
     "attribute": (),
-    "segment": ("psurf", "attribute", "mass", "inertia"),
+    "segment": ("psurf", "attribute", "mass", "inertia", "contact"),
     "site": ("location", "globalforce", "localforce", "globalmoment", "localmoment"),
     "joint": ("connect", "type", "displacement", "stiff", "rest", "damp", "llimit", "ulimit"),
 }

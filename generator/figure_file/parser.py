@@ -13,10 +13,13 @@ parser continues at the next statement, so that all errors are reported at once.
     value   := term ("*" term)*
     term    := NUMBER unit? | STRING | NAME | NAME "." NAME | NAME list | list
     list    := "(" (item ("," item)*)? ")"
-    item    := NUMBER unit? | STRING | NAME
+    item    := NUMBER unit? | STRING | NAME | NAME flat
+    flat    := "(" (simple ("," simple)*)? ")"
+    simple  := NUMBER unit? | STRING | NAME
     unit    := NAME+ ("/" NAME+)?
 
-The first word of a unit may be glued to the number. Lists hold no lists, so nothing recurses.
+The first word of a unit may be glued to the number. Lists hold calls, whose arguments are simple:
+so nothing recurses.
 """
 
 from dataclasses import dataclass
@@ -73,7 +76,7 @@ class SiteReference:
 class ItemList:
     """`(a, b, c)`."""
 
-    items: tuple["Number | Word | String", ...]
+    items: tuple["Number | Word | String | Call", ...]
     span: Span
 
 
@@ -161,9 +164,7 @@ def _term(stream: TokenStream, after: str) -> ValueTerm | None:
     if here.is_mark("("):
         return _items(stream)
     if here.kind is TokenKind.NAME and stream.peek(1).is_mark("("):
-        name = _word(stream)
-        arguments = _items(stream)
-        return arguments and Call(name, arguments, name.span.extend_to(arguments.span))
+        return _call(stream)
     if here.kind is TokenKind.NAME and stream.peek(1).is_mark("."):
         segment = _word(stream)
         dot = stream.take()
@@ -179,12 +180,21 @@ def _term(stream: TokenStream, after: str) -> ValueTerm | None:
     return _item(stream, after)
 
 
-def _items(stream: TokenStream) -> ItemList | None:
-    """`"(" (item ("," item)*)? ")"`."""
+def _call(stream: TokenStream) -> Call | None:
+    """`NAME flat`."""
+    name = _word(stream)
+    arguments = _items(stream, with_calls=False)
+    return arguments and Call(name, arguments, name.span.extend_to(arguments.span))
+
+
+def _items(stream: TokenStream, *, with_calls: bool = True) -> ItemList | None:
+    """`"(" (item ("," item)*)? ")"`, or a flat list of simple items."""
     opening = stream.take()
-    items: list[Item] = []
+    items: list[Item | Call] = []
     while not stream.current.is_mark(")") or items:
-        item = _item(stream, "`,`" if items else "`(`")
+        is_call = stream.current.kind is TokenKind.NAME and stream.peek(1).is_mark("(")
+        after = "`,`" if items else "`(`"
+        item = _call(stream) if with_calls and is_call else _item(stream, after)
         if item is None:
             return None
         items.append(item)

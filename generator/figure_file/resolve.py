@@ -195,12 +195,14 @@ def _resolve_attribute(block: Block, name: Word, diagnostics: Diagnostics) -> At
 def _resolve_segment(block: Block, name: Word, diagnostics: Diagnostics) -> Segment:
     origins: dict[str, Span] = {"name": name.span}
     fields = _collect_fields(block, diagnostics, origins)
-    psurf, mass, inertia, attributes = (
+    psurf, mass, inertia, attributes, contact = (
         field.value if (field := fields.get(key)) else None
-        for key in ("psurf", "mass", "inertia", "attribute")
+        for key in ("psurf", "mass", "inertia", "attribute", "contact")
     )
     words = values.resolve_names(attributes, diagnostics) if attributes else ()
     origins |= {f"attribute {word.text}": word.span for word in words}
+    spheres = values.resolve_spheres(contact, diagnostics) if contact else ()
+    origins |= {f"contact {index}": place for index, (_, place) in enumerate(spheres)}
     if psurf is not None and not isinstance(psurf, String | Word):
         diagnostics.error("the name of a file is expected here", psurf.span, 'as in `"floor.pss"`')
     return Segment(
@@ -210,6 +212,7 @@ def _resolve_segment(block: Block, name: Word, diagnostics: Diagnostics) -> Segm
         psurf=psurf.text if isinstance(psurf, String | Word) else None,
         attributes=tuple(word.text for word in words),
         sites=_resolve_sites(block, diagnostics),
+        contact_spheres=tuple(sphere for sphere, _ in spheres),
         origins=origins,
     )
 

@@ -5,7 +5,15 @@ from math import hypot
 from typing import assert_never
 
 from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
-from generator.figure import AxisKind, JointAxis, Location, Rotation, Translation, Vector
+from generator.figure import (
+    AxisKind,
+    ContactSphere,
+    JointAxis,
+    Location,
+    Rotation,
+    Translation,
+    Vector,
+)
 from generator.figure_file.parser import Call, ItemList, Number, Product, String, Value, Word
 from generator.units import (
     DIMENSION_POWERS,
@@ -114,6 +122,39 @@ def resolve_location(node: Value, diagnostics: Diagnostics) -> Location | None:
             factors.append(offset and Translation(offset))
     read = tuple(factor for factor in factors if factor is not None)
     return Location(read) if len(read) == len(factors) else None
+
+
+def resolve_spheres(
+    node: Value, diagnostics: Diagnostics
+) -> tuple[tuple[ContactSphere, Span], ...]:
+    """One `sphere(x,y,z,radius)`, or a list of them, each with its place."""
+    items, span = _list_items(node)
+    if not items:
+        diagnostics.error(
+            "this list has no spheres", span, "without `contact` spheres are fitted to the psurf"
+        )
+    read = [(_resolve_sphere(item, diagnostics), item.span) for item in items]
+    return tuple((sphere, place) for sphere, place in read if sphere is not None)
+
+
+def _resolve_sphere(node: Value, diagnostics: Diagnostics) -> ContactSphere | None:
+    form = "a sphere has a centre and a radius: `sphere(x,y,z,radius)`"
+    if not isinstance(node, Call):
+        diagnostics.error("a sphere is expected here", node.span, form)
+        return None
+    if node.name.text != "sphere":
+        message = f"unknown shape `{shorten(node.name.text)}`"
+        diagnostics.error(message, node.name.span, spelling_hint(node.name.text, ("sphere",)))
+        return None
+    numbers = resolve_numbers(node.arguments, [Dimension.LENGTH] * 4, form, diagnostics)
+    if numbers is None:
+        return None
+    x, y, z, radius = numbers
+    if radius <= 0.0:
+        place = node.arguments.items[3].span
+        diagnostics.error("this radius is not positive", place, form)
+        return None
+    return ContactSphere((x, y, z), radius)
 
 
 _AXIS_LETTERS = tuple(kind.value for kind in AxisKind)

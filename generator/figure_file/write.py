@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from generator.figure import (
     Attribute,
     AxisKind,
+    ContactSphere,
     Figure,
     Joint,
     JointAxis,
@@ -87,9 +88,16 @@ def _segment(segment: Segment) -> list[str]:
         lines.append(f"mass = {format_quantity(segment.mass, Dimension.MASS)};")
     if segment.inertia is not None:
         lines.append(f"inertia = {_format_vector(segment.inertia, Dimension.INERTIA)};")
+    spheres = [_sphere(each) for each in segment.contact_spheres]
+    if spheres:
+        lines.append(f"contact = {spheres[0] if len(spheres) == 1 else _format_list(spheres)};")
     for site in segment.sites.values():
         lines += _site(site)
     return lines
+
+
+def _sphere(sphere: ContactSphere) -> str:
+    return f"sphere{_format_vector((*sphere.centre, sphere.radius), Dimension.LENGTH)}"
 
 
 def _site(site: Site) -> list[str]:

@@ -21,26 +21,41 @@ from generator.figure import ContactSphere, Figure, Segment
 from generator.geometry.read import read_segment_surface
 from generator.geometry.surface import Array
 
-MAX_SPHERES = 6
-"""Most spheres that are fitted to a segment."""
-
 LARGEST_ERROR = 0.012
-"""Error in height below which a fit needs no further sphere [m]."""
+"""Error in height at which a fit needs no further sphere [m]."""
 
-MIN_RADIUS, MAX_RADIUS = 0.008, 0.3
-"""Bounds of the radius of a fitted sphere [m]."""
+MAX_SPHERES = 8
+"""Most spheres that are fitted to a segment: as many as a box has corners."""
 
-FIRST_RADIUS = 0.03
+MIN_RADIUS = 0.005
+"""Smallest radius of a fitted sphere [m]."""
+
+FIRST_RADIUS = 0.015
 """Radius with which a further sphere enters the fit [m]."""
+
+NORMS = (2, 4, 8, 16)
+"""Exponents of the norms of the differences that a fit minimises one after the other.
+
+The first is least squares; the last is nearly the largest difference. Powers of two.
+"""
 
 DENSITY = 1000.0
 """Density of a capsule, that of water [kg/m^3]."""
 
-DIRECTIONS_PER_OCTANT = 75
-"""One eighth of the directions in which extents are compared."""
+FITTED_DIRECTIONS, MEASURED_DIRECTIONS = 2400, 9600
+"""Number of directions in which a fit compares extents, and of those that its error is from."""
 
-MAX_ITERATIONS = 60
-"""Most iterations of a fit with one number of spheres."""
+PRODUCTS_AT_ONCE = 2**16
+"""Products of a vertex and a direction in one step: few enough for one thread and fast memory."""
+
+MAX_STEPS = 60
+"""Most Newton steps with one number of spheres and one norm."""
+
+CONVERGED_GAIN, MAX_DAMPING = 1e-3, 1e4
+"""Relative decrease of the sum of powers below which a fit ends, and damping at which it does."""
+
+MIN_WEIGHT, MIN_DIAGONAL = 1e-6, 1e-9
+"""Added to the weights, the largest of which is 1, and to the diagonal of the normal equations."""
 
 
 class SphereSource(StrEnum):
@@ -94,27 +109,24 @@ def fit_contact_spheres(figure: Figure) -> dict[str, SegmentSpheres]:
 def segment_spheres(figure: Figure, segment: Segment, vertices: Array | None) -> SegmentSpheres:
     """Return the contact spheres of a segment with `vertices` in its frame, shape (n, 3) [m]."""
     if segment.contact_spheres:
-        error = None
-        if vertices is not None:
-            table = np.array([(*each.centre, each.radius) for each in segment.contact_spheres])
-            error = float(np.abs(_differences(table, _extents(vertices))[0]).max())
+        table = np.array([(*each.centre, each.radius) for each in segment.contact_spheres])
+        error = None if vertices is None else _Ruler(vertices).largest_error(table)
         return SegmentSpheres(segment.contact_spheres, error, SphereSource.OWN)
     if vertices is not None:
         return _fit(np.ascontiguousarray(vertices).tobytes())
     return _capsule(figure, segment)
 
 
-@lru_cache(maxsize=1)
-def _directions() -> Array:
-    """Unit vectors, shape (n, 3), that are symmetric about the three coordinate planes.
+@lru_cache(maxsize=4)
+def _directions(count: int) -> Array:
+    """Unit vectors, shape (count, 3), that are symmetric about the three coordinate planes.
 
     A spiral with equal areas over one octant and its mirror images: so the fit of a mirrored
-    segment is the mirror image of the fit.
+    segment is the mirror image of the fit. `count` is divided by eight.
     """
-    count = DIRECTIONS_PER_OCTANT
     golden_ratio = (1.0 + 5.0**0.5) / 2.0
-    steps = np.arange(count) + 0.5
-    height = steps / count
+    steps = np.arange(count // 8) + 0.5
+    height = steps / len(steps)
     azimuth = 0.5 * pi * ((steps / golden_ratio) % 1.0)
     across = np.sqrt(1.0 - height**2)
     octant = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
@@ -122,84 +134,128 @@ def _directions() -> Array:
     return (octant * signs).reshape(-1, 3)
 
 
-def _extents(vertices: Array) -> Array:
-    """Largest extent of points in each direction [m], shape (n,)."""
-    return (vertices @ _directions().T).max(axis=0)
+def _extents(vertices: Array, directions: Array) -> Array:
+    """Largest extent of vertices in each direction [m], shape (n,)."""
+    size = max(1, PRODUCTS_AT_ONCE // len(vertices))
+    parts = [directions[at : at + size] for at in range(0, len(directions), size)]
+    return np.concatenate([(vertices @ part.T).max(axis=0) for part in parts])
 
 
-def _differences(table: Array, extents: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Extents of spheres less `extents` [m], and the sphere that reaches each, shape (n,) both.
+class _Ruler:
+    """Measure of the largest difference of the extents of spheres and of vertices [m]."""
 
-    `table` has a row of centre and radius for each sphere, shape (k, 4) [m].
-    """
-    reach = _directions() @ table[:, :3].T + table[:, 3]
-    farthest = reach.argmax(axis=1)
-    return reach[np.arange(len(reach)), farthest] - extents, farthest
+    def __init__(self, vertices: Array) -> None:
+        self._directions = _directions(MEASURED_DIRECTIONS)
+        self._extents = _extents(vertices, self._directions)
+
+    def largest_error(self, table: Array) -> float:
+        """Largest error in height of spheres, given as a table of `_SupportFit` [m]."""
+        reach = (self._directions @ table[:, :3].T + table[:, 3]).max(axis=1)
+        return float(np.abs(reach - self._extents).max())
 
 
 @lru_cache(maxsize=256)
 def _fit(content: bytes) -> SegmentSpheres:
     """Fit spheres to vertices, given as the bytes of their array.
 
-    From one sphere in the middle, one is added at a time in the direction where the segment
+    The fit begins with one sphere in the middle, and adds one at a time where the segment
     protrudes farthest, until no extent is in error by more than `LARGEST_ERROR`.
     """
     vertices = np.frombuffer(content, dtype=np.float64).reshape(-1, 3)
-    extents, directions = _extents(vertices), _directions()
-    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    radius = np.mean(extents - directions @ middle)
-    table = _improve(np.append(middle, radius)[None], extents)
-    best = table
-    for _ in range(MAX_SPHERES - 1):
-        difference, _ = _differences(table, extents)
-        if _largest(best, extents) < LARGEST_ERROR:
-            break
-        direction = directions[difference.argmin()]
-        vertex = vertices[(vertices @ direction).argmax()]
-        added = np.append(vertex - FIRST_RADIUS * direction, FIRST_RADIUS)
-        table = _improve(np.vstack([table, added]), extents)
-        if _largest(table, extents) < _largest(best, extents):
-            best = table
+    fit, ruler = _SupportFit(vertices), _Ruler(vertices)
+    best = table = fit.improve(fit.single_sphere())
+    error = ruler.largest_error(best)
+    while len(table) < MAX_SPHERES and error > LARGEST_ERROR:
+        table = fit.improve(fit.with_sphere_at_largest_gap(table))
+        if (smaller := ruler.largest_error(table)) < error:
+            best, error = table, smaller
     rows: list[list[float]] = best.tolist()
     spheres = tuple(ContactSphere((x, y, z), radius) for x, y, z, radius in rows)
-    return SegmentSpheres(spheres, _largest(best, extents), SphereSource.FITTED)
+    return SegmentSpheres(spheres, error, SphereSource.FITTED)
 
 
-def _largest(table: Array, extents: Array) -> float:
-    return float(np.abs(_differences(table, extents)[0]).max())
+class _SupportFit:
+    """Fit of spheres to the support function of points.
 
-
-def _improve(table: Array, extents: Array) -> Array:
-    """Return spheres with the least sum of squared differences near `table`, shape (k, 4).
-
-    Levenberg-Marquardt. A difference depends on the one sphere that reaches farthest in its
-    direction, so that the normal equations fall apart into four for each sphere.
+    Spheres are a table with a row of centre and radius for each, shape (k, 4) [m].
     """
-    slopes = np.column_stack([_directions(), np.ones(len(extents))])
-    difference, farthest = _differences(table, extents)
-    cost, damping = difference @ difference, 1e-3
-    for _ in range(MAX_ITERATIONS):
-        moved = table.copy()
-        for index in range(len(table)):
-            own = farthest == index
-            rows = slopes[own]
-            normal = rows.T @ rows
-            normal += np.diag(damping * np.diag(normal) + 1e-9)
-            moved[index] -= np.linalg.solve(normal, rows.T @ difference[own])
-        moved[:, 3] = np.clip(moved[:, 3], MIN_RADIUS, MAX_RADIUS)
-        trial, trial_farthest = _differences(moved, extents)
-        trial_cost = trial @ trial
-        if trial_cost < cost:
-            has_converged = cost - trial_cost < 1e-6 * cost
-            table, difference, farthest, cost = moved, trial, trial_farthest, trial_cost
-            damping = max(0.1 * damping, 1e-9)
+
+    def __init__(self, vertices: Array) -> None:
+        self._vertices = vertices
+        self._directions = _directions(FITTED_DIRECTIONS)
+        self._extents = _extents(vertices, self._directions)
+        self._slopes = np.column_stack([self._directions, np.ones(len(self._directions))])
+        self._products = np.einsum("ni,nj->nij", self._slopes, self._slopes).reshape(-1, 16)
+
+    def single_sphere(self) -> Array:
+        """Return one sphere in the middle of the points, shape (1, 4)."""
+        middle = 0.5 * (self._vertices.min(axis=0) + self._vertices.max(axis=0))
+        radius = np.maximum((self._extents - self._directions @ middle).mean(), MIN_RADIUS)
+        return np.append(middle, radius)[None]
+
+    def with_sphere_at_largest_gap(self, table: Array) -> Array:
+        """Add a small sphere inside the vertex that protrudes farthest from those of `table`."""
+        direction = self._directions[self._differences(table)[0].argmin()]
+        vertex = self._vertices[(self._vertices @ direction).argmax()]
+        return np.vstack([table, np.append(vertex - FIRST_RADIUS * direction, FIRST_RADIUS)])
+
+    def improve(self, table: Array) -> Array:
+        """Return spheres near those of `table` with small differences in each norm of `NORMS`."""
+        for exponent in NORMS:
+            table = self._minimise(table, exponent)
+        return table
+
+    def _differences(self, table: Array) -> tuple[Array, NDArray[np.int64]]:
+        """Extents of spheres less those of the points [m], and the sphere that reaches each."""
+        reach = self._directions @ table[:, :3].T + table[:, 3]
+        farthest = reach.argmax(axis=1)
+        return reach[np.arange(len(reach)), farthest] - self._extents, farthest
+
+    def _minimise(self, table: Array, exponent: int) -> Array:
+        """Return spheres with the least sum of powers of the differences.
+
+        Newton steps, damped as by Levenberg and Marquardt. A difference is linear in centre and
+        radius of the one sphere that reaches farthest in its direction: so each sphere has four
+        equations of its own.
+        """
+        difference, farthest = self._differences(table)
+        scale = float(np.abs(difference).max()) or 1.0
+        cost, damping = float(_power(difference / scale, exponent).sum()), 1e-3
+        for _ in range(MAX_STEPS):
+            weight = _power(difference / scale, exponent - 2)
+            weight = weight / weight.max() + MIN_WEIGHT
+            weights = (farthest[:, None] == np.arange(len(table))) * weight[:, None]
+            normal = (weights.T @ self._products).reshape(-1, 4, 4)
+            diagonal = np.einsum("kii->ki", normal)
+            diagonal *= 1.0 + damping
+            diagonal += MIN_DIAGONAL
+            gradient = (weights * difference[:, None]).T @ self._slopes
+            step = np.asarray(np.linalg.solve(normal, gradient[..., None]), float)[..., 0]
+            moved = table - step / (exponent - 1)
+            moved[:, 3] = np.maximum(moved[:, 3], MIN_RADIUS)
+            trial, trial_farthest = self._differences(moved)
+            trial_cost = float(_power(trial / scale, exponent).sum())
+            if trial_cost < cost:
+                has_converged = cost - trial_cost < CONVERGED_GAIN * cost
+                table, difference, farthest, cost = moved, trial, trial_farthest, trial_cost
+                damping = max(0.1 * damping, MIN_DIAGONAL)
+            else:
+                damping *= 10.0
+                has_converged = damping > MAX_DAMPING
             if has_converged:
                 break
-        else:
-            damping *= 10.0
-            if damping > 1e6:
-                break
-    return table
+        return table
+
+
+def _power(values: Array, exponent: int) -> Array:
+    """Even power of values, by products: the general power takes ten times as long."""
+    square = values * values
+    result = np.ones_like(values)
+    for digit in reversed(f"{exponent // 2:b}"):
+        if digit == "1":
+            result = result * square
+        square = square * square
+    return result
 
 
 def _capsule(figure: Figure, segment: Segment) -> SegmentSpheres:

@@ -194,7 +194,10 @@ def has_friction(spring: AxisSpring) -> bool:
 
 
 def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
-    """Report laws over several joints, springs that close loops, and references."""
+    """Report contact spheres, laws of several joints, springs that close loops, and references."""
+    for name, segment in model.figure.segments.items():
+        if segment.contact_spheres:
+            losses.add("contact spheres", name)
     for joint in model.tree.closures:
         if joint.name in springs.joints:
             losses.add("springs of joints that close loops", joint.name)

@@ -342,6 +342,8 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
             losses.add("psurfs", name)
         if segment.attributes:
             losses.add("attributes", name)
+        if segment.contact_spheres:
+            losses.add("contact spheres", name)
     at_joints = {end for name in numbered.triads for end in figure.joints[name].ends}
     for ref in numbered.points:
         if ref not in at_joints and _is_rotated(figure.site(ref)):

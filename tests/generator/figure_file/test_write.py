@@ -12,6 +12,7 @@ from generator.diagnostics import InputError
 from generator.figure import (
     Attribute,
     AxisKind,
+    ContactSphere,
     Figure,
     Joint,
     JointAxis,
@@ -52,6 +53,7 @@ LOCATIONS = st.builds(
     Location,
     st.lists(st.builds(Rotation, VECTORS) | st.builds(Translation, VECTORS), max_size=3).map(tuple),
 )
+SPHERES = st.builds(ContactSphere, VECTORS, POSITIVE)
 FACTORS = st.builds(JointAxis, st.sampled_from("RT"), AXES)
 
 
@@ -77,6 +79,7 @@ def segments(draw, name, attributes, ground):
         if attributes
         else (),
         sites=draw(sites()),
+        contact_spheres=tuple(draw(st.lists(SPHERES, max_size=3))),
     )
 
 
@@ -163,6 +166,7 @@ def test_the_layout():
         inertia=(5e-6, 5e-6, 5e-6),
         psurf="arm.pss",
         attributes=("red",),
+        contact_spheres=(ContactSphere((0.0, -0.01, 0.0), 0.03), ContactSphere((0.1, 0, 0), 0.02)),
         sites={
             "near": Site(
                 "near", Location((Rotation((math.pi / 2, 0.0, 0.0)), Translation((0.0, 0.01, 0.0))))
@@ -205,6 +209,7 @@ def test_the_layout():
         "    attribute = red;",
         "    mass = 25g;",
         "    inertia = (50,50,50);",
+        "    contact = (sphere(0cm,-1cm,0cm,3cm),sphere(10cm,0cm,0cm,2cm));",
         "    site near->location = xyz(90deg,0deg,0deg) * trans(0cm,1cm,0cm);",
         "    site CM {",
         "      location = trans(5cm,0cm,0cm);",

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from generator.diagnostics import InputError
-from generator.figure import Attribute, Figure
+from generator.figure import Attribute, ContactSphere, Figure
 from generator.figure_file import parse_figure
 from generator.kinematics.loops import OpenLoopError
 from generator.losses import Losses
@@ -194,6 +194,13 @@ def test_limits_are_ranges_of_coordinates_in_opensim() -> None:
 def test_stops_that_are_no_limits_are_lost_in_urdf() -> None:
     springs = spring_set(hinge("hinge", *CURVES["stop"]))
     assert lost(format_urdf, on_a_rail(), springs)["springs"] == {"hinge"}
+
+
+@pytest.mark.parametrize("write", [format_mjcf, format_osim, format_urdf])
+def test_contact_spheres_are_lost(write: Text) -> None:
+    of = one_body(chain("Rx"))
+    link = replace(of.segments["link"], contact_spheres=(ContactSphere((0.0, 0.0, 0.0), 0.1),))
+    assert lost(write, of.with_parts(link), SpringSet())["contact spheres"] == {"link"}
 
 
 @pytest.mark.parametrize("write", [format_mjcf, format_osim, format_urdf])

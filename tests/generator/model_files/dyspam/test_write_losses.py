@@ -9,7 +9,14 @@ import pytest
 from generator import read_figure
 from generator.cli.convert import convert
 from generator.diagnostics import InputError, Parsed
-from generator.figure import CENTRE_OF_MASS_SITE, Attribute, Figure, Segment, Site
+from generator.figure import (
+    CENTRE_OF_MASS_SITE,
+    Attribute,
+    ContactSphere,
+    Figure,
+    Segment,
+    Site,
+)
 from generator.losses import Losses
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
@@ -61,7 +68,8 @@ def test_the_least_that_is_lost_is_the_names(tmp_path):
 
 def test_everything_of_a_figure_that_goes_is_told(tmp_path):
     made = body("link", sites={"tip": at((0.1, 0.2, 0.3))})
-    link = replace(made, psurf="a.pss", attributes=("red",))
+    spheres = (ContactSphere((0.0, 0.0, 0.0), 0.1),)
+    link = replace(made, psurf="a.pss", attributes=("red",), contact_spheres=spheres)
     floor = ground(shelf=at(shift=(1.0, 0.0, 0.0)))
     base = replace(floor.sites["base"], local_force=(1.0, 0.0, 0.0))
     floor = replace(floor, sites={**floor.sites, "base": base})
@@ -76,6 +84,7 @@ def test_everything_of_a_figure_that_goes_is_told(tmp_path):
         "limits and their stops": ("pin",),
         "psurfs": ("link",),
         "attributes": ("link",),
+        "contact spheres": ("link",),
         "directions of sites at which no joint is": ("link.tip",),
         "sites of the ground at which no joint is": ("ground.shelf",),
         "loads on the ground, which move nothing": ("ground.base",),
