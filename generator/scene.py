@@ -43,7 +43,7 @@ class Plane:
     @cached_property
     def pose(self) -> Array:
         """Axes of the plane, y along the normal, at its point, shape (4, 4)."""
-        x, y, z = rotation_with_z_axis(self.normal).T
+        x, y, z = rotation_with_z_axis(np.divide(self.normal, max(map(abs, self.normal)))).T
         turn = np.eye(3) if np.array_equal(z, (0.0, 1.0, 0.0)) else np.array([x, z, -y]).T
         return pose_matrix(turn, self.point)
 
