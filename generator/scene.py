@@ -4,6 +4,7 @@
 `springs.backends`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot
@@ -102,6 +103,50 @@ class Scene:
 def floor_prop(up: Vector, surface: Surface = DEFAULT_SURFACE) -> Prop:
     """Return a plane through the world's origin, below which everything is floor."""
     return Prop(FLOOR, Plane((0.0, 0.0, 0.0), up), surface)
+
+
+class Penetration(NamedTuple):
+    """Depth of a sphere in a prop [m], negative outside, with the prop and the sphere's segment."""
+
+    depth: float
+    prop: str
+    segment: str
+
+
+def deepest_start(
+    scene: Scene, centres: Array, radii: Array, segments: Sequence[str]
+) -> Penetration | None:
+    """Return the sphere that is deepest in a prop; None without spheres or props.
+
+    Args:
+        scene: with the props.
+        centres: of the spheres in the world [m], shape (n, 3).
+        radii: [m], shape (n,).
+        segments: segment of each sphere.
+    """
+    deepest: Penetration | None = None
+    for prop in scene.props:
+        pose = prop.shape.pose
+        local = (centres - pose[:3, 3]) @ pose[:3, :3]
+        depths = radii - distance_from_shape(prop.shape, local)
+        if not len(depths):
+            continue
+        k = int(np.argmax(depths))
+        if deepest is None or depths[k] > deepest.depth:
+            deepest = Penetration(float(depths[k]), prop.name, segments[k])
+    return deepest
+
+
+def distance_from_shape(shape: Shape, points: Array) -> Array:
+    """Signed distances [m] of points in the axes of a shape, shape (..., 3); negative inside."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    match shape:
+        case Plane():
+            return y
+        case Box():
+            return _distance_from_box(shape, (x, y, z), NUMPY)[0]
+        case _:
+            assert_never(shape)
 
 
 class ContactForce(NamedTuple):

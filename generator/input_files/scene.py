@@ -279,7 +279,8 @@ def _parse_lengths(table: TableReader, key: str, *, is_size: bool = False) -> Ve
             table.error(key, "a length of a box must be above zero", "in m, along its x, y, z", k)
             is_valid = False
         elif abs(value) > MAX_LENGTH:
-            table.error(key, "this is too far", f"at most {MAX_LENGTH:g} m", k)
+            noun = "length" if is_size else "coordinate"
+            table.error(key, f"this {noun} is too large", f"at most {MAX_LENGTH:g} m", k)
             is_valid = False
     return cast("Vector", values) if values is not None and is_valid else None
 
