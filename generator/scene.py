@@ -7,7 +7,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot
+from math import isfinite
 from typing import NamedTuple, assert_never
 
 import numpy as np
@@ -38,7 +38,7 @@ class Plane:
 
     def __post_init__(self) -> None:
         """Raise ModelError without a direction."""
-        if not 0.0 < hypot(*self.normal) < np.inf:
+        if not (all(map(isfinite, self.normal)) and any(self.normal)):
             raise ModelError("a plane needs a normal that is not zero")
 
     @cached_property
