@@ -4,9 +4,10 @@
 `springs.backends`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot
+from math import isfinite
 from typing import NamedTuple, assert_never
 
 import numpy as np
@@ -37,13 +38,13 @@ class Plane:
 
     def __post_init__(self) -> None:
         """Raise ModelError without a direction."""
-        if not 0.0 < hypot(*self.normal) < np.inf:
+        if not (all(map(isfinite, self.normal)) and any(self.normal)):
             raise ModelError("a plane needs a normal that is not zero")
 
     @cached_property
     def pose(self) -> Array:
         """Axes of the plane, y along the normal, at its point, shape (4, 4)."""
-        x, y, z = rotation_with_z_axis(self.normal).T
+        x, y, z = rotation_with_z_axis(np.divide(self.normal, max(map(abs, self.normal)))).T
         turn = np.eye(3) if np.array_equal(z, (0.0, 1.0, 0.0)) else np.array([x, z, -y]).T
         return pose_matrix(turn, self.point)
 
@@ -102,6 +103,50 @@ class Scene:
 def floor_prop(up: Vector, surface: Surface = DEFAULT_SURFACE) -> Prop:
     """Return a plane through the world's origin, below which everything is floor."""
     return Prop(FLOOR, Plane((0.0, 0.0, 0.0), up), surface)
+
+
+class Penetration(NamedTuple):
+    """Depth of a sphere in a prop [m], negative outside, with the prop and the sphere's segment."""
+
+    depth: float
+    prop: str
+    segment: str
+
+
+def deepest_start(
+    scene: Scene, centres: Array, radii: Array, segments: Sequence[str]
+) -> Penetration | None:
+    """Return the sphere that is deepest in a prop; None without spheres or props.
+
+    Args:
+        scene: with the props.
+        centres: of the spheres in the world [m], shape (n, 3).
+        radii: [m], shape (n,).
+        segments: segment of each sphere.
+    """
+    deepest: Penetration | None = None
+    for prop in scene.props:
+        pose = prop.shape.pose
+        local = (centres - pose[:3, 3]) @ pose[:3, :3]
+        depths = radii - distance_from_shape(prop.shape, local)
+        if not len(depths):
+            continue
+        k = int(np.argmax(depths))
+        if deepest is None or depths[k] > deepest.depth:
+            deepest = Penetration(float(depths[k]), prop.name, segments[k])
+    return deepest
+
+
+def distance_from_shape(shape: Shape, points: Array) -> Array:
+    """Signed distances [m] of points in the axes of a shape, shape (..., 3); negative inside."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    match shape:
+        case Plane():
+            return y
+        case Box():
+            return _distance_from_box(shape, (x, y, z), NUMPY)[0]
+        case _:
+            assert_never(shape)
 
 
 class ContactForce(NamedTuple):

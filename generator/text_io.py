@@ -50,6 +50,19 @@ def open_regular_file(path: Path) -> BufferedReader:
     raise OSError(errno.EINVAL, "it is not a regular file")
 
 
+def path_exists(path: Path) -> bool:
+    """Return whether there is a file or a folder of this name."""
+    try:
+        return path.exists()
+    except OSError:  # a name longer than any file's
+        return False
+
+
+def is_file(path: Path) -> bool:
+    """Return whether there is a file of this name."""
+    return path_exists(path) and path.is_file()
+
+
 def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
     """The text of the file at `path`, called `name`, and the error that keeps it from being read.
 

@@ -21,6 +21,7 @@ from generator.input_files.links import parse_links_source
 from generator.input_files.loads import parse_loads_file
 from generator.input_files.moments import parse_moments_file
 from generator.input_files.pose import parse_pose_file
+from generator.input_files.scene import parse_scene_file
 from generator.model_files.formats import parse_model
 from generator.motion_files import parse_action
 from generator.springs_file.read import load_springs
@@ -62,6 +63,7 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "springs": parse_springs,
     "optional": parse_springs,
     "links": lambda path: parse_file(path, parse_links_source),
+    "scene": parse_scene_file,
     "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),
     "model": lambda path: parse_model(
         Source(str(path), path.read_text(encoding="utf-8")), path.parent

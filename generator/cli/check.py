@@ -1,4 +1,4 @@
-"""`mover check`: errors and doubts about a figure and its springs, and a verdict.
+"""`mover check`: errors and doubts about a figure and its springs, or a scene, and a verdict.
 
 Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
@@ -6,7 +6,7 @@ Doubts about the curves of the springs do not change the exit code: the figure c
 from collections.abc import Iterator, Sequence
 from math import degrees
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, assert_never
 
 import typer
 
@@ -15,11 +15,14 @@ from generator.cli.inputs import parse_springs_option
 from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
-from generator.figure_file import parse_figure_file
+from generator.figure_file import find_figure, parse_figure_file
+from generator.input_files.scene import SCENE_SUFFIX, parse_scene_file, shipped_scenes
 from generator.kinematics.links import mirror_rotations
+from generator.scene import Box, Plane, Prop, Scene
 from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.read import LoadedSprings, parse_springs_file
+from generator.text_io import is_file
 from springs import SpringSet
 from springs.joint import UNKNOWN_AXIS
 from springs.lint.finding import Finding
@@ -125,14 +128,19 @@ def check(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="FIGURE|SPRINGS.toml",
+            metavar="FIGURE|SPRINGS.toml|SCENE",
             autocompletion=complete_figure_name,
-            help="A figure file, the name of a shipped figure, or a springs file.",
+            help="A figure file, the name of a shipped figure, a springs file, a .scene.toml file, "
+            "or the name of a shipped scene.",
         ),
     ],
     springs: SpringsChoice = None,
 ) -> CommandResult:
-    """Report errors and doubts about a figure, its springs and their curves."""
+    """Report errors and doubts about a figure, its springs and their curves, or about a scene."""
+    if name.endswith(SCENE_SUFFIX) or (name in shipped_scenes() and not is_file(find_figure(name))):
+        if springs is not None:
+            raise UsageError("--springs applies to a figure, not to a scene")
+        return _check_scene(name)
     if Path(name).suffix == SPRINGS_SUFFIX:
         if springs is not None:
             raise UsageError("--springs applies to a figure, not to a springs file")
@@ -152,6 +160,35 @@ def check(
         faults = (*faults, *(one for one in obstacles if one.message not in messages))
     verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, obstacles)}"
     return _check_result(faults, report_curves(spring_set, mirrors), spring_set, replaced, verdict)
+
+
+def _check_scene(name: str) -> CommandResult:
+    reading = parse_scene_file(name)
+    use = "the scene cannot be used" if reading.value is None else "the scene can be used"
+    verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
+    rows = [_prop_row(prop) for prop in (reading.value or Scene()).props]
+    table = [format_table(rows, left_columns=3)] if rows else []
+    return _file_result(reading.diagnostics, table, [], verdict)
+
+
+def _prop_row(prop: Prop) -> tuple[str, str, str]:
+    """Return name, shape and surface of a prop."""
+    match prop.shape:
+        case Plane(point, normal):
+            shape = f"plane through ({_join(point, ', ')}) m, normal ({_join(normal, ', ')})"
+        case Box(centre, size, angles):
+            shape = f"box {_join(size, ' x ')} m at ({_join(centre, ', ')}) m"
+            if any(angles):
+                shape += f", turned by xyz({_join([*map(degrees, angles)], ', ')}) deg"
+        case _:
+            assert_never(prop.shape)
+    surface = prop.surface
+    numbers = f"{surface.stiffness:g} N/m, {surface.damping:g} s/m, friction {surface.friction:g}"
+    return prop.name, shape, numbers
+
+
+def _join(numbers: Sequence[float], separator: str) -> str:
+    return separator.join(f"{number:g}" for number in numbers)
 
 
 def _check_springs_file(name: str) -> CommandResult:
@@ -193,13 +230,23 @@ def _check_result(
     ]
     if reports or coupled:
         paragraphs.append(curve_report_counts(reports, coupled))
+    findings = [*curve_findings_data(reports), *coupled_findings_data(coupled)]
+    return _file_result(diagnostics, paragraphs, findings, verdict)
+
+
+def _file_result(
+    diagnostics: tuple[Diagnostic, ...],
+    paragraphs: Sequence[str],
+    findings: Sequence[dict[str, object]],
+    verdict: str,
+) -> CommandResult:
     return CommandResult(
         text="\n\n".join([*map(str, diagnostics), *paragraphs, verdict]),
         data={
             **({"error": "the input is wrong"} if select_errors(diagnostics) else {}),
             "verdict": verdict,
             "faults": [fault.as_dict() for fault in diagnostics],
-            "findings": [*curve_findings_data(reports), *coupled_findings_data(coupled)],
+            "findings": list(findings),
         },
         code=ExitCode.WRONG_INPUT if select_errors(diagnostics) else ExitCode.SUCCESS,
     )

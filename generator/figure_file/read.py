@@ -16,7 +16,7 @@ from generator.figure import Figure
 from generator.figure_file.check import check_figure
 from generator.figure_file.parser import parse_figure_block
 from generator.figure_file.resolve import resolve_figure
-from generator.text_io import parse_file, parse_text
+from generator.text_io import is_file, parse_file, parse_text, path_exists
 
 FIGURE_SUFFIX = ".fig"
 
@@ -30,7 +30,7 @@ def shipped_figures() -> dict[str, Path]:
 def find_figure(path_or_name: str | Path) -> Path:
     """Return an existing path, else that of a shipped figure, else the path unchanged."""
     path = Path(path_or_name)
-    return path if _is_file(path) else shipped_figures().get(str(path_or_name), path)
+    return path if is_file(path) else shipped_figures().get(str(path_or_name), path)
 
 
 def read_figure(path_or_name: str | Path) -> Figure:
@@ -44,7 +44,7 @@ def read_figure(path_or_name: str | Path) -> Figure:
 def parse_figure_file(path_or_name: str | Path) -> Parsed[Figure]:
     """The figure in a file or of a shipped name, with all diagnostics; bad input raises nothing."""
     name, path = str(path_or_name), find_figure(path_or_name)
-    if not _exists(path):
+    if not path_exists(path):
         hint = spelling_hint(name, shipped_figures())
         missing = error(f"there is no file `{name}` and no shipped figure of that name", hint=hint)
         return Parsed(None, (missing,))
@@ -63,14 +63,3 @@ def _parse_figure(source: Source, diagnostics: Diagnostics, path: Path | None) -
     directory = None if path is None else path.parent
     figure = check_figure(resolve_figure(tree, diagnostics), directory, diagnostics)
     return None if figure is None else replace(figure, path=path)
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except OSError:  # a name longer than any file's
-        return False
-
-
-def _is_file(path: Path) -> bool:
-    return _exists(path) and path.is_file()

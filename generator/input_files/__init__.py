@@ -1,1 +1,1 @@
-"""Files beside a figure: loads, drives, moments, poses, links."""
+"""Files beside a figure: loads, drives, moments, poses, links, scenes."""

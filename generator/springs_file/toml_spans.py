@@ -57,8 +57,9 @@ class TomlSpans:
         return self.headers.get((name, index)) or self.values.get(("", 0, name)) or start
 
     def key(self, table: str, index: int, key: str) -> Span:
-        """A key, or its table."""
-        return self.keys.get((table, index, key)) or self.table(table, index)
+        """A key, or its header where it is a table, or the table that it is in."""
+        header = self.headers.get((key, 0)) if not table else None
+        return self.keys.get((table, index, key)) or header or self.table(table, index)
 
     def value(
         self, table: str, index: int, key: str, item: int | None = None, part: int | None = None

@@ -345,7 +345,7 @@ def number_to_toml(value: float, unit: Fraction = _RADIAN_FACTOR) -> str:
         ValueError: for a number that is not finite.
     """
     if not isfinite(value):
-        raise ValueError(f"a springs file holds finite numbers, not {value}")
+        raise ValueError(f"a file holds finite numbers, not {value}")
     return shortest_decimal(value, unit)
 
 

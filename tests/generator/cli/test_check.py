@@ -335,3 +335,54 @@ def test_a_doubt_about_a_coupled_law_beside_the_figure(
     said = run("check", "prototype", "--springs", path).stdout
     assert doubt in said
     assert "  note" not in said
+
+
+# Scenes
+
+SCENE = """[[surface]]
+name = "wood"
+friction = 0.5
+
+[[box]]
+name = "ramp"
+centre_m = [0, -0.5, 1]
+size_m = [1, 1, 2]
+angles_deg = [-10, 0, 0]
+surface = "wood"
+
+[[plane]]
+name = "wall"
+normal = [0, 0, 1]
+surface = "wood"
+"""
+
+
+def test_a_scene_is_listed_with_its_warnings(tmp_path: Path):
+    path = tmp_path / "own.scene.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    text = run("check", path).stdout
+    for sentence in (
+        "own.scene.toml:1:1: warning: this surface has no `source`",
+        "box 1 x 1 x 2 m at (0, -0.5, 1) m, turned by xyz(-10, 0, 0) deg",
+        "plane through (0, 0, 0) m, normal (0, 0, 1)",
+        "30000 N/m, 1 s/m, friction 0.5",
+        "own.scene.toml: no errors, 1 warning; the scene can be used",
+    ):
+        assert sentence in text
+
+
+def test_a_wrong_scene_has_its_errors(tmp_path: Path):
+    path = tmp_path / "own.scene.toml"
+    path.write_text(SCENE.replace('surface = "wood"', 'surface = "wod"'), encoding="utf-8")
+    result = mover("check", path, "--json")
+    assert result.exit_code == 1
+    data = json.loads(result.stdout)
+    assert data["verdict"] == f"{path}: 2 errors, 1 warning; the scene cannot be used"
+    messages = [one["message"] for one in data["faults"] if one["severity"] == "error"]
+    assert messages == ["there is no surface `wod`"] * 2
+
+
+@pytest.mark.parametrize("name", ["bed", "seat", "step"])
+def test_a_shipped_scene_is_found_by_its_name(name: str):
+    verdict = answer("check", name)["verdict"]
+    assert verdict == f"{name}: no errors, no warnings; the scene can be used"

@@ -1,0 +1,264 @@
+"""Scenes: values of the keys, defaults, exact round trip, shipped scenes by name."""
+
+from math import degrees, inf, nan
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import InputError, Severity
+from generator.figure_file import read_figure, shipped_figures
+from generator.geometry.contact_spheres import fit_contact_spheres
+from generator.input_files.scene import (
+    find_scene,
+    parse_scene,
+    parse_scene_file,
+    read_scene,
+    shipped_scenes,
+    write_scene,
+)
+from generator.kinematics.centre_of_mass import centre_of_mass
+from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.scene import Box, Plane, Prop, Scene, deepest_start
+from springs.contact import DEFAULT_SURFACE, Surface
+from tests.paths import FIGURES
+
+TEXT = """
+[[surface]]
+name = "mattress"
+stiffness_N_m = 5000
+damping_s_m = 0.5
+friction = 0.7
+transition_m = 0.01
+friction_speed_m_s = 0.05
+source = "assumed: soft"
+
+[[box]]
+name = "bed"
+centre_m = [0, 0.25, 1e-3]
+size_m = [2.0, 0.5, 0.9]
+angles_deg = [0, 90, 0]
+surface = "mattress"
+
+[[plane]]
+name = "wall"
+point_m = [0, 0, -1]
+normal = [0, 0, 2]
+surface = "default"
+
+[[box]]
+name = "step"
+centre_m = [1, 2, 3]
+size_m = [1, 1, 1]
+surface = "slippery"
+
+[[surface]]
+name = "default"
+
+[[surface]]
+name = "slippery"
+friction = 0.1
+source = "assumed"
+"""
+MATTRESS = Surface(5e3, 0.5, 0.7, 0.01, 0.05)
+
+
+def test_values_defaults_and_order():
+    reading = parse_scene(TEXT)
+    assert reading.diagnostics == ()
+    assert reading.value == Scene(
+        (
+            Prop("bed", Box((0.0, 0.25, 1e-3), (2.0, 0.5, 0.9), (0.0, np.pi / 2, 0.0)), MATTRESS),
+            Prop("wall", Plane((0.0, 0.0, -1.0), (0.0, 0.0, 2.0)), Surface()),
+            Prop("step", Box((1.0, 2.0, 3.0), (1.0, 1.0, 1.0)), Surface(friction=0.1)),
+        )
+    )
+    sources = [prop.surface.source for prop in reading.value.props]
+    assert sources == ["assumed: soft", DEFAULT_SURFACE.source, "assumed"]
+
+
+def test_a_plane_is_at_the_origin_by_default():
+    text = '[[surface]]\nname = "a"\n[[plane]]\nname = "b"\nnormal = [1, 1, 0]\nsurface = "a"\n'
+    assert parse_scene(text).require_value().props[0].shape == Plane((0, 0, 0), (1, 1, 0))
+
+
+lengths = st.floats(-1e3, 1e3)
+sizes = st.floats(0.0, 1e3, exclude_min=True)
+turns = st.floats(-degrees(1.0) * 300, degrees(1.0) * 300)
+directions = st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3).filter(any)
+shapes = st.builds(Plane, st.tuples(*[lengths] * 3), directions) | st.builds(
+    Box, st.tuples(*[lengths] * 3), st.tuples(*[sizes] * 3), st.tuples(*[turns] * 3)
+)
+words = st.text(max_size=300) | st.text('"\\ #[]\n\t=', max_size=60)
+surfaces = st.builds(
+    Surface,
+    st.floats(1.0, 1e9),
+    st.floats(0.0, 1e3),
+    st.floats(0.0, 10.0),
+    st.floats(1e-6, 1.0) | st.just(5e-3),
+    st.floats(1e-6, 10.0) | st.just(0.02),
+    words,
+)
+names = st.text(min_size=1, max_size=40).filter(str.isprintable)
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    of_props = draw(st.lists(names, min_size=1, max_size=4, unique=True))
+    known = st.sampled_from(draw(st.lists(surfaces, min_size=1, max_size=3)))
+    return Scene(tuple(Prop(name, draw(shapes), draw(known)) for name in of_props))
+
+
+@given(scenes(), st.text(st.characters(exclude_categories=["C"])))
+def test_what_is_written_is_read_back(scene: Scene, comment: str):
+    text = write_scene(scene, comment)
+    reading = parse_scene(text)
+    assert reading.value == scene
+    assert [prop.surface.source for prop in reading.value.props] == [
+        prop.surface.source for prop in scene.props
+    ]
+    assert all(one.message == "this surface has no `source`" for one in reading.diagnostics)
+    assert write_scene(reading.value, comment) == text
+
+
+def test_surfaces_that_differ_in_their_source_alone_are_two():
+    box = Box((0, 0, 0), (1, 1, 1))
+    one, other = Surface(source="measured"), Surface(source="assumed")
+    props = (Prop("a", box, one), Prop("b", box, other), Prop("c", box, one))
+    text = write_scene(Scene(props))
+    assert text.count("[[surface]]") == 2
+    read = parse_scene(text).require_value()
+    assert [prop.surface.source for prop in read.props] == ["measured", "assumed", "measured"]
+
+
+@pytest.mark.parametrize(
+    ("prop", "reason"),
+    [
+        (Prop("a", Box((0, 2e3, 0), (1, 1, 1)), Surface()), "coordinate is too large"),
+        (Prop("a", Box((0, 0, 0), (1, 2e3, 1)), Surface()), "length is too large"),
+        (Prop("a", Box((0, 0, nan), (1, 1, 1)), Surface()), "finite numbers, not nan"),
+        (Prop("a", Plane((0, inf, 0), (1, 1, 1)), Surface()), "finite numbers, not inf"),
+        (Prop("a", Box((0, 0, 0), (1, 1, 1)), Surface(2e9)), "`stiffness_N_m` must be from 1 to"),
+        (Prop("", Box((0, 0, 0), (1, 1, 1)), Surface()), "not a name of a surface"),
+        (Prop("a", Box((0, 0, 0), (1, 1, 1)), Surface(source="x" * 1000)), "too long"),
+    ],
+)
+def test_what_no_file_holds_is_not_written(prop: Prop, reason: str):
+    with pytest.raises(ValueError, match=reason):
+        write_scene(Scene((prop,)))
+
+
+def test_a_scene_without_props_is_not_written():
+    with pytest.raises(ValueError, match="there is no prop"):
+        write_scene(Scene())
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("x = " + "[" * 900, (1, 1), "nested too deeply"),
+        ("# " + "x" * 1000, (1, 1001), "too long for a scene file"),
+        ("#\n" * 60_000, (50_001, 1), "too long for a scene file"),
+    ],
+)
+def test_immense_texts_are_refused_with_their_place(text, place, message):
+    reading = parse_scene(text, "my.scene.toml")
+    assert reading.value is None
+    fault = next(fault for fault in reading.diagnostics if message in fault.message)
+    assert fault.span is not None
+    assert (fault.span.line, fault.span.column) == place
+
+
+@given(
+    st.text()
+    | st.text("[]=\"'{}#\n boxplanesurface name size_m normal 1-.e", max_size=300)
+    | st.lists(st.sampled_from(TEXT.splitlines(keepends=True)), max_size=40).map("".join)
+)
+def test_no_text_breaks_the_reader(text: str):
+    reading = parse_scene(text)
+    errors = [one for one in reading.diagnostics if one.severity is Severity.ERROR]
+    assert (reading.value is None) is bool(errors)
+
+
+# Shipped scenes
+
+
+def test_shipped_scenes_are_found_by_name_and_others_by_path(tmp_path: Path):
+    assert set(shipped_scenes()) == {"bed", "seat", "step"}
+    assert not shipped_scenes().keys() & shipped_figures().keys()
+    assert read_scene("seat") == read_scene(FIGURES / "seat.scene.toml")
+    own = tmp_path / "own.scene.toml"
+    own.write_text(TEXT, encoding="utf-8")
+    assert read_scene(own) == read_scene(str(own)) == parse_scene(TEXT).value
+
+
+def test_a_file_comes_before_a_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    assert find_scene("seat") == shipped_scenes()["seat"]
+    Path("seat").mkdir()
+    assert find_scene("seat") == shipped_scenes()["seat"]
+    Path("bed").write_text(TEXT, encoding="utf-8")
+    assert find_scene("bed") == Path("bed")
+
+
+@pytest.mark.parametrize("name", ["sea", "seat.scene.toml", "folder/seats"])
+def test_a_missing_scene_is_a_sentence_with_a_hint(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    (fault,) = parse_scene_file(name).diagnostics
+    assert fault.message == f"there is no file `{name}` and no shipped scene of that name"
+    assert "seat" in fault.hint
+    with pytest.raises(InputError, match="no shipped scene"):
+        read_scene(name)
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_a_shipped_scene_is_valid_and_has_sources(name: str):
+    reading = parse_scene_file(name)
+    assert reading.diagnostics == ()
+    assert all(prop.surface.source for prop in reading.value.props)
+
+
+def placed(**displacements: np.ndarray) -> Placement:
+    """The prototype with some joints moved [rad]."""
+    tree = build_tree(read_figure("prototype"))
+    return forward_kinematics(tree, {**initial_displacements(tree), **displacements})
+
+
+def spheres_in_world(placement: Placement, height: float):
+    """Centres, radii and segments of contact spheres, the lowest of which touches a height."""
+    poses, figure = placement.poses, placement.tree.figure
+    rows = [
+        (poses[name][:3, :3] @ sphere.centre + poses[name][:3, 3], sphere.radius, name)
+        for name, found in fit_contact_spheres(figure).items()
+        for sphere in found.spheres
+    ]
+    centres, radii, segments = (np.array(column) for column in zip(*rows, strict=True))
+    centres[:, 1] += height - (centres[:, 1] - radii).min()
+    return centres, radii, list(segments)
+
+
+@pytest.mark.parametrize("name", ["step", "seat"])
+def test_the_standing_prototype_starts_close_to_the_prop_and_outside(name: str):
+    found = deepest_start(read_scene(name), *spheres_in_world(placed(), 0.0))
+    assert found is not None
+    assert -0.08 < found.depth < -0.01
+    assert found.segment.endswith("lower_leg")
+
+
+def test_the_lying_prototype_touches_the_bed_with_its_centre_of_mass_beyond_the_edge():
+    lying = placed(root_torso=np.radians([0.0, -90.0, 0.0]))
+    centres, radii, segments = spheres_in_world(lying, 0.5)
+    scene = read_scene("bed")
+    found = deepest_start(scene, centres, radii, segments)
+    assert found is not None
+    assert -0.03 < found.depth < 1e-9
+    bed = scene.props[0].shape
+    assert isinstance(bed, Box)
+    edge = bed.centre[0] - 0.5 * bed.size[0]
+    assert 0.0 < edge - centre_of_mass(lying)[0] < 0.05
+    assert np.any(centres[:, 0] > edge + radii)
