@@ -15,12 +15,23 @@ import numpy as np
 
 from generator.diagnostics import ModelError
 from generator.recording import Accuracy, Ending, Outcome
-from generator.rotations import Array, quaternion_from_matrix
+from generator.rotations import (
+    Array,
+    matrix_from_axis_angle,
+    quaternion_from_matrix,
+    unit_vector,
+)
 from generator.simulation.agreement import BodyState, ExudynEquations
 from generator.simulation.compiled.code_cache import mark_compiled
 from generator.simulation.compiled.layout import (
+    AXIS_IN_PARENT,
+    BALL,
     CENTRE,
+    COORDINATE,
+    HINGE,
     IMPACT,
+    KIND,
+    PARENT,
     POINT,
     POINT_ACCELERATION,
     POWERS,
@@ -36,6 +47,7 @@ from generator.simulation.compiled.refinement import (
     AgreedRun,
     CompiledRun,
     Watch,
+    joint_differences,
     record_links,
     run_until_agreed,
 )
@@ -57,6 +69,9 @@ COMPARED_FRAMES = 5
 
 MAX_DISAGREEMENT = 1e-8
 """Largest difference of accelerations, relative to the largest, at which a compiled run counts."""
+
+DISTURBANCE = 1e-3
+"""Angle by which each joint of a disturbed start differs [rad]."""
 
 _SMALLEST_SCALE = 1.0
 """Scale of the difference where all accelerations are smaller [m/s2 or rad/s2]."""
@@ -100,7 +115,13 @@ def run_compiled(
     compiled = compile_model(model)
     start = time.monotonic()
     agreed = run_until_agreed(
-        compiled, times, model.plan.tolerance, deadline, watch, max_steps_per_second
+        compiled,
+        times,
+        model.plan.tolerance,
+        deadline,
+        watch,
+        max_steps_per_second,
+        None if model.contacts is None else disturbed_start(compiled, float(times[0])),
     )
     wall_time = time.monotonic() - start
     run = agreed.run
@@ -108,7 +129,7 @@ def run_compiled(
     trace = replace(
         trace,
         closing_wrenches=_closing_wrenches(compiled, run),
-        contact=_contact_trace(model, compiled, run),
+        contact=_contact_trace(model, compiled, agreed),
     )
     accuracy = _accuracy(model, agreed)
     return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
@@ -196,15 +217,44 @@ def build_trace(
     )
 
 
+def disturbed_start(compiled: CompiledModel, time: float) -> Array:
+    """Return the initial state with every joint turned by `DISTURBANCE`, the free root as well.
+
+    A ball is turned about an axis that a seeded generator draws, a hinge about its own in one of
+    the two senses. Velocities and slides stay as they are.
+    """
+    start = np.array([time]), compiled.initial_state[None]
+    links, constants = compiled.mechanism.links, compiled.mechanism.constants
+    turns = record_links(compiled, *start)[0, :, ROTATION : ROTATION + 9].reshape(-1, 3, 3)
+    state, generator = compiled.initial_state.copy(), np.random.default_rng(0)
+    carried = np.tile(np.eye(3), (len(links), 1, 1))
+    for i, (parent, kind, coordinate) in enumerate(links[:, [PARENT, KIND, COORDINATE]].tolist()):
+        own = np.eye(3)
+        if kind == BALL:
+            axis = unit_vector(generator.normal(size=3))
+            own = matrix_from_axis_angle(axis, np.array(DISTURBANCE))
+        elif kind == HINGE and coordinate >= 0:
+            angle = DISTURBANCE * float(generator.choice([-1.0, 1.0]))
+            axis = constants[i, AXIS_IN_PARENT : AXIS_IN_PARENT + 3]
+            axis = axis if parent < 0 else turns[parent] @ axis
+            own = matrix_from_axis_angle(axis, np.array(angle))
+            state[coordinate] += angle
+        carried[i] = own if parent < 0 else carried[parent] @ own
+        if kind == BALL:
+            state[coordinate : coordinate + 4] = quaternion_from_matrix(carried[i] @ turns[i])
+    return state
+
+
 def _contact_trace(
-    model: ExudynModel, compiled: CompiledModel, run: CompiledRun
+    model: ExudynModel, compiled: CompiledModel, agreed: AgreedRun
 ) -> ContactTrace | None:
     """Return the integrals of contact, and its forces after every step; None without props."""
     if model.contacts is None:
         return None
-    states, integrals = run.path_states, run.states[:, -compiled.integrals :]
-    links = record_links(compiled, run.path_times, states)
-    path = build_trace(model, compiled, run.path_times, states, links)
+    run, disturbed = agreed.run, agreed.disturbed
+    integrals = run.states[:, -compiled.integrals :]
+    links = record_links(compiled, run.path_times, run.path_states)
+    path = build_trace(model, compiled, run.path_times, run.path_states, links)
     steps = evaluate_contacts(
         model.contacts,
         model.figure,
@@ -213,12 +263,30 @@ def _contact_trace(
         path.velocities,
         path.angular_velocities,
     )
+    assert path.accelerations is not None
+    sensitivity = None
+    if disturbed is not None:
+        count = min(len(run.times), len(disturbed.times))
+        ends = [
+            mean_position(
+                model.figure,
+                build_trace(
+                    model, compiled, one.times[:count], one.states[:count], one.links[:count]
+                ).positions,
+            )
+            for one in (run, disturbed)
+        ]
+        sensitivity = np.full((len(run.times), 2), np.inf)
+        sensitivity[:count, 0] = joint_differences(compiled, run, disturbed)
+        sensitivity[:count, 1] = np.abs((ends[1] - ends[0]) @ np.array(model.plan.up))
     return ContactTrace(
         integrals[:, IMPACT - POWERS :][:, :2],
         integrals[:, :-POWERS].reshape(len(integrals), -1, 3),
         path.times,
         steps,
         mean_position(model.figure, path.positions),
+        path.accelerations[..., 3:],
+        sensitivity,
     )
 
 

@@ -190,6 +190,9 @@ class ContactTrace:
         step_times: start, and ends of the steps, shape (m,) [s].
         steps: contact then.
         centres: centre of mass of the figure then, shape (m, 3) [m].
+        accelerations: of the centres of mass of the B bodies then, shape (m, B, 3) [m/s^2].
+        sensitivity: differences of a run whose start is disturbed, shape (n, 2): the largest angle
+            between the joints [rad], and the height of the centre of mass [m]; None without one.
     """
 
     losses: Array
@@ -197,6 +200,8 @@ class ContactTrace:
     step_times: Array
     steps: ContactStates
     centres: Array
+    accelerations: Array
+    sensitivity: Array | None = None
 
     def first_frames(self, count: int, last_time: float) -> "ContactTrace":
         """Return the first `count` frames, the last of which is at `last_time` [s]."""
@@ -207,6 +212,8 @@ class ContactTrace:
             self.step_times[kept],
             self.steps.take(kept),
             self.centres[kept],
+            self.accelerations[kept],
+            None if self.sensitivity is None else self.sensitivity[:count],
         )
 
     def extend_from(self, longer: "ContactTrace") -> "ContactTrace":
@@ -218,6 +225,7 @@ class ContactTrace:
             np.concatenate([self.step_times, longer.step_times[later]]),
             self.steps.extend(longer.steps.take(later)),
             np.concatenate([self.centres, longer.centres[later]]),
+            np.concatenate([self.accelerations, longer.accelerations[later]]),
         )
 
 

@@ -32,7 +32,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array
-from generator.scene import Scene
+from generator.scene import Scene, deepest_start
 from generator.simulation.bodies import (
     add_bodies,
     add_loads,
@@ -201,6 +201,19 @@ def _check_start_outside(
     placement: Placement, scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]]
 ) -> None:
     """Raise ModelError if a contact sphere starts inside a prop."""
+    names = [name for name, some in spheres.items() for _ in some]
+    radii = np.array([sphere.radius for some in spheres.values() for sphere in some])
+    centres = [
+        (placement.poses[name] @ np.append(sphere.centre, 1.0))[:3]
+        for name, some in spheres.items()
+        for sphere in some
+    ]
+    deepest = deepest_start(scene, np.array(centres), radii, names) if names else None
+    if deepest is not None and deepest.depth > _MAX_START_DEPTH:
+        raise ModelError(
+            f"segment {deepest.segment} starts {100.0 * deepest.depth:.3g} cm inside "
+            f"{deepest.prop}: raise the figure, or move the prop"
+        )
 
 
 def _initial_rates(placement: Placement, velocities: Mapping[str, Any]) -> dict[str, Any]:

@@ -59,7 +59,7 @@ class SensorLog:
         impulses = 0 if contacts is None else 3 * len(contacts.spheres)
         self.work: list[Array] = [np.zeros(3 if contacts is None else 5 + impulses)]
         self._body_sensors = [] if contacts is None else self._add_body_sensors()
-        self._contact_steps: list[tuple[Array, ContactStates, Array]] = []
+        self._contact_steps: list[tuple[Array, ContactStates, Array, Array]] = []
         self.crossings: list[BreakpointCrossing] = []
         self._springs = [
             (joint, connector, *self._add_connector_sensors(connector))
@@ -126,7 +126,13 @@ class SensorLog:
     def _add_body_sensors(self) -> list[tuple[Index, ...]]:
         """Add sensors of the state of each body."""
         kinds = exu.OutputVariableType
-        outputs = (kinds.Position, kinds.RotationMatrix, kinds.Velocity, kinds.AngularVelocity)
+        outputs = (
+            kinds.Position,
+            kinds.RotationMatrix,
+            kinds.Velocity,
+            kinds.AngularVelocity,
+            kinds.Acceleration,
+        )
         return [
             tuple(
                 self._model.mbs.AddSensor(
@@ -151,31 +157,33 @@ class SensorLog:
         start = np.array([self._model.plan.start])
         self._contact_steps.append((start, *self._evaluate_contact(rows)))
 
-    def _evaluate_contact(self, rows: list[list[Array]]) -> tuple[ContactStates, Array]:
-        """Return the contact and the centre of mass from the outputs of the bodies' sensors."""
+    def _evaluate_contact(self, rows: list[list[Array]]) -> tuple[ContactStates, Array, Array]:
+        """Return contact, centre of mass and bodies' accelerations by the bodies' sensors."""
         model = self._model
         assert model.contacts is not None
-        positions, rotations, velocities, spins = (
-            np.stack([body[k] for body in rows], axis=1) for k in range(4)
+        positions, rotations, velocities, spins, accelerations = (
+            np.stack([body[k] for body in rows], axis=1) for k in range(5)
         )
         rotations = rotations.reshape(*rotations.shape[:2], 3, 3)
         states = evaluate_contacts(
             model.contacts, model.figure, positions, rotations, velocities, spins
         )
-        return states, mean_position(model.figure, positions)
+        return states, mean_position(model.figure, positions), accelerations
 
     def contact_trace(self, count: int) -> ContactTrace | None:
         """Return the contact of the steps read so far, with `count` frames; None without props."""
         if self._model.contacts is None:
             return None
         work = np.array(self.work[:count])
-        states = reduce(ContactStates.extend, [states for _, states, _ in self._contact_steps])
+        steps = self._contact_steps
+        states = reduce(ContactStates.extend, [states for _, states, *_ in steps])
         return ContactTrace(
             work[:, 3:5],
             work[:, 5:].reshape(count, -1, 3),
-            np.concatenate([times for times, *_ in self._contact_steps]),
+            np.concatenate([times for times, *_ in steps]),
             states,
-            np.concatenate([centres for *_, centres in self._contact_steps]),
+            np.concatenate([centres for *_, centres, _ in steps]),
+            np.concatenate([accelerations for *_, accelerations in steps]),
         )
 
     def _add_load_sensor(self, load: TimedLoad) -> Index:
@@ -261,8 +269,9 @@ class SensorLog:
         if self._body_sensors:
             rows = [[self._stored_rows(sensor) for sensor in body] for body in self._body_sensors]
             times = rows[0][0][:, 0]
-            states, centres = self._evaluate_contact([[r[:, 1:] for r in body] for body in rows])
-            self._contact_steps.append((times, states, centres))
+            outputs = self._evaluate_contact([[r[:, 1:] for r in body] for body in rows])
+            self._contact_steps.append((times, *outputs))
+            states = outputs[0]
             forces = states.forces.reshape(times.size, -1)
             contact = [states.impact_power, states.friction_power, *forces.T]
         if times is None:

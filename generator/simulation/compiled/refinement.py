@@ -9,6 +9,7 @@ finer run of the pair is the result, so its error is usually far below the estim
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from threading import Event, Thread
 
@@ -138,12 +139,14 @@ class AgreedRun:
         errors: estimated errors of its frames, shape (f,) [rad or m].
         steps: accepted and rejected steps of all runs.
         runs: number of runs.
+        disturbed: a run from another start; None if there was none.
     """
 
     run: CompiledRun
     errors: Array
     steps: int
     runs: int
+    disturbed: CompiledRun | None = None
 
 
 Watch = Callable[[int, float, float], None]
@@ -335,10 +338,12 @@ def run_until_agreed(
     deadline: float = np.inf,
     watch: Watch | None = None,
     max_steps_per_second: float = MAX_STEPS_PER_SECOND,
+    disturbed_start: Array | None = None,
 ) -> AgreedRun:
     """Repeat a run at smaller tolerances until two agree within `tolerance`.
 
-    The other arguments are those of `run_once`.
+    The other arguments are those of `run_once`, and another initial state, from which one run with
+    the largest of the tolerances starts.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
@@ -350,16 +355,22 @@ def run_until_agreed(
     together = 3 if has_contact else 2
     first = max(share * tolerance, SMALLEST_TOLERANCE * DECADE ** (2 - together))
 
-    def run_number(number: int, step_tolerance: float, stopped: Event | None = None) -> CompiledRun:
+    def run_number(
+        number: int,
+        step_tolerance: float,
+        stopped: Event | None = None,
+        start: Array = model.initial_state,
+    ) -> CompiledRun:
         def report(step: float, now: float) -> None:
             if watch is not None and stopped is None:
                 watch(number, step, now)
 
-        return run_once(
-            _fork(model), times, step_tolerance, deadline, report, stopped, max_steps_per_second
-        )
+        own = replace(_fork(model), initial_state=start)
+        return run_once(own, times, step_tolerance, deadline, report, stopped, max_steps_per_second)
 
-    runs = _run_together(run_number, [first * DECADE**k for k in range(together)])
+    runs, disturbed = _run_together(
+        run_number, [first * DECADE**k for k in range(together)], disturbed_start
+    )
     while not any(run.ending in EARLY_STOP_ENDINGS for run in runs):
         errors = estimated_errors(model, *runs[-2:])
         agreed_before = len(runs) > 2 and _agree(model, *runs[-3:-1], tolerance)
@@ -371,7 +382,7 @@ def run_until_agreed(
         if len(runs) == MAX_RUNS or step_tolerance < SMALLEST_TOLERANCE:
             break
         runs.append(run_number(len(runs) + 1, step_tolerance))
-    return _finest_agreed(runs, model)
+    return replace(_finest_agreed(runs, model), disturbed=disturbed)
 
 
 def _agree(model: CompiledModel, one: CompiledRun, other: CompiledRun, tolerance: float) -> bool:
@@ -382,11 +393,13 @@ def _agree(model: CompiledModel, one: CompiledRun, other: CompiledRun, tolerance
 
 
 def _run_together(
-    run_number: Callable[[int, float, Event | None], CompiledRun], tolerances: list[float]
-) -> list[CompiledRun]:
+    run_number: Callable[..., CompiledRun],
+    tolerances: list[float],
+    disturbed_start: Array | None,
+) -> tuple[list[CompiledRun], CompiledRun | None]:
     """Run with the last tolerance here, and with the others in another thread.
 
-    Compiled code runs beside other threads, so that on two cores two runs take no longer than the
+    The run from the disturbed start, if there is one, follows here. Compiled code runs beside other threads, so that on two cores two runs take no longer than the
     finer one.
     """
     stopped, results = Event(), list[CompiledRun | BaseException]()
@@ -400,10 +413,16 @@ def _run_together(
 
     thread = Thread(target=run_coarse, daemon=True)
     thread.start()
+    disturbed = None
     try:
-        fine = run_number(len(tolerances), tolerances[-1], None)
+        fine = run_number(len(tolerances), tolerances[-1])
         if fine.ending in EARLY_STOP_ENDINGS:
             stopped.set()
+        elif disturbed_start is not None:
+            with suppress(StiffMotionError):
+                disturbed = run_number(len(tolerances) + 1, tolerances[0], None, disturbed_start)
+            if disturbed is not None and disturbed.ending in EARLY_STOP_ENDINGS:
+                fine, disturbed = replace(fine, ending=disturbed.ending), None
     except BaseException:
         stopped.set()
         raise
@@ -414,7 +433,7 @@ def _run_together(
         if isinstance(result, BaseException):
             raise result
         runs.append(result)
-    return [*runs, fine]
+    return [*runs, fine], disturbed
 
 
 def _fork(model: CompiledModel) -> CompiledModel:
