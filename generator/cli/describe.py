@@ -1,13 +1,14 @@
 """`mover describe`: what a figure consists of."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import load_figure, springs_from_option
 from generator.cli.options import FigureName, SpringsChoice, in_display_units
 from generator.cli.springs_text import coupled_spring_lines, spring_lines, springs_data
-from generator.diagnostics import Diagnostic
+from generator.diagnostics import Diagnostic, InputError
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment
+from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
 from generator.motion_files.action import display_unit, format_chain
 from generator.simulation.preconditions import simulation_obstacles
 from springs import SpringSet
@@ -19,10 +20,16 @@ def describe(name: FigureName, springs: SpringsChoice = None) -> CommandResult:
     spring_set, more = springs_from_option(figure, springs)
     obstacles = simulation_obstacles(figure, spring_set)
     title = f"{_title(name, figure)}\n{_simulation_text(obstacles)}"
+    try:
+        spheres = fit_contact_spheres(figure)
+    except InputError as failure:  # a missing psurf is a warning of the figure's own
+        spheres = {}
+        title += f"\nno contact spheres: {failure.diagnostics[0].message}"
+    sections = [title, _segments(figure, spheres), _joints(figure), _springs(spring_set)]
     return CommandResult(
-        text="\n\n".join([title, _segments(figure), _joints(figure), _springs(spring_set)]),
+        text="\n\n".join(sections),
         data={
-            **_data(name, figure, spring_set),
+            **_data(name, figure, spring_set, spheres),
             "can_be_simulated": not obstacles,
             "obstacles": [obstacle.as_dict() for obstacle in obstacles],
         },
@@ -62,17 +69,44 @@ def _simulation_text(obstacles: Sequence[Diagnostic]) -> str:
     return f"cannot be simulated: {obstacles[0].message}{more}"
 
 
-def _segments(figure: Figure) -> str:
-    rows = [["segment", "mass [kg]", "inertia [kg m^2]", "centre of mass [m]"]]
+def _segments(figure: Figure, spheres: Mapping[str, SegmentSpheres]) -> str:
+    titles = ["segment", "mass [kg]", "inertia [kg m^2]", "centre of mass [m]", "contact spheres"]
+    rows = [titles]
     for segment in figure.segments.values():
         if segment.name in figure.ground:
             rows.append([segment.name, "ground"])
             continue
         mass = "none" if segment.mass is None else f"{segment.mass:.4f}"
         rows.append(
-            [segment.name, mass, _format_vector(segment.inertia), _format_vector(_centre(segment))]
+            [
+                segment.name,
+                mass,
+                _format_vector(segment.inertia),
+                _format_vector(_centre(segment)),
+                _format_spheres(spheres.get(segment.name)),
+            ]
         )
     return format_table(rows)
+
+
+def _format_spheres(fit: SegmentSpheres | None) -> str:
+    """Number of spheres, their source, and the largest error in height."""
+    if fit is None or fit.source is SphereSource.NONE:
+        return "none"
+    error = "" if fit.largest_error is None else f" within {1e3 * fit.largest_error:.1f} mm"
+    return f"{len(fit.spheres)} {fit.source}{error}"
+
+
+def _spheres_data(fit: SegmentSpheres | None) -> dict[str, object] | None:
+    if fit is None:
+        return None
+    return {
+        "source": fit.source.value,
+        "largest_error_m": fit.largest_error,
+        "spheres": [
+            {"centre_m": list(sphere.centre), "radius_m": sphere.radius} for sphere in fit.spheres
+        ],
+    }
 
 
 def _joints(figure: Figure) -> str:
@@ -117,7 +151,9 @@ def _format_displacement(joint: Joint) -> str:
     return " ".join(f"{value:.4g} {display_unit(factor)}" for value, factor in shown)
 
 
-def _data(name: str, figure: Figure, springs: SpringSet) -> dict[str, object]:
+def _data(
+    name: str, figure: Figure, springs: SpringSet, spheres: Mapping[str, SegmentSpheres]
+) -> dict[str, object]:
     return {
         "figure": name,
         "file": None if figure.path is None else str(figure.path),
@@ -133,6 +169,7 @@ def _data(name: str, figure: Figure, springs: SpringSet) -> dict[str, object]:
                 "inertia_kg_m2": None if segment.inertia is None else list(segment.inertia),
                 "centre_of_mass_m": _centre(segment),
                 "psurf": segment.psurf,
+                "contact_spheres": _spheres_data(spheres.get(segment.name)),
                 "sites": list(segment.sites),
             }
             for segment in figure.segments.values()

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,7 @@ class SegmentSpheres:
 def fit_contact_spheres(figure: Figure) -> dict[str, SegmentSpheres]:
     """Return the contact spheres of each moving segment.
 
-    Raises InputError with the psurfs that cannot be read.
+    Raises InputError with the psurfs that cannot be read, of segments without own spheres.
     """
     spheres: dict[str, SegmentSpheres] = {}
     vertices: dict[str, Array] = {}
@@ -95,19 +96,22 @@ def fit_contact_spheres(figure: Figure) -> dict[str, SegmentSpheres]:
     for name, segment in figure.bodies.items():
         try:
             if segment.psurf is not None and segment.psurf not in vertices:
-                vertices[segment.psurf] = read_segment_surface(figure, segment).vertices
+                surface = read_segment_surface(figure, segment)
+                vertices[segment.psurf] = surface.vertices[np.unique(surface.corners)]
         except InputError as failure:
-            problems += failure.diagnostics
-            continue
-        shape = None if segment.psurf is None else vertices[segment.psurf]
-        spheres[name] = segment_spheres(figure, segment, shape)
+            if not segment.contact_spheres:
+                problems += failure.diagnostics
+                continue
+        spheres[name] = _segment_spheres(figure, segment, vertices.get(segment.psurf or ""))
     if problems:
         raise InputError(problems)
     return spheres
 
 
-def segment_spheres(figure: Figure, segment: Segment, vertices: Array | None) -> SegmentSpheres:
+def _segment_spheres(figure: Figure, segment: Segment, vertices: Array | None) -> SegmentSpheres:
     """Return the contact spheres of a segment with `vertices` in its frame, shape (n, 3) [m]."""
+    if vertices is not None and not len(vertices):
+        vertices = None
     if segment.contact_spheres:
         table = np.array([(*each.centre, each.radius) for each in segment.contact_spheres])
         error = None if vertices is None else _Ruler(vertices).largest_error(table)
@@ -121,8 +125,8 @@ def segment_spheres(figure: Figure, segment: Segment, vertices: Array | None) ->
 def _directions(count: int) -> Array:
     """Unit vectors, shape (count, 3), that are symmetric about the three coordinate planes.
 
-    A spiral with equal areas over one octant and its mirror images: so the fit of a mirrored
-    segment is the mirror image of the fit. `count` is divided by eight.
+    A spiral with equal areas over one octant, and its mirror images: so the fit of a mirrored
+    segment is the mirror image of the fit. `count` is a multiple of eight.
     """
     golden_ratio = (1.0 + 5.0**0.5) / 2.0
     steps = np.arange(count // 8) + 0.5
@@ -286,15 +290,30 @@ def _capsule(figure: Figure, segment: Segment) -> SegmentSpheres:
     return SegmentSpheres(spheres, None, SphereSource.CAPSULE)
 
 
+class Overlap(NamedTuple):
+    """Overlap of two segments.
+
+    Attributes:
+        depth: by which it exceeds that of the first frame [m].
+        first: name of a segment; empty where none overlap.
+        second: name of the other.
+        frame: index of the frame.
+    """
+
+    depth: float
+    first: str
+    second: str
+    frame: int
+
+
 def deepest_overlap(
     spheres: Mapping[str, SegmentSpheres], poses: Mapping[str, Array], figure: Figure
-) -> tuple[float, str, str, int]:
-    """Return the depth [m] to which two segments interpenetrate, both names, and the frame.
+) -> Overlap:
+    """Return the deepest overlap of two segments that share no joint.
 
-    The depth of two segments is the largest overlap of a sphere of one and a sphere of the other;
-    what they overlap by at the first frame is subtracted, because limbs may overlap as drawn.
-    Segments that share a joint are left out. Hollows between the spheres of a segment are not
-    seen. Without two such segments the depth is 0 and the names are empty.
+    The depth of two segments is the largest overlap of a sphere of one and a sphere of the other.
+    The overlap at the first frame is subtracted, because limbs may overlap as drawn. Gaps between
+    the spheres of a segment count as empty, so that the depth is a lower bound.
 
     Args:
         spheres: by segment.
@@ -311,7 +330,7 @@ def deepest_overlap(
         local = np.array([each.centre for each in spheres[name].spheres])
         pose = np.asarray(poses[name])
         centres[name] = local @ pose[:, :3, :3].transpose(0, 2, 1) + pose[:, None, :3, 3]
-    deepest = (0.0, "", "", 0)
+    deepest = Overlap(0.0, "", "", 0)
     for index, first in enumerate(names):
         for second in names[:index]:
             if frozenset((first, second)) in joined:
@@ -322,6 +341,6 @@ def deepest_overlap(
             depth = np.maximum(overlap.max(axis=(1, 2)), 0.0)
             depth -= depth[0]
             frame = int(depth.argmax())
-            if depth[frame] > deepest[0]:
-                deepest = (float(depth[frame]), second, first, frame)
+            if depth[frame] > deepest.depth:
+                deepest = Overlap(float(depth[frame]), second, first, frame)
     return deepest

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from generator.geometry.contact_spheres import LARGEST_ERROR
 from tests.command import answer, run
 from tests.paths import FIGURES
 
@@ -24,6 +25,42 @@ def test_the_prototype_is_described():
     assert law["sense"] == -1
     assert law["dead_zone_deg"] == pytest.approx([0.0, 89.0], abs=0.1)
     assert "root_torso" not in said["springs"]["joints"]
+
+
+def test_the_contact_spheres_of_a_figure_are_described():
+    said = {
+        each["name"]: each["contact_spheres"]
+        for each in answer("describe", "prototype")["segments"]
+    }
+    assert said.pop("body_root") is None
+    plain = run("describe", "prototype").stdout
+    for name, fit in said.items():
+        assert fit["source"] == "fitted"
+        assert 0.0 < fit["largest_error_m"] <= LARGEST_ERROR
+        assert {len(sphere["centre_m"]) for sphere in fit["spheres"]} == {3}
+        (line,) = (line for line in plain.splitlines() if line.startswith(f"{name} "))
+        error = 1e3 * fit["largest_error_m"]
+        assert line.endswith(f"  {len(fit['spheres'])} fitted within {error:.1f} mm")
+
+
+def test_own_spheres_capsules_and_missing_psurfs_are_described(tmp_path: Path):
+    text = (FIGURES / "pendulum.fig").read_text(encoding="utf-8")
+    path = tmp_path / "pendulum.fig"
+    path.write_text(text, encoding="utf-8")
+    assert "no contact spheres: `" in run("describe", path).stdout
+    assert answer("describe", path)["segments"][1]["contact_spheres"] is None
+    psurf = 'psurf = "link1.pss";'
+    path.write_text(
+        text.replace(psurf, f"{psurf} contact = sphere(0,0,1mm,2cm);"), encoding="utf-8"
+    )
+    assert "  1 own\n" in run("describe", path).stdout
+    assert answer("describe", path)["segments"][1]["contact_spheres"] == {
+        "source": "own",
+        "largest_error_m": None,
+        "spheres": [{"centre_m": [0.0, 0.0, 0.001], "radius_m": 0.02}],
+    }
+    path.write_text(text.replace(psurf, ""), encoding="utf-8")
+    assert " capsule\n" in run("describe", path).stdout
 
 
 def test_a_figure_without_springs_is_described():
