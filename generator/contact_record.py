@@ -1,12 +1,40 @@
-"""Contact of a run with the props of its scene: forces, impacts and rest; `docs/contact.md`."""
+"""Contact of a run with the props of its scene, and what follows from it; `docs/contact.md`.
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+The head injury criterion is that of Versace (1971, A review of the severity index, Proc. 15th Stapp
+Car Crash Conf., SAE 710881) with the window of 49 CFR 571.208 (FMVSS 208), S6.2(b).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from generator.figure import Vector
 from generator.named_mapping import NamedMapping
-from generator.rotations import Array
+from generator.rotations import Array, unit_vector
+
+STANDARD_ACCELERATION = 9.80665
+"""Unit of the accelerations in the head injury criterion [m/s^2]."""
+
+HEAD_INJURY_WINDOW = 0.015
+"""Longest interval of the head injury criterion [s]."""
+
+WINDOW_ROUNDING = 1e-9
+"""Relative rounding of an interval as long as the window."""
+
+HEAD_INJURY_CAVEAT = (
+    "it follows from the assumed stiffness and damping of the contact, and compares runs of one "
+    "model only"
+)
+"""Clause that every report of the head injury criterion contains."""
+
+MIN_VERTICAL_FORCE = 1.0
+"""Vertical force below which there is no centre of pressure [N]."""
+
+REST_DURATION = 0.2
+"""Duration of the mean values at the end of a run [s]."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +45,7 @@ class SegmentContact:
         first_time: first touch [s]; None if it never touched.
         impact_speed: normal speed of the sphere that touched first, at that moment [m/s].
         peak_force: largest size of the force on the segment [N].
-        peak_time: its time [s].
+        peak_time: its time [s]; the start of the run without a force.
         impulse: integral of the force on the segment, world axes [N s].
     """
 
@@ -48,8 +76,10 @@ class Overlap(NamedTuple):
 class ContactRecord:
     """Contact of a run of n frames; forces in world axes.
 
+    `forces`, `depths` and `segments` have the names of all segments with contact spheres.
+
     Attributes:
-        forces: on each segment with contact spheres, shape (n, 3) [N].
+        forces: on each segment, shape (n, 3) [N].
         ground_reaction: total force and its moment about the world's origin, shape (n, 6)
             [N, N m].
         depths: deepest penetration of each segment, zero where it touches nothing, shape (n,) [m].
@@ -63,7 +93,10 @@ class ContactRecord:
         dissipated: energy lost in contact damping and friction [J].
         sensitivity: largest difference of the joint angles, of each frame, from a run whose start
             differs by 0.001 rad, shape (n,) [rad]; None if it was not computed.
+        height_sensitivity: difference of the height of the centre of mass from that run, shape (n,)
+            [m]; None likewise.
         overlap: deepest interpenetration of segments that no joint connects; None without any.
+        head_injury: head injury criterion of each head; see `HEAD_INJURY_CAVEAT`.
     """
 
     forces: Mapping[str, Array]
@@ -78,10 +111,165 @@ class ContactRecord:
     creep: float
     dissipated: float
     sensitivity: Array | None = None
+    height_sensitivity: Array | None = None
     overlap: Overlap | None = None
+    head_injury: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:
-        """Give the mappings errors that state the nearest name."""
+        """Refuse other names; give the mappings errors that state the nearest name."""
+        if not self.forces.keys() == self.depths.keys() == self.segments.keys():
+            raise ValueError("forces, depths and segments of a contact record differ in names")
         for name in ("forces", "depths", "segments"):
             subject = "the record has no contact of segment"
             object.__setattr__(self, name, NamedMapping(getattr(self, name), subject))
+
+
+def summarize_steps(
+    segments: Sequence[str],
+    owners: Sequence[int] | NDArray[np.intp],
+    times: Array,
+    forces: Array,
+    depths: Array,
+    speeds: Array,
+    impulses: Array,
+) -> dict[str, SegmentContact]:
+    """Return the contact of B segments with S spheres over n steps.
+
+    A sphere touches from the depth zero on; the moment is interpolated linearly between the steps,
+    and so is the speed. A segment that touches at the first step touches first at its time.
+
+    Args:
+        segments: names of the segments.
+        owners: index of the segment of each sphere, shape (S,).
+        times: of the steps, shape (n,) [s].
+        forces: on each segment, world axes, shape (n, B, 3) [N].
+        depths: of each sphere, negative outside, shape (n, S) [m].
+        speeds: rate of each depth, shape (n, S) [m/s].
+        impulses: on each segment over the run, world axes, shape (B, 3) [N s].
+    """
+    touch_times, touch_speeds, touch_depths = _first_touches(times, depths, speeds)
+    sizes = np.linalg.norm(forces, axis=-1)
+    peaks = np.argmax(sizes, axis=0)
+    contacts: dict[str, SegmentContact] = {}
+    for index, name in enumerate(segments):
+        spheres = np.flatnonzero(np.equal(owners, index))
+        order = np.lexsort((-touch_depths[spheres], touch_times[spheres]))
+        first = spheres[order[0]] if spheres.size else None
+        has_touched = first is not None and bool(np.isfinite(touch_times[first]))
+        x, y, z = impulses[index].tolist()
+        contacts[name] = SegmentContact(
+            first_time=float(touch_times[first]) if has_touched else None,
+            impact_speed=max(float(touch_speeds[first]), 0.0) if has_touched else 0.0,
+            peak_force=float(sizes[peaks[index], index]),
+            peak_time=float(times[peaks[index]]),
+            impulse=(x, y, z),
+        )
+    return contacts
+
+
+def _first_touches(times: Array, depths: Array, speeds: Array) -> tuple[Array, Array, Array]:
+    """Time (infinite without), speed and depth at the next step of each sphere's first touch."""
+    count = int(depths.shape[1])
+    spheres = np.arange(count)
+    touches = depths >= 0.0
+    after = np.argmax(touches, axis=0)
+    before = np.maximum(after - 1, 0)
+    rise = depths[after, spheres] - depths[before, spheres]
+    share = np.divide(-depths[before, spheres], rise, out=np.zeros(count), where=after > 0)
+    moments = times[before] + share * (times[after] - times[before])
+    speed_before = speeds[before, spheres]
+    touch_speeds = speed_before + share * (speeds[after, spheres] - speed_before)
+    return (
+        np.where(touches.any(axis=0), moments, np.inf),
+        touch_speeds,
+        depths[after, spheres],
+    )
+
+
+def mean_at_end(times: Array, values: Array, duration: float = REST_DURATION) -> float:
+    """Mean over the last `duration` [s] of values at unequal times, both of shape (n,).
+
+    It is the mean of a shorter run as a whole, and the value of a single time.
+    """
+    start = max(times[-1] - duration, times[0])
+    if not start < times[-1]:
+        return float(values[-1])
+    late = times > start
+    points = np.append(start, times[late])
+    found = np.append(np.interp([start], times, values), values[late])
+    return float(_running_integral(points, found)[-1] / (times[-1] - start))
+
+
+def _running_integral(times: Array, values: Array) -> Array:
+    """Integral from the first time by the trapezoidal rule, shape (n,)."""
+    steps = 0.5 * np.diff(times) * (values[1:] + values[:-1])
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def centre_of_pressure(
+    ground_reaction: Array,
+    up: ArrayLike = (0.0, 1.0, 0.0),
+    height: float = 0.0,
+    min_force: float = MIN_VERTICAL_FORCE,
+) -> tuple[Array, Array]:
+    """Return the centre of pressure, shape (n, 3) [m], and the free moment, shape (n,) [N m].
+
+    The force in this point of the plane at `height` and the moment about `up` are together
+    equivalent to the ground reaction. Both are NaN where the vertical force is below `min_force`.
+
+    Args:
+        ground_reaction: force and its moment about the world's origin, shape (n, 6) [N, N m].
+        up: normal of the plane.
+        height: of the plane along `up`, from the world's origin [m].
+        min_force: smallest vertical force [N].
+    """
+    normal = unit_vector(up)
+    forces, moments = ground_reaction[:, :3], ground_reaction[:, 3:]
+    vertical = forces @ normal
+    divisor = np.where(vertical >= min_force, vertical, np.nan)
+    points = (np.cross(normal, moments) + height * forces) / divisor[:, None]
+    return points, (moments - np.cross(points, forces)) @ normal
+
+
+def head_segments(moving_segments: Iterable[str]) -> tuple[str, ...]:
+    """Return the segments that are a head: those whose names contain "head"."""
+    return tuple(name for name in moving_segments if "head" in name.lower())
+
+
+def head_injury_criterion(
+    times: Array, accelerations: Array, window: float = HEAD_INJURY_WINDOW
+) -> float:
+    """Return the head injury criterion of the acceleration of a head's centre of mass.
+
+    It is the largest value, for t2 - t1 up to `window`, of (mean of the acceleration from t1 to t2,
+    in multiples of g)^2.5 (t2 - t1). The size of the acceleration is linear between the steps; t1
+    and t2 are steps, or one is a step and the other a window from it. Report it with
+    `HEAD_INJURY_CAVEAT`.
+
+    Args:
+        times: shape (n,), not decreasing; a jump has two rows at its time [s].
+        accelerations: shape (n, 3) [m/s^2].
+        window: longest interval [s].
+    """
+    sizes = np.linalg.norm(accelerations, axis=1) / STANDARD_ACCELERATION
+    gaps = np.diff(times)
+    if not np.any(gaps > 0.0):
+        return 0.0
+    points = np.concatenate([times, times - window, times + window])
+    points = np.unique(points[(points >= times[0]) & (points <= times[-1])])
+    step = np.minimum(np.searchsorted(times, points, side="right") - 1, gaps.size - 1)
+    slopes = np.divide(np.diff(sizes), gaps, out=np.zeros(gaps.size), where=gaps > 0.0)
+    into = points - times[step]
+    speeds = _running_integral(times, sizes)[step] + into * (
+        sizes[step] + 0.5 * into * slopes[step]
+    )
+    largest = 0.0
+    for offset in range(1, points.size):
+        durations = points[offset:] - points[:-offset]
+        inside = durations <= window * (1.0 + WINDOW_ROUNDING)
+        if not np.any(inside):
+            break
+        gains = np.maximum(speeds[offset:] - speeds[:-offset], 0.0)[inside]
+        values = (gains / durations[inside]) ** 2.5 * durations[inside]
+        largest = max(largest, float(np.max(values)))
+    return largest

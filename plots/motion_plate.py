@@ -325,8 +325,11 @@ def _component(motion: FigureMotion, name: str, k: int, count: int, unit: str) -
     return int(np.argmax(np.abs(axis)))
 
 
+_ENERGY_STYLES = (*LINE_STYLES, *(LineStyle(style.colour, ":") for style in LINE_STYLES[:2]))
+
+
 def _draw_energies(axes: Axes, times: Array, energies: Mapping[str, Array]) -> None:
-    for (kind, values), style in zip(energies.items(), LINE_STYLES, strict=False):
+    for (kind, values), style in zip(energies.items(), _ENERGY_STYLES, strict=False):
         change = values - values[0]
         axes.plot(times, change, style.dash, color=style.colour, lw=1.2, label=kind)
     axes.set_ylabel("change of energy [J]", fontsize=8.0)

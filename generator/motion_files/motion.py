@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from generator.contact_record import ContactRecord
 from generator.figure import Figure, JointAxis
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import batched_placements
@@ -146,6 +147,27 @@ def motion_from_recording(recording: Recording, figure: Figure) -> FigureMotion:
 
 _QUANTITIES = ("velocities", "reactions", "passive torques", "energies", "error estimate")
 
+GROUND_REACTION = "ground reaction"
+CONTACT_SIZES = "sizes of contact forces"
+CONTACT_DEPTHS = "contact depths"
+
+
+def _contact_quantities(contact: ContactRecord | None) -> list[str]:
+    """Name the quantities of a contact record."""
+    if contact is None:
+        return []
+    names = [
+        GROUND_REACTION,
+        CONTACT_SIZES,
+        "directions of contact forces",
+        CONTACT_DEPTHS,
+        "first touches, peaks and impulses",
+        "weight carried and creep",
+    ]
+    if contact.sensitivity is not None:
+        names.append("sensitivity")
+    return names if contact.overlap is None else [*names, "overlap of segments"]
+
 
 def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
     """Return the loss of a run's quantities in a format; None for a motion without a run.
@@ -157,7 +179,8 @@ def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
     if motion.recording is None:
         return None
     driven = ["drive torques"] if motion.recording.drive_torques else []
-    left = [name for name in (*_QUANTITIES, *driven) if name not in represented]
+    contact = _contact_quantities(motion.recording.contact)
+    left = [name for name in (*_QUANTITIES, *driven, *contact) if name not in represented]
     return Loss("results of the run other than the motion", tuple(left))
 
 

@@ -18,11 +18,20 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.lib import format as npy
 
+from generator.contact_record import ContactRecord, Overlap, SegmentContact
 from generator.diagnostics import Diagnostic, InputError, error
 from generator.figure import AxisKind, JointAxis
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, Header, first_frame_interval
-from generator.recording import ENERGY_KINDS, Accuracy, Ending, Integrator, Outcome, Recording
+from generator.recording import (
+    CONTACT_ENERGY_KINDS,
+    ENERGY_KINDS,
+    Accuracy,
+    Ending,
+    Integrator,
+    Outcome,
+    Recording,
+)
 from generator.rotations import Array
 from generator.text_io import open_regular_file, os_error_reason, write_atomic
 
@@ -34,6 +43,13 @@ DRIVE_TORQUE_FIELD = "drive_torques"
 POSE_FIELD = "poses"
 FRAME_ERROR_FIELD = "error_by_frame"
 ENERGY_FIELD = "energy"
+CONTACT_FORCE_FIELD = "contact_forces"
+CONTACT_DEPTH_FIELD = "contact_depths"
+GROUND_REACTION_FIELD = "ground_reaction"
+SENSITIVITY_FIELD = "sensitivity"
+
+MAY_BE_INFINITE = (FRAME_ERROR_FIELD, SENSITIVITY_FIELD)
+"""Arrays whose numbers need not be finite."""
 
 
 def write(motion: FigureMotion, path: Path) -> Losses:
@@ -54,6 +70,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         arrays |= _prefix_names(DRIVE_TORQUE_FIELD, run.drive_torques)
         arrays |= {"centre_of_mass": run.centre_of_mass, FRAME_ERROR_FIELD: run.accuracy.by_frame}
         arrays |= _prefix_names(ENERGY_FIELD, run.energy)
+        arrays |= _contact_arrays(run.contact)
     stream = BytesIO()
     np.savez_compressed(
         stream,
@@ -70,6 +87,18 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
 def _prefix_names(field: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
     return {f"{field}/{name}": array for name, array in arrays.items()}
+
+
+def _contact_arrays(contact: ContactRecord | None) -> dict[str, Array]:
+    """Return the arrays of a contact record by name."""
+    if contact is None:
+        return {}
+    arrays = _prefix_names(CONTACT_FORCE_FIELD, contact.forces)
+    arrays |= _prefix_names(CONTACT_DEPTH_FIELD, contact.depths)
+    arrays[GROUND_REACTION_FIELD] = contact.ground_reaction
+    if contact.sensitivity is not None:
+        arrays[SENSITIVITY_FIELD] = contact.sensitivity
+    return arrays
 
 
 def _metadata(motion: FigureMotion) -> dict[str, Any]:
@@ -113,7 +142,34 @@ def _run_metadata(run: Recording) -> dict[str, Any]:
         "integrator_reason": run.integrator_reason,
         "agreement_with_exudyn": run.agreement_with_exudyn,
         "build_time": run.build_time,
+        "contact": None if run.contact is None else _contact_metadata(run.contact),
     }
+
+
+def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
+    """Return the data of a contact record that are not arrays."""
+    overlap = contact.overlap
+    return {
+        "segments": {
+            name: {
+                "first_time": _json_number(segment.first_time),
+                **{field: _json_number(getattr(segment, field)) for field in _SEGMENT_NUMBERS},
+                "impulse": [_json_number(part) for part in segment.impulse],
+            }
+            for name, segment in contact.segments.items()
+        },
+        **{field: _json_number(getattr(contact, field)) for field in _CONTACT_NUMBERS},
+        "max_depth_segment": contact.max_depth_segment,
+        "weight_carried": _json_number(contact.weight_carried),
+        "has_sensitivity": contact.sensitivity is not None,
+        "overlap": None
+        if overlap is None
+        else [_json_number(overlap.depth), *overlap[1:3], _json_number(overlap.time)],
+    }
+
+
+_SEGMENT_NUMBERS = ("impact_speed", "peak_force", "peak_time")
+_CONTACT_NUMBERS = ("max_force", "max_force_time", "max_depth", "creep", "dissipated")
 
 
 def _json_number(number: float | None) -> float | str | None:
@@ -160,7 +216,8 @@ def read_npz(path: str | Path) -> tuple[Header, Recording]:
         times = arrays.get("times", np.zeros(0))
         if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
             raise _invalid_file(path, ["the array `times` is not one row that increases"])
-        problems = list(_structure_errors(arrays, chains, times.size))
+        contact = about["run"].get("contact")  # files without it are older than contact
+        problems = list(_structure_errors(arrays, chains, contact, times.size))
         problems = problems or list(_value_errors(arrays))
         if problems:
             raise _invalid_file(path, problems)
@@ -244,7 +301,9 @@ def _chains(chains: Mapping[str, list[list[Any]]]) -> Chains:
     }
 
 
-def _shapes(chains: Chains, count: int) -> dict[str, tuple[int, ...]]:
+def _shapes(
+    chains: Chains, contact: Mapping[str, Any] | None, count: int
+) -> dict[str, tuple[int, ...]]:
     """The shape of every array but those of the segments."""
     widths = {"rotation_vectors": 3, "reactions": 6, "passive_torques": 3}
     shapes: dict[str, tuple[int, ...]] = {
@@ -252,15 +311,26 @@ def _shapes(chains: Chains, count: int) -> dict[str, tuple[int, ...]]:
         for field in JOINT_FIELDS
         for name, chain in chains.items()
     }
-    shapes |= {f"{ENERGY_FIELD}/{kind}": (count,) for kind in ENERGY_KINDS}
+    kinds = ENERGY_KINDS
+    if contact is not None:
+        kinds += CONTACT_ENERGY_KINDS
+        shapes |= {f"{CONTACT_FORCE_FIELD}/{name}": (count, 3) for name in contact["segments"]}
+        shapes |= {f"{CONTACT_DEPTH_FIELD}/{name}": (count,) for name in contact["segments"]}
+        shapes[GROUND_REACTION_FIELD] = (count, 6)
+        if contact["has_sensitivity"]:
+            shapes[SENSITIVITY_FIELD] = (count,)
+    shapes |= {f"{ENERGY_FIELD}/{kind}": (count,) for kind in kinds}
     return shapes | {"centre_of_mass": (count, 3), FRAME_ERROR_FIELD: (count,)}
 
 
 def _structure_errors(
-    arrays: Mapping[str, np.ndarray[Any, Any]], chains: Chains, count: int
+    arrays: Mapping[str, np.ndarray[Any, Any]],
+    chains: Chains,
+    contact: Mapping[str, Any] | None,
+    count: int,
 ) -> Iterable[str]:
     """Yield errors of missing arrays and wrong shapes."""
-    shapes = _shapes(chains, count)
+    shapes = _shapes(chains, contact, count)
     segments = _names(arrays, POSE_FIELD)
     shapes |= {f"{POSE_FIELD}/{name}": (count, 4, 4) for name in segments}
     for name in _names(arrays, DRIVE_TORQUE_FIELD):
@@ -282,7 +352,7 @@ def _structure_errors(
 def _value_errors(arrays: Mapping[str, np.ndarray[Any, Any]]) -> Iterable[str]:
     """Yield errors of values: numbers that are not finite, poses that are not rigid."""
     for name, array in arrays.items():
-        if name in (METADATA_KEY, FRAME_ERROR_FIELD) or array.dtype != np.float64:
+        if name in (METADATA_KEY, *MAY_BE_INFINITE) or array.dtype != np.float64:
             continue
         if not np.all(np.isfinite(array)):
             yield f"the array `{name}` holds numbers that are not finite"
@@ -327,6 +397,8 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         int(run["steps"]),
         arrays[FRAME_ERROR_FIELD],
     )
+    contact = _contact(arrays, run.get("contact"))
+    kinds = ENERGY_KINDS if contact is None else ENERGY_KINDS + CONTACT_ENERGY_KINDS
     return Recording(
         times=arrays["times"],
         poses=_arrays_in_field(arrays, POSE_FIELD, _names(arrays, POSE_FIELD)),
@@ -337,7 +409,7 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         reactions=joints["reactions"],
         passive_torques=joints["passive_torques"],
         centre_of_mass=arrays["centre_of_mass"],
-        energy=_arrays_in_field(arrays, ENERGY_FIELD, ENERGY_KINDS),
+        energy=_arrays_in_field(arrays, ENERGY_FIELD, kinds),
         outcome=outcome,
         accuracy=accuracy,
         constraint_drift=float(run["constraint_drift"]),
@@ -353,6 +425,33 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         integrator=Integrator(run.get("integrator", "exudyn")),
         integrator_reason=str(run.get("integrator_reason", "")),
         agreement_with_exudyn=run.get("agreement_with_exudyn"),
+        contact=contact,
+    )
+
+
+def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> ContactRecord | None:
+    if about is None:
+        return None
+    segments: dict[str, SegmentContact] = {}
+    for name, segment in about["segments"].items():
+        x, y, z = map(float, segment["impulse"])
+        first_time = _number(segment["first_time"])
+        numbers = [float(segment[field]) for field in _SEGMENT_NUMBERS]
+        segments[name] = SegmentContact(first_time, *numbers, impulse=(x, y, z))
+    overlap = None
+    if about["overlap"] is not None:
+        depth, segment, other, time = about["overlap"]
+        overlap = Overlap(float(depth), segment, other, float(time))
+    return ContactRecord(
+        forces=_arrays_in_field(arrays, CONTACT_FORCE_FIELD, segments),
+        ground_reaction=arrays[GROUND_REACTION_FIELD],
+        depths=_arrays_in_field(arrays, CONTACT_DEPTH_FIELD, segments),
+        segments=segments,
+        **{field: float(about[field]) for field in _CONTACT_NUMBERS},
+        max_depth_segment=about["max_depth_segment"],
+        weight_carried=_number(about["weight_carried"]),
+        sensitivity=arrays[SENSITIVITY_FIELD] if about["has_sensitivity"] else None,
+        overlap=overlap,
     )
 
 

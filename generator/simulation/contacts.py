@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from generator.figure import ContactSphere, Figure
 from generator.kinematics.placement import Placement
@@ -42,6 +43,12 @@ class ContactModel:
     spheres: Mapping[str, Sequence[ContactSphere]]
     connectors: tuple[Index, ...] = ()
     functions: tuple[Any, ...] = ()
+
+    @property
+    def owners(self) -> NDArray[np.intp]:
+        """Place of the segment of each sphere among those with spheres, shape (S,)."""
+        sizes = [len(some) for some in self.spheres.values()]
+        return np.repeat(np.arange(len(sizes)), sizes)
 
 
 def add_contacts(
@@ -248,10 +255,8 @@ def evaluate_contacts(
         angular_velocities: shape (n, B, 3) [rad/s].
     """
     count = len(positions)
-    sizes = [len(some) for some in contacts.spheres.values()]
-    segments = np.repeat(np.arange(len(sizes)), sizes)
-    bodies = list(figure.bodies)
-    places = np.repeat([bodies.index(name) for name in contacts.spheres], sizes)
+    bodies, owners, groups = list(figure.bodies), contacts.owners, len(contacts.spheres)
+    places = np.array([bodies.index(name) for name in contacts.spheres])[owners]
     radii = np.array([s.radius for some in contacts.spheres.values() for s in some])
     local = np.array(
         [
@@ -288,9 +293,9 @@ def evaluate_contacts(
         is_deeper = force.depth > depths
         depths = np.where(is_deeper, force.depth, depths)
         rates = np.where(is_deeper, force.rate, rates)
-    wrenches = np.zeros((count, len(sizes), 6))
-    for g in range(len(sizes)):
-        own = segments == g
+    wrenches = np.zeros((count, groups, 6))
+    for g in range(groups):
+        own = owners == g
         wrenches[:, g, :3] = forces[:, own].sum(axis=1)
         wrenches[:, g, 3:] = moments[:, own].sum(axis=1)
     return ContactStates(depths, rates, wrenches, energy, impact, friction)

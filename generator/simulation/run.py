@@ -13,6 +13,7 @@ from generator.figure import Figure
 from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Integrator, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation.compiled.code_cache import require_numba
+from generator.simulation.contact_summary import build_contact_record
 from generator.simulation.contacts import mean_position
 from generator.simulation.error_control import (
     RefinedRun,
@@ -298,6 +299,7 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         build_time=runner.build_time,
         springs=model.spring_set.origin,
         law=model.spring_set.joining.value,
+        contact=build_contact_record(model, trace, motion.poses),
     )
 
 

@@ -7,7 +7,15 @@ import pytest
 
 from generator.figure import AxisKind, JointAxis
 from generator.named_mapping import UnknownNameError
-from generator.recording import ENERGY_KINDS, Accuracy, Ending, Outcome, Recording
+from generator.recording import (
+    CONTACT_ENERGY_KINDS,
+    ENERGY_KINDS,
+    Accuracy,
+    Ending,
+    Outcome,
+    Recording,
+    energy_kinds,
+)
 
 
 def recording(energy: dict[str, list[float]]) -> Recording:
@@ -37,6 +45,16 @@ def test_the_balance_counts_what_loads_brought_in():
         "work": [0.0, 7.0],
     }
     assert recording(energy).energy_balance.tolist() == [11.0, 11.0]
+
+
+def test_the_balance_counts_the_energies_of_contact_where_there_are_any():
+    run = recording({kind: [10.0, 10.0] for kind in ENERGY_KINDS})
+    assert energy_kinds(run.energy) == ENERGY_KINDS
+    lost = {"contact": [0.0, 1.0], "contact damping": [0.0, 2.0], "friction": [0.0, 4.0]}
+    energy = {**run.energy, **{kind: np.array(values) for kind, values in lost.items()}}
+    touched = replace(run, energy=energy)
+    assert energy_kinds(touched.energy) == (*ENERGY_KINDS, *CONTACT_ENERGY_KINDS)
+    assert (touched.energy_balance - run.energy_balance).tolist() == [0.0, 7.0]
 
 
 @pytest.mark.parametrize("ending", Ending)

@@ -8,10 +8,11 @@ import pytest
 
 from generator import Plan, read_figure, read_springs, simulate
 from generator.motion_files import FigureMotion, motion_from_recording
-from generator.recording import ENERGY_KINDS
+from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS
 from plots.motion_plate import motion_plate, motion_quantities
 from plots.plate import plate_name
 from tests.command import mover, run
+from tests.contacts import with_contact
 
 
 def fall(choice: str | None) -> FigureMotion:
@@ -52,6 +53,15 @@ def test_a_plate_has_a_row_of_panels_for_each_pair_of_joints(motion: FigureMotio
     (columns,) = plate.tables.values()
     assert columns["left_knee.1 [deg]"][0] == pytest.approx(np.degrees(0.5))
     assert {"moment of waist.3 [N m]", "kinetic [J]", "centre of mass y [m]"} < columns.keys()
+
+
+def test_all_energies_of_a_run_with_contact_are_drawn(motion: FigureMotion) -> None:
+    plate = motion_plate(with_contact(motion), read_springs(None, motion.figure), "fall")
+    (drawn,) = [axes for axes in plate.figure.axes if axes.get_ylabel() == "change of energy [J]"]
+    kinds = [*ENERGY_KINDS, *CONTACT_ENERGY_KINDS]
+    assert [line.get_label() for line in drawn.lines] == kinds
+    styles = {(line.get_color(), line.get_linestyle()) for line in drawn.lines}
+    assert len(styles) == len(kinds)
 
 
 @pytest.mark.parametrize(("stem", "name"), [("Fall of Ann", "fall_of_ann"), ("__", "motion")])

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import generator.input_files
 from generator import Plan, read_figure, simulate
+from generator.contact_record import ContactRecord, Overlap, SegmentContact
 from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis, SiteRef
 from generator.figure_file.write import write_pose
@@ -60,6 +61,7 @@ from tests.chains import (
     row,
     two_bodies,
 )
+from tests.contacts import with_contact
 from tests.generator.model_files.imported_models import displacements, written_and_read
 from tests.generator.model_files.model_cases import (
     FOURBAR,
@@ -110,7 +112,10 @@ def same_bits(one: Any, other: Any) -> bool:
             return one.shape == other.shape and one.tobytes() == other.tobytes()
         case dict():
             return list(one) == list(other) and all(same_bits(one[k], other[k]) for k in one)
-        case Accuracy():
+        case tuple():
+            pairs = zip(one, other, strict=False)
+            return type(one) is type(other) and all(same_bits(*pair) for pair in pairs)
+        case Accuracy() | ContactRecord() | SegmentContact():
             names = [field.name for field in fields(one)]
             return all(same_bits(getattr(one, n), getattr(other, n)) for n in names)
         case _:
@@ -487,7 +492,35 @@ def ended_otherwise(draw: st.DrawFn) -> FigureMotion:
         strayed=draw(ANY_FLOAT),
         drive_torques={"crank_pin": np.arange(float(count))[:, None]},
     )
-    return replace(motion, recording=recording)
+    motion = replace(motion, recording=recording)
+    return draw(contacts_of(motion)) if draw(st.booleans()) else motion
+
+
+@st.composite
+def contacts_of(draw: st.DrawFn, motion: FigureMotion) -> FigureMotion:
+    """The run with contact of any numbers."""
+    motion = with_contact(motion, draw(SEEDS))
+    assert motion.recording is not None
+    contact = motion.recording.contact
+    assert contact is not None
+    one = next(iter(contact.segments))
+    segments = {**contact.segments, one: SegmentContact(*(draw(ANY_FLOAT) for _ in range(4)), NANS)}
+    number = st.none() | ANY_FLOAT
+    contact = replace(
+        contact,
+        segments=segments,
+        max_force=draw(ANY_FLOAT),
+        max_depth=draw(ANY_FLOAT),
+        weight_carried=draw(number),
+        creep=draw(ANY_FLOAT),
+        dissipated=draw(ANY_FLOAT),
+        sensitivity=draw(st.sampled_from([None, np.full(motion.times.size, np.inf)])),
+        overlap=draw(st.none() | st.builds(Overlap, ANY_FLOAT, st.just(one), PRINTED, ANY_FLOAT)),
+    )
+    return replace(motion, recording=replace(motion.recording, contact=contact))
+
+
+NANS = (float("nan"), float("inf"), -0.0)
 
 
 PRINTED = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)

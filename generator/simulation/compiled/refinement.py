@@ -399,8 +399,8 @@ def _run_together(
 ) -> tuple[list[CompiledRun], CompiledRun | None]:
     """Run with the last tolerance here, and with the others in another thread.
 
-    The run from the disturbed start, if there is one, follows here. Compiled code runs beside other threads, so that on two cores two runs take no longer than the
-    finer one.
+    The run from the disturbed start, if there is one, follows here. Compiled code runs beside other
+    threads, so that on two cores two runs take no longer than the finer one.
     """
     stopped, results = Event(), list[CompiledRun | BaseException]()
 

@@ -14,6 +14,7 @@ from generator.diagnostics import InputError
 from generator.motion_files import motion_from_action, npz, read_npz
 from generator.motion_files.action import ActionFile
 from generator.motion_files.npz import write
+from tests.contacts import with_contact
 from tests.motions import clip
 
 
@@ -210,3 +211,64 @@ def test_a_run_that_cannot_be_read_back_is_a_loss(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(npz, "MAX_RUN_BYTES", 1_000)
     losses = write(clip("fourbar"), tmp_path / "run.npz")
     assert "a way back into this program" in losses.entries[-1].what
+
+
+def test_contact_is_read_back_and_stands_in_arrays_of_its_own(tmp_path: Path):
+    motion = with_contact(clip("slides"))
+    assert motion.recording is not None
+    contact = motion.recording.contact
+    assert contact is not None
+    losses = write(motion, tmp_path / "run.npz")
+    assert [loss.what.split(":")[0] for loss in losses.entries] == ["the figure"]
+    with np.load(tmp_path / "run.npz") as archive:
+        assert np.array_equal(archive["contact_forces/arm"], contact.forces["arm"])
+        assert np.array_equal(archive["contact_depths/arm"], contact.depths["arm"])
+        assert np.array_equal(archive["ground_reaction"], contact.ground_reaction)
+    _, back = read_npz(tmp_path / "run.npz")
+    assert back.contact is not None
+    assert back.contact.segments == contact.segments
+    assert back.contact.overlap == contact.overlap
+    assert np.array_equal(back.energy_balance, motion.recording.energy_balance)
+
+
+def test_a_run_with_contact_needs_its_arrays(tmp_path: Path):
+    path = tmp_path / "run.npz"
+    write(with_contact(clip("slides")), path)
+    change(
+        path,
+        **{
+            "contact_forces/arm": None,
+            "energy/friction": None,
+            "ground_reaction": np.zeros((21, 3)),
+            "contact_depths/rod": np.zeros(3),
+            "sensitivity": np.zeros(2),
+        },
+    )
+    messages = refused(path)
+    assert len(messages) == 5
+    for part in (
+        "has no array `contact_forces/arm`",
+        "has no array `energy/friction`",
+        "`ground_reaction` has shape (21, 3), not (21, 6)",
+        "`contact_depths/rod` has shape (3,), not (21,)",
+        "`sensitivity` has shape (2,), not (21,)",
+    ):
+        assert any(part in message for message in messages)
+
+
+@pytest.mark.parametrize("spoilt", [{}, {"segments": {"arm": {}}}, {"segments": 3}, []])
+def test_a_contact_record_without_its_numbers_is_refused(spoilt: Any, tmp_path: Path):
+    path = tmp_path / "run.npz"
+    write(with_contact(clip("slides")), path)
+    about = json.loads(str(array(path, "about")))
+    about["run"]["contact"] = spoilt
+    change(path, about=np.array(json.dumps(about)))
+    (message,) = refused(path)
+    assert "not what this program writes" in message
+
+
+def test_files_older_than_contact_are_read(path: Path):
+    about = json.loads(str(array(path, "about")))
+    del about["run"]["contact"]
+    change(path, about=np.array(json.dumps(about)))
+    assert read_npz(path)[1].contact is None

@@ -1,14 +1,30 @@
 """Tables: columns, units and headers; `tests/properties` reads every number back."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from generator import write_recording
-from generator.motion_files.tables import write_csv, write_mot, write_sto
-from generator.recording import ENERGY_KINDS
+from generator import Plan, simulate, write_recording
+from generator.contact_record import MIN_VERTICAL_FORCE, centre_of_pressure
+from generator.losses import Losses
+from generator.model_files.opensim import write as osim
+from generator.motion_files import FigureMotion, motion_from_recording
+from generator.motion_files.tables import (
+    GROUND_REACTION_LABELS,
+    point_wrench,
+    write_csv,
+    write_mot,
+    write_sto,
+)
+from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS, Recording
+from generator.rotations import Array
+from springs import SpringSet
+from tests.chains import FREE, body, figure, ground, joint
+from tests.contacts import contact_record, with_contact
 from tests.motion_readers import read_table
 from tests.motions import any_motion, clip, slides
 
@@ -94,3 +110,200 @@ def test_the_energies_of_a_run_stand_in_a_csv_to_the_last_digit(tmp_path: Path):
     columns = list(zip(*rows, strict=True))[-5:]
     for kind, column in zip(ENERGY_KINDS, columns, strict=True):
         assert [float(word) for word in column] == motion.recording.energy[kind].tolist()
+
+
+def touching() -> tuple[FigureMotion, Recording]:
+    """A run with contact, whose vertical force is small at the second frame."""
+    motion = with_contact(clip("slides"))
+    assert motion.recording is not None
+    contact = motion.recording.contact
+    assert contact is not None
+    contact.ground_reaction[1, 1] = 0.9 * MIN_VERTICAL_FORCE
+    return motion, motion.recording
+
+
+def csv_columns(path: Path) -> dict[str, list[str]]:
+    """Cells by title."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    titles, *rows = [line.split(",") for line in lines if not line.startswith("#")]
+    return dict(zip(titles, map(list, zip(*rows, strict=True)), strict=True))
+
+
+def test_a_csv_has_the_energies_and_forces_of_contact(tmp_path: Path):
+    motion, run = touching()
+    contact = run.contact
+    assert contact is not None
+    write_csv(motion, tmp_path / "run.csv")
+    columns = csv_columns(tmp_path / "run.csv")
+    after_energies = list(columns)[list(columns).index("work [J]") + 1 :]
+    assert after_energies == [
+        *(f"{kind} [J]" for kind in CONTACT_ENERGY_KINDS),
+        *(f"ground_force_v{axis} [N]" for axis in "xyz"),
+        *(f"ground_force_p{axis} [cm]" for axis in "xz"),
+        "ground_torque_y [N m]",
+        *(f"{name}.contact_force [N]" for name in contact.forces),
+        *(f"{name}.contact_depth [cm]" for name in contact.depths),
+    ]
+
+    def numbers(title: str) -> Array:
+        return np.array([float(word or "nan") for word in columns[title]])
+
+    for kind in CONTACT_ENERGY_KINDS:
+        assert np.array_equal(numbers(f"{kind} [J]"), run.energy[kind])
+    points, moments = centre_of_pressure(contact.ground_reaction)
+    for k, axis in enumerate("xyz"):
+        column = numbers(f"ground_force_v{axis} [N]")
+        assert np.array_equal(column, contact.ground_reaction[:, k])
+    for k, axis in ((0, "x"), (2, "z")):
+        column = numbers(f"ground_force_p{axis} [cm]")
+        assert column[2:] / 100.0 == pytest.approx(points[2:, k], rel=1e-15)
+        assert np.isnan(column[:2]).all()
+    assert columns["ground_torque_y [N m]"][:2] == ["", ""]
+    assert np.array_equal(numbers("ground_torque_y [N m]")[2:], moments[2:])
+    for name, forces in contact.forces.items():
+        found = numbers(f"{name}.contact_force [N]") ** 2
+        assert found == pytest.approx(np.sum(forces**2, axis=1))
+        depths = numbers(f"{name}.contact_depth [cm]")
+        assert depths == pytest.approx(100.0 * contact.depths[name], rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("write", "kept"),
+    [
+        (write_csv, {"ground reaction", "sizes of contact forces", "contact depths"}),
+        (write_sto, {"ground reaction"}),
+        (write_mot, {"ground reaction"}),
+    ],
+)
+def test_tables_list_what_they_lose_of_the_contact(
+    write: Callable[[FigureMotion, Path], Losses], kept: set[str], tmp_path: Path
+):
+    def lost(motion: FigureMotion) -> set[str]:
+        places = {loss.what: set(loss.where) for loss in write(motion, tmp_path / "run").entries}
+        return places["results of the run other than the motion"]
+
+    of_contact = {
+        "ground reaction",
+        "sizes of contact forces",
+        "directions of contact forces",
+        "contact depths",
+        "first touches, peaks and impulses",
+        "weight carried and creep",
+        "sensitivity",
+        "overlap of segments",
+    }
+    motion, run = touching()
+    assert run.contact is not None
+    without = lost(clip("slides"))
+    assert lost(motion) - without == of_contact - kept
+    bare = replace(run, contact=replace(run.contact, sensitivity=None, overlap=None))
+    left = lost(replace(motion, recording=bare)) - without
+    assert left == of_contact - kept - {"sensitivity", "overlap of segments"}
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_opensim_tables_end_with_a_wrench_equivalent_to_the_ground_reaction(
+    suffix: str, tmp_path: Path
+):
+    """Also in frames without a centre of pressure."""
+    motion, run = touching()
+    assert run.contact is not None
+    reaction = run.contact.ground_reaction
+    WRITERS[suffix](motion, tmp_path / "run")
+    table, bare = read_table(tmp_path / "run"), tmp_path / "bare"
+    WRITERS[suffix](clip("slides"), bare)
+    assert table.labels == [*read_table(bare).labels, *GROUND_REACTION_LABELS]
+    assert int(table.header["nColumns"]) == len(table.labels)
+    forces, points, moments = np.split(table.rows[:, -9:], 3, axis=1)
+    assert np.array_equal(forces, reaction[:, :3])
+    assert np.cross(points, forces) + moments == pytest.approx(reaction[:, 3:], abs=1e-10)
+    assert not points[:, 1].any()
+    assert not table.rows[0, -9:].any()
+    assert not points[1].any()
+    assert not moments[2:, (0, 2)].any()
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("how", ["Storage", "TimeSeriesTable"])
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_opensim_reads_the_columns_of_the_ground_reaction(suffix: str, how: str, tmp_path: Path):
+    motion, run = touching()
+    assert run.contact is not None
+    path = tmp_path / f"run.{suffix}"
+    WRITERS[suffix](motion, path)
+    _, columns, _ = opensim_columns(path, how)
+    found = np.column_stack([columns[label] for label in GROUND_REACTION_LABELS])
+    assert np.array_equal(found, point_wrench(run.contact.ground_reaction))
+
+
+@pytest.mark.verify
+def test_an_external_force_of_opensim_is_the_ground_reaction(tmp_path: Path):
+    api: Any = pytest.importorskip("opensim")
+    api.Logger.removeFileSink()
+    api.Logger.setLevelString("Error")
+    motion, run = touching()
+    assert run.contact is not None
+    write_mot(motion, tmp_path / "run.mot")
+    osim.write(motion.figure, SpringSet(), tmp_path / "figure.osim")
+    stored = api.Storage(str(tmp_path / "run.mot"))
+    prefixes = ("ground_force_v", "ground_force_p", "ground_torque_")
+    force = api.ExternalForce(stored, *prefixes, "arm", "ground", "ground")
+    model = api.Model(str(tmp_path / "figure.osim"))
+    model.addForce(force)
+    model.initSystem()
+    for time, expected in zip(run.times.tolist(), run.contact.ground_reaction, strict=True):
+        parts = (
+            force.getForceAtTime(time),
+            force.getPointAtTime(time),
+            force.getTorqueAtTime(time),
+        )
+        push, point, torque = (np.array([part.get(k) for k in range(3)]) for part in parts)
+        found = np.concatenate([push, np.cross(point, push) + torque])
+        assert found == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(("share", "residual"), [(1.0, 0.0), (0.0, 1.0)])
+def test_inverse_dynamics_of_opensim_needs_no_force_but_the_ground_reaction(
+    share: float, residual: float, tmp_path: Path
+):
+    """Of a body at rest in the air, which the ground reaction carries or does not."""
+    api: Any = pytest.importorskip("opensim")
+    api.Logger.removeFileSink()
+    api.Logger.setLevelString("Error")
+    made = figure(
+        [ground(), body("block")],
+        [joint("free", "ground.base", "block.near", FREE, (0.3, -0.2, 0.5, 0.1, 0.4, -0.3))],
+    )
+    run = simulate(made, Plan(stop=0.1, gravity=(0.0, 0.0, 0.0)))
+    weight = 9.81 * made.segments["block"].mass
+    forces = np.tile([0.0, weight, 0.0], (run.times.size, 1))
+    reaction = share * np.hstack([forces, np.cross(run.centre_of_mass, forces)])
+    contact = replace(contact_record(["block"], run.times.size), ground_reaction=reaction)
+    motion = motion_from_recording(replace(run, contact=contact), made)
+    write_mot(motion, tmp_path / "rest.mot")
+    osim.write(made, SpringSet(), tmp_path / "block.osim")
+
+    force = api.ExternalForce()
+    force.setName("ground_reaction")
+    force.set_applied_to_body("block")
+    force.set_force_identifier("ground_force_v")
+    force.set_point_identifier("ground_force_p")
+    force.set_torque_identifier("ground_torque_")
+    loads = api.ExternalLoads()
+    loads.setDataFileName(str(tmp_path / "rest.mot"))
+    loads.cloneAndAppend(force)
+    loads.printToXML(str(tmp_path / "loads.xml"))
+    tool = api.InverseDynamicsTool()
+    tool.setModelFileName(str(tmp_path / "block.osim"))
+    tool.setCoordinatesFileName(str(tmp_path / "rest.mot"))
+    tool.setExternalLoadsFileName(str(tmp_path / "loads.xml"))
+    tool.setResultsDir(str(tmp_path))
+    tool.setOutputGenForceFileName("needed.sto")
+    tool.setStartTime(0.0)
+    tool.setEndTime(0.1)
+    assert tool.run()
+    needed = read_table(tmp_path / "needed.sto")
+    upward = needed.rows[:, needed.labels.index("free_5_force")]
+    assert upward == pytest.approx(residual * weight, abs=1e-6)
+    assert (np.abs(needed.rows[:, 1:]).max() < 1e-6) == (residual == 0.0)

@@ -1,0 +1,102 @@
+"""The contact record of a run: frames from its trace, extremes over all its steps."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from generator.contact_record import (
+    REST_DURATION,
+    ContactRecord,
+    Overlap,
+    head_injury_criterion,
+    head_segments,
+    mean_at_end,
+    summarize_steps,
+)
+from generator.geometry.contact_spheres import deepest_overlap, fit_contact_spheres
+from generator.rotations import Array
+from generator.simulation.contacts import ContactTrace
+from generator.simulation.integrate import Trace
+from generator.simulation.joint_motion import contact_of_trace
+from generator.simulation.model import ExudynModel
+
+
+def build_contact_record(
+    model: ExudynModel, trace: Trace, poses: Mapping[str, Array]
+) -> ContactRecord | None:
+    """Return the contact of a run; None without props.
+
+    Args:
+        model: the simulated model.
+        trace: of n frames.
+        poses: of the segments, shape (n, 4, 4).
+    """
+    if model.contacts is None or trace.contact is None:
+        return None
+    contact, names = trace.contact, list(model.contacts.spheres)
+    frames, owners = contact_of_trace(model, trace), model.contacts.owners
+    steps, times, up = contact.steps, contact.step_times, np.array(model.plan.up)
+    total = np.linalg.norm(steps.forces.sum(axis=1), axis=-1)
+    deepest = np.unravel_index(int(np.argmax(steps.depths)), steps.depths.shape)
+    return ContactRecord(
+        forces={name: frames.forces[:, g] for g, name in enumerate(names)},
+        ground_reaction=frames.wrenches.sum(axis=1),
+        depths={
+            name: np.maximum(frames.depths[:, owners == g].max(axis=1), 0.0)
+            for g, name in enumerate(names)
+        },
+        segments=summarize_steps(
+            names, owners, times, steps.forces, steps.depths, steps.rates, contact.impulses[-1]
+        ),
+        max_force=float(total.max()),
+        max_force_time=float(times[np.argmax(total)]),
+        max_depth=max(float(steps.depths[deepest]), 0.0),
+        max_depth_segment=names[owners[deepest[1]]],
+        weight_carried=_weight_carried(model, contact, up),
+        creep=_creep(contact, up),
+        dissipated=float(contact.losses[-1].sum()),
+        sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 0],
+        height_sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 1],
+        overlap=_overlap(model, trace, poses),
+        head_injury=_head_injury(model, contact),
+    )
+
+
+def _weight_carried(model: ExudynModel, contact: ContactTrace, up: Array) -> float | None:
+    """Mean vertical force at the end over the weight; None without gravity."""
+    mass = sum(body.mass or 0.0 for body in model.figure.bodies.values())
+    weight = mass * float(np.linalg.norm(model.plan.gravity))
+    if weight == 0.0:
+        return None
+    vertical = contact.steps.forces.sum(axis=1) @ up
+    return mean_at_end(contact.step_times, vertical) / weight
+
+
+def _creep(contact: ContactTrace, up: Array) -> float:
+    """Mean horizontal speed of the centre of mass at the end [m/s]."""
+    times, centres = contact.step_times, contact.centres
+    along = centres - (centres @ up)[:, None] * up
+    start = max(times[-1] - REST_DURATION, times[0])
+    if not start < times[-1]:
+        return 0.0
+    first = np.array([np.interp(start, times, column) for column in along.T])
+    return float(np.linalg.norm(along[-1] - first) / (times[-1] - start))
+
+
+def _overlap(model: ExudynModel, trace: Trace, poses: Mapping[str, Array]) -> Overlap | None:
+    """Deepest interpenetration of segments that no joint connects; None without any."""
+    depth, one, other, frame = deepest_overlap(
+        fit_contact_spheres(model.figure), poses, model.figure
+    )
+    return Overlap(depth, one, other, float(trace.times[frame])) if depth > 0.0 else None
+
+
+def _head_injury(model: ExudynModel, contact: ContactTrace) -> dict[str, float]:
+    """Head injury criterion of each segment that is a head."""
+    bodies = list(model.figure.bodies)
+    return {
+        name: head_injury_criterion(
+            contact.step_times, contact.accelerations[:, bodies.index(name)]
+        )
+        for name in head_segments(bodies)
+    }

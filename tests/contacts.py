@@ -1,0 +1,55 @@
+"""Contact records that formats are tested with, not simulated."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from generator.contact_record import ContactRecord, Overlap, SegmentContact
+from generator.motion_files import FigureMotion
+from generator.recording import CONTACT_ENERGY_KINDS
+
+
+def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> ContactRecord:
+    """A record of any numbers; no contact at the first frame, and none of a last of segments."""
+    rng = np.random.default_rng(seed)
+    forces = {name: rng.normal(200.0, 90.0, (count, 3)) for name in segments}
+    touching = segments[:-1] or segments
+    for name in set(segments) - set(touching):
+        forces[name][:] = 0.0
+    reaction = np.hstack([sum(forces.values()), rng.normal(0.0, 50.0, (count, 3))])
+    depths = {name: rng.uniform(0.0, 0.02, count) for name in segments}
+    for array in (*forces.values(), reaction, *depths.values()):
+        array[0] = 0.0
+    contacts = {
+        name: SegmentContact(
+            *rng.uniform(0.0, 9.0, 4).tolist(), (0.1, *rng.normal(size=2).tolist())
+        )
+        for name in touching
+    }
+    untouched = SegmentContact(None, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
+    return ContactRecord(
+        forces,
+        reaction,
+        depths,
+        {name: contacts.get(name, untouched) for name in segments},
+        max_force=2345.6,
+        max_force_time=0.1,
+        max_depth=0.021,
+        max_depth_segment=segments[0],
+        weight_carried=1.0 / 3.0,
+        creep=5.5e-3,
+        dissipated=123.4,
+        sensitivity=rng.uniform(0.0, 0.1, count),
+        overlap=Overlap(0.069, segments[0], segments[-1], 0.2),
+    )
+
+
+def with_contact(motion: FigureMotion, seed: int = 0) -> FigureMotion:
+    """The run of a motion with any contact of its moving segments."""
+    run, count = motion.recording, motion.times.size
+    assert run is not None
+    names = [name for name, segment in motion.figure.segments.items() if segment.mass > 0.0]
+    energy = {**run.energy, **{kind: np.arange(count) / 3.0 for kind in CONTACT_ENERGY_KINDS}}
+    run = replace(run, energy=energy, contact=contact_record(names, count, seed))
+    return replace(motion, recording=run)
