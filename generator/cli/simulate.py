@@ -1,6 +1,6 @@
 """`mover simulate`: from a figure to the files of its motion."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -10,6 +10,19 @@ import numpy as np
 import typer
 
 from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_table
+from generator.cli.contact import (
+    FloorOption,
+    FrictionOption,
+    HeightOption,
+    SceneOption,
+    contact_data,
+    contact_rows,
+    contact_table,
+    scene_from_options,
+    sensitivity_rows,
+    sphere_warnings,
+    touch_warnings,
+)
 from generator.cli.inputs import (
     KinematicConstraints,
     constraints_from_options,
@@ -42,9 +55,10 @@ from generator.cli.outputs import (
 from generator.cli.progress import load_compiled_integrator, no_run_monitor, progress_bar
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
+from generator.geometry.contact_spheres import SegmentSpheres, fit_contact_spheres
 from generator.input_files.loads import parse_loads_file
 from generator.motion_files import MOTION_FORMATS, motion_from_recording
-from generator.recording import ENERGY_KINDS, Integrator, Recording
+from generator.recording import Integrator, Recording, energy_kinds
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 from generator.springs_file.read import limp_joints
@@ -74,10 +88,10 @@ def simulate(
     free_root: Annotated[
         bool, typer.Option("--free-root", help="Remove the joints to the ground.")
     ] = False,
-    height: Annotated[
-        float | None,
-        typer.Option(help="Initial height of the lowest point of a free figure [m]."),
-    ] = None,
+    floor: FloorOption = False,
+    height: HeightOption = None,
+    friction: FrictionOption = None,
+    scene: SceneOption = None,
     pose: PoseFile = None,
     displacements: JointValues = None,
     velocities: Annotated[
@@ -85,7 +99,7 @@ def simulate(
         typer.Option(
             "--velocity",
             metavar="JOINT=a,b,c",
-            help="Initial joint velocities [deg/s or cm/s]. With --free-root also "
+            help="Initial joint velocities [deg/s or cm/s]. Of a free figure also "
             "SEGMENT=wx,wy,wz,vx,vy,vz: angular velocity [deg/s] and velocity of that segment's "
             "own centre of mass [m/s], world axes.",
         ),
@@ -126,7 +140,7 @@ def simulate(
     *,
     show_progress: bool = False,
 ) -> CommandResult:
-    """Simulate a figure under gravity, loads and passive joint torques.
+    """Simulate a figure under gravity, loads, passive joint torques and contact.
 
     The options --set, --velocity, --lock, --driven and -o may be repeated.
     """
@@ -152,6 +166,7 @@ def simulate(
         options["integrator"] = integrator
     if gravity is not None:
         options["gravity"] = vector_from_option("--gravity", gravity)
+    free_root = free_root or floor or scene is not None
     plan = Plan()
     first, last, interval = (options.get(k, getattr(plan, k)) for k in ("start", "stop", "frame"))
     _check_frame_count(first, last, interval)
@@ -159,7 +174,12 @@ def simulate(
         plan, **options, joining=law, free_root=free_root, python_torques=python_torques
     )
     check_motion_formats(files)
+    props = scene_from_options(
+        floor=floor, friction=friction, scene=scene, height=plan.height, up=plan.up
+    )
+    plan = _replace_plan(plan, scene=props.scene, height=props.height)
     figure, diagnostics = load_figure(name)
+    diagnostics += props.diagnostics
     spring_set, more = springs_from_option(figure, springs, law)
     diagnostics += more
     applied = ()
@@ -192,6 +212,8 @@ def simulate(
         velocities=velocities_from_options(velocities or (), figure, free_root=free_root),
     )
     check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
+    if plan.scene.props:
+        diagnostics += tuple(sphere_warnings(figure))
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     if plan.integrator is Integrator.COMPILED and plan.step is None and not python_torques:
@@ -209,8 +231,10 @@ def simulate(
         written = write_motion(motion_from_recording(recording, figure), files)
     failure = failure_text(recording, files)
     joints = _count_elastic_joints(figure, spring_set, recording)
+    diagnostics += tuple(touch_warnings(recording))
+    spheres = fit_contact_spheres(figure) if plan.scene.props else {}
     return CommandResult(
-        text=summary_text(recording, files, joints),
+        text=summary_text(recording, files, joints, spheres),
         details="\n\n".join(filter(None, [details_text(recording), losses_text(written)])),
         data={
             **summary_data(name, recording, files),
@@ -296,10 +320,16 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
         "springs": recording.springs,
         "law": recording.law,
         "files": [str(path) for path in files],
+        **({} if recording.contact is None else {"contact": contact_data(recording.contact)}),
     }
 
 
-def summary_text(recording: Recording, files: Sequence[Path], joints: JointCounts) -> str:
+def summary_text(
+    recording: Recording,
+    files: Sequence[Path],
+    joints: JointCounts,
+    spheres: Mapping[str, SegmentSpheres] | None = None,
+) -> str:
     """Format outcome, error, springs, energy, times and files in a few lines."""
     accuracy, outcome, wall = recording.accuracy, recording.outcome, recording.wall_time
     lines = [outcome.message]
@@ -317,6 +347,8 @@ def summary_text(recording: Recording, files: Sequence[Path], joints: JointCount
             f"{joints.elastic} of {joints.moving} joints are elastic",
         ),
         ("energy", f"balanced to {imbalance:.2g} J, with {exchanged:.4g} J exchanged"),
+        *([] if recording.contact is None else contact_rows(recording, spheres or {})),
+        *sensitivity_rows(recording),
         ("method", _method(recording)),
         ("time", f"{recording.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),
         ("wrote", wrote),
@@ -350,7 +382,10 @@ def details_text(recording: Recording) -> str:
     if recording.strayed > 0.0:
         strayed = f"{recording.strayed:.2g} rad or m in locked, linked or driven joints"
         rows.insert(1, ("", strayed))
-    return "\n".join([format_table(energies), "", format_table(rows, left_columns=2)])
+    tables = [format_table(energies), format_table(rows, left_columns=2)]
+    if recording.contact is not None:
+        tables.insert(0, format_table(contact_table(recording.contact)))
+    return "\n\n".join(tables)
 
 
 def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
@@ -385,5 +420,5 @@ def _simulated_time(recording: Recording) -> float:
 
 
 def _energies(recording: Recording) -> list[tuple[str, float, float]]:
-    rows = ((kind, recording.energy[kind]) for kind in ENERGY_KINDS)
+    rows = ((kind, recording.energy[kind]) for kind in energy_kinds(recording.energy))
     return [(kind, float(values[0]), float(values[-1])) for kind, values in rows]

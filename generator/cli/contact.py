@@ -1,0 +1,259 @@
+"""Props and contact on the command line: the options of a scene, and what a fall reports."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import isfinite
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import typer
+
+from generator.cli.answer import finite_or_none, format_count
+from generator.contact_record import HEAD_INJURY_CAVEAT, ContactRecord, SegmentContact
+from generator.diagnostics import Diagnostic, UsageError, warning
+from generator.figure import Figure, Vector
+from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
+from generator.input_files.scene import parse_scene_file
+from generator.recording import Recording
+from generator.scene import FLOOR, Scene, floor_prop
+from springs.contact import DEFAULT_SURFACE
+
+FloorOption = Annotated[
+    bool,
+    typer.Option("--floor", help="Free the figure, and let it fall on a floor (docs/contact.md)."),
+]
+HeightOption = Annotated[
+    float | None,
+    typer.Option(
+        "--height",
+        help="Initial height of the lowest point of a free figure [m]. [default: 0 with a floor "
+        "or a scene]",
+    ),
+]
+FrictionOption = Annotated[
+    float | None, typer.Option("--friction", help="Friction of the floor. [default: 0.6]")
+]
+SceneOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scene",
+        metavar="FILE.scene.toml|NAME",
+        help="Props, such as `step`, `seat` or `bed`; frees the figure.",
+    ),
+]
+
+_FLOOR_MARGIN = 100.0
+"""Height above which a start is worth a warning [m]."""
+
+
+class SceneChoice(NamedTuple):
+    """Props of a run, with the height at which a figure starts among them [m]."""
+
+    scene: Scene
+    height: float | None
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def scene_from_options(
+    *, floor: bool, friction: float | None, scene: str | None, height: float | None, up: Vector
+) -> SceneChoice:
+    """Return the props of `--floor`, `--friction`, `--scene` and `--height`, with warnings.
+
+    Args:
+        floor: whether there is a floor.
+        friction: of the floor; None for the default.
+        scene: file or name of a scene with props.
+        height: of the figure's lowest point [m]; None for the default.
+        up: normal of the floor.
+
+    Raises:
+        UsageError: a value is invalid, or does not apply.
+        InputError: the scene has errors.
+    """
+    props = Scene()
+    diagnostics: tuple[Diagnostic, ...] = ()
+    if scene is not None:
+        parsed = parse_scene_file(scene)
+        props, diagnostics = parsed.require_value(), parsed.diagnostics
+    if friction is not None:
+        if not floor:
+            raise UsageError("--friction needs --floor: in a scene file each surface has its own")
+        if not (isfinite(friction) and friction >= 0.0):
+            raise UsageError(f"--friction {friction:g}: the friction must not be negative")
+    if floor:
+        if any(prop.name == FLOOR for prop in props.props):
+            raise UsageError(f"--floor: the scene has a prop `{FLOOR}` already")
+        if height is not None and height < 0.0:
+            raise UsageError(f"--height {height:g}: the figure would start below the floor")
+        surface = (
+            DEFAULT_SURFACE if friction is None else replace(DEFAULT_SURFACE, friction=friction)
+        )
+        props = Scene((floor_prop(up, surface), *props.props))
+    if props.props and height is None:
+        height = 0.0
+    return SceneChoice(props, height, diagnostics)
+
+
+def sphere_warnings(figure: Figure) -> Iterator[Diagnostic]:
+    """Warn of segments that touch by a capsule, or not at all, for want of geometry."""
+    by_source: dict[SphereSource, list[str]] = {}
+    for name, spheres in fit_contact_spheres(figure).items():
+        by_source.setdefault(spheres.source, []).append(name)
+    capsules = by_source.get(SphereSource.CAPSULE, [])
+    if capsules:
+        yield warning(
+            f"{_names_text(capsules)} no geometry and {_verb(capsules, 'touches', 'touch')} by a "
+            "capsule between its joints",
+            hint="give it a psurf, or contact spheres",
+        )
+
+
+def touch_warnings(recording: Recording) -> Iterator[Diagnostic]:
+    """Warn of a run in which nothing was touched."""
+    record = recording.contact
+    if record is None or any(one.first_time is not None for one in record.segments.values()):
+        return
+    yield warning(
+        f"the figure touched nothing until {recording.times[-1]:.3g} s",
+        hint="start lower (--height), or stop later (--stop)",
+    )
+
+
+def contact_data(record: ContactRecord) -> dict[str, object]:
+    """Return the contact of a run for `--json`."""
+    last = None if record.sensitivity is None else float(record.sensitivity[-1])
+    return {
+        "weight_carried": record.weight_carried,
+        "max_force_N": record.max_force,
+        "max_force_s": record.max_force_time,
+        "max_penetration_m": record.max_depth,
+        "max_penetration_segment": record.max_depth_segment,
+        "dissipated_J": record.dissipated,
+        "creep_m_per_s": record.creep,
+        "first_contact_s": {name: one.first_time for name, one in record.segments.items()},
+        "impact_speed_m_per_s": {name: one.impact_speed for name, one in record.segments.items()},
+        "peak_force_N": {name: one.peak_force for name, one in record.segments.items()},
+        "peak_force_s": {name: one.peak_time for name, one in record.segments.items()},
+        "impulse_Ns": {name: list(one.impulse) for name, one in record.segments.items()},
+        "disturbed_rad": None if last is None else finite_or_none(last),
+        "overlap": None if record.overlap is None else record.overlap._asdict(),
+        "head_injury_criterion": dict(record.head_injury),
+    }
+
+
+def contact_rows(
+    recording: Recording, spheres: Mapping[str, SegmentSpheres]
+) -> list[tuple[str, str]]:
+    """Return the rows of a summary about contact: title and text."""
+    record = recording.contact
+    assert record is not None
+    count = sum(len(one.spheres) for one in spheres.values())
+    errors = [one.largest_error for one in spheres.values() if one.largest_error is not None]
+    fit = f" within {1000.0 * max(errors):.0f} mm of the surfaces" if errors else ""
+    rows = [("contact", f"{format_count(count, 'sphere')}{fit}; {_first_touch_text(record)}")]
+    if record.max_force > 0.0:
+        peak = max(record.segments, key=lambda name: record.segments[name].peak_force)
+        rows.append(
+            (
+                "force",
+                f"largest {record.max_force:.4g} N at {record.max_force_time:.3g} s; "
+                f"{peak} alone {record.segments[peak].peak_force:.4g} N",
+            )
+        )
+        carried = record.weight_carried
+        weight = "" if carried is None else f"{carried:.3f} of the weight is carried, "
+        rows.append(
+            (
+                "end",
+                f"{weight}the centre of mass moves at {1000.0 * record.creep:.2g} mm/s; "
+                f"deepest penetration {1000.0 * record.max_depth:.2g} mm "
+                f"({record.max_depth_segment})",
+            )
+        )
+    if record.overlap is not None:
+        overlap = record.overlap
+        rows.append(
+            (
+                "limbs",
+                f"pass through each other: {overlap.segment} and {overlap.other} by up to "
+                f"{1000.0 * overlap.depth:.0f} mm",
+            )
+        )
+    rows.extend(
+        ("head", f"HIC15 of {name} {value:.0f}; {HEAD_INJURY_CAVEAT}")
+        for name, value in record.head_injury.items()
+    )
+    return rows
+
+
+def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
+    """Return the row of a summary about the growth of a small change of the start."""
+    record = recording.contact
+    if record is None or record.sensitivity is None or record.height_sensitivity is None:
+        return []
+    angles, heights = record.sensitivity, record.height_sensitivity
+    beyond = np.flatnonzero(angles > SENSITIVE_ANGLE)
+    until = (
+        f"from {recording.times[beyond[0]]:.3g} s on by more than {SENSITIVE_ANGLE:g} rad"
+        if beyond.size
+        else f"by at most {float(np.max(angles)):.2g} rad"
+    )
+    return [
+        (
+            "chaos",
+            f"joints that start 0.001 rad off differ {until}; the height of the centre of mass "
+            f"by at most {1000.0 * float(np.max(heights)):.2g} mm",
+        )
+    ]
+
+
+SENSITIVE_ANGLE = 0.1
+"""Difference of joint angles at which two falls are told apart [rad]."""
+
+
+def contact_table(record: ContactRecord) -> list[tuple[str, ...]]:
+    """Return the contact of each segment as the rows of a table."""
+    rows = [
+        ("segment", "first contact [s]", "speed [m/s]", "peak force [N]", "at [s]", "impulse [N s]")
+    ]
+    for name, one in record.segments.items():
+        if one.first_time is None:
+            rows.append((name, "none", "", "", "", ""))
+        else:
+            rows.append((name, *_segment_texts(one)))
+    return rows
+
+
+def _segment_texts(one: SegmentContact) -> Iterator[str]:
+    yield f"{one.first_time:.4g}"
+    yield f"{one.impact_speed:.3g}"
+    yield f"{one.peak_force:.4g}"
+    yield f"{one.peak_time:.4g}"
+    yield f"{float(np.linalg.norm(one.impulse)):.4g}"
+
+
+def _first_touch_text(record: ContactRecord) -> str:
+    """Say which segment touches first after the start."""
+    touches = {
+        name: one.first_time for name, one in record.segments.items() if one.first_time is not None
+    }
+    if not touches:
+        return "nothing was touched"
+    at_start = [name for name, time in touches.items() if time <= min(touches.values())]
+    later = {name: time for name, time in touches.items() if name not in at_start}
+    text = f"{' and '.join(at_start)} touch{'es' if len(at_start) == 1 else ''} first"
+    text += f", at {touches[at_start[0]]:.3g} s"
+    if later:
+        name = min(later, key=lambda name: later[name])
+        speed = record.segments[name].impact_speed
+        text += f"; then {name} at {later[name]:.3g} s with {speed:.2g} m/s"
+    return text
+
+
+def _names_text(names: list[str]) -> str:
+    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return f"{shown} {_verb(names, 'has', 'have')}"
+
+
+def _verb(names: list[str], one: str, several: str) -> str:
+    return one if len(names) == 1 else several
