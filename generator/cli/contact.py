@@ -2,21 +2,26 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import isfinite
-from typing import Annotated, NamedTuple
+from math import degrees, isfinite, pi
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 import typer
 
-from generator.cli.answer import finite_or_none, format_count
+from generator.cli.answer import finite_or_none, format_count, format_table
+from generator.cli.options import angle_from_option
 from generator.contact_record import HEAD_INJURY_CAVEAT, ContactRecord, SegmentContact
 from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure, Vector
 from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
 from generator.input_files.scene import parse_scene_file
 from generator.recording import Recording
+from generator.rotations import Array
 from generator.scene import FLOOR, Scene, floor_prop
 from springs.contact import DEFAULT_SURFACE
+
+if TYPE_CHECKING:
+    from generator.simulation.starts import StartStudy
 
 FloorOption = Annotated[
     bool,
@@ -42,8 +47,29 @@ SceneOption = Annotated[
     ),
 ]
 
-_FLOOR_MARGIN = 100.0
-"""Height above which a start is worth a warning [m]."""
+StartsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--starts", metavar="N", help="Repeat the run from N starts whose joint angles differ."
+    ),
+]
+SpreadOption = Annotated[
+    str | None,
+    typer.Option(
+        "--spread",
+        metavar="1deg",
+        help="Standard deviation of the angles of --starts. [default: 1deg]",
+    ),
+]
+SeedOption = Annotated[
+    int | None, typer.Option("--seed", help="Seed of the random --starts. [default: 0]")
+]
+
+MAX_STARTS = 10_000
+"""Largest number of starts; more are a typing error."""
+
+MIN_OVERLAP = 1e-3
+"""Interpenetration of limbs from which it is worth a row [m]."""
 
 
 class SceneChoice(NamedTuple):
@@ -165,12 +191,12 @@ def contact_rows(
         rows.append(
             (
                 "end",
-                f"{weight}the centre of mass moves at {1000.0 * record.creep:.2g} mm/s; "
-                f"deepest penetration {1000.0 * record.max_depth:.2g} mm "
+                f"{weight}the centre of mass moves at {1000.0 * record.creep:.0f} mm/s; "
+                f"deepest penetration {1000.0 * record.max_depth:.0f} mm "
                 f"({record.max_depth_segment})",
             )
         )
-    if record.overlap is not None:
+    if record.overlap is not None and record.overlap.depth >= MIN_OVERLAP:
         overlap = record.overlap
         rows.append(
             (
@@ -202,9 +228,88 @@ def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
         (
             "chaos",
             f"joints that start 0.001 rad off differ {until}; the height of the centre of mass "
-            f"by at most {1000.0 * float(np.max(heights)):.2g} mm",
+            f"by at most {1000.0 * float(np.max(heights)):.1f} mm",
         )
     ]
+
+
+class StartsChoice(NamedTuple):
+    """Number of disturbed starts, the standard deviation of their angles [rad], and the seed."""
+
+    count: int
+    spread: float
+    seed: int
+
+
+def starts_from_options(
+    starts: int | None, spread: str | None, seed: int | None, *, has_props: bool
+) -> StartsChoice | None:
+    """Return the choice of `--starts`, `--spread` and `--seed`; None without starts.
+
+    Raises UsageError for invalid values, and without props to fall on.
+    """
+    if starts is None:
+        if spread is not None or seed is not None:
+            raise UsageError(f"--{'spread' if seed is None else 'seed'} needs --starts")
+        return None
+    if not has_props:
+        raise UsageError("--starts needs --floor or --scene")
+    if not 1 <= starts <= MAX_STARTS:
+        raise UsageError(f"--starts {starts}: from 1 to {MAX_STARTS:,}")
+    if seed is not None and seed < 0:
+        raise UsageError(f"--seed {seed}: the seed must not be negative")
+    angle = angle_from_option("--spread", spread or "1deg")
+    if not 0.0 < angle <= pi:
+        raise UsageError(f"--spread {spread}: the angle must be above 0 and at most 180 deg")
+    return StartsChoice(starts, angle, seed or 0)
+
+
+def starts_text(study: "StartStudy") -> str:
+    """Format the distribution of falls from several starts."""
+    rows = [("", "mean", "SD", "smallest", "largest")]
+    rows += [
+        (title, *(f"{value:.4g}" for value in _distribution(values)))
+        for title, values in _studied(study)
+        if np.isfinite(values).any()
+    ]
+    held = f"{int(np.sum(study.held))} of {len(study)} held the tolerance to the end"
+    title = (
+        f"{format_count(len(study), 'start')}, angles {degrees(study.spread):.3g} deg apart (SD)"
+    )
+    return f"{title}, seed {study.seed}; {held}\n{format_table(rows)}"
+
+
+def starts_data(study: "StartStudy") -> dict[str, object]:
+    """Return the falls from several starts for `--json`."""
+    return {
+        "spread_deg": degrees(study.spread),
+        "seed": study.seed,
+        "held": study.held.tolist(),
+        "impact_s": _finite_list(study.impact_times),
+        "max_force_N": _finite_list(study.max_forces),
+        "peak_force_N": {name: _finite_list(one) for name, one in study.peak_forces.items()},
+        "rest_height_m": _finite_list(study.rest_heights),
+        "weight_carried": _finite_list(study.weights_carried),
+    }
+
+
+def _studied(study: "StartStudy") -> Iterator[tuple[str, Array]]:
+    yield "first impact [s]", study.impact_times
+    yield "largest force [N]", study.max_forces
+    for name, forces in study.peak_forces.items():
+        yield f"  {name} [N]", forces
+    yield "rest height of the centre of mass [m]", study.rest_heights
+    yield "weight carried", study.weights_carried
+
+
+def _distribution(values: Array) -> tuple[float, ...]:
+    found = values[np.isfinite(values)]
+    deviation = float(np.std(found, ddof=1)) if found.size > 1 else 0.0
+    return float(np.mean(found)), deviation, float(np.min(found)), float(np.max(found))
+
+
+def _finite_list(values: Array) -> list[float | None]:
+    return [finite_or_none(float(value)) for value in values]
 
 
 SENSITIVE_ANGLE = 0.1

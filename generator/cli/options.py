@@ -264,6 +264,11 @@ def length_from_option(option: str, text: str) -> float:
     return _quantity_from_option(option, text, Dimension.LENGTH, "1cm")
 
 
+def angle_from_option(option: str, text: str) -> float:
+    """Parse an angle [rad] such as `1deg`; zero needs no unit. Raises UsageError."""
+    return _quantity_from_option(option, text, Dimension.ANGLE, "1deg")
+
+
 def length_unit_from_option(option: str, text: str) -> Fraction:
     """Parse a unit of length [m] such as `mm`. Raises UsageError."""
     return _unit_factor(option, text, text, Dimension.LENGTH)

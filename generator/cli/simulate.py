@@ -15,12 +15,19 @@ from generator.cli.contact import (
     FrictionOption,
     HeightOption,
     SceneOption,
+    SeedOption,
+    SpreadOption,
+    StartsChoice,
+    StartsOption,
     contact_data,
     contact_rows,
     contact_table,
     scene_from_options,
     sensitivity_rows,
     sphere_warnings,
+    starts_data,
+    starts_from_options,
+    starts_text,
     touch_warnings,
 )
 from generator.cli.inputs import (
@@ -52,7 +59,13 @@ from generator.cli.outputs import (
     losses_text,
     write_motion,
 )
-from generator.cli.progress import load_compiled_integrator, no_run_monitor, progress_bar
+from generator.cli.progress import (
+    item_progress_bar,
+    load_compiled_integrator,
+    no_item_monitor,
+    no_run_monitor,
+    progress_bar,
+)
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
 from generator.geometry.contact_spheres import SegmentSpheres, fit_contact_spheres
@@ -66,6 +79,7 @@ from springs import SpringSet
 
 if TYPE_CHECKING:
     from generator.simulation.run import Progress
+    from generator.simulation.starts import StartStudy
 
 MAX_FRAMES = 1_000_000
 """Largest number of frames of a recording, for the memory."""
@@ -92,6 +106,9 @@ def simulate(
     height: HeightOption = None,
     friction: FrictionOption = None,
     scene: SceneOption = None,
+    starts: StartsOption = None,
+    spread: SpreadOption = None,
+    seed: SeedOption = None,
     pose: PoseFile = None,
     displacements: JointValues = None,
     velocities: Annotated[
@@ -178,6 +195,7 @@ def simulate(
         floor=floor, friction=friction, scene=scene, height=plan.height, up=plan.up
     )
     plan = _replace_plan(plan, scene=props.scene, height=props.height)
+    more_starts = starts_from_options(starts, spread, seed, has_props=bool(props.scene.props))
     figure, diagnostics = load_figure(name)
     diagnostics += props.diagnostics
     spring_set, more = springs_from_option(figure, springs, law)
@@ -229,23 +247,48 @@ def simulate(
 
         recording = run(figure, plan, watch)
         written = write_motion(motion_from_recording(recording, figure), files)
+    study = None
+    if more_starts is not None and recording.outcome.succeeded:
+        study = _run_starts(figure, plan, more_starts, show_progress=show_progress)
     failure = failure_text(recording, files)
     joints = _count_elastic_joints(figure, spring_set, recording)
     diagnostics += tuple(touch_warnings(recording))
     spheres = fit_contact_spheres(figure) if plan.scene.props else {}
     return CommandResult(
-        text=summary_text(recording, files, joints, spheres),
+        text="\n\n".join(
+            [
+                summary_text(recording, files, joints, spheres),
+                *([] if study is None else [starts_text(study)]),
+            ]
+        ),
         details="\n\n".join(filter(None, [details_text(recording), losses_text(written)])),
         data={
             **summary_data(name, recording, files),
             "elastic_joints": joints.elastic,
             "moving_joints": joints.moving,
             "losses": losses_data(written),
+            **({} if study is None else {"starts": starts_data(study)}),
         },
         diagnostics=diagnostics,
         code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
     )
+
+
+def _run_starts(
+    figure: Figure, plan: Plan, choice: StartsChoice, *, show_progress: bool
+) -> "StartStudy":
+    """Repeat a run from several starts."""
+    from generator.simulation.starts import study_starts  # the import of Exudyn is slow
+
+    monitor = item_progress_bar if show_progress else no_item_monitor
+    with defer_interrupt() as check, monitor(choice.count, "starts") as update:
+
+        def watch(number: int) -> None:
+            update(f"start {number}")
+            check()
+
+        return study_starts(figure, plan, choice.count, choice.spread, choice.seed, watch)
 
 
 class JointCounts(NamedTuple):
