@@ -7,6 +7,7 @@ from generator.cli.interrupts import hold_interrupts
 from generator.cli.progress import load_compiled_integrator
 from generator.diagnostics import NotInstalledError
 from generator.figure_file.read import read_figure
+from generator.scene import Scene, floor_prop
 from generator.simulation.compiled.code_cache import (
     cache_folder,
     expected_folder,
@@ -14,6 +15,7 @@ from generator.simulation.compiled.code_cache import (
     require_numba,
 )
 from generator.simulation.import_exudyn import import_exudyn
+from generator.simulation.plan import Plan
 
 FIGURE = "prototype"
 """The figure whose laws are compiled."""
@@ -22,8 +24,8 @@ FIGURE = "prototype"
 def warm_up(*, show_progress: bool = False) -> CommandResult:
     """Compile the integrator ahead of the first simulation.
 
-    The laws of the prototype are compiled as well. Laws of other forms, and the code for closed
-    loops and links, are compiled when a figure first has them.
+    The laws of the prototype and contact are compiled as well. Laws of other forms, and the code
+    for closed loops and links, are compiled when a figure first has them.
     """
     was_compiled, start = is_compiled(), time.monotonic()
     with hold_interrupts():
@@ -36,7 +38,10 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
         raise NotInstalledError(f"numba cannot be loaded: {failure}") from None
     from generator.simulation.model import ExudynModel
 
-    compile_model(ExudynModel.of(read_figure(FIGURE)))
+    floor = Scene((floor_prop(Plan().up),))
+    compile_model(
+        ExudynModel.of(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor))
+    )
     seconds, folder = time.monotonic() - start, cache_folder()
     place = (
         f"nowhere, because {expected_folder()} cannot be written: every run compiles anew"

@@ -51,7 +51,7 @@ def build_contact_record(
         max_force=float(total.max()),
         max_force_time=float(times[np.argmax(total)]),
         max_depth=max(float(steps.depths[deepest]), 0.0),
-        max_depth_segment=names[owners[deepest[1]]],
+        max_depth_segment=names[int(owners[int(deepest[1])])],
         weight_carried=_weight_carried(model, contact, up),
         creep=_creep(contact, up),
         dissipated=float(contact.losses[-1].sum()),
@@ -79,7 +79,7 @@ def _creep(contact: ContactTrace, up: Array) -> float:
     start = max(times[-1] - REST_DURATION, times[0])
     if not start < times[-1]:
         return 0.0
-    first = np.array([np.interp(start, times, column) for column in along.T])
+    first = np.array([float(np.interp(start, times, along[:, k])) for k in range(3)])
     return float(np.linalg.norm(along[-1] - first) / (times[-1] - start))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -117,10 +118,7 @@ def _summarize(recordings: list[Recording], up: Array, spread: float, seed: int)
     return StartStudy(
         values(impact_time),
         values(lambda one: one.contact.max_force if one.contact else None),
-        {
-            name: values(lambda one: one.contact.segments[name].peak_force if one.contact else None)
-            for name in names
-        },
+        {name: values(partial(peak, name=name)) for name in names},
         values(lambda one: mean_at_end(one.times, one.centre_of_mass @ up)),
         values(lambda one: one.contact.weight_carried if one.contact else None),
         np.array([one.accuracy.held_until >= one.times[-1] for one in recordings]),

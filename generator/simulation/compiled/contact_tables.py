@@ -54,10 +54,9 @@ def _record(
 ) -> tuple[tuple[str, ...], tuple[float, ...]]:
     """Record the force on a sphere: lines of code, and their constants."""
     recorder = Recorder()
-    centre, velocity, spin = (
-        tuple(Symbol(recorder, f"W[{3 * k + i}]") for i in range(3)) for k in range(3)
-    )
-    force = contact_force(shape, surface, radius, centre, velocity, spin, RECORDING)
+    x, y, z, *motion = (Symbol(recorder, f"W[{k}]") for k in range(CONTACT_INPUTS))
+    velocity, spin = (motion[0], motion[1], motion[2]), (motion[3], motion[4], motion[5])
+    force = contact_force(shape, surface, radius, (x, y, z), velocity, spin, RECORDING)
     results = [
         *(force.normal * part for part in (*force.direction, *force.arm)),
         (force.normal - force.elastic) * force.rate,

@@ -372,10 +372,11 @@ def run_until_agreed(
         run_number, [first * DECADE**k for k in range(together)], disturbed_start
     )
     while not any(run.ending in EARLY_STOP_ENDINGS for run in runs):
-        errors = estimated_errors(model, *runs[-2:])
-        agreed_before = len(runs) > 2 and _agree(model, *runs[-3:-1], tolerance)
-        if _agree(model, *runs[-2:], tolerance) and (
-            agreed_before or (not has_contact and have_same_breakpoints(*runs[-2:]))
+        before, latest = runs[-2:]
+        errors = estimated_errors(model, before, latest)
+        agreed_before = len(runs) > 2 and _agree(model, runs[-3], before, tolerance)
+        if _agree(model, before, latest, tolerance) and (
+            agreed_before or (not has_contact and have_same_breakpoints(before, latest))
         ):
             break
         step_tolerance = _next_tolerance(runs, float(errors[-1]), tolerance)
