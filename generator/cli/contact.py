@@ -236,7 +236,7 @@ def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
 class StartsChoice(NamedTuple):
     """Number of disturbed starts, the standard deviation of their angles [rad], and the seed."""
 
-    count: int
+    number: int
     spread: float
     seed: int
 

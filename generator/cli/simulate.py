@@ -282,13 +282,13 @@ def _run_starts(
     from generator.simulation.starts import study_starts  # the import of Exudyn is slow
 
     monitor = item_progress_bar if show_progress else no_item_monitor
-    with defer_interrupt() as check, monitor(choice.count, "starts") as update:
+    with defer_interrupt() as check, monitor(choice.number, "starts") as update:
 
         def watch(number: int) -> None:
             update(f"start {number}")
             check()
 
-        return study_starts(figure, plan, choice.count, choice.spread, choice.seed, watch)
+        return study_starts(figure, plan, choice.number, choice.spread, choice.seed, watch)
 
 
 class JointCounts(NamedTuple):

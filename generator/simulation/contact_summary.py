@@ -79,7 +79,9 @@ def _creep(contact: ContactTrace, up: Array) -> float:
     start = max(times[-1] - REST_DURATION, times[0])
     if not start < times[-1]:
         return 0.0
-    first = np.array([float(np.interp(start, times, along[:, k])) for k in range(3)])
+    after = int(np.searchsorted(times, start))
+    share = (start - times[after - 1]) / (times[after] - times[after - 1]) if after else 1.0
+    first = along[max(after - 1, 0)] * (1.0 - share) + along[after] * share
     return float(np.linalg.norm(along[-1] - first) / (times[-1] - start))
 
 

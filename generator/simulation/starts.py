@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -111,6 +110,9 @@ def _summarize(recordings: list[Recording], up: Array, spread: float, seed: int)
         name for one in recordings if one.contact for name in one.contact.segments
     )
 
+    def peak(name: str) -> Callable[[Recording], float | None]:
+        return lambda one: one.contact.segments[name].peak_force if one.contact else None
+
     def values(read: Callable[[Recording], float | None]) -> Array:
         found = (read(one) if one.outcome.succeeded else None for one in recordings)
         return np.array([np.nan if value is None else value for value in found])
@@ -118,7 +120,7 @@ def _summarize(recordings: list[Recording], up: Array, spread: float, seed: int)
     return StartStudy(
         values(impact_time),
         values(lambda one: one.contact.max_force if one.contact else None),
-        {name: values(partial(peak, name=name)) for name in names},
+        {name: values(peak(name)) for name in names},
         values(lambda one: mean_at_end(one.times, one.centre_of_mass @ up)),
         values(lambda one: one.contact.weight_carried if one.contact else None),
         np.array([one.accuracy.held_until >= one.times[-1] for one in recordings]),
