@@ -335,8 +335,8 @@ def deepest_overlap(
         for second in names[:index]:
             if frozenset((first, second)) in joined:
                 continue
-            apart = centres[first][:, :, None] - centres[second][:, None]
-            distance = np.sqrt(np.einsum("nijk,nijk->nij", apart, apart))
+            between = centres[first][:, :, None] - centres[second][:, None]
+            distance = np.sqrt(np.einsum("nijk,nijk->nij", between, between))
             overlap = radii[first][:, None] + radii[second] - distance
             depth = np.maximum(overlap.max(axis=(1, 2)), 0.0)
             depth -= depth[0]
