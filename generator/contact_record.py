@@ -89,7 +89,8 @@ class ContactRecord:
         max_depth: deepest penetration over all steps [m].
         max_depth_segment: its segment.
         weight_carried: mean vertical force of the last 0.2 s over the weight; None without gravity.
-        creep: mean horizontal speed of the centre of mass in the last 0.2 s [m/s].
+        creep: horizontal displacement of the centre of mass in the last 0.2 s, over this time
+            [m/s].
         dissipated: energy lost in contact damping and friction [J].
         sensitivity: largest difference of the joint angles, of each frame, from a run whose start
             differs by 0.001 rad, shape (n,) [rad]; None if it was not computed.

@@ -166,7 +166,9 @@ def _contact_quantities(contact: ContactRecord | None) -> list[str]:
     ]
     if contact.sensitivity is not None:
         names.append("sensitivity")
-    return names if contact.overlap is None else [*names, "overlap of segments"]
+    if contact.overlap is not None:
+        names.append("overlap of segments")
+    return [*names, "head injury criterion"] if contact.head_injury else names
 
 
 def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:

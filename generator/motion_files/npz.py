@@ -46,9 +46,9 @@ ENERGY_FIELD = "energy"
 CONTACT_FORCE_FIELD = "contact_forces"
 CONTACT_DEPTH_FIELD = "contact_depths"
 GROUND_REACTION_FIELD = "ground_reaction"
-SENSITIVITY_FIELD = "sensitivity"
+SENSITIVITY_FIELDS = ("sensitivity", "height_sensitivity")
 
-MAY_BE_INFINITE = (FRAME_ERROR_FIELD, SENSITIVITY_FIELD)
+MAY_BE_INFINITE = (FRAME_ERROR_FIELD, *SENSITIVITY_FIELDS)
 """Arrays whose numbers need not be finite."""
 
 
@@ -96,9 +96,12 @@ def _contact_arrays(contact: ContactRecord | None) -> dict[str, Array]:
     arrays = _prefix_names(CONTACT_FORCE_FIELD, contact.forces)
     arrays |= _prefix_names(CONTACT_DEPTH_FIELD, contact.depths)
     arrays[GROUND_REACTION_FIELD] = contact.ground_reaction
-    if contact.sensitivity is not None:
-        arrays[SENSITIVITY_FIELD] = contact.sensitivity
-    return arrays
+    return arrays | {name: getattr(contact, name) for name in _sensitivities(contact)}
+
+
+def _sensitivities(contact: ContactRecord) -> list[str]:
+    """Names of the sensitivities that were computed."""
+    return [name for name in SENSITIVITY_FIELDS if getattr(contact, name) is not None]
 
 
 def _metadata(motion: FigureMotion) -> dict[str, Any]:
@@ -161,10 +164,11 @@ def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
         **{field: _json_number(getattr(contact, field)) for field in _CONTACT_NUMBERS},
         "max_depth_segment": contact.max_depth_segment,
         "weight_carried": _json_number(contact.weight_carried),
-        "has_sensitivity": contact.sensitivity is not None,
+        "sensitivities": _sensitivities(contact),
         "overlap": None
         if overlap is None
         else [_json_number(overlap.depth), *overlap[1:3], _json_number(overlap.time)],
+        "head_injury": {name: _json_number(value) for name, value in contact.head_injury.items()},
     }
 
 
@@ -317,8 +321,9 @@ def _shapes(
         shapes |= {f"{CONTACT_FORCE_FIELD}/{name}": (count, 3) for name in contact["segments"]}
         shapes |= {f"{CONTACT_DEPTH_FIELD}/{name}": (count,) for name in contact["segments"]}
         shapes[GROUND_REACTION_FIELD] = (count, 6)
-        if contact["has_sensitivity"]:
-            shapes[SENSITIVITY_FIELD] = (count,)
+        shapes |= {
+            name: (count,) for name in SENSITIVITY_FIELDS if name in contact["sensitivities"]
+        }
     shapes |= {f"{ENERGY_FIELD}/{kind}": (count,) for kind in kinds}
     return shapes | {"centre_of_mass": (count, 3), FRAME_ERROR_FIELD: (count,)}
 
@@ -442,16 +447,25 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
     if about["overlap"] is not None:
         depth, segment, other, time = about["overlap"]
         overlap = Overlap(float(depth), segment, other, float(time))
+    sensitivity, height_sensitivity = (
+        arrays[name] if name in about["sensitivities"] else None for name in SENSITIVITY_FIELDS
+    )
     return ContactRecord(
         forces=_arrays_in_field(arrays, CONTACT_FORCE_FIELD, segments),
         ground_reaction=arrays[GROUND_REACTION_FIELD],
         depths=_arrays_in_field(arrays, CONTACT_DEPTH_FIELD, segments),
         segments=segments,
-        **{field: float(about[field]) for field in _CONTACT_NUMBERS},
+        max_force=float(about["max_force"]),
+        max_force_time=float(about["max_force_time"]),
+        max_depth=float(about["max_depth"]),
         max_depth_segment=about["max_depth_segment"],
         weight_carried=_number(about["weight_carried"]),
-        sensitivity=arrays[SENSITIVITY_FIELD] if about["has_sensitivity"] else None,
+        creep=float(about["creep"]),
+        dissipated=float(about["dissipated"]),
+        sensitivity=sensitivity,
+        height_sensitivity=height_sensitivity,
         overlap=overlap,
+        head_injury={name: float(value) for name, value in about["head_injury"].items()},
     )
 
 

@@ -506,6 +506,7 @@ def contacts_of(draw: st.DrawFn, motion: FigureMotion) -> FigureMotion:
     one = next(iter(contact.segments))
     segments = {**contact.segments, one: SegmentContact(*(draw(ANY_FLOAT) for _ in range(4)), NANS)}
     number = st.none() | ANY_FLOAT
+    sensitivity = st.sampled_from([None, np.full(motion.times.size, np.inf)])
     contact = replace(
         contact,
         segments=segments,
@@ -514,7 +515,9 @@ def contacts_of(draw: st.DrawFn, motion: FigureMotion) -> FigureMotion:
         weight_carried=draw(number),
         creep=draw(ANY_FLOAT),
         dissipated=draw(ANY_FLOAT),
-        sensitivity=draw(st.sampled_from([None, np.full(motion.times.size, np.inf)])),
+        sensitivity=draw(sensitivity),
+        height_sensitivity=draw(sensitivity),
+        head_injury=draw(st.dictionaries(PRINTED, ANY_FLOAT, max_size=2)),
         overlap=draw(st.none() | st.builds(Overlap, ANY_FLOAT, st.just(one), PRINTED, ANY_FLOAT)),
     )
     return replace(motion, recording=replace(motion.recording, contact=contact))

@@ -2,6 +2,7 @@
 
 import json
 import tracemalloc
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.lib import format as npy
 
+from generator.contact_record import ContactRecord
 from generator.diagnostics import InputError
 from generator.motion_files import motion_from_action, npz, read_npz
 from generator.motion_files.action import ActionFile
@@ -228,6 +230,9 @@ def test_contact_is_read_back_and_stands_in_arrays_of_its_own(tmp_path: Path):
     assert back.contact is not None
     assert back.contact.segments == contact.segments
     assert back.contact.overlap == contact.overlap
+    for field in fields(ContactRecord):
+        default = field.default is None or callable(field.default_factory)
+        assert not default or bool(np.any(getattr(back.contact, field.name))), field.name
     assert np.array_equal(back.energy_balance, motion.recording.energy_balance)
 
 

@@ -191,14 +191,21 @@ def test_tables_list_what_they_lose_of_the_contact(
         "weight carried and creep",
         "sensitivity",
         "overlap of segments",
+        "head injury criterion",
     }
     motion, run = touching()
     assert run.contact is not None
     without = lost(clip("slides"))
     assert lost(motion) - without == of_contact - kept
-    bare = replace(run, contact=replace(run.contact, sensitivity=None, overlap=None))
+    bare = replace(
+        run, contact=replace(run.contact, sensitivity=None, overlap=None, head_injury={})
+    )
     left = lost(replace(motion, recording=bare)) - without
-    assert left == of_contact - kept - {"sensitivity", "overlap of segments"}
+    assert left == of_contact - kept - {
+        "sensitivity",
+        "overlap of segments",
+        "head injury criterion",
+    }
 
 
 @pytest.mark.parametrize("suffix", WRITERS)
