@@ -318,7 +318,7 @@ SENSITIVE_ANGLE = 0.1
 
 def contact_table(record: ContactRecord) -> list[tuple[str, ...]]:
     """Return the contact of each segment as the rows of a table."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         ("segment", "first contact [s]", "speed [m/s]", "peak force [N]", "at [s]", "impulse [N s]")
     ]
     for name, one in record.segments.items():

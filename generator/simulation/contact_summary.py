@@ -76,13 +76,12 @@ def _creep(contact: ContactTrace, up: Array) -> float:
     """Mean horizontal speed of the centre of mass at the end [m/s]."""
     times, centres = contact.step_times, contact.centres
     along = centres - (centres @ up)[:, None] * up
-    start = max(times[-1] - REST_DURATION, times[0])
-    if not start < times[-1]:
+    last = float(times[-1])
+    start = max(last - REST_DURATION, float(times[0]))
+    if not start < last:
         return 0.0
-    after = int(np.searchsorted(times, start))
-    share = (start - times[after - 1]) / (times[after] - times[after - 1]) if after else 1.0
-    first = along[max(after - 1, 0)] * (1.0 - share) + along[after] * share
-    return float(np.linalg.norm(along[-1] - first) / (times[-1] - start))
+    first = np.array([np.interp([start], times, along[:, k])[0] for k in range(3)])
+    return float(np.linalg.norm(along[-1] - first)) / (last - start)
 
 
 def _overlap(model: ExudynModel, trace: Trace, poses: Mapping[str, Array]) -> Overlap | None:
