@@ -1,4 +1,4 @@
-"""Errors of seeded random runs against their estimates: `python -m benchmarks.honesty [RUNS]`.
+"""Random runs against their estimates: `python -m benchmarks.honesty [RUNS [KIND]]`.
 
 Figures, poses, durations and tolerances are random. The truth is a run of the same kind whose
 tolerance is a thousand times smaller, as far as that run is sure of itself; every sixteenth run is
@@ -19,11 +19,12 @@ from generator.figure import Figure
 from generator.figure_file.read import read_figure
 from generator.recording import Integrator, Recording
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
+from generator.scene import Scene, floor_prop
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 
 RUNS = 300
-KINDS = ("prototype", "coupled", "clavicles", "free flight", "chain")
+KINDS = ("prototype", "coupled", "clavicles", "free flight", "chain", "floor")
 REFERENCE_RATIO = 1e-3
 EXUDYN_EVERY = 16
 EXUDYN_TOLERANCE = 1e-6
@@ -53,8 +54,9 @@ class Outcome:
 def main() -> None:
     """Print a table of the kinds, and the verdicts."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else RUNS
+    kinds = sys.argv[2:3] * count or [KINDS[seed % len(KINDS)] for seed in range(count)]
     with ProcessPoolExecutor(2) as pool:
-        outcomes = list(pool.map(run, range(count)))
+        outcomes = list(pool.map(run, range(count), kinds))
     by_kind: dict[str, list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
         by_kind[outcome.kind].append(outcome)
@@ -86,13 +88,12 @@ def summary(outcomes: list[Outcome]) -> list[str]:
     ]
 
 
-def run(seed: int) -> Outcome:
+def run(seed: int, kind: str) -> Outcome:
     """Make one random run with its truth."""
     import_exudyn()
     from generator.simulation.run import simulate
 
     random = np.random.default_rng(seed)
-    kind = KINDS[seed % len(KINDS)]
     figure, plan = random_case(kind, random)
     made = simulate(figure, plan)
     assert made.integrator is Integrator.COMPILED, made.integrator_reason
@@ -105,8 +106,9 @@ def run(seed: int) -> Outcome:
         other = simulate(
             figure, replace(plan, tolerance=EXUDYN_TOLERANCE, integrator=Integrator.EXUDYN)
         )
-        both = made.accuracy.by_frame[:count] + other.accuracy.by_frame[:count]
-        exudyn = float(np.max(differences(made, other)[:count] / np.maximum(both, 1e-9)))
+        common = min(count, len(other.times))
+        both = made.accuracy.by_frame[:common] + other.accuracy.by_frame[:common]
+        exudyn = float(np.max(differences(made, other)[:common] / np.maximum(both, 1e-9)))
     held = made.outcome.succeeded and made.accuracy.held_until >= plan.stop
     return Outcome(kind, plan.tolerance, held, errors, made.accuracy.by_frame[:count], exudyn)
 
@@ -126,6 +128,9 @@ def random_case(kind: str, random: np.random.Generator) -> tuple[Figure, Plan]:
         plan = replace(plan, spring_choice="coupled")
     if kind == "free flight":
         plan = replace(plan, free_root=True)
+    if kind == "floor":
+        floor = Scene((floor_prop(plan.up),))
+        plan = replace(plan, free_root=True, height=0.0, scene=floor)
     turned = {
         name: tuple(
             np.asarray(joint.displacement)
