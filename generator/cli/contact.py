@@ -272,11 +272,11 @@ def starts_text(study: "StartStudy") -> str:
         for title, values in _studied(study)
         if np.isfinite(values).any()
     ]
-    held = f"{int(np.sum(study.held))} of {len(study)} held the tolerance to the end"
+    accuracy = f"{int(np.sum(study.is_accurate))} of {len(study)} held the tolerance to the end"
     title = (
         f"{format_count(len(study), 'start')}, angles {degrees(study.spread):.3g} deg apart (SD)"
     )
-    return f"{title}, seed {study.seed}; {held}\n{format_table(rows)}"
+    return f"{title}, seed {study.seed}; {accuracy}\n{format_table(rows)}"
 
 
 def starts_data(study: "StartStudy") -> dict[str, object]:
@@ -284,7 +284,7 @@ def starts_data(study: "StartStudy") -> dict[str, object]:
     return {
         "spread_deg": degrees(study.spread),
         "seed": study.seed,
-        "held": study.held.tolist(),
+        "is_accurate": study.is_accurate.tolist(),
         "impact_s": _finite_list(study.impact_times),
         "max_force_N": _finite_list(study.max_forces),
         "peak_force_N": {name: _finite_list(one) for name, one in study.peak_forces.items()},

@@ -28,7 +28,7 @@ class StartStudy:
         peak_forces: largest force on each segment over all steps, shape (N,) [N].
         rest_heights: mean height of the centre of mass in the last 0.2 s, shape (N,) [m].
         weights_carried: mean vertical force in the last 0.2 s over the weight, shape (N,).
-        held: whether each run held the tolerance to its end, shape (N,).
+        is_accurate: whether each run held the tolerance to its end, shape (N,).
         spread: standard deviation of the starts' angles [rad].
         seed: of the random numbers.
     """
@@ -38,7 +38,7 @@ class StartStudy:
     peak_forces: Mapping[str, Array]
     rest_heights: Array
     weights_carried: Array
-    held: Array
+    is_accurate: Array
     spread: float
     seed: int
 

@@ -352,8 +352,8 @@ def run_until_agreed(
     has_contact = bool(model.touching)
     share = FIRST_SHARE_WITH_BREAKPOINTS if has_breakpoints else FIRST_SHARE
     share = FIRST_SHARE_WITH_CONTACT if has_contact else share
-    together = 3 if has_contact else 2
-    first = max(share * tolerance, SMALLEST_TOLERANCE * DECADE ** (2 - together))
+    parallel_runs = 3 if has_contact else 2
+    first = max(share * tolerance, SMALLEST_TOLERANCE * DECADE ** (2 - parallel_runs))
 
     def run_number(
         number: int,
@@ -369,7 +369,7 @@ def run_until_agreed(
         return run_once(own, times, step_tolerance, deadline, report, stopped, max_steps_per_second)
 
     runs, disturbed = _run_together(
-        run_number, [first * DECADE**k for k in range(together)], disturbed_start
+        run_number, [first * DECADE**k for k in range(parallel_runs)], disturbed_start
     )
     while not any(run.ending in EARLY_STOP_ENDINGS for run in runs):
         before, latest = runs[-2:]
