@@ -21,6 +21,7 @@ PARTS = {
     "chains": "benchmarks.chains",
     "startup": "benchmarks.startup",
     "aims": "benchmarks.aims",
+    "contact-cost": "benchmarks.contact_cost",
     "pages": "benchmarks.pages",
     "python-share": "benchmarks.python_share",
 }

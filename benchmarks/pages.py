@@ -14,7 +14,7 @@ from plots.plates.work_precision import cheapest_wall_time
 
 FOLDER = Path(__file__).parents[1] / "docs"
 
-PAGES = ("speed.md", "verification.md")
+PAGES = ("contact.md", "speed.md", "verification.md")
 
 _TABLE = re.compile(r"(?<=<!-- measured: )([\w-]+)( -->\n\n).*?(?=<!-- end -->)", re.DOTALL)
 
@@ -122,6 +122,12 @@ def _call() -> Iterator[Line]:
         yield name, f"{float(row['tolerance [rad]']):g}", *_numbers(row, parts)
 
 
+def _contact_costs() -> Iterator[Line]:
+    yield "fall", "method", "wall [s]", "CPU [s]", "times real time"
+    for row in read_measurements("contact_cost").rows:
+        yield row["fall"], row["method"], *_numbers(row, ("wall [s]", "CPU [s]", "times real time"))
+
+
 def _engines() -> Iterator[Line]:
     yield "start", "engine", "setting", "joints", "change", "centre of mass [m]", "energy [J]"
     for row in read_measurements("verification").rows:
@@ -147,5 +153,6 @@ TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
     "growth": _growth,
     "startup": _startup,
     "call": _call,
+    "contact-costs": _contact_costs,
     "engines": _engines,
 }

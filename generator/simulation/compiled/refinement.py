@@ -49,7 +49,7 @@ FIRST_SHARE, FIRST_SHARE_WITH_BREAKPOINTS = 0.03, 0.01
 """Tolerance of the first run as a share of the one asked for: chosen so that two runs usually
 suffice. The errors of located breakpoints grow as well."""
 
-FIRST_SHARE_WITH_CONTACT = 1e-4
+FIRST_SHARE_WITH_CONTACT = 1e-3
 """The same with contact: a fall amplifies errors some thousand times until it comes to rest."""
 
 ESTIMATE_FACTOR = 2.0

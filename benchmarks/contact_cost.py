@@ -1,0 +1,70 @@
+"""Cost of falls on a floor: `python -m benchmarks contact-cost`.
+
+The prototype falls for two seconds, to 1e-3 rad with its estimate, the run from a disturbed start
+and all that a recording holds. Times are the least of interleaved rounds. Exudyn's integrator takes
+a minute, so it runs once, beside one more run of the compiled method.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import radians
+
+from benchmarks import tables
+from benchmarks.engines import exudyn_engine
+from benchmarks.outside import Fall
+from benchmarks.rounds import best_of
+from generator.figure_file.read import read_figure
+from generator.input_files.scene import read_scene
+from generator.recording import Integrator
+from generator.scene import Scene, floor_prop
+from generator.simulation.plan import Plan
+
+COMMAND = "python -m benchmarks contact-cost"
+
+STOP = 2.0
+ROUNDS = 7
+
+_BENT = {name: (radians(20.0),) for name in ("left_knee", "right_knee")}
+_STRIDE = {**_BENT, "left_hip_joint": (radians(9.0), 0.0, 0.0)}
+FLOOR = Scene((floor_prop(Plan().up),))
+SEAT = Scene((*FLOOR.props, *read_scene("seat").props))
+
+
+def plan_of(scene: Scene, start: dict[str, tuple[float, ...]]) -> Plan:
+    """Return a fall of two seconds."""
+    return Plan(stop=STOP, free_root=True, height=0.0, scene=scene, displacements=start)
+
+
+def main() -> None:
+    """Print the table and write it."""
+    figure = read_figure("prototype")
+    plans = {
+        "floor, knees bent 20 deg": plan_of(FLOOR, _BENT),
+        "floor, a hip bent 9 deg as well": plan_of(FLOOR, _STRIDE),
+        "floor and seat, knees bent 20 deg": plan_of(SEAT, _BENT),
+    }
+    runs: dict[tuple[str, str], Callable[[], Fall]] = {}
+    for name, plan in plans.items():
+        runs[name, "compiled"] = lambda plan=plan: exudyn_engine.fall(figure, plan)[0]
+        runs[name, "compiled, whole call"] = lambda plan=plan: exudyn_engine.whole_call(
+            figure, plan
+        )
+    made = best_of(runs, ROUNDS)
+    name, plan = next(iter(plans.items()))
+    slow = replace(plan, integrator=Integrator.EXUDYN)
+    made[name, "Exudyn's integrator"] = exudyn_engine.whole_call(figure, slow)
+    ours = made[name, "compiled, whole call"]
+    rows = [
+        {
+            "fall": fall,
+            "method": method,
+            "steps": run.evaluations,
+            "wall [s]": run.wall,
+            "CPU [s]": run.cpu,
+            "times real time": STOP / run.wall,
+            "over compiled": run.wall / ours.wall if method.startswith("Exudyn") else float("nan"),
+        }
+        for (fall, method), run in made.items()
+    ]
+    tables.show(rows)
+    tables.write("contact_cost", COMMAND, rows)
