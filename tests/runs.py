@@ -1,8 +1,15 @@
-"""Shared parts of tests of runs: springs of one joint, energy error, one degree of freedom."""
+"""Shared parts of tests of runs: springs, energy error, momentum, one degree of freedom."""
+
+from collections.abc import Iterable
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from generator.figure import Figure
+from generator.kinematics.free_root import tree_for_motion
+from generator.kinematics.placement import forward_kinematics, segment_jacobians
+from generator.recording import Recording
+from generator.rotations import Array
 from springs import JointSprings, SpringSet
 
 
@@ -14,6 +21,33 @@ def springs_of(joint, *axes, slides=(), **fields) -> SpringSet:
 def energy_error(run) -> float:
     """Largest change of the energy balance since the start [J]."""
     return float(np.max(np.abs(run.energy_balance - run.energy_balance[0])))
+
+
+def momenta(
+    figure: Figure, run: Recording, frames: Iterable[int] | None = None
+) -> tuple[Array, Array]:
+    """Linear [N s], and angular about the centre of mass [N m s], shape (n, 3) each.
+
+    Found from the joints' displacements and rates by kinematics alone, by default in all frames.
+    """
+    tree = tree_for_motion(figure, run.chains)
+    linear, angular = [], []
+    for k in range(len(run.times)) if frames is None else frames:
+        placed = forward_kinematics(tree, {name: row[k] for name, row in run.displacements.items()})
+        rates = np.concatenate([run.velocities[b.joint.name][k] for b in tree.joints])
+        maps = segment_jacobians(placed)
+        pushes, turns = np.zeros(3), np.zeros(3)
+        for name, segment in tree.figure.bodies.items():
+            spin, at_origin = np.split(maps[name] @ rates, 2)
+            pose = placed.poses[name]
+            centre = pose[:3, :3] @ segment.centre_of_mass + pose[:3, 3]
+            push = segment.mass * (at_origin + np.cross(spin, centre))
+            inertia = pose[:3, :3] @ np.diag(segment.inertia) @ pose[:3, :3].T
+            pushes += push
+            turns += inertia @ spin + np.cross(centre - run.centre_of_mass[k], push)
+        linear.append(pushes)
+        angular.append(turns)
+    return np.array(linear), np.array(angular)
 
 
 def integrate_angle(acceleration, start, rate, times):

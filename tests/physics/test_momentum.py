@@ -9,16 +9,12 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure
-from generator.kinematics.free_root import tree_for_motion
-from generator.kinematics.placement import (
-    forward_kinematics,
-    segment_jacobians,
-)
 from generator.recording import Integrator, Recording
 from generator.rotations import Array
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
+from tests.runs import momenta
 
 PROTOTYPE = read_figure("prototype")
 
@@ -65,31 +61,6 @@ def flight(step: float | None, *, smooth: bool = False, **fields: Any) -> Record
     return run
 
 
-def momenta(run: Recording) -> tuple[Array, Array]:
-    """Linear [N s], and angular about the centre of mass [N m s], shape (n, 3) each.
-
-    Found from the joints' displacements and rates by kinematics alone.
-    """
-    tree = tree_for_motion(PROTOTYPE, run.chains)
-    linear, angular = [], []
-    for k in range(len(run.times)):
-        placed = forward_kinematics(tree, {name: row[k] for name, row in run.displacements.items()})
-        rates = np.concatenate([run.velocities[b.joint.name][k] for b in tree.joints])
-        maps = segment_jacobians(placed)
-        pushes, turns = np.zeros(3), np.zeros(3)
-        for name, segment in tree.figure.bodies.items():
-            spin, at_origin = np.split(maps[name] @ rates, 2)
-            pose = placed.poses[name]
-            centre = pose[:3, :3] @ segment.centre_of_mass + pose[:3, 3]
-            push = segment.mass * (at_origin + np.cross(spin, centre))
-            inertia = pose[:3, :3] @ np.diag(segment.inertia) @ pose[:3, :3].T
-            pushes += push
-            turns += inertia @ spin + np.cross(centre - run.centre_of_mass[k], push)
-        linear.append(pushes)
-        angular.append(turns)
-    return np.array(linear), np.array(angular)
-
-
 def change(momentum: Array) -> float:
     """Largest change since the start, as a share of the size at the start."""
     return float(
@@ -104,18 +75,18 @@ def test_linear_momentum_is_kept_to_rounding(step) -> None:
     The momentum is that of the start: the centre of mass is where it has carried it.
     """
     run = flight(step, integrator=Integrator.EXUDYN)
-    linear, _ = momenta(run)
+    linear, _ = momenta(PROTOTYPE, run)
     expected = run.centre_of_mass[0] + run.times[:, None] * linear[0] / PROTOTYPE.total_mass
     assert np.max(np.abs(run.centre_of_mass - expected)) < 1e-12
 
 
 def test_angular_momentum_converges_with_the_order_of_the_integrator() -> None:
-    changes = [change(momenta(flight(h, smooth=True))[1]) for h in (2e-3, 1e-3, 5e-4)]
+    changes = [change(momenta(PROTOTYPE, flight(h, smooth=True))[1]) for h in (2e-3, 1e-3, 5e-4)]
     assert changes[0] < 1e-3
     for coarse, fine in pairwise(changes):
         assert 3.5 < coarse / fine < 4.5
 
 
 def test_angular_momentum_is_kept_with_corners_by_a_tolerance() -> None:
-    _, angular = momenta(flight(None))
+    _, angular = momenta(PROTOTYPE, flight(None))
     assert change(angular) < 1e-6

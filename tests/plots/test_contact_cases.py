@@ -1,0 +1,165 @@
+"""The closed forms of contact: known values, limits, and the equations they solve."""
+
+from dataclasses import replace
+from math import cos, log1p, radians, sin, sqrt
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import ModelError
+from plots import contact_cases
+from plots.contact_cases import (
+    BALL,
+    BALL_INERTIA,
+    BLOCK,
+    BLOCK_HALF_SIZE,
+    BLOCK_INERTIA,
+    BODY,
+    GRAVITY,
+    HORIZONTAL,
+    MASS,
+    ball_acceleration,
+    creep_speed,
+    creeping_block,
+    free_body,
+    friction_angle_of_rolling,
+    peak_force,
+    resting_depth,
+    restitution,
+    rolling_speed,
+    simulate_contact,
+    slip_acceleration,
+    slope_normal,
+    stopping_distance,
+    tipping_rate,
+)
+from springs.contact import Surface
+
+speeds = st.floats(0.01, 10.0)
+surfaces = st.builds(
+    Surface,
+    stiffness=st.floats(1e3, 1e7),
+    damping=st.floats(0.0, 5.0),
+    friction=st.floats(0.1, 2.0),
+    transition_depth=st.floats(1e-4, 1e-2),
+    friction_speed=st.floats(1e-4, 0.1),
+)
+
+
+@pytest.mark.parametrize(("speed", "expected"), [(0.1, 0.882190), (1.0, 0.410720), (3.0, 0.165596)])
+def test_restitution_of_a_damping_of_2_s_m(speed: float, expected: float) -> None:
+    assert restitution(2.0, speed) == pytest.approx(expected, abs=1e-6)
+
+
+@given(st.floats(0.05, 4.0), st.floats(0.1, 3.0))
+def test_restitution_solves_its_equation(damping: float, speed: float) -> None:
+    e = restitution(damping, speed)
+    x = damping * speed
+    assert 0.0 < e < min(1.0, 1.0 / x)
+    assert -e * x - log1p(-e * x) == pytest.approx(x - log1p(x), rel=1e-6)
+
+
+def test_an_impact_without_damping_gives_all_back() -> None:
+    assert restitution(0.0, 3.0) == 1.0
+    assert restitution(1e-3, 1.0) == pytest.approx(1.0 - 2e-3 / 3.0, abs=1e-6)
+
+
+def test_creep() -> None:
+    surface = Surface(friction=0.6, friction_speed=0.02)
+    assert creep_speed(radians(10.0), surface) == pytest.approx(6.149e-3, abs=1e-6)
+    assert creep_speed(radians(28.0), surface) == pytest.approx(38.252e-3, abs=1e-6)
+
+
+@given(surfaces, st.floats(0.01, 0.95))
+def test_creep_balances_weight_and_friction(surface: Surface, share: float) -> None:
+    slope = share * surface.friction / sqrt(1.0 + surface.friction**2)
+    speed = creep_speed(slope, surface)
+    friction = float(surface.friction_factor(speed**2)) * speed
+    assert friction * cos(slope) == pytest.approx(sin(slope), rel=1e-9)
+
+
+def test_slip() -> None:
+    surface = Surface(friction=0.6)
+    assert slip_acceleration(radians(40.0), surface) == pytest.approx(1.7968, abs=1e-4)
+    assert ball_acceleration(radians(70.0), surface) == pytest.approx(7.2053, abs=1e-4)
+    assert ball_acceleration(radians(30.0), surface) == pytest.approx(3.50357, abs=1e-5)
+
+
+def test_rolling_ends_where_both_accelerations_are_equal() -> None:
+    surface = Surface(friction=0.6)
+    angle = friction_angle_of_rolling(surface)
+    below, above = (ball_acceleration(angle + change, surface) for change in (-1e-9, 1e-9))
+    assert below == pytest.approx(above, abs=1e-6)
+    assert rolling_speed(2.0) == pytest.approx(10.0 / 7.0, abs=1e-12)
+
+
+@given(speeds, surfaces)
+def test_the_stopping_distance_is_the_work_of_friction(speed: float, surface: Surface) -> None:
+    """Its slope in the speed is sqrt(v^2 + s^2) / (mu g)."""
+    small = 1e-4 * speed
+    ahead, behind = (stopping_distance(v, surface) for v in (speed + small, speed - small))
+    friction = float(surface.friction_factor(speed**2)) * speed * GRAVITY
+    assert (ahead - behind) / (2.0 * small) == pytest.approx(speed / friction, rel=1e-6)
+    sunk = stopping_distance(speed, surface, 1e-3) - stopping_distance(speed, surface)
+    assert sunk == pytest.approx(1e-3 * surface.friction, rel=1e-6)
+
+
+def test_coulombs_stopping_distance() -> None:
+    coulomb = Surface(friction=0.6, friction_speed=1e-9)
+    assert stopping_distance(2.0, coulomb) == pytest.approx(0.33979, abs=1e-5)
+
+
+@given(speeds, surfaces)
+def test_the_peak_force_stores_the_kinetic_energy(speed: float, surface: Surface) -> None:
+    depth = resting_depth(peak_force(speed, surface), surface)
+    assert float(surface.energy(depth)) == pytest.approx(0.5 * MASS * speed**2, rel=1e-6)
+
+
+def test_the_peak_force_of_a_linear_spring() -> None:
+    linear = Surface(stiffness=1e4, transition_depth=1e-9)
+    assert peak_force(1.0, linear) == pytest.approx(sqrt(1e4 * MASS), rel=1e-6)
+
+
+def test_a_rod_begins_to_tip_as_an_inverted_pendulum() -> None:
+    """Near the vertical its rate grows with the angle: omega = lambda sqrt(b^2 - a^2)."""
+    h, r = 0.5 * contact_cases.ROD_LENGTH, contact_cases.ROD_FOOT
+    about_contact = contact_cases.ROD_INERTIA + MASS * (h + r) ** 2
+    rate = sqrt(MASS * GRAVITY * h / about_contact)
+    expected = rate * sqrt(0.02**2 - 0.01**2)
+    assert tipping_rate(0.01, 0.02) == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_block_is_as_large_as_its_spheres() -> None:
+    for axis, half in enumerate(BLOCK_HALF_SIZE):
+        ends = [sphere.centre[axis] + sphere.radius for sphere in BLOCK]
+        assert max(ends) == pytest.approx(half)
+    x, y, z = (2.0 * half for half in BLOCK_HALF_SIZE)
+    assert (
+        pytest.approx([MASS / 12.0 * (p**2 + q**2) for p, q in ((y, z), (x, z), (x, y))])
+        == BLOCK_INERTIA
+    )
+    assert slope_normal(0.0) == (0.0, 1.0, 0.0)
+
+
+def test_a_run_starts_as_it_is_told() -> None:
+    figure = free_body(BALL, (BALL_INERTIA,) * 3, (0.1, 0.5, -0.2), 0.3)
+    given = {"velocity": (0.4, -0.1, 0.2), "spin": (0.0, 0.0, 2.0)}
+    run = simulate_contact(figure, HORIZONTAL, Surface(), 0.1, frames=10, **given)
+    assert len(run.times) == 11
+    assert run.centre_of_mass[0] == pytest.approx([0.1, 0.5, -0.2])
+    assert run.velocities[BODY][0] == pytest.approx([2.0, 0.0, 0.0, 0.4, -0.1, 0.2])
+    assert run.poses[BODY][0, :3, 0] == pytest.approx([cos(0.3), sin(0.3), 0.0])
+    with pytest.raises(ModelError):
+        simulate_contact(
+            free_body(BALL, (BALL_INERTIA,) * 3, (0.0, 0.0, 0.0)), HORIZONTAL, Surface(), 0.1
+        )
+
+
+def test_another_closed_form_is_refuted() -> None:
+    """With a friction of 0.61 in place of 0.6 in the formula alone."""
+    case = creeping_block(radians(20.0))
+    other = replace(contact_cases.FIRM, friction=0.61)
+    wrong = replace(case, closed_form=creep_speed(radians(20.0), other))
+    assert case.relative_error < 1e-6
+    assert wrong.relative_error > 1e-2
