@@ -498,7 +498,7 @@ class Stepper:
             drives=self._plan.drives,
             scene=self._plan.scene,
         )
-        spheres = {} if setting.contacts is None else setting.contacts.spheres
+        spheres = None if setting.contacts is None else setting.contacts.spheres
         springs = setting.springs.of_joints(figure.joints).scaled(*setting.scales)
         model = build_model(replace(figure, segments=segments), plan, springs, spheres=spheres)
         times, values = np.array([self.time]), state.progress.state[None]
