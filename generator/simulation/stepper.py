@@ -32,6 +32,7 @@ from generator.loads import LoadKind, constant_load
 from generator.named_mapping import NamedMapping
 from generator.recording import Ending, Integrator, Outcome
 from generator.rotations import Array
+from generator.scene import Scene
 from generator.simulation.agreement import ExudynEquations
 from generator.simulation.bodies import constant_site_loads
 from generator.simulation.compiled.layout import (
@@ -361,6 +362,17 @@ class Stepper:
         springs = fitting_springs(self._figure, self._plan, springs)
         self._rebuild(replace(self._state.setting, springs=springs))
 
+    def set_scene(self, scene: Scene) -> None:
+        """Replace the props: other places, shapes or surfaces.
+
+        Raises:
+            ModelError: the figure had no props at the start, or it would have none.
+        """
+        contacts = self._state.setting.contacts
+        if contacts is None or not scene.props:
+            raise ModelError("props can be replaced only by props: start with a scene")
+        self._rebuild(replace(self._state.setting, contacts=replace(contacts, scene=scene)))
+
     def lock(self, *joints: str) -> None:
         """Lock joints at their present displacements, as by an inelastic impact."""
         displacements, setting = self.displacements, self._state.setting
@@ -405,6 +417,17 @@ class Stepper:
         locked = {name: value for name, value in setting.locked.items() if name in freed.joints}
         self._rebuild(replace(setting, tree=tree, locked=locked), displacements)
 
+    def stop(self) -> None:
+        """Stop all segments where they are; driven joints continue."""
+        self._state = self._state.copy()
+        state, before = self._state, self._state.kinetic_energy
+        progress = state.progress
+        progress.state[state.model.rate_places] = 0.0
+        progress.counts[FRESH] = 1
+        progress.clock[STEP] = FIRST_STEP
+        state.forget_motion()
+        progress.state[DISSIPATION - POWERS] += before - state.kinetic_energy
+
     def _change_numbers(self, setting: Setting, work: float = 0.0) -> None:
         """Change numbers in the tables, with the potential energy [J] that this adds."""
         state = self._state
@@ -442,8 +465,9 @@ class Stepper:
             values[-model.integrals :] = integrals
         self._state = StepperState.start(setting, model, values, time, placement)
         after, powers = self._state.energy, self._state.progress.state[-POWERS:]
+        stored = {"gravity", "spring", "contact"} & after.keys()
         powers[DISSIPATION] += before["kinetic"] - after["kinetic"]
-        powers[EXTERNAL] += sum(after[kind] - before[kind] for kind in ("gravity", "spring"))
+        powers[EXTERNAL] += sum(after[kind] - before[kind] for kind in stored)
 
     def _compile(
         self,
@@ -496,7 +520,7 @@ class Stepper:
             loads=loads,
             locked=self.locked,
             drives=self._plan.drives,
-            scene=self._plan.scene,
+            scene=Scene() if setting.contacts is None else setting.contacts.scene,
         )
         spheres = None if setting.contacts is None else setting.contacts.spheres
         springs = setting.springs.of_joints(figure.joints).scaled(*setting.scales)

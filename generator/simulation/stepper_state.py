@@ -411,12 +411,7 @@ def project_velocities(
         values: coordinates, rates and integrals of powers, shape (n,); its rates are set.
         wanted: the result of `weighted_velocities` for the other velocities, shape (6 B,).
     """
-    places = [
-        row[RATE] + k
-        for row in model.mechanism.links
-        if row[RATE] >= 0
-        for k in range(3 if row[KIND] == BALL else 1)
-    ]
+    places = model.rate_places
     values[places] = 0.0
     states = np.tile(values, (len(places) + 1, 1))
     states[np.arange(1, len(states)), places] = 1.0
