@@ -127,7 +127,7 @@ class InitialState:
     placement: Placement
     rates: Displacements
     prescribed: PrescribedMotion
-    spheres: Mapping[str, tuple[ContactSphere, ...]]
+    spheres: Mapping[str, Sequence[ContactSphere]]
 
 
 def initial_state(figure: Figure, plan: Plan) -> InitialState:
@@ -277,8 +277,9 @@ def build_model(
     plan: Plan,
     springs: SpringSet,
     mbs: MainSystem | None = None,
+    spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
 ) -> ExudynModel:
-    """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads.
+    """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads, contacts.
 
     Args:
         figure: the figure to build.
@@ -286,13 +287,18 @@ def build_model(
         springs: the springs of the joints; those of a joint that detaching the root removes are
             left out.
         mbs: a system to build into, which the caller assembles; None creates one and assembles it.
+        spheres: contact spheres of the segments, which may be inside the props of the plan; None
+            takes those of the figure, which must start outside.
 
     Raises:
         InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure or the plan cannot be built; the message says why.
     """
     springs = fitting_springs(figure, plan, springs)
-    start = initial_state(figure, plan)
+    if spheres is None:
+        start = initial_state(figure, plan)
+    else:
+        start = replace(initial_state(figure, replace(plan, scene=Scene())), spheres=spheres)
     require_defined_torques(start.placement, springs)
     return _build_from_initial_state(start, plan, springs, mbs)
 

@@ -8,6 +8,9 @@ A change keeps all poses. The velocities become those that the joints permit and
 the present ones in the metric of the masses. A joint that is locked thus stops as by an inelastic
 impact, and velocities that are still possible stay. The kinetic energy that is lost counts as
 dissipated; the potential energy that a change adds counts as work.
+
+With props in the plan the figure touches them by its contact spheres, also where a change has
+freed its root. No change moves a segment, so the energy of contact stays as it is.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,6 +32,7 @@ from generator.loads import LoadKind, constant_load
 from generator.named_mapping import NamedMapping
 from generator.recording import Ending, Integrator, Outcome
 from generator.rotations import Array
+from generator.scene import Scene
 from generator.simulation.agreement import ExudynEquations
 from generator.simulation.bodies import constant_site_loads
 from generator.simulation.compiled.layout import (
@@ -43,6 +47,7 @@ from generator.simulation.compiled.recorder import BranchingLawError
 from generator.simulation.compiled.refinement import MAX_STEPS_PER_SECOND
 from generator.simulation.compiled.runge_kutta import FRESH, REJECTED, STEP, STEPS, SWITCH
 from generator.simulation.compiled_run import build_trace, frame_disagreement
+from generator.simulation.contacts import ContactModel
 from generator.simulation.integrate import (
     fastest_joint,
     half_turn_outcome,
@@ -104,9 +109,9 @@ class Stepper:
 
         Args:
             figure: without closed loops.
-            plan: its start, springs, gravity, root, pose, velocities, loads, locks and drives are
-                used, but not its stop time, interval of frames and tolerance; None for the pose of
-                the file at rest.
+            plan: its start, springs, gravity, root, pose, velocities, scene, loads, locks and
+                drives are used, but not its stop time, interval of frames and tolerance; None for
+                the pose of the file at rest.
             tolerance: error of a step of the integrator, relative to 1 + the size of each number of
                 the state. The error of the motion is not estimated.
 
@@ -139,6 +144,7 @@ class Stepper:
             _finite_vector(plan.gravity, "gravity"),
             (1.0, 1.0),
             {},
+            ContactModel(plan.scene, start.spheres) if start.spheres else None,
         )
         model = self._compile(setting, placement, rates, prescribed, plan.start)
         self._state = StepperState.start(setting, model, model.initial_state, plan.start, placement)
@@ -296,10 +302,19 @@ class Stepper:
     def energy(self) -> dict[str, float]:
         """Energy by kind as in a `Recording` [J].
 
-        `dissipated` contains the kinetic energy lost in impacts, `work` the potential energy that
-        changes have added; kinetic + gravity + spring + dissipated - work is constant.
+        `dissipated` contains the kinetic energy lost by changes, `work` the potential energy that
+        changes have added; kinetic + gravity + spring + dissipated - work, with props also +
+        contact + contact damping + friction, is constant.
         """
         return self._state.energy
+
+    @property
+    def contact_forces(self) -> dict[str, Array]:
+        """Force of all props on each segment that has contact spheres, world axes, (3,) [N]."""
+        contact, contacts = self._state.contact, self._state.setting.contacts
+        if contact is None or contacts is None:
+            return {}
+        return dict(zip(contacts.spheres, contact.forces[0], strict=True))
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
         """Replace gravity by an acceleration in world axes, shape (3,) [m/s2]."""
@@ -347,6 +362,17 @@ class Stepper:
         springs = fitting_springs(self._figure, self._plan, springs)
         self._rebuild(replace(self._state.setting, springs=springs))
 
+    def set_scene(self, scene: Scene) -> None:
+        """Replace the props: other places, shapes or surfaces.
+
+        Raises:
+            ModelError: the figure had no props at the start, or it would have none.
+        """
+        contacts = self._state.setting.contacts
+        if contacts is None or not scene.props:
+            raise ModelError("props can be replaced only by props: start with a scene")
+        self._rebuild(replace(self._state.setting, contacts=replace(contacts, scene=scene)))
+
     def lock(self, *joints: str) -> None:
         """Lock joints at their present displacements, as by an inelastic impact."""
         displacements, setting = self.displacements, self._state.setting
@@ -391,6 +417,17 @@ class Stepper:
         locked = {name: value for name, value in setting.locked.items() if name in freed.joints}
         self._rebuild(replace(setting, tree=tree, locked=locked), displacements)
 
+    def stop(self) -> None:
+        """Stop all segments where they are; driven joints continue."""
+        self._state = self._state.copy()
+        state, before = self._state, self._state.kinetic_energy
+        progress = state.progress
+        progress.state[state.model.rate_places] = 0.0
+        progress.counts[FRESH] = 1
+        progress.clock[STEP] = FIRST_STEP
+        state.forget_motion()
+        progress.state[DISSIPATION - POWERS] += before - state.kinetic_energy
+
     def _change_numbers(self, setting: Setting, work: float = 0.0) -> None:
         """Change numbers in the tables, with the potential energy [J] that this adds."""
         state = self._state
@@ -420,15 +457,17 @@ class Stepper:
         if np.array_equal(model.mechanism.links, old.model.mechanism.links):
             values = old.progress.state
         else:
-            values, powers = model.initial_state.copy(), old.progress.state[-POWERS:]
+            values = model.initial_state.copy()
+            integrals = old.progress.state[-model.integrals :]
             speeds = weighted_velocities(old.model, old.bodies, old.links)
             state = StepperState.start(setting, model, values, time, placement)
             project_velocities(model, state.bodies, time, values, speeds)
-            values[-POWERS:] = powers
+            values[-model.integrals :] = integrals
         self._state = StepperState.start(setting, model, values, time, placement)
         after, powers = self._state.energy, self._state.progress.state[-POWERS:]
+        stored = {"gravity", "spring", "contact"} & after.keys()
         powers[DISSIPATION] += before["kinetic"] - after["kinetic"]
-        powers[EXTERNAL] += sum(after[kind] - before[kind] for kind in ("gravity", "spring"))
+        powers[EXTERNAL] += sum(after[kind] - before[kind] for kind in stored)
 
     def _compile(
         self,
@@ -439,7 +478,7 @@ class Stepper:
         start: float,
     ) -> CompiledModel:
         """Compile the equations of a setting, with the loads of the file and of the plan."""
-        figure = setting.tree.figure
+        figure, contacts = setting.tree.figure, setting.contacts
         stop = min(self._last_time, start + _LOAD_HORIZON)
         stop = stop if stop > start else start + _MIN_LOAD_DURATION
         loads = [*constant_site_loads(figure, start, stop), *self._plan.loads]
@@ -452,6 +491,8 @@ class Stepper:
                 [load for load in loads if load.site.segment not in figure.ground],
                 setting.gravity,
                 (start, stop),
+                None if contacts is None else contacts.scene,
+                None if contacts is None else contacts.spheres,
             )
         except BranchingLawError as failure:
             raise ModelError(str(failure)) from None
@@ -479,9 +520,11 @@ class Stepper:
             loads=loads,
             locked=self.locked,
             drives=self._plan.drives,
+            scene=Scene() if setting.contacts is None else setting.contacts.scene,
         )
+        spheres = None if setting.contacts is None else setting.contacts.spheres
         springs = setting.springs.of_joints(figure.joints).scaled(*setting.scales)
-        model = build_model(replace(figure, segments=segments), plan, springs)
+        model = build_model(replace(figure, segments=segments), plan, springs, spheres=spheres)
         times, values = np.array([self.time]), state.progress.state[None]
         trace = build_trace(model, state.model, times, values, state.links[None])
         displacements = {name: row[None] for name, row in self.displacements.items()}

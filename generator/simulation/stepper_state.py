@@ -8,6 +8,7 @@ import numpy as np
 from generator.figure import Figure, Vector
 from generator.kinematics.placement import Placement
 from generator.kinematics.tree import Tree
+from generator.recording import CONTACT_ENERGY_KINDS
 from generator.rotations import Array, inverse_pose, pose_matrix, rotation_vector_from_matrix
 from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
@@ -15,6 +16,8 @@ from generator.simulation.compiled.layout import (
     COORDINATE,
     DISSIPATION,
     EXTERNAL,
+    FRICTION,
+    IMPACT,
     INERTIA,
     KIND,
     MASS,
@@ -33,6 +36,7 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.runge_kutta import TIME, Progress, start_progress
 from generator.simulation.compiled_run import body_rotations, centre_arms
+from generator.simulation.contacts import ContactModel, ContactStates, evaluate_contacts
 from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
 
@@ -60,6 +64,7 @@ class Setting:
         gravity: in world axes [m/s2].
         scales: of the springs and of damping.
         forces: external forces in world axes [N], by point.
+        contacts: props, and contact spheres of the segments; None without props.
     """
 
     tree: Tree
@@ -68,6 +73,7 @@ class Setting:
     gravity: Vector
     scales: tuple[float, float]
     forces: Mapping[Point, Vector]
+    contacts: ContactModel | None
 
 
 @dataclass(eq=False, repr=False)
@@ -255,15 +261,36 @@ class StepperState:
 
     @property
     def energy(self) -> dict[str, float]:
-        """Energy by kind [J]; see `ENERGY_KINDS`."""
-        powers = self.progress.state[-POWERS:]
-        return {
+        """Energy by kind [J]; see `ENERGY_KINDS` and, with props, `CONTACT_ENERGY_KINDS`."""
+        powers, contact = self.progress.state[-POWERS:], self.contact
+        energy = {
             "kinetic": self.kinetic_energy,
             "gravity": self.gravity_energy,
             "spring": self.spring_energy,
             "dissipated": float(powers[DISSIPATION]),
             "work": float(powers[EXTERNAL]),
         }
+        if contact is not None:
+            stored, lost = float(contact.energy[0]), powers[[IMPACT, FRICTION]].tolist()
+            energy.update(zip(CONTACT_ENERGY_KINDS, (stored, *lost), strict=True))
+        return energy
+
+    @property
+    def contact(self) -> ContactStates | None:
+        """Contact with the props in this state, as its only row; None without props."""
+        if self.setting.contacts is None:
+            return None
+        links, bodies = self.links, self.bodies
+        spins = links[bodies, SPIN : SPIN + 3]
+        around = np.cross(spins, centre_arms(self.model, bodies, links))
+        return evaluate_contacts(
+            self.setting.contacts,
+            self.figure,
+            self._centres[None],
+            body_rotations(bodies, links)[None],
+            (links[bodies, VELOCITY : VELOCITY + 3] + around)[None],
+            spins[None],
+        )
 
     @property
     def kinetic_energy(self) -> float:
@@ -384,12 +411,7 @@ def project_velocities(
         values: coordinates, rates and integrals of powers, shape (n,); its rates are set.
         wanted: the result of `weighted_velocities` for the other velocities, shape (6 B,).
     """
-    places = [
-        row[RATE] + k
-        for row in model.mechanism.links
-        if row[RATE] >= 0
-        for k in range(3 if row[KIND] == BALL else 1)
-    ]
+    places = model.rate_places
     values[places] = 0.0
     states = np.tile(values, (len(places) + 1, 1))
     states[np.arange(1, len(states)), places] = 1.0

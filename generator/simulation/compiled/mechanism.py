@@ -120,6 +120,16 @@ class CompiledModel:
         """Number of integrals of forces and powers, which come last in a state."""
         return 3 * len(self.touching) + POWERS
 
+    @property
+    def rate_places(self) -> list[int]:
+        """Places of the rates in a state."""
+        return [
+            int(row[RATE]) + k
+            for row in self.mechanism.links
+            if row[RATE] >= 0
+            for k in range(3 if row[KIND] == BALL else 1)
+        ]
+
 
 @dataclass
 class _Link:

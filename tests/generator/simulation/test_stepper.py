@@ -19,12 +19,14 @@ from generator import (
     simulate,
 )
 from generator.drive import Drive
-from generator.figure import SiteRef
+from generator.figure import ContactSphere, SiteRef
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.loads import LoadKind, TimedLoad
 from generator.recording import Integrator
+from generator.scene import Plane, Prop, Scene, floor_prop
 from generator.simulation.compiled.layout import POINT, SPIN, VELOCITY
 from springs import NUMPY, AxisSpring, Damping, Linear, Stop
+from springs.contact import Surface
 from tests.chains import BALL, Y, at, body, chain, figure, ground, joint, one_body, row, two_bodies
 from tests.runs import springs_of
 
@@ -57,8 +59,7 @@ def last(by_name):
 
 def balance(stepper: Stepper) -> float:
     energy = stepper.energy
-    gained = sum(energy[kind] for kind in ("kinetic", "gravity", "spring", "dissipated"))
-    return gained - energy["work"]
+    return sum(value for kind, value in energy.items() if kind != "work") - energy["work"]
 
 
 def momentum(stepper: Stepper) -> np.ndarray:
@@ -557,3 +558,99 @@ def test_what_is_no_figure_and_no_snapshot_is_refused() -> None:
     other.rewind(freed)
     with pytest.raises(ModelError, match="another figure"):
         stepper.rewind(freed)
+
+
+FLOOR = Scene((floor_prop((0.0, 1.0, 0.0)),))
+
+
+def on_spheres(bars: Figure) -> Figure:
+    """The same bars with a contact sphere at each end."""
+    ends = tuple(ContactSphere((0.0, 0.0, z), 0.04) for z in (0.0, 0.3))
+    parts = (replace(bar, contact_spheres=ends) for bar in bars.bodies.values())
+    return bars.with_parts(*parts)
+
+
+@pytest.fixture(scope="module")
+def spheres(hinges) -> Figure:
+    return on_spheres(hinges)
+
+
+def test_a_fall_on_the_floor_is_that_of_simulate(spheres):
+    plan = Plan(stop=0.8, frame=0.1, tolerance=1e-6, scene=FLOOR, free_root=True, height=0.1)
+    run = simulate(spheres, plan)
+    stepper = Stepper(spheres, plan, TOLERANCE)
+    start = balance(stepper)
+    for duration in (0.1, 0.13, 0.07, 0.5):
+        assert stepper.advance(duration).succeeded
+        assert stepper.agreement_with_exudyn() < 1e-11
+    assert difference(stepper.displacements, last(run.displacements)) < 1e-6
+    assert difference(stepper.poses, last(run.poses)) < 1e-6
+    forces = {name: rows[-1] for name, rows in run.contact.forces.items()}
+    assert stepper.contact_forces.keys() == forces.keys() == spheres.bodies.keys()
+    assert difference(stepper.contact_forces, forces) < 0.01
+    assert max(force[1] for force in forces.values()) > 5.0
+    assert stepper.energy.keys() == run.energy.keys()
+    assert difference(stepper.energy, last(run.energy)) < 1e-4
+    assert stepper.energy["friction"] > 0.1
+    assert balance(stepper) == pytest.approx(start, abs=1e-6)
+
+
+def test_a_figure_without_props_has_no_contact(spheres):
+    stepper = Stepper(spheres, Plan(free_root=True))
+    assert stepper.contact_forces == {}
+    assert "contact" not in stepper.energy
+
+
+def test_a_freed_figure_falls_on_the_floor_and_is_held_on_it(spheres):
+    floor = Prop("low", Plane((0.0, -1.0, 0.0), Y), Surface())
+    stepper = Stepper(spheres, Plan(scene=Scene((floor,))), TOLERANCE)
+    start = balance(stepper)
+    stepper.advance(0.1)
+    assert not any(force.any() for force in stepper.contact_forces.values())
+    stepper.free_root()
+    stepper.advance(0.8)
+    before, poses = stepper.energy, stepper.poses
+    assert before["contact damping"] > 0.1
+    assert before["friction"] > 0.1
+    forces = stepper.contact_forces
+    assert sum(force[1] for force in forces.values()) > 5.0
+    stepper.lock("joint1")
+    stepper.hold_root()
+    assert stepper.energy["kinetic"] == 0.0
+    for kind in ("contact", "contact damping", "friction"):
+        assert stepper.energy[kind] == pytest.approx(before[kind], rel=1e-12)
+    assert difference(stepper.poses, poses) < 1e-14
+    assert balance(stepper) == pytest.approx(start, abs=1e-6)
+    stepper.unlock("joint1")
+    stepper.advance(0.1)
+    stepper.free_root()
+    stepper.advance(0.1)
+    assert stepper.agreement_with_exudyn() < 1e-11
+    assert balance(stepper) == pytest.approx(start, abs=1e-6)
+
+
+def test_rewinding_on_the_floor_repeats_bit_by_bit(spheres):
+    plan = Plan(scene=FLOOR, free_root=True, height=0.02)
+    stepper = Stepper(spheres, plan)
+    stepper.advance(0.2)
+    saved = stepper.snapshot()
+
+    def continued():
+        stepper.advance(0.1)
+        stepper.set_force("bar1", (3.0, 0.0, 5.0), (0.0, 0.0, 0.3))
+        stepper.lock("joint1")
+        stepper.advance(0.1)
+        return stepper.poses, stepper.contact_forces, stepper.energy
+
+    first = continued()
+    stepper.rewind(saved)
+    second = continued()
+    for one, other in zip(first[:2], second[:2], strict=True):
+        assert all(np.array_equal(one[name], values) for name, values in other.items())
+    assert first[2] == second[2]
+    assert first[2]["friction"] > 0.0
+
+
+def test_a_start_inside_the_floor_is_refused(spheres):
+    with pytest.raises(ModelError, match=r"starts .* cm inside floor: raise the figure"):
+        Stepper(spheres, Plan(scene=FLOOR, free_root=True, height=-0.01))
