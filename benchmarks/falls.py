@@ -1,0 +1,259 @@
+"""Falls of the free prototype on a floor, from ten starts, beside MuJoCo with its own contact.
+
+Run with `python -m benchmarks falls`. After the first impacts two models of contact have two
+trajectories, so what is compared is the distribution over the starts of numbers of each fall.
+MuJoCo has the springs of the prototype by its callback, and contact of its own: convex hulls of the
+psurfs at two stiffnesses, and the contact spheres of this program. No limb touches another.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+
+from benchmarks import tables
+from benchmarks.engines import mujoco_engine
+from benchmarks.engines.mujoco_engine import Floor, MuJoCo
+from benchmarks.outside import Landing
+from benchmarks.passive_law import CurveLaw
+from benchmarks.tree import GRAVITY, tree_model
+from generator.figure import Figure
+from generator.figure_file import read_figure
+from generator.geometry.contact_spheres import fit_contact_spheres
+from generator.geometry.read import read_segment_surface
+from generator.rotations import Array
+
+COMMAND = "python -m benchmarks falls"
+
+STOP = 3.0
+"""Of every fall [s]."""
+
+STARTS = 10
+
+SPREAD = 0.05
+"""Standard deviation of each joint angle of the starts [rad]."""
+
+MUJOCO_STEP = 5e-4
+"""Of MuJoCo [s]."""
+
+FRAME = 0.02
+"""Interval of the stored heights [s]."""
+
+COLLAPSED = 0.5
+"""Height of the centre of mass below which a figure has collapsed [m]."""
+
+REST = 0.2
+"""Duration at the end over which what is at rest is averaged [s]."""
+
+WINDOW = 0.01
+"""Duration over which the floor's force is averaged, as a force plate's filter does [s]."""
+
+HIPS = (("lower_torso", "left_upper_leg"), ("lower_torso", "right_upper_leg"))
+"""Pelvis and thigh: segments that carry the force on a hip."""
+
+Values = Mapping[str, tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class Start:
+    """Start of a fall: displacements [rad], velocity of all segments alike [m/s]."""
+
+    displacements: Values
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Manner:
+    """A manner to begin a fall; each start differs by random angles of all joints."""
+
+    displacements: Values
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def start(self, figure: Figure, seed: int) -> Start:
+        """The start of a seed; the joint to the ground is not disturbed."""
+        generator = np.random.default_rng(seed)
+        placed: dict[str, tuple[float, ...]] = {}
+        for name, joint in figure.joints.items():
+            angles = np.zeros(len(joint.chain)) + self.displacements.get(name, 0.0)
+            if figure.root.segment not in {end.segment for end in joint.ends}:
+                angles += SPREAD * generator.standard_normal(len(joint.chain))
+            placed[name] = tuple(angles.tolist())
+        return Start(placed, self.velocity)
+
+
+COLLAPSE = "collapse"
+
+MANNERS = {
+    COLLAPSE: Manner(
+        {"left_knee": (0.35,), "right_knee": (0.35,), "left_hip_joint": (0.0, 0.15, 0.0)}
+    ),
+    "push, 1 m/s": Manner({}, (1.0, 0.0, 0.0)),
+    "push, 2 m/s": Manner({}, (2.0, 0.0, 0.0)),
+    "lean, 0.2 rad": Manner({"root_torso": (-0.2, 0.0, 0.0)}),
+}
+"""A collapse from standing with the knees bent; from standing straight falls to the left."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Numbers of a fall that do not depend on its trajectory in detail.
+
+    Attributes:
+        collapse: time at which the centre of mass is below `COLLAPSED` [s].
+        rest_height: of the centre of mass at the end [m].
+        drift: its horizontal way from the start to the end [m].
+        largest_force: of the floor, at any step [N].
+        largest_mean_force: of the floor, averaged over `WINDOW` [N].
+        carried: force of the floor at the end over the weight.
+        hip_force: largest on pelvis and a thigh at any step [N].
+        hip_mean_force: the same averaged over `WINDOW` [N].
+    """
+
+    collapse: float
+    rest_height: float
+    drift: float
+    largest_force: float
+    largest_mean_force: float
+    carried: float
+    hip_force: float
+    hip_mean_force: float
+
+
+HEADERS = {
+    "collapse": "COM below 0.5 m [s]",
+    "rest_height": "COM height at rest [m]",
+    "drift": "drift [m]",
+    "largest_force": "largest force [N]",
+    "largest_mean_force": "largest force, 10 ms mean [N]",
+    "carried": "carried at rest [m g]",
+    "hip_force": "largest hip force [N]",
+    "hip_mean_force": "largest hip force, 10 ms mean [N]",
+}
+"""Columns of the table, by field of `Outcome`."""
+
+
+def outcome(landing: Landing, weight: float) -> Outcome:
+    """Read off a fall of a figure of a weight [N]."""
+    times, centre, force = landing.times, landing.centre, landing.floor_force
+    at_rest = times >= times[-1] - REST
+    end = centre[at_rest].mean(axis=0)
+    hips = [np.sum([landing.forces[name] for name in names], axis=0) for names in HIPS]
+    return Outcome(
+        _fall_time(times, centre[:, 1]),
+        float(end[1]),
+        float(np.hypot(*(end - centre[0])[[0, 2]])),
+        float(force.max()),
+        largest_mean(times, force),
+        float(force[at_rest].mean() / weight),
+        float(np.max(hips)),
+        max(largest_mean(times, hip) for hip in hips),
+    )
+
+
+def _fall_time(times: Array, heights: Array) -> float:
+    """Time at which the height passes `COLLAPSED` [s]; nan if it does not."""
+    below = np.flatnonzero(heights < COLLAPSED)
+    if not below.size or below[0] == 0:
+        return nan
+    k = below[0]
+    share = (heights[k - 1] - COLLAPSED) / (heights[k - 1] - heights[k])
+    return float(times[k - 1] + share * (times[k] - times[k - 1]))
+
+
+def largest_mean(times: Array, force: Array, window: float = WINDOW) -> float:
+    """Largest mean of a force over a window [N]; the times need not be equidistant."""
+    areas = 0.5 * (force[1:] + force[:-1]) * np.diff(times)
+    impulse = np.concatenate([[0.0], np.cumsum(areas)])
+    ends = times[times >= times[0] + window]
+    earlier, later = (np.interp(at, times, impulse) for at in (ends - window, ends))
+    return float(np.max(later - earlier) / window)
+
+
+@dataclass(frozen=True)
+class Contender:
+    """An engine with its contact."""
+
+    engine: str
+    contact: str
+    land: Callable[[Start], Landing]
+
+
+def hulls(figure: Figure) -> dict[str, Array]:
+    """Vertices of the psurfs by segment, shape (n, 3) [m]."""
+    return {
+        name: read_segment_surface(figure, segment).vertices
+        for name, segment in figure.bodies.items()
+        if segment.psurf is not None
+    }
+
+
+def spheres(figure: Figure) -> dict[str, Array]:
+    """Centres and radii of the contact spheres by segment, shape (n, 4) [m]."""
+    return {
+        name: np.array([(*sphere.centre, sphere.radius) for sphere in fitted.spheres])
+        for name, fitted in fit_contact_spheres(figure).items()
+    }
+
+
+def mujoco(figure: Figure, floor: Floor, step: float = MUJOCO_STEP) -> Callable[[Start], Landing]:
+    """Falls in MuJoCo."""
+
+    def land(start: Start) -> Landing:
+        tree = tree_model(figure, start.displacements, free_root=True)
+        law = CurveLaw.from_file(tree, figure, "prototype.springs.toml")
+        return MuJoCo(tree, floor=floor).land(STOP, step, law, np.array(start.velocity))
+
+    return land
+
+
+def contenders(figure: Figure) -> Iterator[Contender]:
+    """The engines and their contacts."""
+    for name, shapes, time_constant in (
+        ("hulls", hulls(figure), 0.02),
+        ("hulls", hulls(figure), 0.005),
+        ("spheres", spheres(figure), 0.02),
+    ):
+        contact = f"{name}, {1e3 * time_constant:g} ms"
+        yield Contender(mujoco_engine.NAME, contact, mujoco(figure, Floor(shapes, time_constant)))
+
+
+def main() -> None:
+    """Print the table and write it, and the heights."""
+    figure = read_figure("prototype")
+    weight = figure.total_mass * GRAVITY
+    rows: list[tables.Row] = []
+    heights: list[tables.Row] = []
+    for contender in contenders(figure):
+        for manner, began in MANNERS.items():
+            name = {"fall": manner, "engine": contender.engine, "contact": contender.contact}
+            landings = [contender.land(began.start(figure, seed)) for seed in range(STARTS)]
+            for seed, landing in enumerate(landings):
+                read = outcome(landing, weight)
+                numbers = {header: getattr(read, key) for key, header in HEADERS.items()}
+                rows.append({**name, "start": seed, **numbers})
+            if manner == COLLAPSE:
+                heights += _heights(name, landings)
+            _show_means(name, rows[-STARTS:])
+    tables.write("falls", COMMAND, rows)
+    tables.write("falls_heights", COMMAND, heights)
+
+
+def _heights(name: tables.Row, landings: list[Landing]) -> Iterator[tables.Row]:
+    """Height of the centre of mass of each start, frame by frame."""
+    for time in np.arange(0.0, STOP + 0.5 * FRAME, FRAME):
+        starts = {
+            f"start {seed} [m]": float(np.interp(time, landing.times, landing.centre[:, 1]))
+            for seed, landing in enumerate(landings)
+        }
+        yield {**name, "time [s]": float(time), **starts}
+
+
+def _show_means(name: tables.Row, rows: Sequence[tables.Row]) -> None:
+    """Print means and standard deviations."""
+    means = {
+        header: f"{np.mean(values):.4g} ({np.std(values, ddof=1):.2g})"
+        for header in HEADERS.values()
+        for values in [np.array([row[header] for row in rows], dtype=float)]
+    }
+    tables.show([{**name, **means}])
