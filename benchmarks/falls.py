@@ -1,28 +1,32 @@
 """Falls of the free prototype on a floor, from ten starts, beside MuJoCo with its own contact.
 
-Run with `python -m benchmarks falls`. After the first impacts two models of contact have two
-trajectories, so what is compared is the distribution over the starts of numbers of each fall.
-MuJoCo has the springs of the prototype by its callback, and contact of its own: convex hulls of the
-psurfs at two stiffnesses, and the contact spheres of this program. No limb touches another.
+Run with `python -m benchmarks falls` (20 minutes). After the first impacts two models of contact
+have two trajectories, so what is compared is the distribution over the starts of numbers of each
+fall. MuJoCo has the springs of the prototype by its callback, and contact of its own: convex hulls
+of the psurfs at two stiffnesses, and the contact spheres of this program. Drake has the springs as
+generalized forces, and its point contact of these spheres. No limb touches another.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 
 import numpy as np
 
 from benchmarks import tables
-from benchmarks.engines import mujoco_engine
+from benchmarks.engines import exudyn_engine, mujoco_engine
 from benchmarks.engines.mujoco_engine import Floor, MuJoCo
 from benchmarks.outside import Landing
 from benchmarks.passive_law import CurveLaw
-from benchmarks.tree import GRAVITY, tree_model
+from benchmarks.tree import GRAVITY, TreeModel, tree_model
 from generator.figure import Figure
 from generator.figure_file import read_figure
 from generator.geometry.contact_spheres import fit_contact_spheres
 from generator.geometry.read import read_segment_surface
 from generator.rotations import Array
+from generator.scene import Scene, floor_prop
+from generator.simulation.plan import Plan
+from springs.contact import DEFAULT_SURFACE, Surface
 
 COMMAND = "python -m benchmarks falls"
 
@@ -34,8 +38,18 @@ STARTS = 10
 SPREAD = 0.05
 """Standard deviation of each joint angle of the starts [rad]."""
 
+OWN_FRAME = 1e-3
+"""Frames at which forces of this program are read; its steps on the floor are about as long [s]."""
+
 MUJOCO_STEP = 5e-4
-"""Of MuJoCo [s]."""
+DRAKE_STEP = 1e-3
+"""Steps of the engines [s]."""
+
+STIFFER = 1e5
+"""Stiffness of a second run of this program [N/m]."""
+
+ROOT = "lower_torso"
+"""The segment that carries the free root."""
 
 FRAME = 0.02
 """Interval of the stored heights [s]."""
@@ -196,26 +210,81 @@ def spheres(figure: Figure) -> dict[str, Array]:
     }
 
 
-def mujoco(figure: Figure, floor: Floor, step: float = MUJOCO_STEP) -> Callable[[Start], Landing]:
+def _tree(figure: Figure, start: Start) -> tuple[TreeModel, CurveLaw]:
+    """The tree of a start and the law of its joints, for other engines."""
+    tree = tree_model(figure, start.displacements, free_root=True)
+    return tree, CurveLaw.from_file(tree, figure, "prototype.springs.toml")
+
+
+def own(figure: Figure, surface: Surface, stop: float = STOP) -> Callable[[Start], Landing]:
+    """Falls in this program, with its frames for steps."""
+
+    def land(start: Start) -> Landing:
+        plan = Plan(
+            stop=stop,
+            frame=OWN_FRAME,
+            displacements=start.displacements,
+            velocities={ROOT: (0.0, 0.0, 0.0, *start.velocity)},
+            free_root=True,
+            height=0.0,
+            scene=Scene((floor_prop((0.0, 1.0, 0.0), surface),)),
+        )
+        return exudyn_engine.land(figure, plan)
+
+    return land
+
+
+def mujoco(
+    figure: Figure, floor: Floor, step: float = MUJOCO_STEP, stop: float = STOP
+) -> Callable[[Start], Landing]:
     """Falls in MuJoCo."""
 
     def land(start: Start) -> Landing:
-        tree = tree_model(figure, start.displacements, free_root=True)
-        law = CurveLaw.from_file(tree, figure, "prototype.springs.toml")
-        return MuJoCo(tree, floor=floor).land(STOP, step, law, np.array(start.velocity))
+        tree, law = _tree(figure, start)
+        return MuJoCo(tree, floor=floor).land(stop, step, law, np.array(start.velocity))
+
+    return land
+
+
+def drake(
+    figure: Figure, surface: Surface, step: float = DRAKE_STEP, stop: float = STOP
+) -> Callable[[Start], Landing]:
+    """Falls in Drake, with stiffness, damping and friction of a surface."""
+    from benchmarks.engines.drake_floor import DrakeOnFloor
+
+    shapes = spheres(figure)
+
+    def land(start: Start) -> Landing:
+        tree, law = _tree(figure, start)
+        engine = DrakeOnFloor(
+            tree, shapes, surface.stiffness, surface.damping, surface.friction, step
+        )
+        return engine.land(stop, law, np.array(start.velocity))
 
     return land
 
 
 def contenders(figure: Figure) -> Iterator[Contender]:
     """The engines and their contacts."""
+    for stiffness in (DEFAULT_SURFACE.stiffness, STIFFER):
+        contact = f"spheres, {stiffness / 1e3:g} kN/m"
+        surface = replace(DEFAULT_SURFACE, stiffness=stiffness)
+        yield Contender(exudyn_engine.NAME, contact, own(figure, surface))
     for name, shapes, time_constant in (
         ("hulls", hulls(figure), 0.02),
         ("hulls", hulls(figure), 0.005),
         ("spheres", spheres(figure), 0.02),
     ):
         contact = f"{name}, {1e3 * time_constant:g} ms"
-        yield Contender(mujoco_engine.NAME, contact, mujoco(figure, Floor(shapes, time_constant)))
+        floor = Floor(shapes, time_constant, DEFAULT_SURFACE.friction)
+        yield Contender(mujoco_engine.NAME, contact, mujoco(figure, floor))
+    try:
+        land = drake(figure, DEFAULT_SURFACE)
+    except ImportError:
+        print("Drake is not installed and is left out")
+        return
+    contact = f"spheres, {DEFAULT_SURFACE.stiffness / 1e3:g} kN/m"
+    yield Contender("Drake", contact, land)
 
 
 def main() -> None:

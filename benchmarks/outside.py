@@ -44,11 +44,13 @@ class Landing:
         times: shape (n,) [s].
         centre: of mass, shape (n, 3) [m].
         forces: normal force of the floor on each segment that may touch it, shape (n,) [N].
+        rotations: of each joint's child in its parent at the end, shape (3, 3).
     """
 
     times: Array
     centre: Array
     forces: Mapping[str, Array]
+    rotations: Mapping[str, Array]
 
     @property
     def floor_force(self) -> Array:

@@ -37,7 +37,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.outside import Landing
 from benchmarks.passive_law import PassiveLaw
-from benchmarks.tree import GRAVITY, Link, TreeModel
+from benchmarks.tree import GRAVITY, Link, TreeModel, quaternion
 from generator.rotations import Array
 
 LARGEST_PITCH = 1.0
@@ -150,16 +150,19 @@ class DrakeOnFloor:
                 of = names.get(int(pair.bodyA_index())) or names[int(pair.bodyB_index())]
                 forces[of][k] += abs(pair.contact_force()[1])
             simulator.AdvanceTo((k + 1) * self._step)
-        return Landing(self._step * np.arange(steps), centres, forces)
+        state = self._state(own, turned)
+        made = self.tree.rotations(np.concatenate([part.ravel() for part in state])[None])
+        rotations = {name: turns[0] for name, turns in made.items()}
+        return Landing(self._step * np.arange(steps), centres, forces, rotations)
 
     def _set_start(self, own: Any, velocity: Array) -> None:
         plant, tree = self._plant, self.tree
         q, angles, spins, rates = tree.parts(tree.start)
-        for link, quaternion, spin in zip(tree.balls, q, spins, strict=True):
+        for link, four, spin in zip(tree.balls, q, spins, strict=True):
             joint = self._joints[link.joint]
-            turn = Rotation.from_quat(quaternion[[1, 2, 3, 0]])
+            turn = Rotation.from_quat(four[[1, 2, 3, 0]])
             if link.is_free:
-                joint.SetQuaternion(own, Quaternion(quaternion))
+                joint.SetQuaternion(own, Quaternion(four))
                 joint.SetTranslation(own, np.zeros(3))
                 joint.set_angular_velocity(own, turn.apply(spin))
                 joint.set_translational_velocity(own, velocity)
@@ -183,7 +186,7 @@ class DrakeOnFloor:
             joint = self._joints[link.joint]
             if link.is_free or abs(joint.get_angles(own)[1]) < LARGEST_PITCH:
                 continue
-            turn = Rotation.from_euler("xyz", joint.get_angles(own)).as_matrix()
+            turn = self._turn(own, link)
             spin = joint.get_angular_velocity(own)
             turned[link.joint] = turned[link.joint] @ turn
             pose = link.in_base.copy()
@@ -192,34 +195,43 @@ class DrakeOnFloor:
             joint.set_angles(own, np.zeros(3))
             joint.set_angular_velocity(own, turn.T @ spin)
 
-    def _torques(self, own: Any, law: PassiveLaw, turned: Mapping[str, Array]) -> Array:
-        """Generalized forces of a law."""
-        tree = self.tree
-        quaternions, spins, now = [], [], []
-        for link in tree.balls:
+    def _state(self, own: Any, turned: Mapping[str, Array]) -> tuple[Array, Array, Array, Array]:
+        """Quaternions, angles, spins in the tips and rates, as `TreeModel.parts`.
+
+        Those of the free root are zero: no law acts on it.
+        """
+        quaternions, spins = [], []
+        for link in self.tree.balls:
             joint = self._joints[link.joint]
             if link.is_free:
                 quaternions.append(np.array([1.0, 0.0, 0.0, 0.0]))
                 spins.append(np.zeros(3))
-                now.append(np.eye(3))
                 continue
-            turn = Rotation.from_euler("xyz", joint.get_angles(own))
-            whole = link.in_base[:3, :3].T @ turned[link.joint] @ turn.as_matrix()
-            now.append(turn.as_matrix())
-            quaternions.append(Rotation.from_matrix(whole).as_quat()[[3, 0, 1, 2]])
-            spins.append(turn.inv().apply(joint.get_angular_velocity(own)))
-        joints = [self._joints[link.joint] for link in tree.hinges]
+            turn = self._turn(own, link)
+            whole = link.in_base[:3, :3].T @ turned[link.joint] @ turn
+            quaternions.append(quaternion(whole))
+            spins.append(turn.T @ joint.get_angular_velocity(own))
+        joints = [self._joints[link.joint] for link in self.tree.hinges]
         angles = np.array([joint.get_angle(own) for joint in joints])
         rates = np.array([joint.get_angular_rate(own) for joint in joints])
-        balls, hinges = law.torques(np.array(quaternions), angles, np.array(spins), rates)
+        return np.array(quaternions), angles, np.array(spins), rates
+
+    def _torques(self, own: Any, law: PassiveLaw, turned: Mapping[str, Array]) -> Array:
+        """Generalized forces of a law; of a ball in the axes of its frame in the base."""
+        balls, hinges = law.torques(*self._state(own, turned))
         force = np.zeros(self._plant.num_velocities())
-        for link, matrix, torque in zip(tree.balls, now, balls, strict=True):
-            at = self._joints[link.joint].velocity_start()
+        for link, torque in zip(self.tree.balls, balls, strict=True):
             if not link.is_free:
-                force[at : at + 3] = matrix @ torque
-        for joint, torque in zip(joints, hinges, strict=True):
-            force[joint.velocity_start()] = torque
+                at = self._joints[link.joint].velocity_start()
+                force[at : at + 3] = self._turn(own, link) @ torque
+        for link, torque in zip(self.tree.hinges, hinges, strict=True):
+            force[self._joints[link.joint].velocity_start()] = torque
         return force
+
+    def _turn(self, own: Any, link: Link) -> Array:
+        """Rotation of a ball's tip in its frame in the base, shape (3, 3)."""
+        angles = self._joints[link.joint].get_angles(own)
+        return Rotation.from_euler("xyz", angles).as_matrix()
 
 
 def _joint(link: Link, frames: list[Any]) -> Any:

@@ -247,7 +247,9 @@ class MuJoCo:
         if any(data.warning.number):
             raise RuntimeError("MuJoCo's fall became unstable")
         by_segment = {name: forces[:, k] for k, name in enumerate(names) if name in floor.shapes}
-        return Landing(step * np.arange(steps), centres, by_segment)
+        made = self.tree.rotations(self._state(data)[None])
+        rotations = {name: turns[0] for name, turns in made.items()}
+        return Landing(step * np.arange(steps), centres, by_segment, rotations)
 
     def _lowest(self, data: Any, floor: Floor) -> float:
         """Height of the lowest point of the shapes [m]."""
