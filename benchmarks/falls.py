@@ -305,7 +305,16 @@ def main() -> None:
                 heights += _heights(name, landings)
             _show_means(name, rows[-STARTS:])
     tables.write("falls", COMMAND, rows)
+    tables.write("falls_starts", COMMAND, list(_starts(figure)))
     tables.write("falls_heights", COMMAND, heights)
+
+
+def _starts(figure: Figure) -> Iterator[tables.Row]:
+    """Angles of the starts of the collapse, which a plate repeats."""
+    for seed in range(STARTS):
+        for joint, angles in MANNERS[COLLAPSE].start(figure, seed).displacements.items():
+            for axis, angle in enumerate(angles):
+                yield {"start": seed, "joint": joint, "axis": axis, "angle [rad]": f"{angle:.9f}"}
 
 
 def _heights(name: tables.Row, landings: list[Landing]) -> Iterator[tables.Row]:

@@ -124,7 +124,7 @@ def land(figure: Figure, plan: Plan) -> Landing:
         raise RuntimeError(recording.outcome.message)
     forces = {name: force[:, 1] for name, force in recording.contact.forces.items()}
     last = _fall(recording).rotations
-    rotations = {name: turns[-1] for name, turns in last.items()}
+    rotations = {name: turns[-1] for name, turns in last.items() if name in figure.joints}
     return Landing(recording.times, recording.centre_of_mass, forces, rotations)
 
 

@@ -29,10 +29,12 @@ def landing(heights, forces) -> Landing:
 
 
 def test_what_is_read_off_a_fall() -> None:
-    made = landing(lambda t: np.maximum(1.0 - t, 0.1), lambda t: 100.0 + 1000.0 * (t == 0.4))
+    made = landing(
+        lambda t: np.maximum(1.0 - t, 0.2), lambda t: 100.0 + 1000.0 * np.isclose(t, 0.4)
+    )
     read = outcome(made, 50.0)
     assert read.collapse == pytest.approx(0.5)
-    assert read.rest_height == pytest.approx(0.1, abs=1e-2)
+    assert read.rest_height == pytest.approx(0.2)
     assert read.drift == pytest.approx(0.27)
     assert read.largest_force == read.hip_force == 1100.0
     # A single step of 1 ms in a window of 10 ms.
@@ -86,8 +88,8 @@ def test_in_flight_an_engine_moves_as_this_program(engine: str) -> None:
     else:
         pytest.importorskip("pydrake")
         made = falls.drake(PROTOTYPE, DEFAULT_SURFACE, 1e-4, stop=0.5)(FLIGHT)
-    apart = between(made.rotations, ours.rotations)
-    assert apart < 0.02
+    # Their methods are of first order: 1e-3 rad at this step, 1e-2 at ten times as much.
+    assert between(made.rotations, ours.rotations) < 2e-3
     assert np.interp(0.4, made.times, made.centre[:, 1]) == pytest.approx(
         np.interp(0.4, ours.times, ours.centre[:, 1]), abs=1e-3
     )
