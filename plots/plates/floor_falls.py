@@ -77,17 +77,19 @@ class Quantity:
 
 
 QUANTITIES = (
-    Quantity("COM below 0.5 m [s]", "centre of mass below 0.5 m", "s"),
+    Quantity("COM below 0.5 m [s]", "time of half height", "s"),
     Quantity("COM height at rest [m]", "height at rest", "m"),
     Quantity("drift [m]", "horizontal drift", "m"),
-    Quantity(SMOOTHED_FORCE, "largest floor force, 10 ms mean", "kN", 1e-3),
+    Quantity(SMOOTHED_FORCE, "largest force, 10 ms", "kN", 1e-3),
 )
 """Quantities of the collapse that are compared."""
 
 _SIGN = (
     "Heights are those of the centre of mass above the floor. Forces are normal to the floor. Each "
     "small mark is a fall, the upright dash the mean of ten, the line one standard deviation to "
-    "each side."
+    "each side. Time of half height: when the centre of mass is below 0.5 m. Height at rest: mean "
+    "of the last 0.2 s. Forces on pelvis and thigh are those of the side with the larger one, at any "
+    "step; forces in the collapse are averaged over 10 ms."
 )
 _CAPTION = (
     "The free prototype without muscles, with its own springs, falls from standing for 3 s. Ten "
@@ -220,19 +222,15 @@ def _draw(falls: Measurements, heights: Measurements, references: tuple[str, ...
     styles = _engine_styles(falls)
     with plot_style():
         figure = create_canvas(7.4)
-        panels = figure.subplot_mosaic(
-            [["heights", "heights", "hip", "hip"], ["time", "rest", "drift", "force"]],
-            height_ratios=(1.25, 1.0),
-        )
-        _draw_heights(panels["heights"], heights, styles)
-        _draw_hip_forces(panels["hip"], falls, styles)
-        for axes, quantity in zip(
-            (panels[name] for name in ("time", "rest", "drift", "force")), QUANTITIES, strict=True
-        ):
+        upper, lower = figure.subfigures(2, 1, height_ratios=(1.2, 1.0))
+        left, right = upper.subplots(1, 2)
+        _draw_heights(left, heights, styles)
+        _draw_hip_forces(right, falls, styles)
+        for axes, quantity in zip(lower.subplots(1, len(QUANTITIES)), QUANTITIES, strict=True):
             for row, contact in enumerate(every):
                 values = quantity.read(select_fall(falls, COLLAPSE, contact))
                 _draw_distribution(axes, values, row, styles[contact[0]])
-            axes.set_title(quantity.name.replace(", ", ",\n"), loc="left", fontsize=7.5, wrap=True)
+            axes.set_title(f"collapse:\n{quantity.name}", loc="left", fontsize=7.5)
             axes.set_xlabel(f"[{quantity.unit}]")
             _set_rows(axes, every, named=quantity is QUANTITIES[0])
         add_footer(figure, _SIGN, references)
@@ -282,14 +280,24 @@ def _draw_hip_forces(axes: Axes, falls: Measurements, styles: Mapping[str, LineS
         for offset, fall in zip(_ROW_OFFSETS, _pushed_falls(falls), strict=True):
             values = 1e-3 * select_fall(falls, fall, contact).column(PEAK_HIP_FORCE)
             _draw_distribution(axes, values, row + offset, styles[contact[0]])
+            if row == 0:
+                place = (0.99, offset)
+                axes.annotate(
+                    fall,
+                    place,
+                    xycoords=("axes fraction", "data"),
+                    ha="right",
+                    va="center",
+                    fontsize=6.5,
+                )
     axes.set_xscale("log")
     axes.set_xticks([1, 2, 4, 10, 20, 40], ["1", "2", "4", "10", "20", "40"])
     axes.minorticks_off()
     _set_rows(axes, every, named=True)
-    axes.set_xlabel("largest force on pelvis and a thigh, any step [kN]")
-    order = ", ".join(_pushed_falls(falls))
+    axes.set_xlabel("largest force on pelvis and thigh [kN]")
     axes.set_title(
-        f"fall to the left; from above: {order}\ngrey: estimated from falls of 20 people [1]",
+        f"three falls to the left; grey: estimated from falls\nof people [1], "
+        f"{HIP_FORCE_MEAN:g} (SD {HIP_FORCE_SD:g}) kN",
         loc="left",
         fontsize=7.5,
     )
