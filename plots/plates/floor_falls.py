@@ -88,8 +88,8 @@ _SIGN = (
     "Heights are those of the centre of mass above the floor. Forces are normal to the floor. Each "
     "small mark is a fall, the upright dash the mean of ten, the line one standard deviation to "
     "each side. Time of half height: when the centre of mass is below 0.5 m. Height at rest: mean "
-    "of the last 0.2 s. Forces on pelvis and thigh are those of the side with the larger one, at any "
-    "step; forces in the collapse are averaged over 10 ms."
+    "of the last 0.2 s. Forces on pelvis and thigh are those of the side with the larger one, at "
+    "any step; forces in the collapse are averaged over 10 ms."
 )
 _CAPTION = (
     "The free prototype without muscles, with its own springs, falls from standing for 3 s. Ten "
