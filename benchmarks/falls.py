@@ -54,8 +54,12 @@ ROOT = "lower_torso"
 FRAME = 0.02
 """Interval of the stored heights [s]."""
 
-COLLAPSED = 0.5
-"""Height of the centre of mass below which a figure has collapsed [m]."""
+FALLING, DOWN = 0.6, 0.25
+"""Heights of the centre of mass below which a figure falls, and is down [m].
+
+At 0.5 m the folded legs stop it for a moment: whether it passes that height at once depends on
+millimetres.
+"""
 
 REST = 0.2
 """Duration at the end over which what is at rest is averaged [s]."""
@@ -114,7 +118,8 @@ class Outcome:
     """Numbers of a fall that do not depend on its trajectory in detail.
 
     Attributes:
-        collapse: time at which the centre of mass is below `COLLAPSED` [s].
+        falling: time at which the centre of mass is below `FALLING` [s].
+        down: time at which it is below `DOWN` [s].
         rest_height: of the centre of mass at the end [m].
         drift: its horizontal way from the start to the end [m].
         largest_force: of the floor, at any step [N].
@@ -124,7 +129,8 @@ class Outcome:
         hip_mean_force: the same averaged over `WINDOW` [N].
     """
 
-    collapse: float
+    falling: float
+    down: float
     rest_height: float
     drift: float
     largest_force: float
@@ -135,7 +141,8 @@ class Outcome:
 
 
 HEADERS = {
-    "collapse": "COM below 0.5 m [s]",
+    "falling": f"COM below {FALLING} m [s]",
+    "down": f"COM below {DOWN} m [s]",
     "rest_height": "COM height at rest [m]",
     "drift": "drift [m]",
     "largest_force": "largest force [N]",
@@ -154,7 +161,8 @@ def outcome(landing: Landing, weight: float) -> Outcome:
     end = centre[at_rest].mean(axis=0)
     hips = [np.sum([landing.forces[name] for name in names], axis=0) for names in HIPS]
     return Outcome(
-        _fall_time(times, centre[:, 1]),
+        _fall_time(times, centre[:, 1], FALLING),
+        _fall_time(times, centre[:, 1], DOWN),
         float(end[1]),
         float(np.hypot(*(end - centre[0])[[0, 2]])),
         float(force.max()),
@@ -165,13 +173,13 @@ def outcome(landing: Landing, weight: float) -> Outcome:
     )
 
 
-def _fall_time(times: Array, heights: Array) -> float:
-    """Time at which the height passes `COLLAPSED` [s]; nan if it does not."""
-    below = np.flatnonzero(heights < COLLAPSED)
+def _fall_time(times: Array, heights: Array, bound: float) -> float:
+    """Time at which the height passes a bound [s]; nan if it does not."""
+    below = np.flatnonzero(heights < bound)
     if not below.size or below[0] == 0:
         return nan
     k = below[0]
-    share = (heights[k - 1] - COLLAPSED) / (heights[k - 1] - heights[k])
+    share = (heights[k - 1] - bound) / (heights[k - 1] - heights[k])
     return float(times[k - 1] + share * (times[k] - times[k - 1]))
 
 

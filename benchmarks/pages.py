@@ -162,7 +162,8 @@ def _hip_forces() -> Iterator[Line]:
 
 
 _FALL_HEADERS = (
-    "COM below 0.5 m [s]",
+    "COM below 0.6 m [s]",
+    "COM below 0.25 m [s]",
     "COM height at rest [m]",
     "drift [m]",
     PEAK_FORCE,

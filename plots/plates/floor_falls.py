@@ -77,19 +77,20 @@ class Quantity:
 
 
 QUANTITIES = (
-    Quantity("COM below 0.5 m [s]", "time of half height", "s"),
+    Quantity("COM below 0.6 m [s]", "below 0.6 m", "s"),
+    Quantity("COM below 0.25 m [s]", "below 0.25 m", "s"),
     Quantity("COM height at rest [m]", "height at rest", "m"),
-    Quantity("drift [m]", "horizontal drift", "m"),
-    Quantity(SMOOTHED_FORCE, "largest force, 10 ms", "kN", 1e-3),
+    Quantity("drift [m]", "drift", "m"),
+    Quantity(SMOOTHED_FORCE, "largest force", "kN", 1e-3),
 )
 """Quantities of the collapse that are compared."""
 
 _SIGN = (
-    "Heights are those of the centre of mass above the floor. Forces are normal to the floor. Each "
-    "small mark is a fall, the upright dash the mean of ten, the line one standard deviation to "
-    "each side. Time of half height: when the centre of mass is below 0.5 m. Height at rest: mean "
-    "of the last 0.2 s. Forces on pelvis and thigh are those of the side with the larger one, at "
-    "any step; forces in the collapse are averaged over 10 ms."
+    "Heights are those of the centre of mass above the floor, forces normal to it. Each small mark "
+    "is a fall, the upright dash the mean of ten, the line one standard deviation to each side. "
+    "Below 0.6 m, 0.25 m: time at which the centre of mass is; at rest: mean of the last 0.2 s; "
+    "drift: horizontal. The largest force of the floor in the collapse is averaged over 10 ms; that "
+    "on pelvis and thigh, of the side with the larger one, is at any step."
 )
 _CAPTION = (
     "The free prototype without muscles, with its own springs, falls from standing for 3 s. Ten "
@@ -101,7 +102,7 @@ _CAPTION = (
     "default). Friction is 0.6 everywhere; no limb touches another. Above, left: heights in the "
     "collapse with the knees bent. Above, right: largest force on pelvis and a thigh when the "
     "figure stands straight and is pushed or leans to the left, beside the force that was "
-    "estimated from falls of 20 people on a mat. Below: four numbers of the collapse. "
+    "estimated from falls of 20 people on a mat. Below: five numbers of the collapse. "
 )
 
 
