@@ -89,7 +89,7 @@ _SIGN = (
     "Heights are those of the centre of mass above the floor, forces normal to it. Each small mark "
     "is a fall, the upright dash the mean of ten, the line one standard deviation to each side. "
     "Below 0.6 m, 0.25 m: time at which the centre of mass is; at rest: mean of the last 0.2 s; "
-    "drift: horizontal. The largest force of the floor in the collapse is averaged over 10 ms; that "
+    "drift: horizontal. The largest force in the collapse is averaged over 10 ms, that "
     "on pelvis and thigh, of the side with the larger one, is at any step."
 )
 _CAPTION = (
