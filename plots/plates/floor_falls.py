@@ -61,13 +61,15 @@ class Quantity:
 
     Attributes:
         header: in the table.
-        name: on the axis.
+        name: above its panel.
+        description: in claims.
         unit: of the axis.
         factor: from the table's unit.
     """
 
     header: str
     name: str
+    description: str
     unit: str
     factor: float = 1.0
 
@@ -77,11 +79,15 @@ class Quantity:
 
 
 QUANTITIES = (
-    Quantity("COM below 0.6 m [s]", "below 0.6 m", "s"),
-    Quantity("COM below 0.25 m [s]", "below 0.25 m", "s"),
-    Quantity("COM height at rest [m]", "height at rest", "m"),
-    Quantity("drift [m]", "drift", "m"),
-    Quantity(SMOOTHED_FORCE, "largest force", "kN", 1e-3),
+    Quantity(
+        "COM below 0.6 m [s]", "below 0.6 m", "time until the centre of mass is below 0.6 m", "s"
+    ),
+    Quantity(
+        "COM below 0.25 m [s]", "below 0.25 m", "time until the centre of mass is below 0.25 m", "s"
+    ),
+    Quantity("COM height at rest [m]", "height at rest", "height at rest", "m"),
+    Quantity("drift [m]", "drift", "horizontal drift", "m"),
+    Quantity(SMOOTHED_FORCE, "largest force", "largest force of the floor, 10 ms mean", "kN", 1e-3),
 )
 """Quantities of the collapse that are compared."""
 
@@ -177,7 +183,7 @@ def _claims(falls: Measurements) -> Iterator[Claim]:
         )
         mean, spread = float(np.mean(values)), float(np.std(values, ddof=1))
         yield Claim(
-            f"Collapse, {quantity.name}: the mean of this program is within one standard deviation "
+            f"Collapse, {quantity.description}: the mean of this program is within one standard deviation "
             f"of the mean of all falls in the other engines, {mean:.3g} {quantity.unit}",
             float(np.mean(quantity.read(select_fall(falls, COLLAPSE, own)))),
             quantity.unit,
@@ -223,11 +229,12 @@ def _draw(falls: Measurements, heights: Measurements, references: tuple[str, ...
     styles = _engine_styles(falls)
     with plot_style():
         figure = create_canvas(7.4)
-        upper, lower = figure.subfigures(2, 1, height_ratios=(1.2, 1.0))
-        left, right = upper.subplots(1, 2)
-        _draw_heights(left, heights, styles)
-        _draw_hip_forces(right, falls, styles)
-        for axes, quantity in zip(lower.subplots(1, len(QUANTITIES)), QUANTITIES, strict=True):
+        grid = figure.add_gridspec(2, 1, height_ratios=(1.2, 1.0))
+        upper, lower = (figure.add_subfigure(grid[row, 0]) for row in range(2))
+        _draw_heights(upper.add_subplot(1, 2, 1), heights, styles)
+        _draw_hip_forces(upper.add_subplot(1, 2, 2), falls, styles)
+        for number, quantity in enumerate(QUANTITIES, start=1):
+            axes = lower.add_subplot(1, len(QUANTITIES), number)
             for row, contact in enumerate(every):
                 values = quantity.read(select_fall(falls, COLLAPSE, contact))
                 _draw_distribution(axes, values, row, styles[contact[0]])
