@@ -183,8 +183,8 @@ def _claims(falls: Measurements) -> Iterator[Claim]:
         )
         mean, spread = float(np.mean(values)), float(np.std(values, ddof=1))
         yield Claim(
-            f"Collapse, {quantity.description}: the mean of this program is within one standard deviation "
-            f"of the mean of all falls in the other engines, {mean:.3g} {quantity.unit}",
+            f"Collapse, {quantity.description}: the mean of this program is within one standard "
+            f"deviation of the mean of all falls in the other engines, {mean:.3g} {quantity.unit}",
             float(np.mean(quantity.read(select_fall(falls, COLLAPSE, own)))),
             quantity.unit,
             at_least=mean - spread,
