@@ -2,8 +2,8 @@
 
 The parts run one after another in one process and in the order below, so that the ratios of one
 run are fair. All from `verification` on write what they measured into `plots/data`, where
-the plates `verification` and `work_precision` find it; `pages` measures nothing and writes the
-tables of `docs/`.
+the plates `verification`, `floor_falls` and `work_precision` find it; `pages` measures nothing and
+writes the tables of `docs/`.
 """
 
 import os
@@ -17,6 +17,7 @@ PARTS = {
     "posture": "benchmarks.posture",
     "geometry": "benchmarks.geometry",
     "verification": "benchmarks.verification",
+    "falls": "benchmarks.falls",
     "work-precision": "benchmarks.work_precision",
     "chains": "benchmarks.chains",
     "startup": "benchmarks.startup",

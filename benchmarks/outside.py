@@ -36,6 +36,28 @@ class Fall:
     cpu: float = nan
 
 
+@dataclass(frozen=True)
+class Landing:
+    """A motion onto a floor at y = 0, at n steps or frames; SI units.
+
+    Attributes:
+        times: shape (n,) [s].
+        centre: of mass, shape (n, 3) [m].
+        forces: normal force of the floor on each segment that may touch it, shape (n,) [N].
+        rotations: of each joint's child in its parent at the end, shape (3, 3).
+    """
+
+    times: Array
+    centre: Array
+    forces: Mapping[str, Array]
+    rotations: Mapping[str, Array]
+
+    @property
+    def floor_force(self) -> Array:
+        """Normal force on the whole figure, shape (n,) [N]."""
+        return np.sum(list(self.forces.values()), axis=0)
+
+
 class Clock:
     """Wall time and CPU time of all threads, summed over the blocks that it encloses [s]."""
 

@@ -6,10 +6,22 @@ A table stands between `<!-- measured: NAME -->` and `<!-- end -->`; its rows co
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from math import isnan
+from math import floor, isnan, log10
 from pathlib import Path
 
-from plots.literature import read_measurements
+import numpy as np
+
+from plots.literature import Measurements, read_measurements
+from plots.plates.floor_falls import (
+    CARRIED,
+    COLLAPSE,
+    PEAK_FORCE,
+    PEAK_HIP_FORCE,
+    SMOOTHED_FORCE,
+    SMOOTHED_HIP_FORCE,
+    contacts,
+    select_fall,
+)
 from plots.plates.work_precision import cheapest_wall_time
 
 FOLDER = Path(__file__).parents[1] / "docs"
@@ -137,6 +149,48 @@ def _engines() -> Iterator[Line]:
         yield row["start"], row["engine"], f"{float(row['setting']):g}{unit}", *values
 
 
+def _floor_falls() -> Iterator[Line]:
+    yield "engine", "contact", *(_kilo(key)[0] for key in _FALL_HEADERS)
+    falls = read_measurements("falls")
+    for contact in contacts(falls):
+        table = select_fall(falls, COLLAPSE, contact)
+        yield *contact, *(_mean(table, key) for key in _FALL_HEADERS)
+
+
+def _hip_forces() -> Iterator[Line]:
+    falls = read_measurements("falls")
+    manners = [fall for fall in falls.values("fall") if fall != COLLAPSE]
+    yield "engine", "contact", *(f"{fall}{what}" for fall in manners for what in ("", ", 10 ms"))
+    for contact in contacts(falls):
+        tables = [select_fall(falls, fall, contact) for fall in manners]
+        keys = (PEAK_HIP_FORCE, SMOOTHED_HIP_FORCE)
+        yield *contact, *(_mean(table, key) for table in tables for key in keys)
+
+
+_FALL_HEADERS = (
+    "COM below 0.6 m [s]",
+    "COM below 0.25 m [s]",
+    "COM height at rest [m]",
+    "drift [m]",
+    PEAK_FORCE,
+    SMOOTHED_FORCE,
+    CARRIED,
+)
+
+
+def _kilo(header: str) -> tuple[str, float]:
+    """A header with kN for N, and the factor of its values."""
+    return (header.replace("[N]", "[kN]"), 1e-3) if "[N]" in header else (header, 1.0)
+
+
+def _mean(table: Measurements, header: str) -> str:
+    """Mean and standard deviation of a column, the latter to two digits."""
+    values = _kilo(header)[1] * table.column(header)
+    spread = float(np.std(values, ddof=1))
+    digits = max(0, 1 - floor(log10(spread)))
+    return f"{np.mean(values):.{digits}f} ({spread:.{digits}f})"
+
+
 def _power(value: float) -> str:
     return "" if isnan(value) else f"{value:.1e}"
 
@@ -155,4 +209,6 @@ TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
     "call": _call,
     "contact-costs": _contact_costs,
     "engines": _engines,
+    "floor-falls": _floor_falls,
+    "hip-forces": _hip_forces,
 }

@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from benchmarks.outside import Clock, Fall
+from benchmarks.outside import Clock, Fall, Landing
 from benchmarks.passive_law import RadialLaw
 from generator.figure import Figure
 from generator.recording import Integrator, Recording
@@ -115,6 +115,17 @@ def _fall(recording: Recording) -> Fall:
     return Fall(
         turns, recording.centre_of_mass, energy, recording.wall_time, recording.accuracy.steps
     )
+
+
+def land(figure: Figure, plan: Plan) -> Landing:
+    """The motion of a figure onto the floor of its plan's scene, at the frames of the plan."""
+    recording = simulate(figure, plan)
+    if not recording.outcome.succeeded or recording.contact is None:
+        raise RuntimeError(recording.outcome.message)
+    forces = {name: force[:, 1] for name, force in recording.contact.forces.items()}
+    last = _fall(recording).rotations
+    rotations = {name: turns[-1] for name, turns in last.items() if name in figure.joints}
+    return Landing(recording.times, recording.centre_of_mass, forces, rotations)
 
 
 def exudyn_plan_of(
