@@ -33,6 +33,9 @@ HEAD_INJURY_CAVEAT = (
 MIN_VERTICAL_FORCE = 1.0
 """Vertical force below which there is no centre of pressure [N]."""
 
+MAX_STEP_RATIO = 3.0
+"""Ratio of two steps up to which a parabola through their ends gives a peak."""
+
 REST_DURATION = 0.2
 """Duration of the mean values at the end of a run [s]."""
 
@@ -150,7 +153,6 @@ def summarize_steps(
     """
     touch_times, touch_speeds, touch_depths = _first_touches(times, depths, speeds)
     sizes = np.linalg.norm(forces, axis=-1)
-    peaks = np.argmax(sizes, axis=0)
     contacts: dict[str, SegmentContact] = {}
     for index, name in enumerate(segments):
         spheres = np.flatnonzero(np.equal(owners, index))
@@ -158,11 +160,12 @@ def summarize_steps(
         first = spheres[order[0]] if spheres.size else None
         has_touched = first is not None and bool(np.isfinite(touch_times[first]))
         x, y, z = impulses[index].tolist()
+        peak_time, peak_force = peak_of(times, sizes[:, index])
         contacts[name] = SegmentContact(
             first_time=float(touch_times[first]) if has_touched else None,
             impact_speed=max(float(touch_speeds[first]), 0.0) if has_touched else 0.0,
-            peak_force=float(sizes[peaks[index], index]),
-            peak_time=float(times[peaks[index]]),
+            peak_force=peak_force,
+            peak_time=peak_time,
             impulse=(x, y, z),
         )
     return contacts
@@ -185,6 +188,28 @@ def _first_touches(times: Array, depths: Array, speeds: Array) -> tuple[Array, A
         touch_speeds,
         depths[after, spheres],
     )
+
+
+def peak_of(times: Array, values: Array) -> tuple[float, float]:
+    """Return the time [s] and size of the peak of n values.
+
+    It is that of a parabola through the largest value and its neighbours, or the largest value
+    where the steps before and after it are of very different lengths.
+    """
+    k = int(np.argmax(values))
+    time, value = float(times[k]), float(values[k])
+    if not 0 < k < len(values) - 1:
+        return time, value
+    before, after = float(times[k] - times[k - 1]), float(times[k + 1] - times[k])
+    if not 1.0 / MAX_STEP_RATIO < before / max(after, 1e-300) < MAX_STEP_RATIO:
+        return time, value
+    rise = (value - float(values[k - 1])) / before
+    fall = (float(values[k + 1]) - value) / after
+    bend = (fall - rise) / (before + after)
+    if not bend < 0.0:
+        return time, value
+    slope = rise + bend * before
+    return time - 0.5 * slope / bend, value - 0.25 * slope * slope / bend
 
 
 def mean_at_end(times: Array, values: Array, duration: float = REST_DURATION) -> float:

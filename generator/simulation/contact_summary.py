@@ -11,6 +11,7 @@ from generator.contact_record import (
     head_injury_criterion,
     head_segments,
     mean_at_end,
+    peak_of,
     summarize_steps,
 )
 from generator.geometry.contact_spheres import deepest_overlap, fit_contact_spheres
@@ -37,6 +38,7 @@ def build_contact_record(
     frames, owners = contact_of_trace(model, trace), model.contacts.owners
     steps, times, up = contact.steps, contact.step_times, np.array(model.plan.up)
     total = np.linalg.norm(steps.forces.sum(axis=1), axis=-1)
+    max_force_time, max_force = peak_of(times, total)
     deepest = np.unravel_index(int(np.argmax(steps.depths)), steps.depths.shape)
     return ContactRecord(
         forces={name: frames.forces[:, g] for g, name in enumerate(names)},
@@ -48,8 +50,8 @@ def build_contact_record(
         segments=summarize_steps(
             names, owners, times, steps.forces, steps.depths, steps.rates, contact.impulses[-1]
         ),
-        max_force=float(total.max()),
-        max_force_time=float(times[np.argmax(total)]),
+        max_force=max_force,
+        max_force_time=max_force_time,
         max_depth=max(float(steps.depths[deepest]), 0.0),
         max_depth_segment=names[int(owners[int(deepest[1])])],
         weight_carried=_weight_carried(model, contact, up),

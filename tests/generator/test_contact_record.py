@@ -17,6 +17,7 @@ from generator.contact_record import (
     head_injury_criterion,
     head_segments,
     mean_at_end,
+    peak_of,
     summarize_steps,
 )
 from generator.named_mapping import UnknownNameError
@@ -81,9 +82,23 @@ def test_the_peak_is_of_the_size_of_the_force_and_the_impulse_is_that_of_the_run
     forces[3, 1] = (0.0, 0.0, -2.0)
     impulses = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     nothing = np.full((4, 2), -1.0)
-    found = summarize_steps(["a", "b"], [0, 1], np.arange(4.0), forces, nothing, nothing, impulses)
-    assert [(c.peak_force, c.peak_time) for c in found.values()] == [(13.0, 2.0), (2.0, 3.0)]
+    times = np.array([0.0, 1.0, 2.0, 9.0])
+    found = summarize_steps(["a", "b"], [0, 1], times, forces, nothing, nothing, impulses)
+    assert [(c.peak_force, c.peak_time) for c in found.values()] == [(13.0, 2.0), (2.0, 9.0)]
     assert [c.impulse for c in found.values()] == [(1.0, 2.0, 3.0), (4.0, 5.0, 6.0)]
+
+
+@given(st.floats(-0.4, 0.4), st.floats(0.5, 9.0), st.floats(0.5, 2.5))
+def test_a_parabola_has_its_peak_between_the_steps(time, bend, ratio):
+    times = np.array([-1.0, 0.0, ratio])
+    values = 7.0 - bend * (times - time) ** 2
+    if np.argmax(values) == 1:
+        assert peak_of(times, values) == pytest.approx((time, 7.0))
+
+
+@pytest.mark.parametrize("times", [(0.0, 1e-9, 1.0), (0.0, 1.0, 1.0 + 1e-9), (0.0, 0.0, 1.0)])
+def test_the_peak_beside_a_short_step_is_that_of_a_step(times):
+    assert peak_of(np.array(times), np.array([0.9, 1.0, 0.0])) == (times[1], 1.0)
 
 
 def test_the_mean_at_the_end_of_a_line_is_its_middle():

@@ -84,10 +84,8 @@ def test_restitution(damping: float, speed: float, stiffness: float) -> None:
 
 @pytest.mark.parametrize("speed", [0.1, 1.0, 3.0])
 def test_peak_force_of_an_elastic_impact(speed: float) -> None:
-    """The largest force over the steps is somewhat below that between them."""
-    case = elastic_peak(speed)
-    check_case(case, 3e-3)
-    assert case.measured < case.closed_form
+    """A parabola through three steps has the peak between them."""
+    check_case(elastic_peak(speed), 3e-4)
 
 
 @pytest.mark.parametrize("slope", [5.0, 10.0, 20.0, 28.0, 30.0])
