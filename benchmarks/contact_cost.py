@@ -16,7 +16,7 @@ from benchmarks.rounds import best_of
 from generator.figure_file.read import read_figure
 from generator.input_files.scene import read_scene
 from generator.recording import Integrator
-from generator.scene import Scene, floor_prop
+from generator.scene import Scene
 from generator.simulation.plan import Plan
 
 COMMAND = "python -m benchmarks contact-cost"
@@ -26,7 +26,7 @@ ROUNDS = 7
 
 _BENT = {name: (radians(20.0),) for name in ("left_knee", "right_knee")}
 _STRIDE = {**_BENT, "left_hip_joint": (radians(9.0), 0.0, 0.0)}
-FLOOR = Scene((floor_prop(Plan().up),))
+FLOOR = Scene.floor()
 SEAT = Scene((*FLOOR.props, *read_scene("seat").props))
 
 

@@ -19,7 +19,7 @@ from generator.figure import Figure
 from generator.figure_file.read import read_figure
 from generator.recording import Integrator, Recording
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
-from generator.scene import Scene, floor_prop
+from generator.scene import Scene
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 
@@ -129,7 +129,7 @@ def random_case(kind: str, random: np.random.Generator) -> tuple[Figure, Plan]:
     if kind == "free flight":
         plan = replace(plan, free_root=True)
     if kind == "floor":
-        floor = Scene((floor_prop(plan.up),))
+        floor = Scene.floor(plan.up)
         plan = replace(plan, free_root=True, height=0.0, scene=floor)
     turned = {
         name: tuple(

@@ -11,11 +11,17 @@ from os.path import basename, dirname, realpath, splitext
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from generator.contact_record import (
+        ContactRecord,
+        centre_of_pressure,
+        head_injury_criterion,
+    )
     from generator.conversion import convert
     from generator.diagnostics import InputError, ModelError, MoverError, UsageError
     from generator.figure import (
         Attribute,
         AxisKind,
+        ContactSphere,
         Figure,
         Joint,
         JointAxis,
@@ -29,6 +35,7 @@ if TYPE_CHECKING:
     from generator.figure_file import read_figure
     from generator.figure_file.write import write_figure, write_pose
     from generator.input_files.pose import read_pose
+    from generator.input_files.scene import read_scene
     from generator.kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
     from generator.kinematics.placement import forward_kinematics, initial_displacements
     from generator.kinematics.stability import stability
@@ -37,6 +44,7 @@ if TYPE_CHECKING:
     from generator.motion_files import ActionFile, read_action, read_npz, write_recording
     from generator.named_mapping import UnknownNameError, by_name
     from generator.recording import Ending, Integrator, Outcome, Recording
+    from generator.scene import Box, Plane, Prop, Scene
     from generator.simulation.model import ExudynModel, build_model
     from generator.simulation.plan import Plan
     from generator.simulation.run import Progress, simulate
@@ -52,6 +60,9 @@ _MODULES = {
     "ActionFile": "generator.motion_files",
     "Attribute": "generator.figure",
     "AxisKind": "generator.figure",
+    "Box": "generator.scene",
+    "ContactRecord": "generator.contact_record",
+    "ContactSphere": "generator.figure",
     "Ending": "generator.recording",
     "ExudynModel": "generator.simulation.model",
     "Figure": "generator.figure",
@@ -64,9 +75,12 @@ _MODULES = {
     "MoverError": "generator.diagnostics",
     "Outcome": "generator.recording",
     "Plan": "generator.simulation.plan",
+    "Plane": "generator.scene",
     "Progress": "generator.simulation.run",
+    "Prop": "generator.scene",
     "Recording": "generator.recording",
     "Rotation": "generator.figure",
+    "Scene": "generator.scene",
     "Segment": "generator.figure",
     "Site": "generator.figure",
     "SiteRef": "generator.figure",
@@ -79,13 +93,16 @@ _MODULES = {
     "by_name": "generator.named_mapping",
     "centre_of_mass": "generator.kinematics.centre_of_mass",
     "centre_of_mass_jacobian": "generator.kinematics.centre_of_mass",
+    "centre_of_pressure": "generator.contact_record",
     "convert": "generator.conversion",
     "forward_kinematics": "generator.kinematics.placement",
+    "head_injury_criterion": "generator.contact_record",
     "initial_displacements": "generator.kinematics.placement",
     "read_action": "generator.motion_files",
     "read_figure": "generator.figure_file",
     "read_npz": "generator.motion_files",
     "read_pose": "generator.input_files.pose",
+    "read_scene": "generator.input_files.scene",
     "read_springs": "generator.springs_file.read",
     "simulate": "generator.simulation.run",
     "stability": "generator.kinematics.stability",
@@ -108,6 +125,9 @@ __all__ = [
     "Assembly",
     "Attribute",
     "AxisKind",
+    "Box",
+    "ContactRecord",
+    "ContactSphere",
     "Ending",
     "ExudynModel",
     "Figure",
@@ -120,9 +140,12 @@ __all__ = [
     "MoverError",
     "Outcome",
     "Plan",
+    "Plane",
     "Progress",
+    "Prop",
     "Recording",
     "Rotation",
+    "Scene",
     "Segment",
     "Site",
     "SiteRef",
@@ -135,16 +158,19 @@ __all__ = [
     "by_name",
     "centre_of_mass",
     "centre_of_mass_jacobian",
+    "centre_of_pressure",
     "convert",
     "drawn_displacements",
     "forward_kinematics",
     "hang",
+    "head_injury_criterion",
     "initial_displacements",
     "place",
     "read_action",
     "read_figure",
     "read_npz",
     "read_pose",
+    "read_scene",
     "read_springs",
     "simulate",
     "stability",

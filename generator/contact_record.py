@@ -36,6 +36,9 @@ MIN_VERTICAL_FORCE = 1.0
 MAX_STEP_RATIO = 3.0
 """Ratio of two steps up to which a parabola through their ends gives a peak."""
 
+IMPACT_SPEED = 0.5
+"""Normal speed from which a first touch is an impact [m/s]."""
+
 REST_DURATION = 0.2
 """Duration of the mean values at the end of a run [s]."""
 
@@ -99,6 +102,8 @@ class ContactRecord:
             differs by 0.001 rad, shape (n,) [rad]; None if it was not computed.
         height_sensitivity: difference of the height of the centre of mass from that run, shape (n,)
             [m]; None likewise.
+        impact_shift: difference of the time of the first impact from that run [s]; None likewise,
+            and without an impact in both.
         overlap: deepest interpenetration of segments that no joint connects; None without any.
         head_injury: head injury criterion of each head; see `HEAD_INJURY_CAVEAT`.
     """
@@ -116,6 +121,7 @@ class ContactRecord:
     dissipated: float
     sensitivity: Array | None = None
     height_sensitivity: Array | None = None
+    impact_shift: float | None = None
     overlap: Overlap | None = None
     head_injury: Mapping[str, float] = field(default_factory=dict[str, float])
 
@@ -126,6 +132,16 @@ class ContactRecord:
         for name in ("forces", "depths", "segments"):
             subject = "the record has no contact of segment"
             object.__setattr__(self, name, NamedMapping(getattr(self, name), subject))
+
+
+def first_impact(segments: Mapping[str, SegmentContact]) -> float | None:
+    """Return the first touch of a segment with more than `IMPACT_SPEED` [s]; None without any."""
+    times = [
+        one.first_time
+        for one in segments.values()
+        if one.first_time is not None and one.impact_speed > IMPACT_SPEED
+    ]
+    return min(times, default=None)
 
 
 def summarize_steps(

@@ -92,6 +92,11 @@ class Scene:
 
     props: tuple[Prop, ...] = ()
 
+    @classmethod
+    def floor(cls, up: Vector = (0.0, 1.0, 0.0), surface: Surface = DEFAULT_SURFACE) -> "Scene":
+        """Return a floor alone."""
+        return cls((floor_prop(up, surface),))
+
     def __post_init__(self) -> None:
         """Check the names."""
         names = [prop.name for prop in self.props]

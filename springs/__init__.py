@@ -1,6 +1,7 @@
 """Torque laws of joints: pure functions of angle and rate, without files or figures."""
 
 from springs.backends import FLOATS, NUMPY, Operations, Real
+from springs.contact import Surface
 from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, restoring_sense
 from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
@@ -34,6 +35,7 @@ __all__ = [
     "Real",
     "SpringSet",
     "Stop",
+    "Surface",
     "conservative_energy",
     "conservative_torque",
     "damping_torque",

@@ -162,6 +162,7 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
         "peak_force_s": {name: one.peak_time for name, one in record.segments.items()},
         "impulse_Ns": {name: list(one.impulse) for name, one in record.segments.items()},
         "disturbed_rad": None if last is None else finite_or_none(last),
+        "disturbed_impact_s": record.impact_shift,
         "overlap": None if record.overlap is None else record.overlap._asdict(),
         "head_injury_criterion": dict(record.head_injury),
     }
@@ -224,11 +225,13 @@ def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
         if beyond.size
         else f"by at most {float(np.max(angles)):.2g} rad"
     )
+    shift = record.impact_shift
+    impact = "" if shift is None else f", the first impact by {1000.0 * shift:.2g} ms"
     return [
         (
             "chaos",
             f"joints that start 0.001 rad off differ {until}; the height of the centre of mass "
-            f"by at most {1000.0 * float(np.max(heights)):.1f} mm",
+            f"by at most {1000.0 * float(np.max(heights)):.1f} mm{impact}",
         )
     ]
 

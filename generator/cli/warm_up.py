@@ -7,7 +7,7 @@ from generator.cli.interrupts import hold_interrupts
 from generator.cli.progress import load_compiled_integrator
 from generator.diagnostics import NotInstalledError
 from generator.figure_file.read import read_figure
-from generator.scene import Scene, floor_prop
+from generator.scene import Scene
 from generator.simulation.compiled.code_cache import (
     cache_folder,
     expected_folder,
@@ -38,7 +38,7 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
         raise NotInstalledError(f"numba cannot be loaded: {failure}") from None
     from generator.simulation.model import ExudynModel
 
-    floor = Scene((floor_prop(Plan().up),))
+    floor = Scene.floor()
     compile_model(
         ExudynModel.of(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor))
     )

@@ -164,6 +164,7 @@ def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
         **{field: _json_number(getattr(contact, field)) for field in _CONTACT_NUMBERS},
         "max_depth_segment": contact.max_depth_segment,
         "weight_carried": _json_number(contact.weight_carried),
+        "impact_shift": _json_number(contact.impact_shift),
         "sensitivities": _sensitivities(contact),
         "overlap": None
         if overlap is None
@@ -460,6 +461,7 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
         max_depth=float(about["max_depth"]),
         max_depth_segment=about["max_depth_segment"],
         weight_carried=_number(about["weight_carried"]),
+        impact_shift=_number(about["impact_shift"]),
         creep=float(about["creep"]),
         dissipated=float(about["dissipated"]),
         sensitivity=sensitivity,

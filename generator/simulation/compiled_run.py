@@ -51,7 +51,12 @@ from generator.simulation.compiled.refinement import (
     record_links,
     run_until_agreed,
 )
-from generator.simulation.contacts import ContactTrace, evaluate_contacts, mean_position
+from generator.simulation.contacts import (
+    ContactStates,
+    ContactTrace,
+    evaluate_contacts,
+    mean_position,
+)
 from generator.simulation.error_control import RefinedRun, accuracy_message
 from generator.simulation.integrate import (
     Trace,
@@ -253,40 +258,45 @@ def _contact_trace(
         return None
     run, disturbed = agreed.run, agreed.disturbed
     integrals = run.states[:, -compiled.integrals :]
-    links = record_links(compiled, run.path_times, run.path_states)
-    path = build_trace(model, compiled, run.path_times, run.path_states, links)
-    steps = evaluate_contacts(
-        model.contacts,
-        model.figure,
-        path.positions,
-        path.rotations,
-        path.velocities,
-        path.angular_velocities,
-    )
+    path, steps = _contact_of_path(model, compiled, run)
     assert path.accelerations is not None
-    sensitivity = None
-    if disturbed is not None:
-        count = min(len(run.times), len(disturbed.times))
-        ends = [
-            mean_position(
-                model.figure,
-                build_trace(
-                    model, compiled, one.times[:count], one.states[:count], one.links[:count]
-                ).positions,
-            )
-            for one in (run, disturbed)
-        ]
-        sensitivity = np.full((len(run.times), 2), np.inf)
-        sensitivity[:count, 0] = joint_differences(compiled, run, disturbed)
-        sensitivity[:count, 1] = np.abs((ends[1] - ends[0]) @ np.array(model.plan.up))
-    return ContactTrace(
+    contact = ContactTrace(
         integrals[:, IMPACT - POWERS :][:, :2],
         integrals[:, :-POWERS].reshape(len(integrals), -1, 3),
         path.times,
         steps,
         mean_position(model.figure, path.positions),
         path.accelerations[..., 3:],
-        sensitivity,
+    )
+    if disturbed is None:
+        return contact
+    count = min(len(run.times), len(disturbed.times))
+    one, other = (
+        build_trace(model, compiled, some.times[:count], some.states[:count], some.links[:count])
+        for some in (run, disturbed)
+    )
+    apart = mean_position(model.figure, other.positions - one.positions) @ np.array(model.plan.up)
+    sensitivity = np.full((len(run.times), 2), np.inf)
+    sensitivity[:count, 0] = joint_differences(compiled, run, disturbed)
+    sensitivity[:count, 1] = np.abs(apart)
+    other_path, other_steps = _contact_of_path(model, compiled, disturbed)
+    return replace(contact, sensitivity=sensitivity, disturbed=(other_path.times, other_steps))
+
+
+def _contact_of_path(
+    model: ExudynModel, compiled: CompiledModel, run: CompiledRun
+) -> tuple[Trace, ContactStates]:
+    """Return the start and the ends of the steps of a run, with the contact then."""
+    assert model.contacts is not None
+    links = record_links(compiled, run.path_times, run.path_states)
+    path = build_trace(model, compiled, run.path_times, run.path_states, links)
+    return path, evaluate_contacts(
+        model.contacts,
+        model.figure,
+        path.positions,
+        path.rotations,
+        path.velocities,
+        path.angular_velocities,
     )
 
 

@@ -8,6 +8,7 @@ from generator.contact_record import (
     REST_DURATION,
     ContactRecord,
     Overlap,
+    first_impact,
     head_injury_criterion,
     head_segments,
     mean_at_end,
@@ -38,6 +39,23 @@ def build_contact_record(
     frames, owners = contact_of_trace(model, trace), model.contacts.owners
     steps, times, up = contact.steps, contact.step_times, np.array(model.plan.up)
     total = np.linalg.norm(steps.forces.sum(axis=1), axis=-1)
+    impulses = contact.impulses[-1]
+    segments = summarize_steps(
+        names, owners, times, steps.forces, steps.depths, steps.rates, impulses
+    )
+    impact_shift = None
+    if contact.disturbed is not None:
+        other_times, other = contact.disturbed
+        impacts = (
+            first_impact(segments),
+            first_impact(
+                summarize_steps(
+                    names, owners, other_times, other.forces, other.depths, other.rates, impulses
+                )
+            ),
+        )
+        if impacts[0] is not None and impacts[1] is not None:
+            impact_shift = abs(impacts[1] - impacts[0])
     max_force_time, max_force = peak_of(times, total)
     deepest = np.unravel_index(int(np.argmax(steps.depths)), steps.depths.shape)
     return ContactRecord(
@@ -47,9 +65,7 @@ def build_contact_record(
             name: np.maximum(frames.depths[:, owners == g].max(axis=1), 0.0)
             for g, name in enumerate(names)
         },
-        segments=summarize_steps(
-            names, owners, times, steps.forces, steps.depths, steps.rates, contact.impulses[-1]
-        ),
+        segments=segments,
         max_force=max_force,
         max_force_time=max_force_time,
         max_depth=max(float(steps.depths[deepest]), 0.0),
@@ -59,6 +75,7 @@ def build_contact_record(
         dissipated=float(contact.losses[-1].sum()),
         sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 0],
         height_sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 1],
+        impact_shift=impact_shift,
         overlap=_overlap(model, trace, poses),
         head_injury=_head_injury(model, contact),
     )

@@ -200,6 +200,7 @@ class ContactTrace:
         accelerations: of the centres of mass of the B bodies then, shape (m, B, 3) [m/s^2].
         sensitivity: differences of a run whose start is disturbed, shape (n, 2): the largest angle
             between the joints [rad], and the height of the centre of mass [m]; None without one.
+        disturbed: times of the steps of that run, and contact then; None likewise.
     """
 
     losses: Array
@@ -209,6 +210,7 @@ class ContactTrace:
     centres: Array
     accelerations: Array
     sensitivity: Array | None = None
+    disturbed: tuple[Array, ContactStates] | None = None
 
     def first_frames(self, count: int, last_time: float) -> "ContactTrace":
         """Return the first `count` frames, the last of which is at `last_time` [s]."""
@@ -221,6 +223,7 @@ class ContactTrace:
             self.centres[kept],
             self.accelerations[kept],
             None if self.sensitivity is None else self.sensitivity[:count],
+            self.disturbed,
         )
 
     def extend_from(self, longer: "ContactTrace") -> "ContactTrace":

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from generator.contact_record import mean_at_end
+from generator.contact_record import first_impact, mean_at_end
 from generator.figure import AxisKind, Figure
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
@@ -14,16 +14,13 @@ from generator.rotations import Array
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 
-IMPACT_SPEED = 0.5
-"""Normal speed from which a first touch is an impact [m/s]."""
-
 
 @dataclass(frozen=True)
 class StartStudy:
     """Falls from N starts; NaN where a run failed or touched nothing.
 
     Attributes:
-        impact_times: first touch of a segment with more than `IMPACT_SPEED`, shape (N,) [s].
+        impact_times: first touch of a segment with more than 0.5 m/s, shape (N,) [s].
         max_forces: largest total force over all steps, shape (N,) [N].
         peak_forces: largest force on each segment over all steps, shape (N,) [N].
         rest_heights: mean height of the centre of mass in the last 0.2 s, shape (N,) [m].
@@ -118,7 +115,7 @@ def _summarize(recordings: list[Recording], up: Array, spread: float, seed: int)
         return np.array([np.nan if value is None else value for value in found])
 
     return StartStudy(
-        values(impact_time),
+        values(lambda one: first_impact(one.contact.segments) if one.contact else None),
         values(lambda one: one.contact.max_force if one.contact else None),
         {name: values(peak(name)) for name in names},
         values(lambda one: mean_at_end(one.times, one.centre_of_mass @ up)),
@@ -127,15 +124,3 @@ def _summarize(recordings: list[Recording], up: Array, spread: float, seed: int)
         spread,
         seed,
     )
-
-
-def impact_time(recording: Recording) -> float | None:
-    """First touch of a segment with more than `IMPACT_SPEED` [s]; None without any."""
-    if recording.contact is None:
-        return None
-    impacts = [
-        one.first_time
-        for one in recording.contact.segments.values()
-        if one.first_time is not None and one.impact_speed > IMPACT_SPEED
-    ]
-    return min(impacts, default=None)
