@@ -33,6 +33,9 @@ HEAD_INJURY_CAVEAT = (
 MIN_VERTICAL_FORCE = 1.0
 """Vertical force below which there is no centre of pressure [N]."""
 
+START_ROUNDING = 1e-12
+"""Distance at the start up to which a sphere touches, for the rounding of its position [m]."""
+
 REST_DURATION = 0.2
 """Duration of the mean values at the end of a run [s]."""
 
@@ -137,7 +140,8 @@ def summarize_steps(
     """Return the contact of B segments with S spheres over n steps.
 
     A sphere touches from the depth zero on; the moment is interpolated linearly between the steps,
-    and so is the speed. A segment that touches at the first step touches first at its time.
+    and so is the speed. A segment that touches at the first step, to within `START_ROUNDING`,
+    touches first at its time.
 
     Args:
         segments: names of the segments.
@@ -173,6 +177,7 @@ def _first_touches(times: Array, depths: Array, speeds: Array) -> tuple[Array, A
     count = int(depths.shape[1])
     spheres = np.arange(count)
     touches = depths >= 0.0
+    touches[0] |= depths[0] >= -START_ROUNDING
     after = np.argmax(touches, axis=0)
     before = np.maximum(after - 1, 0)
     rise = depths[after, spheres] - depths[before, spheres]
