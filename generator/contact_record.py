@@ -24,10 +24,7 @@ HEAD_INJURY_WINDOW = 0.015
 WINDOW_ROUNDING = 1e-9
 """Relative rounding of an interval as long as the window."""
 
-HEAD_INJURY_CAVEAT = (
-    "it follows from the assumed stiffness and damping of the contact, and compares runs of one "
-    "model only"
-)
+HEAD_INJURY_CAVEAT = "depends on the assumed stiffness and damping: compare runs of one model only"
 """Clause that every report of the head injury criterion contains."""
 
 MIN_VERTICAL_FORCE = 1.0
