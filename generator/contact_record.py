@@ -24,10 +24,7 @@ HEAD_INJURY_WINDOW = 0.015
 WINDOW_ROUNDING = 1e-9
 """Relative rounding of an interval as long as the window."""
 
-HEAD_INJURY_CAVEAT = (
-    "it follows from the assumed stiffness and damping of the contact, and compares runs of one "
-    "model only"
-)
+HEAD_INJURY_CAVEAT = "depends on the assumed stiffness and damping: compare runs of one model only"
 """Clause that every report of the head injury criterion contains."""
 
 MIN_VERTICAL_FORCE = 1.0
@@ -38,6 +35,9 @@ MAX_STEP_RATIO = 3.0
 
 IMPACT_SPEED = 0.5
 """Normal speed from which a first touch is an impact [m/s]."""
+
+START_ROUNDING = 1e-12
+"""Distance at the start up to which a sphere touches, for the rounding of its position [m]."""
 
 REST_DURATION = 0.2
 """Duration of the mean values at the end of a run [s]."""
@@ -156,7 +156,8 @@ def summarize_steps(
     """Return the contact of B segments with S spheres over n steps.
 
     A sphere touches from the depth zero on; the moment is interpolated linearly between the steps,
-    and so is the speed. A segment that touches at the first step touches first at its time.
+    and so is the speed. A segment that touches at the first step, to within `START_ROUNDING`,
+    touches first at its time.
 
     Args:
         segments: names of the segments.
@@ -192,6 +193,7 @@ def _first_touches(times: Array, depths: Array, speeds: Array) -> tuple[Array, A
     count = int(depths.shape[1])
     spheres = np.arange(count)
     touches = depths >= 0.0
+    touches[0] |= depths[0] >= -START_ROUNDING
     after = np.argmax(touches, axis=0)
     before = np.maximum(after - 1, 0)
     rise = depths[after, spheres] - depths[before, spheres]

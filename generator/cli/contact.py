@@ -1,8 +1,8 @@
 """Props and contact on the command line: the options of a scene, and what a fall reports."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from math import degrees, isfinite, pi
+from math import degrees, pi
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
@@ -10,11 +10,16 @@ import typer
 
 from generator.cli.answer import finite_or_none, format_count, format_table
 from generator.cli.options import angle_from_option
-from generator.contact_record import HEAD_INJURY_CAVEAT, ContactRecord, SegmentContact
+from generator.contact_record import (
+    HEAD_INJURY_CAVEAT,
+    REST_DURATION,
+    ContactRecord,
+    SegmentContact,
+)
 from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure, Vector
 from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
-from generator.input_files.scene import parse_scene_file
+from generator.input_files.scene import MAX_FRICTION, parse_scene_file
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.scene import FLOOR, Scene, floor_prop
@@ -72,6 +77,13 @@ MIN_OVERLAP = 1e-3
 """Interpenetration of limbs from which it is worth a row [m]."""
 
 
+MAX_HEIGHT = 1e6
+"""Largest initial height [m]; at 1e9 m the rounding of positions exceeds that of a contact."""
+
+SENSITIVE_ANGLE = 0.1
+"""Difference of joint angles at which two falls count as different [rad]."""
+
+
 class SceneChoice(NamedTuple):
     """Props of a run, with the height at which a figure starts among them [m]."""
 
@@ -104,8 +116,12 @@ def scene_from_options(
     if friction is not None:
         if not floor:
             raise UsageError("--friction needs --floor: in a scene file each surface has its own")
-        if not (isfinite(friction) and friction >= 0.0):
-            raise UsageError(f"--friction {friction:g}: the friction must not be negative")
+        if not 0.0 <= friction <= MAX_FRICTION:
+            raise UsageError(
+                f"--friction {friction:g}: expected a number from 0 to {MAX_FRICTION:g}"
+            )
+    if height is not None and abs(height) > MAX_HEIGHT:
+        raise UsageError(f"--height {height:g}: expected at most {MAX_HEIGHT:,.0f} m")
     if floor:
         if any(prop.name == FLOOR for prop in props.props):
             raise UsageError(f"--floor: the scene has a prop `{FLOOR}` already")
@@ -121,16 +137,14 @@ def scene_from_options(
 
 
 def sphere_warnings(figure: Figure) -> Iterator[Diagnostic]:
-    """Warn of segments that touch by a capsule, or not at all, for want of geometry."""
-    by_source: dict[SphereSource, list[str]] = {}
-    for name, spheres in fit_contact_spheres(figure).items():
-        by_source.setdefault(spheres.source, []).append(name)
-    capsules = by_source.get(SphereSource.CAPSULE, [])
-    if capsules:
+    """Warn of segments that touch by a capsule for want of geometry."""
+    fits = fit_contact_spheres(figure)
+    names = [name for name, fit in fits.items() if fit.source is SphereSource.CAPSULE]
+    if names:
+        text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
         yield warning(
-            f"{_names_text(capsules)} no geometry and {_verb(capsules, 'touches', 'touch')} by a "
-            "capsule between its joints",
-            hint="give it a psurf, or contact spheres",
+            f"without geometry, a capsule between the joints touches instead: {text}",
+            hint="add a psurf or contact spheres to the segment",
         )
 
 
@@ -140,14 +154,14 @@ def touch_warnings(recording: Recording) -> Iterator[Diagnostic]:
     if record is None or any(one.first_time is not None for one in record.segments.values()):
         return
     yield warning(
-        f"the figure touched nothing until {recording.times[-1]:.3g} s",
-        hint="start lower (--height), or stop later (--stop)",
+        f"the figure touched nothing by {recording.times[-1]:.3g} s: increase --stop, or reduce "
+        "--height"
     )
 
 
 def contact_data(record: ContactRecord) -> dict[str, object]:
     """Return the contact of a run for `--json`."""
-    last = None if record.sensitivity is None else float(record.sensitivity[-1])
+    angles, heights = record.sensitivity, record.height_sensitivity
     return {
         "weight_carried": record.weight_carried,
         "max_force_N": record.max_force,
@@ -161,8 +175,9 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
         "peak_force_N": {name: one.peak_force for name, one in record.segments.items()},
         "peak_force_s": {name: one.peak_time for name, one in record.segments.items()},
         "impulse_Ns": {name: list(one.impulse) for name, one in record.segments.items()},
-        "disturbed_rad": None if last is None else finite_or_none(last),
-        "disturbed_impact_s": record.impact_shift,
+        "sensitivity_rad": None if angles is None else finite_or_none(float(angles[-1])),
+        "height_sensitivity_m": None if heights is None else finite_or_none(float(heights[-1])),
+        "impact_shift_s": record.impact_shift,
         "overlap": None if record.overlap is None else record.overlap._asdict(),
         "head_injury_criterion": dict(record.head_injury),
     }
@@ -176,63 +191,73 @@ def contact_rows(
     assert record is not None
     count = sum(len(one.spheres) for one in spheres.values())
     errors = [one.largest_error for one in spheres.values() if one.largest_error is not None]
-    fit = f" within {1000.0 * max(errors):.0f} mm of the surfaces" if errors else ""
-    rows = [("contact", f"{format_count(count, 'sphere')}{fit}; {_first_touch_text(record)}")]
+    fit = f"; error in height at most {1000.0 * max(errors):.0f} mm" if errors else ""
+    rows = [("contact", f"{format_count(count, 'sphere')}{fit}"), *_touch_rows(recording, record)]
     if record.max_force > 0.0:
         peak = max(record.segments, key=lambda name: record.segments[name].peak_force)
-        rows.append(
-            (
-                "force",
-                f"largest {record.max_force:.4g} N at {record.max_force_time:.3g} s; "
-                f"{peak} alone {record.segments[peak].peak_force:.4g} N",
-            )
-        )
-        carried = record.weight_carried
-        weight = "" if carried is None else f"{carried:.3f} of the weight is carried, "
-        rows.append(
-            (
-                "end",
-                f"{weight}the centre of mass moves at {1000.0 * record.creep:.0f} mm/s; "
-                f"deepest penetration {1000.0 * record.max_depth:.0f} mm "
-                f"({record.max_depth_segment})",
-            )
-        )
+        force = f"at most {record.max_force:.4g} N, at {record.max_force_time:.3g} s"
+        alone = f"on {peak} at most {record.segments[peak].peak_force:.4g} N"
+        depth = f"at most {1000.0 * record.max_depth:.0f} mm, of {record.max_depth_segment}"
+        rows += [("force", f"{force}; {alone}"), ("depth", depth)]
+        rows += _end_rows(recording, record)
     if record.overlap is not None and record.overlap.depth >= MIN_OVERLAP:
-        overlap = record.overlap
-        rows.append(
-            (
-                "limbs",
-                f"pass through each other: {overlap.segment} and {overlap.other} by up to "
-                f"{1000.0 * overlap.depth:.0f} mm",
-            )
-        )
-    rows.extend(
-        ("head", f"HIC15 of {name} {value:.0f}; {HEAD_INJURY_CAVEAT}")
-        for name, value in record.head_injury.items()
-    )
+        depth, segment, other, _ = record.overlap
+        text = f"{segment} and {other} by up to {1000.0 * depth:.0f} mm"
+        rows.append(("overlap", f"{text} (segments do not collide)"))
+    for name, value in record.head_injury.items():
+        rows += [("head", f"HIC15 {value:.0f} of {name}"), ("", HEAD_INJURY_CAVEAT)]
     return rows
 
 
+def _touch_rows(recording: Recording, record: ContactRecord) -> Iterator[tuple[str, str]]:
+    """Yield a row for the segments that touch first, and one for the next."""
+    by_time: dict[str, list[str]] = {}
+    touches = {
+        name: one.first_time for name, one in record.segments.items() if one.first_time is not None
+    }
+    for name in sorted(touches, key=lambda name: touches[name]):
+        by_time.setdefault(f"{touches[name]:.3g} s", []).append(name)
+    if not by_time:
+        yield "touch", "nothing"
+    for title, (time, names) in zip(("touch", ""), by_time.items(), strict=False):
+        text = " and ".join(names) if len(names) <= 2 else format_count(len(names), "segment")
+        speed = max(record.segments[name].impact_speed for name in names)
+        is_start = touches[names[0]] == recording.times[0]
+        yield title, f"{text} at {time}" + ("" if is_start else f" with {speed:.2g} m/s")
+
+
+def _end_rows(recording: Recording, record: ContactRecord) -> Iterator[tuple[str, str]]:
+    """Yield the row about the means at the end of a run of two frames or more."""
+    duration = min(REST_DURATION, float(recording.times[-1] - recording.times[0]))
+    if duration > 0.0:
+        carried = record.weight_carried
+        weight = "" if carried is None else f"{carried:.3f} of the weight carried, "
+        speed = f"horizontal speed {record.creep:.3g} m/s"
+        yield "end", f"{weight}{speed} (last {duration:.3g} s)"
+
+
 def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
-    """Return the row of a summary about the growth of a small change of the start."""
-    record = recording.contact
+    """Return the rows of a summary about the growth of a small change of the start."""
+    record, times = recording.contact, recording.times
     if record is None or record.sensitivity is None or record.height_sensitivity is None:
+        return []
+    if len(times) == 1:
         return []
     angles, heights = record.sensitivity, record.height_sensitivity
     beyond = np.flatnonzero(angles > SENSITIVE_ANGLE)
-    until = (
-        f"from {recording.times[beyond[0]]:.3g} s on by more than {SENSITIVE_ANGLE:g} rad"
-        if beyond.size
-        else f"by at most {float(np.max(angles)):.2g} rad"
-    )
+    if beyond.size:
+        within = f"{SENSITIVE_ANGLE:g} rad of these until {times[max(beyond[0] - 1, 0)]:.3g} s,"
+    else:
+        within = f"{float(np.max(angles)):.2g} rad of these to the end,"
+    known = np.flatnonzero(np.isfinite(heights))
+    last = known[-1]
+    until = "to the end" if last == len(times) - 1 else f"until {times[last]:.3g} s"
+    height = f"{1000.0 * float(np.max(heights[known])):.3g} mm {until}"
     shift = record.impact_shift
-    impact = "" if shift is None else f", the first impact by {1000.0 * shift:.2g} ms"
+    impact = "" if shift is None else f", first impact within {1000.0 * shift:.2g} ms"
     return [
-        (
-            "chaos",
-            f"joints that start 0.001 rad off differ {until}; the height of the centre of mass "
-            f"by at most {1000.0 * float(np.max(heights)):.1f} mm{impact}",
-        )
+        ("start", f"0.001 rad off: joint angles within {within}"),
+        ("", f"height of the centre of mass within {height}{impact}"),
     ]
 
 
@@ -258,7 +283,7 @@ def starts_from_options(
     if not has_props:
         raise UsageError("--starts needs --floor or --scene")
     if not 1 <= starts <= MAX_STARTS:
-        raise UsageError(f"--starts {starts}: from 1 to {MAX_STARTS:,}")
+        raise UsageError(f"--starts {starts}: expected a number from 1 to {MAX_STARTS:,}")
     if seed is not None and seed < 0:
         raise UsageError(f"--seed {seed}: the seed must not be negative")
     angle = angle_from_option("--spread", spread or "1deg")
@@ -269,17 +294,28 @@ def starts_from_options(
 
 def starts_text(study: "StartStudy") -> str:
     """Format the distribution of falls from several starts."""
-    rows = [("", "mean", "SD", "smallest", "largest")]
-    rows += [
-        (title, *(f"{value:.4g}" for value in _distribution(values)))
-        for title, values in _studied(study)
-        if np.isfinite(values).any()
-    ]
-    accuracy = f"{int(np.sum(study.is_accurate))} of {len(study)} held the tolerance to the end"
-    title = (
-        f"{format_count(len(study), 'start')}, angles {degrees(study.spread):.3g} deg apart (SD)"
-    )
-    return f"{title}, seed {study.seed}; {accuracy}\n{format_table(rows)}"
+    title = f"{format_count(len(study), 'start')}, angles varied by {degrees(study.spread):.3g} deg"
+    lines = [f"{title} (SD), seed {study.seed}{_accuracy_text(study)}"]
+    if study.failures:
+        number, sentence = next(iter(study.failures.items()))
+        lines.append(f"{len(study.failures)} failed; start {number}: {sentence}")
+    if len(study.failures) < len(study):
+        lines.append(_distribution_table(_studied(study)))
+    return "\n".join(lines)
+
+
+def starts_details(study: "StartStudy") -> str:
+    """Format the distribution of the largest force on each segment."""
+    if len(study.failures) == len(study):
+        return ""
+    forces = ((f"{name} [N]", values) for name, values in study.peak_forces.items())
+    return "largest force on each segment\n" + _distribution_table(forces)
+
+
+def _accuracy_text(study: "StartStudy") -> str:
+    if study.is_accurate is None:
+        return ""
+    return f"; {int(np.sum(study.is_accurate))} within the tolerance to the end"
 
 
 def starts_data(study: "StartStudy") -> dict[str, object]:
@@ -287,7 +323,8 @@ def starts_data(study: "StartStudy") -> dict[str, object]:
     return {
         "spread_deg": degrees(study.spread),
         "seed": study.seed,
-        "is_accurate": study.is_accurate.tolist(),
+        "is_accurate": None if study.is_accurate is None else study.is_accurate.tolist(),
+        "failures": {str(number): sentence for number, sentence in study.failures.items()},
         "impact_s": _finite_list(study.impact_times),
         "max_force_N": _finite_list(study.max_forces),
         "peak_force_N": {name: _finite_list(one) for name, one in study.peak_forces.items()},
@@ -299,24 +336,30 @@ def starts_data(study: "StartStudy") -> dict[str, object]:
 def _studied(study: "StartStudy") -> Iterator[tuple[str, Array]]:
     yield "first impact [s]", study.impact_times
     yield "largest force [N]", study.max_forces
-    for name, forces in study.peak_forces.items():
-        yield f"  {name} [N]", forces
-    yield "rest height of the centre of mass [m]", study.rest_heights
-    yield "weight carried", study.weights_carried
+    yield "height of the centre of mass at the end [m]", study.rest_heights
+    yield "share of the weight carried at the end", study.weights_carried
 
 
-def _distribution(values: Array) -> tuple[float, ...]:
+def _distribution_table(studied: Iterable[tuple[str, Array]]) -> str:
+    """Format a row for each quantity that is known of some start."""
+    rows = [("", "mean", "SD", "smallest", "largest")]
+    rows += [
+        (title, *("-" if value is None else f"{value:.4g}" for value in _distribution(values)))
+        for title, values in studied
+        if np.isfinite(values).any()
+    ]
+    return format_table(rows)
+
+
+def _distribution(values: Array) -> tuple[float | None, ...]:
+    """Return mean, standard deviation, smallest and largest of the finite values."""
     found = values[np.isfinite(values)]
-    deviation = float(np.std(found, ddof=1)) if found.size > 1 else 0.0
+    deviation = float(np.std(found, ddof=1)) if found.size > 1 else None
     return float(np.mean(found)), deviation, float(np.min(found)), float(np.max(found))
 
 
 def _finite_list(values: Array) -> list[float | None]:
     return [finite_or_none(float(value)) for value in values]
-
-
-SENSITIVE_ANGLE = 0.1
-"""Difference of joint angles at which two falls are told apart [rad]."""
 
 
 def contact_table(record: ContactRecord) -> list[tuple[str, ...]]:
@@ -338,30 +381,3 @@ def _segment_texts(one: SegmentContact) -> Iterator[str]:
     yield f"{one.peak_force:.4g}"
     yield f"{one.peak_time:.4g}"
     yield f"{float(np.linalg.norm(one.impulse)):.4g}"
-
-
-def _first_touch_text(record: ContactRecord) -> str:
-    """Say which segment touches first after the start."""
-    touches = {
-        name: one.first_time for name, one in record.segments.items() if one.first_time is not None
-    }
-    if not touches:
-        return "nothing was touched"
-    at_start = [name for name, time in touches.items() if time <= min(touches.values())]
-    later = {name: time for name, time in touches.items() if name not in at_start}
-    text = f"{' and '.join(at_start)} touch{'es' if len(at_start) == 1 else ''} first"
-    text += f", at {touches[at_start[0]]:.3g} s"
-    if later:
-        name = min(later, key=lambda name: later[name])
-        speed = record.segments[name].impact_speed
-        text += f"; then {name} at {later[name]:.3g} s with {speed:.2g} m/s"
-    return text
-
-
-def _names_text(names: list[str]) -> str:
-    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return f"{shown} {_verb(names, 'has', 'have')}"
-
-
-def _verb(names: list[str], one: str, several: str) -> str:
-    return one if len(names) == 1 else several

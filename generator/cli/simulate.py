@@ -26,6 +26,7 @@ from generator.cli.contact import (
     sensitivity_rows,
     sphere_warnings,
     starts_data,
+    starts_details,
     starts_from_options,
     starts_text,
     touch_warnings,
@@ -261,7 +262,16 @@ def simulate(
                 *([] if study is None else [starts_text(study)]),
             ]
         ),
-        details="\n\n".join(filter(None, [details_text(recording), losses_text(written)])),
+        details="\n\n".join(
+            filter(
+                None,
+                [
+                    "" if study is None else starts_details(study),
+                    details_text(recording),
+                    losses_text(written),
+                ],
+            )
+        ),
         data={
             **summary_data(name, recording, files),
             "elastic_joints": joints.elastic,

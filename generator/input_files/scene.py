@@ -41,6 +41,9 @@ SCENE_SUFFIX = ".scene.toml"
 MAX_LENGTH = 1e3
 """Largest coordinate and length in a scene [m]."""
 
+MAX_FRICTION = 10.0
+"""Largest coefficient of friction of a surface."""
+
 MAX_NAME_LENGTH = 40
 
 SURFACE_TABLE, PLANE_TABLE, BOX_TABLE = "surface", "plane", "box"
@@ -65,7 +68,7 @@ _SURFACE_NUMBERS: Mapping[str, _SurfaceNumber] = {
     "damping_s_m": _SurfaceNumber(
         "damping", 0.0, 1e3, " s/m", "0: an elastic impact; 1: the default"
     ),
-    "friction": _SurfaceNumber("friction", 0.0, 10.0, "", "the coefficient of friction"),
+    "friction": _SurfaceNumber("friction", 0.0, MAX_FRICTION, "", "the coefficient of friction"),
     "transition_m": _SurfaceNumber(
         "transition_depth", 1e-6, 1.0, " m", "the depth over which the stiffness grows"
     ),

@@ -54,7 +54,7 @@ def test_a_falling_sphere_touches_within_the_error_of_a_chord():
     assert found.impact_speed == pytest.approx(g * 0.3, abs=2.0 * g * chord_error)
 
 
-@pytest.mark.parametrize("depth", [0.0, 0.01])
+@pytest.mark.parametrize("depth", [-1e-15, 0.0, 0.01])
 def test_a_segment_that_starts_in_touch_touches_at_the_start(depth: float):
     depths = depth + np.array([[0.0], [-0.1], [0.2]])
     found = summary(depths, np.array([[0.7], [0.0], [9.0]]), [0], np.array([1.0, 1.5, 2.0]))["s0"]
