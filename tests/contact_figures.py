@@ -64,7 +64,7 @@ def odd_body() -> Figure:
 
 
 def two_segments() -> Figure:
-    """A free body and another one on a hinge, both with spheres, and one without any."""
+    """A free body, one on a hinge, and one with a capsule on a ball, which comes first."""
     first = with_spheres(
         body("first", sites={"far": at((0.4, -0.7, 0.3), (0.1, -0.3, 0.2))}),
         ((0.1, 0.1, 0.0), 0.12),
