@@ -100,6 +100,8 @@ class SettableModel:
             [load for load, *_ in model.loads],
             plan.gravity,
             (plan.start, plan.stop),
+            plan.scene,
+            {} if model.contacts is None else model.contacts.spheres,
         )
         return cls(model, builder.build(), builder)
 
@@ -108,10 +110,11 @@ class SettableModel:
         self.builder.placement, self.builder.rates = pose.placement, pose.rates
         return self.builder._initial_state(self.compiled.mechanism.links)
 
-    def accelerations(self, pose: Pose) -> np.ndarray:
-        """Angular accelerations and those of the centres of mass of all bodies, shape (B, 6)."""
+    def settle(self, pose: Pose) -> np.ndarray:
+        """Return the rates of a pose's state with settled branches; its forces are in scratch."""
         compiled, mechanism = self.compiled, self.compiled.mechanism
         state = self.state(pose)
+        rates = np.zeros_like(state)
         interval = int(np.searchsorted(mechanism.knots, pose.time, "right")) - 1
         mechanism.branches[:] = 1.0
         settle_branches(
@@ -121,10 +124,16 @@ class SettableModel:
             interval,
             pose.time,
             state,
-            np.zeros_like(state),
+            rates,
             -1,
             0.0,
         )
+        return rates
+
+    def accelerations(self, pose: Pose) -> np.ndarray:
+        """Angular accelerations and those of the centres of mass of all bodies, shape (B, 6)."""
+        compiled, mechanism = self.compiled, self.compiled.mechanism
+        self.settle(pose)
         bodies = [compiled.segment_links[name] for name in self.model.figure.bodies]
         work = compiled.scratch.work[bodies]
         spins, spin_rates = work[:, SPIN : SPIN + 3], work[:, SPIN_RATE : SPIN_RATE + 3]

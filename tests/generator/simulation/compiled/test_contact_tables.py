@@ -1,0 +1,186 @@
+"""The generated law of contact, executed as plain Python, against its definition; its tables."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from generator.figure import ContactSphere
+from generator.scene import Box, Plane, Prop, Scene, Shape, contact_force
+from generator.simulation.compiled.contact_tables import (
+    _record,
+    contact_source,
+    contact_tables,
+)
+from generator.simulation.compiled.layout import (
+    BOX,
+    CONTACT_INPUTS,
+    CONTACT_RESULTS,
+    CONTACT_SWITCHES,
+    PLANE,
+)
+from springs.contact import DEFAULT_SURFACE, Surface
+from tests.contact_figures import CRATE, SLOPE_AND_CRATE, SOFT, TILTED, Touch, touches
+
+DIFFERENT = Surface(1e3, 0.3, 0.2, 0.01, 0.05)
+
+
+@cache
+def law() -> Callable[..., None]:
+    """The generated function in plain Python."""
+    names: dict[str, Any] = {}
+    exec(contact_source(), names)
+    return names["contact"]
+
+
+def kind_of(shape: Shape) -> int:
+    return BOX if isinstance(shape, Box) else PLANE
+
+
+def evaluate(
+    kind: int, parameters: Sequence[float], offset: int, inputs: Sequence[float]
+) -> tuple[list[float], list[float]]:
+    """Results and switching functions of the generated code with settled branches."""
+    signs = [0.0, *[1.0] * CONTACT_SWITCHES, 0.0]
+    work = [*inputs, *[np.nan] * CONTACT_RESULTS]
+    switching = [np.nan] * len(signs)
+    for _ in range(2):
+        law()(kind, offset, 1, work, parameters, signs, switching)
+        signs = [1.0 if value > 0.0 else -1.0 for value in switching]
+    assert work[:CONTACT_INPUTS] == list(inputs)
+    assert np.isnan([switching[0], switching[-1]]).all()
+    return work[CONTACT_INPUTS:], switching[1:-1]
+
+
+def expected_results(touch: Touch) -> tuple[list[float], float]:
+    """Results by the definition with numpy, and the depth."""
+    force = contact_force(
+        touch.shape,
+        touch.surface,
+        np.float64(touch.radius),
+        *(
+            tuple(np.float64(x) for x in vector)
+            for vector in (touch.centre, touch.velocity, touch.spin)
+        ),
+    )
+    results = [
+        *(force.normal * part for part in (*force.direction, *force.arm)),
+        (force.normal - force.elastic) * force.rate,
+        force.normal * force.friction_power,
+    ]
+    return [float(result) for result in results], float(force.depth)
+
+
+@given(touches())
+def test_the_code_gives_the_numbers_of_the_law(touch: Touch) -> None:
+    """To the last digit, for planes and boxes, outside, in the transition, and beyond."""
+    _, constants = _record(touch.shape, touch.surface, touch.radius)
+    inputs = (*touch.centre, *touch.velocity, *touch.spin)
+    results, switching = evaluate(kind_of(touch.shape), constants, 0, inputs)
+    expected, depth = expected_results(touch)
+    assert results == expected
+    assert switching == [depth - touch.surface.transition_depth, depth]
+
+
+@given(touches(), touches())
+def test_one_form_serves_all_spheres_and_surfaces(one: Touch, other: Touch) -> None:
+    """The lines depend on the kind of prop only; all that differs is in the table."""
+    lines = {
+        PLANE: _record(TILTED.shape, SOFT, 0.2)[0],
+        BOX: _record(CRATE.shape, SOFT, 0.2)[0],
+    }
+    for touch in (one, other):
+        assert _record(touch.shape, touch.surface, touch.radius)[0] == lines[kind_of(touch.shape)]
+    assert lines[PLANE] != lines[BOX]
+    assert contact_source() == contact_source()
+    assert all(f"        {line}\n" in contact_source() for some in lines.values() for line in some)
+
+
+@pytest.mark.parametrize("changed", ["stiffness", "damping", "friction", "depth", "speed", "size"])
+def test_every_number_of_a_surface_and_a_prop_is_in_the_table(changed: str) -> None:
+    """A table with another number gives another force."""
+    numbers = {"stiffness": 1e3, "damping": 0.3, "friction": 0.2, "depth": 0.01, "speed": 0.05}
+    size = (0.4, 0.6, 0.8)
+    surface = Surface(*numbers.values())
+    inputs = (0.05, 0.34, -0.1, 0.3, -0.4, 0.2, 1.0, 2.0, 3.0)
+    before = evaluate(BOX, _record(Box((0, 0, 0), size), surface, 0.05)[1], 0, inputs)[0]
+    if changed == "size":
+        size = (0.4, 0.601, 0.8)
+    else:
+        numbers[changed] *= 1.5
+    surface = Surface(*numbers.values())
+    after = evaluate(BOX, _record(Box((0, 0, 0), size), surface, 0.05)[1], 0, inputs)[0]
+    assert before[1] > 0.0
+    assert np.linalg.norm(np.subtract(before[:3], after[:3])) > 1e-3
+
+
+# Tables
+
+SPHERES = {
+    "thigh": (ContactSphere((0.1, 0.2, 0.3), 0.05), ContactSphere((0.0, -0.1, 0.0), 0.07)),
+    "shank": (ContactSphere((0.0, 0.0, 0.4), 0.06),),
+}
+LINKS = {"thigh": 2, "shank": 4}
+POINTS = np.arange(15.0).reshape(5, 3) / 10.0
+PROPS = Scene((TILTED, CRATE, Prop("other", CRATE.shape, DIFFERENT)))
+
+
+def test_tables_of_spheres_and_props() -> None:
+    spheres, places, kinds, numbers, parameters, offsets = contact_tables(
+        PROPS, SPHERES, LINKS, POINTS
+    )
+    assert spheres.tolist() == [[2, 0], [2, 0], [4, 1]]
+    assert places.shape == (3, 4)
+    assert places[:, :3] == pytest.approx(
+        np.array([[0.1, 0.2, 0.3], [0.0, -0.1, 0.0], [0.0, 0.0, 0.4]]) - POINTS[[2, 2, 4]]
+    )
+    assert places[:, 3].tolist() == [0.05, 0.07, 0.06]
+    assert kinds.tolist() == [[PLANE], [BOX], [BOX]]
+    for row, prop in zip(numbers, PROPS.props, strict=True):
+        assert np.array_equal(row[:3], prop.shape.pose[:3, 3])
+        assert np.array_equal(row[3:12].reshape(3, 3), prop.shape.pose[:3, :3])
+        half = np.zeros(3) if isinstance(prop.shape, Plane) else np.array(prop.shape.size) / 2
+        assert np.array_equal(row[12:], half)
+    assert offsets.shape == (3, 3)
+    assert offsets[0, 0] == 0
+    assert parameters.ndim == 1
+    assert spheres.dtype == kinds.dtype == offsets.dtype == np.int64
+
+
+def test_each_sphere_and_prop_has_its_own_constants() -> None:
+    """The code at each offset gives the force of that prop on a sphere of that radius."""
+    *_, parameters, offsets = contact_tables(PROPS, SPHERES, LINKS, POINTS)
+    radii = [sphere.radius for some in SPHERES.values() for sphere in some]
+    motion = ((0.3, -0.2, 0.5), (1.0, -2.0, 3.0))
+    for s, radius in enumerate(radii):
+        for d, prop in enumerate(PROPS.props):
+            height = radius - 0.004 + (0.0 if isinstance(prop.shape, Plane) else 0.25)
+            touch = Touch(prop.shape, prop.surface, radius, (0.02, height, 0.01), *motion)
+            inputs = (*touch.centre, *motion[0], *motion[1])
+            found, _ = evaluate(kind_of(prop.shape), parameters, int(offsets[s, d]), inputs)
+            expected, depth = expected_results(touch)
+            assert depth == pytest.approx(0.004)
+            assert found == expected
+
+
+def test_tables_without_spheres_or_props() -> None:
+    without_props = contact_tables(Scene(), SPHERES, LINKS, POINTS)
+    assert [table.shape for table in without_props] == [
+        (3, 2), (3, 4), (0, 1), (0, 15), (0,), (3, 0)
+    ]  # fmt: skip
+    without_spheres = contact_tables(SLOPE_AND_CRATE, {}, {}, POINTS)
+    assert [table.shape for table in without_spheres] == [
+        (0, 2), (0, 4), (2, 1), (2, 15), (0,), (0, 2)
+    ]  # fmt: skip
+
+
+def test_a_sphere_that_touches_nothing_feels_nothing() -> None:
+    for prop in (Prop("floor", Plane((0, 0, 0), (0, 1, 0)), DEFAULT_SURFACE), CRATE):
+        inputs = (0.0, 3.0, 0.0, 1.0, -2.0, 3.0, 4.0, 5.0, 6.0)
+        constants = _record(prop.shape, prop.surface, 0.1)[1]
+        results, switching = evaluate(kind_of(prop.shape), constants, 0, inputs)
+        assert results == [0.0] * CONTACT_RESULTS
+        assert max(switching) < 0.0
