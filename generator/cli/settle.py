@@ -1,12 +1,22 @@
 """`mover settle`: the pose in which a figure comes to rest."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
 from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
+from generator.cli.contact import (
+    FloorOption,
+    FrictionOption,
+    HeightOption,
+    SceneOption,
+    scene_from_options,
+    sphere_warnings,
+)
 from generator.cli.inputs import (
     constraints_from_options,
     load_figure,
@@ -31,18 +41,24 @@ from generator.cli.options import (
     vector_from_option,
 )
 from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
-from generator.cli.progress import item_progress_bar, no_item_monitor
-from generator.diagnostics import Diagnostic, UsageError, warning
+from generator.cli.progress import (
+    item_progress_bar,
+    load_compiled_integrator,
+    no_item_monitor,
+)
+from generator.diagnostics import Diagnostic, MoverError, UsageError, warning
 from generator.figure import Figure
 from generator.kinematics.links import mirrored_differences, mirrored_name
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.motion_files.action import display_unit
+from generator.rotations import Array
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import STANDARD_GRAVITY, Plan
 
 if TYPE_CHECKING:
     from generator.simulation.equilibrium import Equilibrium
+    from generator.simulation.resting import AttachedPose, RestingPose
 
 
 def settle(
@@ -54,6 +70,10 @@ def settle(
     displacements: JointValues = None,
     links: LinksFile = None,
     locks: LockedJoints = None,
+    floor: FloorOption = False,
+    height: HeightOption = None,
+    friction: FrictionOption = None,
+    scene: SceneOption = None,
     wall_limit: Annotated[
         float | None, typer.Option(help="Limit of computing time [s]. [default: 600]")
     ] = None,
@@ -63,6 +83,7 @@ def settle(
 ) -> CommandResult:
     """Find the equilibrium pose of a figure under gravity and its springs.
 
+    With --floor or --scene, a pose in which the free figure rests on the props.
     The options --set and --lock may be repeated.
     """
     check_pose_output(output)
@@ -85,6 +106,15 @@ def settle(
         gravity=STANDARD_GRAVITY if gravity is None else vector_from_option("--gravity", gravity),
         wall_limit=Plan.wall_limit if wall_limit is None else wall_limit,
     )
+    props = scene_from_options(
+        floor=floor, friction=friction, scene=scene, height=height, up=plan.up
+    )
+    if props.scene.props:
+        plan = replace(plan, scene=props.scene, height=props.height, free_root=True)
+        faults = (*warnings, *more, *doubts, *others, *props.diagnostics)
+        return _rest_on_props(name, figure, plan, output, faults, show_progress=show_progress)
+    if height is not None:
+        raise UsageError("--height needs --floor or --scene: the figure hangs from the ground")
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     from generator.simulation.equilibrium import (  # Exudyn takes its time
@@ -113,11 +143,12 @@ def settle(
         )
     asymmetric: list[str] = []
     if not constraints.links.links and _is_symmetric_set(constraints.locked):
-        asymmetric = _asymmetric_joints(figure, start, rest)
-        faults = (*faults, *_asymmetry_warnings(figure, asymmetric, rest))
+        asymmetric = _asymmetric_joints(figure, start, rest.displacements)
+        faults = (*faults, *_asymmetry_warnings(figure, asymmetric, rest.displacements))
     for path in files:
         write_pose_file(path, figure, rest.displacements)
-    parts = [f"{name} {rest.state}", _pose_text(figure, rest), _numbers_text(rest)]
+    pose_text = _pose_text(figure, rest.displacements)
+    parts = [f"{name} {rest.state}", pose_text, _numbers_text(rest)]
     return CommandResult(
         text="\n\n".join([*parts, *(f"wrote {path}" for path in files)]),
         data={
@@ -152,7 +183,7 @@ def _is_symmetric_set(joints: Sequence[str]) -> bool:
 
 
 def _asymmetric_joints(
-    figure: Figure, start: Mapping[str, Sequence[float]], rest: "Equilibrium"
+    figure: Figure, start: Mapping[str, Sequence[float]], rest: Mapping[str, Array]
 ) -> list[str]:
     """Return the left joints that rest otherwise than the right ones, the largest difference first.
 
@@ -162,13 +193,13 @@ def _asymmetric_joints(
     before = {**own, **{name: np.asarray(values) for name, values in start.items()}}
     if max(mirrored_differences(figure, before).values(), default=0.0) > MAX_START_DIFFERENCE:
         return []
-    after = mirrored_differences(figure, rest.displacements)
+    after = mirrored_differences(figure, rest)
     differing = [name for name in after if after[name] > MAX_SYMMETRIC_DIFFERENCE]
     return sorted(differing, key=lambda name: -after[name])
 
 
 def _asymmetry_warnings(
-    figure: Figure, joints: Sequence[str], rest: "Equilibrium"
+    figure: Figure, joints: Sequence[str], rest: Mapping[str, Array]
 ) -> Iterator[Diagnostic]:
     """Yield a warning with the joints that rest asymmetrically."""
     if not joints:
@@ -187,18 +218,16 @@ def _asymmetry_warnings(
     )
 
 
-def _displacement_text(figure: Figure, name: str, rest: "Equilibrium") -> str:
+def _displacement_text(figure: Figure, name: str, rest: Mapping[str, Array]) -> str:
     chain = figure.joints[name].chain
-    shown = zip(in_display_units(rest.displacements[name], chain), chain, strict=True)
+    shown = zip(in_display_units(rest[name], chain), chain, strict=True)
     return " ".join(f"{format_rounded(value, 1)} {display_unit(factor)}" for value, factor in shown)
 
 
-def _pose_text(figure: Figure, rest: "Equilibrium") -> str:
+def _pose_text(figure: Figure, rest: Mapping[str, Array]) -> str:
     rows = [["joint", "displacement"]]
     for name, joint in figure.joints.items():
-        values = zip(
-            in_display_units(rest.displacements[name], joint.chain), joint.chain, strict=True
-        )
+        values = zip(in_display_units(rest[name], joint.chain), joint.chain, strict=True)
         rows.append(
             [
                 name,
@@ -221,4 +250,140 @@ def _numbers_text(rest: "Equilibrium") -> str:
         lost = rest.start_energy - rest.energy
         rows.append(["energy", f"{rest.energy:.6g} J, {lost:.6g} J less than at the start"])
     rows.append(["steps", str(rest.steps)])
+    return format_table(rows, left_columns=2)
+
+
+def _rest_on_props(
+    name: str,
+    figure: Figure,
+    plan: Plan,
+    output: Path | None,
+    faults: tuple[Diagnostic, ...],
+    *,
+    show_progress: bool,
+) -> CommandResult:
+    """Find a pose of the free figure at rest on the props of a plan."""
+    with hold_interrupts():
+        import_exudyn()
+    load_compiled_integrator(show_progress=show_progress)
+    try:
+        from generator.simulation.resting import MAX_TESTS, attach_pose, find_resting_pose
+    except ImportError as failure:
+        raise MoverError(f"a pose at rest on props needs numba: {failure}") from None
+    from generator.simulation.equilibrium import NoEquilibriumError
+
+    faults = (*faults, *sphere_warnings(figure))
+    monitor = item_progress_bar if show_progress else no_item_monitor
+    try:
+        with monitor(MAX_TESTS, "tests at most") as update:
+
+            def watch(now: float, acceleration: float) -> None:
+                update(f"{now:.3g} s, {acceleration:.2g} m/s^2 left")
+
+            rest = find_resting_pose(figure, plan, watch)
+    except NoEquilibriumError as failure:
+        return CommandResult(
+            text=f"{name} does not come to rest on {_prop_names(plan)}; nothing was written",
+            data={"figure": name, "error": str(failure)},
+            diagnostics=faults,
+            code=ExitCode.RUN_FAILED,
+            failure=str(failure),
+        )
+    attached = attach_pose(figure, rest)
+    asymmetric: list[str] = []
+    if _is_symmetric_set(plan.locked):
+        asymmetric = _asymmetric_joints(figure, plan.displacements, attached.displacements)
+    if asymmetric:
+        faults = (*faults, _rounding_warning())
+    files = [] if output is None else [output]
+    for path in files:
+        write_pose_file(path, figure, attached.displacements)
+        faults = (*faults, *_loss_warnings(path, attached))
+    state = "a stable pose" if rest.is_stable else "an unstable pose, which it leaves if disturbed"
+    parts = [
+        f"{name} rests on {_prop_names(plan)} in {state}",
+        _pose_text(figure, attached.displacements),
+        _load_text(rest),
+        _rest_text(rest),
+    ]
+    return CommandResult(
+        text="\n\n".join([*parts, *(f"wrote {path}" for path in files)]),
+        data={
+            "figure": name,
+            "stable": rest.is_stable,
+            "props": [prop.name for prop in plan.scene.props],
+            "joints": displacements_data(figure, attached.displacements),
+            "centre_of_mass_m": rest.centre_of_mass.tolist(),
+            "height_m": rest.height,
+            "weight_N": rest.weight,
+            "weight_carried": rest.weight_carried,
+            "shares": dict(rest.shares),
+            "forces_N": {segment: force.tolist() for segment, force in rest.forces.items()},
+            "depths_m": dict(rest.depths),
+            "energy_J": rest.energy,
+            "start_energy_J": rest.start_energy,
+            "acceleration_m_per_s2": rest.acceleration,
+            "creep_m_per_s": rest.creep,
+            "growth_per_s": rest.growth,
+            "simulated_s": rest.time,
+            "asymmetric_joints": asymmetric,
+            "orientations_lost": list(attached.turned),
+            "places_lost": list(attached.moved),
+            "files": [str(path) for path in files],
+        },
+        diagnostics=faults,
+    )
+
+
+def _rounding_warning() -> Diagnostic:
+    return warning(
+        "the figure rests asymmetrically after a symmetric start: rounding decided how it fell",
+        hint="turn the start a little to choose the side (--set), and compare several starts",
+    )
+
+
+def _prop_names(plan: Plan) -> str:
+    return " and ".join(prop.name for prop in plan.scene.props)
+
+
+def _loss_warnings(path: Path, attached: "AttachedPose") -> Iterator[Diagnostic]:
+    """Warn of what the joints to the ground cannot hold of a pose at rest."""
+    if attached.turned:
+        yield warning(
+            f"{path} does not hold the orientation of {attached.turned[0]}: the joints to the "
+            "ground cannot have it"
+        )
+    elif attached.moved:
+        yield warning(
+            f"{path} holds the joints and the orientation, but not the place of the figure",
+            hint="--height sets its height again; beside boxes its horizontal place matters too",
+        )
+
+
+def _load_text(rest: "RestingPose") -> str:
+    """Format what the segments that touch props carry, the largest force first."""
+    rows = [["touching", "of the weight", "force [N]", "depth [mm]"]]
+    sizes = {name: float(np.linalg.norm(force)) for name, force in rest.forces.items()}
+    for name in sorted(sizes, key=lambda name: -sizes[name]):
+        if sizes[name] > 0.0:
+            share = f"{100.0 * rest.shares[name]:.1f} %" if rest.shares else ""
+            rows.append([name, share, f"{sizes[name]:.4g}", f"{1000.0 * rest.depths[name]:.1f}"])
+    return format_table(rows) if len(rows) > 1 else "nothing is touched"
+
+
+def _rest_text(rest: "RestingPose") -> str:
+    rows: list[list[str]] = []
+    if rest.weight_carried is not None:
+        rows.append(["weight carried", f"{rest.weight_carried:.4f} of {rest.weight:.4g} N"])
+    rows.append(["height of the centre of mass", f"{rest.height:.4g} m"])
+    if rest.energy is not None and rest.start_energy is not None:
+        lost = rest.start_energy - rest.energy
+        rows.append(["energy", f"{rest.energy:.6g} J, {lost:.6g} J less than at the start"])
+    rows += [
+        ["remaining acceleration", f"{rest.acceleration:.2g} m/s^2 ({rest.fastest})"],
+        ["creep by smooth friction", f"{1000.0 * rest.creep:.2g} mm/s ({rest.creeping})"],
+    ]
+    if not rest.is_stable:
+        rows.append(["small motions grow at a rate of", f"{rest.growth:.4g} 1/s"])
+    rows.append(["found after", f"{rest.time:.4g} s of a damped fall"])
     return format_table(rows, left_columns=2)

@@ -309,6 +309,11 @@ class Stepper:
         return self._state.energy
 
     @property
+    def kinetic_energy(self) -> float:
+        """Kinetic energy [J]."""
+        return self._state.kinetic_energy
+
+    @property
     def contact_forces(self) -> dict[str, Array]:
         """Force of all props on each segment that has contact spheres, world axes, (3,) [N]."""
         contact, contacts = self._state.contact, self._state.setting.contacts

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from generator import read_figure
-from generator.simulation import equilibrium
+from generator.simulation import equilibrium, resting
 from tests.command import answer, mover, run
 
 REFUSED = Path(__file__).parent / "refusals" / "files"
@@ -108,3 +108,87 @@ def test_no_rest_is_a_failed_run_without_a_pose(
     assert done.exit_code == 3
     assert "slide 1 has moved 10 m: add a spring or a lock" in done.stderr
     assert not pose.exists()
+
+
+LYING = ("prototype", "--set", "root_torso=90,0,0")
+
+
+@pytest.fixture(scope="module")
+def lying() -> Any:
+    return answer("settle", *LYING, "--floor")
+
+
+def test_a_figure_rests_on_a_floor(lying: Any, tmp_path: Path) -> None:
+    """The pose that is written holds the orientation, so that the same segments carry it."""
+    pose = tmp_path / "lying.pose"
+    done = mover("settle", *LYING, "--floor", "-o", pose)
+    assert done.exit_code == 0
+    assert "prototype rests on floor in a stable pose" in done.stdout
+    assert "creep by smooth friction" in done.stdout
+    assert f"wrote {pose}" in done.stdout
+    assert "holds the joints and the orientation, but not the place" in done.stderr
+    assert "rounding decided how it fell" in done.stderr
+    assert lying["stable"] is True
+    assert lying["props"] == ["floor"]
+    assert lying["orientations_lost"] == []
+    assert sum(lying["shares"].values()) == pytest.approx(lying["weight_carried"])
+    assert lying["weight_carried"] == pytest.approx(1.0, abs=0.005)
+    assert lying["weight_N"] == pytest.approx(49.28 * 9.81, rel=1e-3)
+    assert lying["height_m"] == lying["centre_of_mass_m"][1] < 0.12
+    assert lying["energy_J"] < lying["start_energy_J"]
+    again = answer("settle", "prototype", "--pose", pose, "--floor")
+    assert again["height_m"] == pytest.approx(lying["height_m"], abs=2e-3)
+    assert again["simulated_s"] <= lying["simulated_s"]
+    for name, share in lying["shares"].items():
+        assert again["shares"][name] == pytest.approx(share, abs=0.1)
+    shown = answer("pose", "prototype", "--pose", pose)
+    written = {joint["name"]: joint["displacement"] for joint in shown["joints"]}
+    for joint in lying["joints"]:
+        assert written[joint["name"]] == pytest.approx(joint["displacement"], abs=1e-9)
+
+
+def test_locks_springs_and_gravity_of_a_figure_on_a_floor(lying: Any) -> None:
+    held = answer("settle", *LYING, "--floor", "--lock", "waist", "--springs", "none")
+    waist = next(joint for joint in held["joints"] if joint["name"] == "waist")
+    assert waist["displacement"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+    light = answer("settle", *LYING, "--floor", "--gravity", "0,-1.62,0")
+    assert light["weight_N"] == pytest.approx(lying["weight_N"] * 1.62 / 9.81)
+    assert max(light["depths_m"].values()) < max(lying["depths_m"].values())
+
+
+SEAT = """[[surface]]
+name = "wood"
+
+[[box]]
+name = "far seat"
+centre_m = [9, 0.2, 0]
+size_m = [0.4, 0.4, 0.4]
+surface = "wood"
+"""
+
+
+def test_a_figure_that_misses_the_props_has_no_pose(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(resting, "MAX_TESTS", 2)
+    scene, pose = tmp_path / "far.scene.toml", tmp_path / "rest.pose"
+    scene.write_text(SEAT, encoding="utf-8")
+    done = mover("settle", *LYING, "--scene", scene, "-o", pose)
+    assert done.exit_code == 3
+    assert "prototype does not come to rest on far seat; nothing was written" in done.stdout
+    assert "nothing touches a prop; the centre of mass has fallen" in done.stderr
+    assert not pose.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--height", "0.1"), "--height needs --floor or --scene"),
+        (("--friction", "0.1"), "--friction needs --floor"),
+        (("--floor", "--height", "-1"), "below the floor"),
+    ],
+)
+def test_options_of_props_that_do_not_apply(options: tuple[str, ...], message: str) -> None:
+    done = mover("settle", "prototype", *options)
+    assert done.exit_code == 2
+    assert message in done.stderr

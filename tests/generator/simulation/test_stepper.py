@@ -654,3 +654,51 @@ def test_rewinding_on_the_floor_repeats_bit_by_bit(spheres):
 def test_a_start_inside_the_floor_is_refused(spheres):
     with pytest.raises(ModelError, match=r"starts .* cm inside floor: raise the figure"):
         Stepper(spheres, Plan(scene=FLOOR, free_root=True, height=-0.01))
+
+
+def test_a_stopped_figure_starts_again_from_rest(spheres):
+    plan = Plan(scene=FLOOR, free_root=True, height=0.05)
+    stepper = Stepper(spheres, plan, TOLERANCE)
+    stepper.advance(0.2)
+    start, poses, before = balance(stepper), stepper.poses, stepper.energy
+    other = stepper.copy()
+    stepper.stop()
+    assert stepper.kinetic_energy == stepper.energy["kinetic"] == 0.0
+    assert difference(stepper.poses, poses) == 0.0
+    assert not any(rate.any() for rate in stepper.rates.values())
+    assert balance(stepper) == pytest.approx(start, abs=1e-12)
+    assert other.kinetic_energy == before["kinetic"] > 0.1
+    assert stepper.agreement_with_exudyn() < 1e-11
+    stepper.advance(0.1)
+    assert balance(stepper) == pytest.approx(start, abs=1e-6)
+
+
+def test_a_stop_leaves_drives(hinges):
+    times = np.linspace(0.0, 0.4, 9)
+    drives = {"joint0": Drive(times, (2.0 * times)[:, None])}
+    stepper = Stepper(hinges, Plan(stop=0.4, drives=drives), TOLERANCE)
+    stepper.advance(0.1)
+    stepper.stop()
+    assert stepper.rates["joint1"] == pytest.approx([0.0])
+    assert stepper.rates["joint0"] == pytest.approx([2.0])
+
+
+def test_other_props_keep_the_figure_and_the_balance(spheres):
+    plan = Plan(scene=FLOOR, free_root=True, height=0.02)
+    stepper = Stepper(spheres, plan, TOLERANCE)
+    stepper.advance(0.3)
+    start, poses, rates = balance(stepper), stepper.poses, stepper.rates
+    lower = Prop("lower", Plane((0.0, -0.002, 0.0), Y), Surface(stiffness=1e4))
+    stored = stepper.energy["contact"]
+    stepper.set_scene(Scene((lower,)))
+    assert difference(stepper.poses, poses) < 1e-14
+    assert difference(stepper.rates, rates) < 1e-12
+    assert stepper.energy["contact"] < 0.9 * stored
+    assert balance(stepper) == pytest.approx(start, abs=1e-12)
+    assert stepper.agreement_with_exudyn() < 1e-11
+    stepper.advance(0.3)
+    assert balance(stepper) == pytest.approx(start, abs=1e-6)
+    with pytest.raises(ModelError, match="only by props"):
+        stepper.set_scene(Scene())
+    with pytest.raises(ModelError, match="start with a scene"):
+        Stepper(spheres).set_scene(FLOOR)
