@@ -131,7 +131,7 @@ def strip_image(
     screen = (corners @ view.axes.T - shift) * np.array([fine, fine, 1.0])
     towards = np.cross(screen[:, 1] - screen[:, 0], screen[:, 2] - screen[:, 0])[:, 2] > 0.0
     shape = (height * _SAMPLES, width * _SAMPLES)
-    depth, picture = _rasterize(screen[towards], colours[towards], shape)
+    depth, picture = rasterize(screen[towards], colours[towards], shape)
     row, column = np.nonzero(picture[..., 3])
     world = np.stack([column / fine, row / fine, depth[row, column]], axis=-1) + shift
     picture[row, column, :3] *= _shadows(solids, world @ view.axes)[:, None]
@@ -202,7 +202,7 @@ def _floor_triangles(strip: Strip, count: int) -> _Triangles:
     return _Triangles(corners[[[0, 1, 2], [0, 2, 3]]], np.tile(np.array(GROUND), (2, 3, 1)))
 
 
-def _rasterize(corners: Array, values: Array, shape: tuple[int, int]) -> tuple[Array, Array]:
+def rasterize(corners: Array, values: Array, shape: tuple[int, int]) -> tuple[Array, Array]:
     """Depth, shape (rows, columns), -inf without a triangle, and interpolated values, (..., k).
 
     Args:
@@ -248,7 +248,7 @@ def _shadows(solids: Array, points: Array) -> Array:
     low = solids.min(axis=(0, 1))
     cells = np.ceil((solids.max(axis=(0, 1)) - low) / _SHADOW_CELL).astype(int) + 1
     above = (solids[..., [0, 2, 1]] - low[[0, 2, 1]]) / np.array([_SHADOW_CELL, _SHADOW_CELL, 1.0])
-    heights, _ = _rasterize(above, above[..., :0], (cells[2], cells[0]))
+    heights, _ = rasterize(above, above[..., :0], (cells[2], cells[0]))
     column, row = (((points[:, k] - low[k]) / _SHADOW_CELL).round().astype(int) for k in (0, 2))
     inside = (column >= 0) & (column < cells[0]) & (row >= 0) & (row < cells[2])
     found = np.full(len(points), -np.inf)

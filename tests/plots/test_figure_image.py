@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure
 from generator.scene import Box, Prop, Scene
-from plots.figure_image import GROUND, SKIN, Strip, View, _rasterize, strip_image
+from plots.figure_image import GROUND, SKIN, Strip, View, rasterize, strip_image
 from springs.contact import DEFAULT_SURFACE
 
 FRONT = View(turn=0.0, tilt=radians(15.0))
@@ -57,7 +57,7 @@ def test_the_nearer_triangle_hides_the_other(order: tuple[int, int]) -> None:
     far = near + np.array([1.0, 0.0, -1.0])
     corners = np.array([near, far])[list(order)]
     values = np.array([np.full((3, 1), 5.0), np.full((3, 1), 7.0)])[list(order)]
-    depth, found = _rasterize(corners, values, (6, 6))
+    depth, found = rasterize(corners, values, (6, 6))
     assert (depth[1, 1], found[1, 1, 0]) == (2.0, 5.0)
     assert (depth[0, 5], found[0, 5, 0]) == (1.0, 7.0)
     assert depth[5, 5] == -np.inf
@@ -65,7 +65,7 @@ def test_the_nearer_triangle_hides_the_other(order: tuple[int, int]) -> None:
 
 def test_values_are_interpolated_between_corners() -> None:
     corners = np.array([[(0.0, 0.0, 0.0), (8.0, 0.0, 4.0), (0.0, 8.0, 8.0)]])
-    depth, found = _rasterize(corners, corners[..., :2], (8, 8))
+    depth, found = rasterize(corners, corners[..., :2], (8, 8))
     assert depth[2, 4] == pytest.approx(4.0 * 0.5 + 2.0)
     assert found[2, 4] == pytest.approx([4.0, 2.0])
 
