@@ -14,7 +14,7 @@ from generator.recording import Recording
 from generator.rotations import Array
 from generator.scene import Box, Scene
 
-SKIN, PROP, GROUND = (0.97, 0.71, 0.54, 0.0), (0.60, 0.68, 0.78, 1.0), (0.83, 0.83, 0.81, 1.0)
+SKIN, PROP, GROUND = (0.97, 0.71, 0.54, 0.0), (0.60, 0.68, 0.78, 0.0), (0.83, 0.83, 0.81, 1.0)
 """Colours of the figure, of boxes and of the floor; the last component is 1 where shadows fall."""
 
 _LIGHT = np.array([-0.40, 0.55, 0.75])
@@ -28,6 +28,9 @@ _SHADOW = 0.72
 
 _SHADOW_CELL, _SHADOW_GAP = 0.01, 0.03
 """Resolution of the shadows, and the least height of what shades a surface above it [m]."""
+
+_SHADED_SLOPE = 0.5
+"""Least vertical component of the normal of a face on which shadows fall."""
 
 _SAMPLES = 2
 """Samples of a pixel along each axis."""
@@ -188,7 +191,10 @@ def _box_triangles(box: Box, view: View) -> _Triangles:
         local = 0.5 * np.insert(square, axis, side, axis=1) * np.array(box.size)
         placed = local @ box.pose[:3, :3].T + box.pose[:3, 3]
         corners += [placed[[0, 1, 2]], placed[[0, 2, 3]]]
-        colours += [np.tile(_lit(box.pose[:3, :3] @ normal, PROP, view), (3, 1))] * 2
+        outward = box.pose[:3, :3] @ normal
+        colour = _lit(outward, PROP, view)
+        colour[3] = float(outward[1] > _SHADED_SLOPE)
+        colours += [np.tile(colour, (3, 1))] * 2
     return _Triangles(np.array(corners), np.array(colours))
 
 
