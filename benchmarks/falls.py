@@ -1,6 +1,6 @@
 """Falls of the free prototype on a floor, from ten starts, beside MuJoCo with its own contact.
 
-Run with `python -m benchmarks falls` (20 minutes). After the first impacts two models of contact
+Run with `python -m benchmarks falls` (15 minutes). After the first impacts two models of contact
 have two trajectories, so what is compared is the distribution over the starts of numbers of each
 fall. MuJoCo has the springs of the prototype by its callback, and contact of its own: convex hulls
 of the psurfs at two stiffnesses, and the contact spheres of this program. Drake has the springs as

@@ -65,6 +65,7 @@ class Quantity:
         description: in claims.
         unit: of the axis.
         factor: from the table's unit.
+        remark: on its comparison.
     """
 
     header: str
@@ -72,6 +73,7 @@ class Quantity:
     description: str
     unit: str
     factor: float = 1.0
+    remark: str = ""
 
     def read(self, table: Measurements) -> Array:
         """Its values, one for each start."""
@@ -85,7 +87,13 @@ QUANTITIES = (
     Quantity(
         "COM below 0.25 m [s]", "below 0.25 m", "time until the centre of mass is below 0.25 m", "s"
     ),
-    Quantity("COM height at rest [m]", "height at rest", "height at rest", "m"),
+    Quantity(
+        "COM height at rest [m]",
+        "height at rest",
+        "height at rest",
+        "m",
+        remark="its surface is soft in the first 5 mm, and a figure at rest creeps flat",
+    ),
     Quantity("drift [m]", "drift", "horizontal drift", "m"),
     Quantity(SMOOTHED_FORCE, "largest force", "largest force of the floor, 10 ms mean", "kN", 1e-3),
 )
@@ -189,6 +197,7 @@ def _claims(falls: Measurements) -> Iterator[Claim]:
             quantity.unit,
             at_least=mean - spread,
             at_most=mean + spread,
+            remark=quantity.remark,
             kind=ClaimKind.COMPARISON,
         )
     for fall in _pushed_falls(falls):
