@@ -275,10 +275,10 @@ def _contact_trace(
         build_trace(model, compiled, some.times[:count], some.states[:count], some.links[:count])
         for some in (run, disturbed)
     )
-    apart = mean_position(model.figure, other.positions - one.positions) @ np.array(model.plan.up)
+    difference = mean_position(model.figure, other.positions - one.positions)
     sensitivity = np.full((len(run.times), 2), np.inf)
     sensitivity[:count, 0] = joint_differences(compiled, run, disturbed)
-    sensitivity[:count, 1] = np.abs(apart)
+    sensitivity[:count, 1] = np.abs(difference @ np.array(model.plan.up))
     other_path, other_steps = _contact_of_path(model, compiled, disturbed)
     return replace(contact, sensitivity=sensitivity, disturbed=(other_path.times, other_steps))
 

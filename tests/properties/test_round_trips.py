@@ -29,6 +29,7 @@ from generator.input_files.links import (
 from generator.input_files.loads import read_loads
 from generator.input_files.moments import MeasuredMoments, read_moments
 from generator.input_files.pose import read_pose
+from generator.input_files.scene import read_scene, write_scene
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind, TimedLoad
@@ -74,6 +75,7 @@ from tests.generator.model_files.model_cases import (
 )
 from tests.motion_readers import Bvh, Glb, Table, X3d, read_table
 from tests.motions import MOTIONS, any_motion, clip, slides
+from tests.scenes import scenes
 
 
 @dataclass(frozen=True)
@@ -698,6 +700,8 @@ INPUTS = (
     Format("moments", write_moments, lambda path, _: replace(read_moments(path), name=""),
            assert_equal, contents=MOMENTS, examples=50),
     Format("drives", write_drives, read_both_drives, same_drives, contents=driven()),
+    Format("scene", lambda scene, path: path.write_text(write_scene(scene), encoding="utf-8"),
+           lambda path, _: read_scene(path), assert_equal, contents=scenes(), examples=50),
 )  # fmt: skip
 
 

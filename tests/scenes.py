@@ -1,0 +1,34 @@
+"""Any scene that a file can hold."""
+
+from math import degrees
+
+from hypothesis import strategies as st
+
+from generator.scene import Box, Plane, Prop, Scene
+from springs.contact import Surface
+
+lengths = st.floats(-1e3, 1e3)
+sizes = st.floats(0.0, 1e3, exclude_min=True)
+turns = st.floats(-degrees(1.0) * 300, degrees(1.0) * 300)
+directions = st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3).filter(any)
+shapes = st.builds(Plane, st.tuples(*[lengths] * 3), directions) | st.builds(
+    Box, st.tuples(*[lengths] * 3), st.tuples(*[sizes] * 3), st.tuples(*[turns] * 3)
+)
+words = st.text(max_size=300) | st.text('"\\ #[]\n\t=', max_size=60)
+surfaces = st.builds(
+    Surface,
+    st.floats(1.0, 1e9),
+    st.floats(0.0, 1e3),
+    st.floats(0.0, 10.0),
+    st.floats(1e-6, 1.0) | st.just(5e-3),
+    st.floats(1e-6, 10.0) | st.just(0.02),
+    words,
+)
+names = st.text(min_size=1, max_size=40).filter(str.isprintable)
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    of_props = draw(st.lists(names, min_size=1, max_size=4, unique=True))
+    known = st.sampled_from(draw(st.lists(surfaces, min_size=1, max_size=3)))
+    return Scene(tuple(Prop(name, draw(shapes), draw(known)) for name in of_props))
