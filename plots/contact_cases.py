@@ -528,10 +528,10 @@ def tumbling_block(surface: Surface = TUMBLING, tolerance: float = TOLERANCE) ->
         free_body(BLOCK, BLOCK_INERTIA, (0.0, height, 0.0), 0.4),
         HORIZONTAL,
         surface,
-        2.0,
+        1.2,
         velocity=(1.5, 0.0, 0.4),
         spin=(5.0, 3.0, -7.0),
-        frames=100,
+        frames=120,
         tolerance=tolerance,
     )
 

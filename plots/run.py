@@ -46,6 +46,7 @@ PLATES: Mapping[str, str] = {
         ("off_axis", ("off_axis",)),
         ("fall_energy", ("fall_energy",)),
         ("verification", ("verification",)),
+        ("contact", ("contact",)),
         ("floor_falls", ("floor_falls",)),
         ("work_precision", ("work_precision",)),
     )

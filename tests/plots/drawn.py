@@ -8,7 +8,7 @@ from plots import run
 from plots.joint_curve import JointCurve
 from plots.joint_plate import JointPlate
 from plots.plate import Plate
-from plots.plates import fall_energy, hip_directional
+from plots.plates import contact, fall_energy, hip_directional
 
 
 @cache
@@ -19,6 +19,11 @@ def falls() -> fall_energy.Falls:
 @cache
 def cycle() -> hip_directional.Cycle:
     return hip_directional.simulate_cycle()
+
+
+@cache
+def contact_cases() -> contact.Cases:
+    return contact.simulate_cases()
 
 
 def maker(name: str) -> Any:
@@ -40,6 +45,8 @@ def plate(name: str) -> Plate:
             return row.draw(curve(name))
         case fall_energy.fall_energy:
             return fall_energy.build_plate(falls())
+        case contact.contact:
+            return contact.build_plate(contact_cases())
         case hip_directional.hip_directional:
             return hip_directional.build_plate(cycle())
         case make:
