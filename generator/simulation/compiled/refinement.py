@@ -312,6 +312,7 @@ def _march_to_end(
             if stopped is not None and stopped.is_set():
                 return Ending.INTERRUPTED
         except KeyboardInterrupt:
+            path.collect()  # mostly it comes when `march` returns
             return Ending.INTERRUPTED
         if status == FINISHED:
             return Ending.DONE
