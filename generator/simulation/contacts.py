@@ -27,6 +27,9 @@ from generator.simulation.exudyn_api import (
 )
 from springs import FLOATS
 
+_TIME_ROUNDING = 1e-12
+"""Rounding of the times of steps, relative to 1 s or to the time."""
+
 
 @dataclass(frozen=True)
 class ContactModel:
@@ -214,7 +217,7 @@ class ContactTrace:
 
     def first_frames(self, count: int, last_time: float) -> "ContactTrace":
         """Return the first `count` frames, the last of which is at `last_time` [s]."""
-        kept = self.step_times <= last_time * (1.0 + 1e-12)
+        kept = self.step_times <= last_time + _TIME_ROUNDING * max(1.0, abs(last_time))
         return ContactTrace(
             self.losses[:count],
             self.impulses[:count],

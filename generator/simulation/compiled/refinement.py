@@ -312,6 +312,7 @@ def _march_to_end(
             if stopped is not None and stopped.is_set():
                 return Ending.INTERRUPTED
         except KeyboardInterrupt:
+            path.collect()  # mostly it comes when `march` returns
             return Ending.INTERRUPTED
         if status == FINISHED:
             return Ending.DONE
@@ -460,13 +461,19 @@ def _next_tolerance(runs: list[CompiledRun], difference: float, tolerance: float
 
 
 def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:
-    """Return the last run that got furthest, with its difference from the one before."""
-    steps, last = sum(run.steps for run in runs), runs[-1]
-    if len(runs) > 2 and last.ending in EARLY_STOP_ENDINGS:
-        last = replace(runs[-2], ending=last.ending)
-        runs = runs[:-1]
+    """Return the last run that got furthest, with its difference from the one before.
+
+    Of parallel runs that were stopped, the one before may have hardly begun; then the difference is
+    that from the run that got furthest.
+    """
+    steps, last, before = sum(run.steps for run in runs), runs[-1], runs[-2]
+    if last.ending in EARLY_STOP_ENDINGS:
+        if len(runs) > 2 and len(before.times) > len(last.times):
+            last = replace(before, ending=last.ending)
+            runs = runs[:-1]
+        before = max(runs[:-1], key=lambda run: (len(run.times), -run.tolerance))
     errors = np.full(len(last.times), np.inf)
-    known = estimated_errors(model, runs[-2], last)
+    known = estimated_errors(model, before, last)
     errors[: len(known)] = known
     return AgreedRun(last, errors, steps, len(runs))
 

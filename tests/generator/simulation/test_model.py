@@ -10,11 +10,14 @@ from generator.diagnostics import InputError, ModelError, MoverError
 from generator.figure import SiteRef
 from generator.kinematics.loops import OpenLoopError
 from generator.loads import LoadKind, constant_load
+from generator.scene import Box, Plane, Prop, Scene
 from generator.simulation.exudyn_api import exu, items
 from generator.simulation.model import ExudynModel, build_model, initial_state
 from generator.simulation.plan import Plan, resolve_springs
 from springs import AxisSpring, JointSprings, Linear, SpringSet
+from springs.contact import Surface
 from tests.chains import BALL, Z, body, figure, ground, joint, one_body, row
+from tests.contact_figures import FLOOR, ball, with_spheres
 
 PROTOTYPE = read_figure("prototype")
 FOURBAR = read_figure("fourbar")
@@ -191,3 +194,85 @@ def test_loads_have_a_marker_at_their_site() -> None:
     assert kept is load
     found = assembly.mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position)
     assert np.allclose(found, 0.0)
+
+
+# Props
+
+FLOOR_AND_CRATE = Scene(
+    (*FLOOR.props, Prop("crate", Box((1.0, 0.2, 0.0), (0.4, 0.4, 0.4)), Surface()))
+)
+
+
+def test_the_start_inside_a_prop_is_refused_with_its_depth() -> None:
+    """The deepest one, by name; touching is no penetration."""
+    with pytest.raises(ModelError, match=r"starts 1\.5 cm inside floor: raise the figure"):
+        build_model(ball(-0.015), Plan(scene=FLOOR), NONE)
+    made = build_model(ball(0.0), Plan(scene=FLOOR), NONE)
+    assert made.contacts is not None
+    build_model(ball(-1e-7), Plan(scene=FLOOR), NONE)
+    build_model(ball(-0.015), Plan(), NONE)
+    inside = {"pin": (0.0, 0.0, 0.0, 1.0, 0.09 + 0.35, 0.0)}
+    with pytest.raises(ModelError, match="segment link starts 6 cm inside crate: raise the fig"):
+        build_model(ball(0.0), Plan(scene=FLOOR_AND_CRATE, displacements=inside), NONE)
+
+
+def test_the_start_inside_a_prop_names_the_segment() -> None:
+    made = row(2)
+    segments = [
+        with_spheres(made.segments[f"bar{k}"], ((0.15, 0.0, 0.0), radius))
+        for k, radius in enumerate((0.05, 0.25))
+    ]
+    straight = {"joint0": (0.0,) * 3, "joint1": (0.0,) * 3}
+    low = Scene((Prop("mat", Plane((0.0, -0.2, 0.0), (0.0, 1.0, 0.0)), Surface()),))
+    plan = Plan(scene=low, displacements=straight)
+    with pytest.raises(ModelError, match="segment bar1 starts 5 cm inside mat"):
+        initial_state(made.with_parts(*segments), plan)
+
+
+def test_the_height_is_that_of_the_lowest_sphere() -> None:
+    """In a scene; else that of the lowest vertex. Height is measured along minus gravity."""
+    up = np.array([0.6, 0.8, 0.0])
+    gravity = tuple(-9.81 * up)
+    for height in (0.0, 0.3):
+        plan = Plan(free_root=True, height=height, scene=FLOOR, gravity=gravity)
+        scene = Scene((Prop("slope", Plane((0.0, 0.0, 0.0), tuple(up)), Surface()),))
+        start = initial_state(PROTOTYPE, replace(plan, scene=scene))
+        lowest = min(
+            (start.placement.poses[name] @ np.append(sphere.centre, 1.0))[:3] @ up - sphere.radius
+            for name, some in start.spheres.items()
+            for sphere in some
+        )
+        assert lowest == pytest.approx(height, abs=1e-12)
+        without = initial_state(PROTOTYPE, replace(plan, scene=Scene()))
+        moved = start.placement.poses["lower_torso"] - without.placement.poses["lower_torso"]
+        shift = moved[:3, 3]
+        assert 1e-5 < np.linalg.norm(shift) < 0.05
+        assert np.cross(shift, up) == pytest.approx(0.0, abs=1e-12)
+        assert without.spheres == {}
+
+
+def test_spheres_are_those_of_the_moving_segments() -> None:
+    """Own ones in place of those fitted to a psurf."""
+    own = with_spheres(PROTOTYPE.segments["left_upper_arm"], ((0.0, 0.0, 0.0), 0.04))
+    plan = Plan(free_root=True, height=0.0, scene=FLOOR)
+    spheres = initial_state(PROTOTYPE.with_parts(own), plan).spheres
+    assert list(spheres) == list(PROTOTYPE.bodies)
+    assert spheres["left_upper_arm"] == own.contact_spheres
+    assert spheres["right_upper_arm"] == initial_state(PROTOTYPE, plan).spheres["right_upper_arm"]
+    made = ExudynModel.of(PROTOTYPE.with_parts(own), plan)
+    assert made.contacts is not None
+    assert made.contacts.spheres == spheres
+    assert made.contacts.scene is plan.scene
+
+
+def test_a_figure_without_a_contact_sphere_touches_nothing() -> None:
+    """A segment whose mass is not known has not even a capsule."""
+    bare = one_body(BALL, segment=replace(body("link"), mass=None))
+    assert initial_state(bare, Plan()).spheres == {}
+    with pytest.raises(ModelError, match="cannot touch anything: no segment has a contact sphere"):
+        initial_state(bare, Plan(scene=FLOOR))
+
+
+def test_an_empty_scene_builds_no_contact(prototype) -> None:
+    assert prototype.contacts is None
+    assert ExudynModel.of(ball(0.1), Plan(scene=Scene())).contacts is None
