@@ -19,12 +19,12 @@ from generator.cli.contact import (
     SpreadOption,
     StartsChoice,
     StartsOption,
+    add_sphere_warnings,
     contact_data,
     contact_rows,
     contact_table,
     scene_from_options,
     sensitivity_rows,
-    sphere_warnings,
     starts_data,
     starts_details,
     starts_from_options,
@@ -232,7 +232,7 @@ def simulate(
     )
     check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
     if plan.scene.props:
-        diagnostics += tuple(sphere_warnings(figure))
+        diagnostics = add_sphere_warnings(figure, diagnostics)
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     if plan.integrator is Integrator.COMPILED and plan.step is None and not python_torques:
