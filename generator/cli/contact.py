@@ -18,7 +18,6 @@ from generator.contact_record import (
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure import Figure, Vector
-from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
 from generator.input_files.scene import MAX_FRICTION, parse_scene_file
 from generator.recording import Recording
 from generator.rotations import Array
@@ -26,6 +25,7 @@ from generator.scene import FLOOR, Scene, floor_prop
 from springs.contact import DEFAULT_SURFACE
 
 if TYPE_CHECKING:
+    from generator.geometry.contact_spheres import SegmentSpheres
     from generator.simulation.starts import StartStudy
 
 FloorOption = Annotated[
@@ -142,6 +142,8 @@ def add_sphere_warnings(
 
     Raises InputError with all diagnostics for a psurf that cannot be read.
     """
+    from generator.geometry.contact_spheres import SphereSource, fit_contact_spheres  # slow import
+
     try:
         fits = fit_contact_spheres(figure)
     except InputError as failure:
@@ -193,7 +195,7 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
 
 
 def contact_rows(
-    recording: Recording, spheres: Mapping[str, SegmentSpheres]
+    recording: Recording, spheres: "Mapping[str, SegmentSpheres]"
 ) -> list[tuple[str, str]]:
     """Return the rows of a summary about contact: title and text."""
     record = recording.contact
