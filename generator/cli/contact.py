@@ -16,9 +16,8 @@ from generator.contact_record import (
     ContactRecord,
     SegmentContact,
 )
-from generator.diagnostics import Diagnostic, UsageError, warning
+from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure import Figure, Vector
-from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
 from generator.input_files.scene import MAX_FRICTION, parse_scene_file
 from generator.recording import Recording
 from generator.rotations import Array
@@ -26,6 +25,7 @@ from generator.scene import FLOOR, Scene, floor_prop
 from springs.contact import DEFAULT_SURFACE
 
 if TYPE_CHECKING:
+    from generator.geometry.contact_spheres import SegmentSpheres
     from generator.simulation.starts import StartStudy
 
 FloorOption = Annotated[
@@ -76,9 +76,8 @@ MAX_STARTS = 10_000
 MIN_OVERLAP = 1e-3
 """Interpenetration of limbs from which it is worth a row [m]."""
 
-
 MAX_HEIGHT = 1e6
-"""Largest initial height [m]; at 1e9 m the rounding of positions exceeds that of a contact."""
+"""Largest initial height [m]; positions there are rounded to 1e-10 m."""
 
 SENSITIVE_ANGLE = 0.1
 """Difference of joint angles at which two falls count as different [rad]."""
@@ -136,16 +135,28 @@ def scene_from_options(
     return SceneChoice(props, height, diagnostics)
 
 
-def sphere_warnings(figure: Figure) -> Iterator[Diagnostic]:
-    """Warn of segments that touch by a capsule for want of geometry."""
-    fits = fit_contact_spheres(figure)
+def add_sphere_warnings(
+    figure: Figure, diagnostics: tuple[Diagnostic, ...]
+) -> tuple[Diagnostic, ...]:
+    """Append a warning of the segments that touch by a capsule for want of geometry.
+
+    Raises InputError with all diagnostics for a psurf that cannot be read.
+    """
+    from generator.geometry.contact_spheres import SphereSource, fit_contact_spheres  # slow import
+
+    try:
+        fits = fit_contact_spheres(figure)
+    except InputError as failure:
+        raise InputError((*diagnostics, *failure.diagnostics)) from None
     names = [name for name, fit in fits.items() if fit.source is SphereSource.CAPSULE]
-    if names:
-        text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-        yield warning(
-            f"without geometry, a capsule between the joints touches instead: {text}",
-            hint="add a psurf or contact spheres to the segment",
-        )
+    if not names:
+        return diagnostics
+    text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    more = warning(
+        f"without geometry, a capsule between the joints touches instead: {text}",
+        hint="add a psurf or contact spheres to the segment",
+    )
+    return (*diagnostics, more)
 
 
 def touch_warnings(recording: Recording) -> Iterator[Diagnostic]:
@@ -184,7 +195,7 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
 
 
 def contact_rows(
-    recording: Recording, spheres: Mapping[str, SegmentSpheres]
+    recording: Recording, spheres: "Mapping[str, SegmentSpheres]"
 ) -> list[tuple[str, str]]:
     """Return the rows of a summary about contact: title and text."""
     record = recording.contact

@@ -14,8 +14,8 @@ from generator.cli.contact import (
     FrictionOption,
     HeightOption,
     SceneOption,
+    add_sphere_warnings,
     scene_from_options,
-    sphere_warnings,
 )
 from generator.cli.inputs import (
     constraints_from_options,
@@ -272,7 +272,7 @@ def _rest_on_props(
         raise MoverError(f"a pose at rest on props needs numba: {failure}") from None
     from generator.simulation.equilibrium import NoEquilibriumError
 
-    faults = (*faults, *sphere_warnings(figure))
+    faults = add_sphere_warnings(figure, tuple(faults))
     monitor = item_progress_bar if show_progress else no_item_monitor
     try:
         with monitor(MAX_TESTS, "tests at most") as update:

@@ -19,12 +19,12 @@ from generator.cli.contact import (
     SpreadOption,
     StartsChoice,
     StartsOption,
+    add_sphere_warnings,
     contact_data,
     contact_rows,
     contact_table,
     scene_from_options,
     sensitivity_rows,
-    sphere_warnings,
     starts_data,
     starts_details,
     starts_from_options,
@@ -69,7 +69,6 @@ from generator.cli.progress import (
 )
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
-from generator.geometry.contact_spheres import SegmentSpheres, fit_contact_spheres
 from generator.input_files.loads import parse_loads_file
 from generator.motion_files import MOTION_FORMATS, motion_from_recording
 from generator.recording import Integrator, Recording, energy_kinds
@@ -79,6 +78,7 @@ from generator.springs_file.read import limp_joints
 from springs import SpringSet
 
 if TYPE_CHECKING:
+    from generator.geometry.contact_spheres import SegmentSpheres
     from generator.simulation.run import Progress
     from generator.simulation.starts import StartStudy
 
@@ -232,7 +232,7 @@ def simulate(
     )
     check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
     if plan.scene.props:
-        diagnostics += tuple(sphere_warnings(figure))
+        diagnostics = add_sphere_warnings(figure, diagnostics)
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     if plan.integrator is Integrator.COMPILED and plan.step is None and not python_torques:
@@ -254,7 +254,11 @@ def simulate(
     failure = failure_text(recording, files)
     joints = _count_elastic_joints(figure, spring_set, recording)
     diagnostics += tuple(touch_warnings(recording))
-    spheres = fit_contact_spheres(figure) if plan.scene.props else {}
+    spheres: Mapping[str, SegmentSpheres] = {}
+    if plan.scene.props:
+        from generator.geometry.contact_spheres import fit_contact_spheres  # slow import
+
+        spheres = fit_contact_spheres(figure)
     return CommandResult(
         text="\n\n".join(
             [
@@ -381,7 +385,7 @@ def summary_text(
     recording: Recording,
     files: Sequence[Path],
     joints: JointCounts,
-    spheres: Mapping[str, SegmentSpheres] | None = None,
+    spheres: "Mapping[str, SegmentSpheres] | None" = None,
 ) -> str:
     """Format outcome, error, springs, energy, times and files in a few lines."""
     accuracy, outcome, wall = recording.accuracy, recording.outcome, recording.wall_time

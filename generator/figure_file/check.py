@@ -285,7 +285,7 @@ def _check_psurfs(segments: Iterable[Segment], directory: Path, diagnostics: Dia
         diagnostics.warning(
             f"there is no file `{shorten(name)}` beside the figure",
             origin_span(segment.origins, "psurf"),
-            "the segment will have no shape; its motion is not affected",
+            "the segment has no shape; a run without contact is not affected",
         )
 
 

@@ -15,7 +15,6 @@ from generator.contact_record import (
     peak_of,
     summarize_steps,
 )
-from generator.geometry.contact_spheres import deepest_overlap, fit_contact_spheres
 from generator.rotations import Array
 from generator.simulation.contacts import ContactTrace
 from generator.simulation.integrate import Trace
@@ -105,6 +104,8 @@ def _creep(contact: ContactTrace, up: Array) -> float:
 
 def _overlap(model: ExudynModel, trace: Trace, poses: Mapping[str, Array]) -> Overlap | None:
     """Deepest interpenetration of segments that no joint connects; None without any."""
+    from generator.geometry.contact_spheres import deepest_overlap, fit_contact_spheres  # slow
+
     depth, one, other, frame = deepest_overlap(
         fit_contact_spheres(model.figure), poses, model.figure
     )
