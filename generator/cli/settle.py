@@ -49,10 +49,11 @@ from generator.cli.progress import (
 from generator.diagnostics import Diagnostic, MoverError, UsageError, warning
 from generator.figure import Figure
 from generator.kinematics.links import mirrored_differences, mirrored_name
-from generator.kinematics.placement import initial_displacements
+from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.motion_files.action import display_unit
 from generator.rotations import Array
+from generator.scene import Plane
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import STANDARD_GRAVITY, Plan
 
@@ -291,10 +292,10 @@ def _rest_on_props(
         )
     attached = attach_pose(figure, rest)
     asymmetric: list[str] = []
-    if _is_symmetric_set(plan.locked):
+    if _is_symmetric_start(figure, plan):
         asymmetric = _asymmetric_joints(figure, plan.displacements, attached.displacements)
     if asymmetric:
-        faults = (*faults, _rounding_warning())
+        faults = (*faults, _side_warning())
     files = [] if output is None else [output]
     for path in files:
         write_pose_file(path, figure, attached.displacements)
@@ -335,9 +336,40 @@ def _rest_on_props(
     )
 
 
-def _rounding_warning() -> Diagnostic:
+MAX_START_DISTANCE = 1e-3
+"""Distance of a centre of mass from its mirror image up to which a start is symmetric [m]."""
+
+
+def _is_symmetric_start(figure: Figure, plan: Plan) -> bool:
+    """Return whether figure and props are about their own mirror images in a plane of constant x.
+
+    Boxes count as asymmetric.
+    """
+    sideways = [plan.up[0]]
+    for prop in plan.scene.props:
+        sideways.append(prop.shape.normal[0] if isinstance(prop.shape, Plane) else 1.0)
+    if any(sideways) or not _is_symmetric_set(plan.locked):
+        return False
+    tree = build_tree(figure)
+    changed = {name: np.asarray(values) for name, values in plan.displacements.items()}
+    poses = forward_kinematics(tree, {**initial_displacements(tree), **changed}).poses
+    centres = {
+        name: (poses[name] @ np.append(np.asarray(segment.centre_of_mass), 1.0))[:3]
+        for name, segment in figure.bodies.items()
+        if mirrored_name(name) in figure.bodies
+    }
+    others = {name: centres[mirrored_name(name)] for name in centres}
+    middles = [0.5 * (centre[0] + others[name][0]) for name, centre in centres.items()]
+    offsets = [centre[1:] - others[name][1:] for name, centre in centres.items()]
+    return bool(
+        np.ptp(middles) <= MAX_START_DISTANCE and np.max(np.abs(offsets)) <= MAX_START_DISTANCE
+    )
+
+
+def _side_warning() -> Diagnostic:
     return warning(
-        "the figure rests asymmetrically after a symmetric start: rounding decided how it fell",
+        "the figure rests asymmetrically after a symmetric start: it may fall to the other side "
+        "as well",
         hint="turn the start a little to choose the side (--set), and compare several starts",
     )
 

@@ -22,6 +22,7 @@ from generator.figure import Figure
 from generator.joint_chain import build_chain
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.recording import Ending
 from generator.rotations import Array, inverse_pose
 from generator.scene import Scene
 from generator.simulation.compiled.frames import record_frames
@@ -59,6 +60,9 @@ them in tenths of a second. At rest it has no effect."""
 
 _INTERVAL = 5e-3
 """Time between two comparisons of the kinetic energy [s]."""
+
+_TIME_TOLERANCE = 1e-9
+"""Time by which an advance may be shorter [s]."""
 
 _COLLAPSE_TIME = 0.5
 """Time with kinetic damping between two tests [s]."""
@@ -169,13 +173,13 @@ def find_resting_pose(
     scene = _replace_surfaces(plan.scene, _damped)
     start = replace(plan, springs=springs, velocities={}, scene=scene)
     stepper = Stepper(figure, start, _STEP_TOLERANCE)
-    deadline = time.monotonic() + plan.wall_limit
+    search = _Search(stepper, plan.wall_limit)
     start_energy, start_height = _potential_energy(stepper), _height(stepper, plan)
     unstable_tests = 0
     for _ in range(MAX_TESTS):
-        _collapse(stepper, _COLLAPSE_TIME, deadline, plan.wall_limit)
+        search.collapse(_COLLAPSE_TIME)
         stepper.stop()
-        _advance(stepper, _FREE_TIME)
+        search.advance(_FREE_TIME)
         still = hold_still(stepper)
         motion = _Motion.of(still, stepper)
         if watch is not None:
@@ -246,27 +250,42 @@ def _restless_message(stepper: Stepper, plan: Plan, start_height: float) -> str:
     return f"{message}, and its largest acceleration is {motion.acceleration:.3g} m/s^2"
 
 
-def _collapse(stepper: Stepper, duration: float, deadline: float, wall_limit: float) -> None:
-    """Advance with kinetic damping."""
-    before = stepper.kinetic_energy
-    for _ in range(round(duration / _INTERVAL)):
-        if time.monotonic() > deadline:
-            raise NoEquilibriumError(
-                f"the wall-time limit of {wall_limit:g} s was reached at {stepper.time:.3g} s"
-            )
-        _advance(stepper, _INTERVAL)
-        kinetic = stepper.kinetic_energy
-        if kinetic < before:
-            stepper.stop()
-            kinetic = 0.0
-        before = kinetic
+class _Search:
+    """The fall of a stepper until a wall-time limit."""
 
+    def __init__(self, stepper: Stepper, wall_limit: float) -> None:
+        self.stepper = stepper
+        self._wall_limit = wall_limit
+        self._deadline = time.monotonic() + wall_limit
 
-def _advance(stepper: Stepper, duration: float) -> None:
-    """Advance. Raises NoEquilibriumError if the motion cannot be continued."""
-    outcome = stepper.advance(duration)
-    if not outcome.succeeded:
-        raise NoEquilibriumError(f"the fall cannot be followed to its end: {outcome.message}")
+    def collapse(self, duration: float) -> None:
+        """Advance with kinetic damping."""
+        before = self.stepper.kinetic_energy
+        for _ in range(round(duration / _INTERVAL)):
+            self.advance(_INTERVAL)
+            kinetic = self.stepper.kinetic_energy
+            if kinetic < before:
+                self.stepper.stop()
+                kinetic = 0.0
+            before = kinetic
+
+    def advance(self, duration: float) -> None:
+        """Advance, by any number of steps.
+
+        Raises NoEquilibriumError if the motion cannot be continued, or after the wall limit.
+        """
+        stop = self.stepper.time + duration
+        while stop - self.stepper.time > _TIME_TOLERANCE:
+            if time.monotonic() > self._deadline:
+                raise NoEquilibriumError(
+                    f"the wall-time limit of {self._wall_limit:g} s was reached at "
+                    f"{self.stepper.time:.3g} s"
+                )
+            outcome = self.stepper.advance(stop - self.stepper.time)
+            if not outcome.succeeded and outcome.ending is not Ending.TOO_LONG:
+                raise NoEquilibriumError(
+                    f"the fall cannot be followed to its end: {outcome.message}"
+                )
 
 
 def _potential_energy(stepper: Stepper) -> float:

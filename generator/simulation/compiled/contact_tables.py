@@ -5,6 +5,7 @@ only, so the code is the same for all figures; radii and surfaces are constants 
 """
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import assert_never
 
 import numpy as np
@@ -49,6 +50,7 @@ def contact_source() -> str:
     return text
 
 
+@lru_cache(maxsize=1024)
 def _record(
     shape: Shape, surface: Surface, radius: float
 ) -> tuple[tuple[str, ...], tuple[float, ...]]:

@@ -13,6 +13,7 @@ from generator import (
     Figure,
     ModelError,
     Plan,
+    Stepper,
     forward_kinematics,
     read_figure,
     simulate,
@@ -264,3 +265,14 @@ def test_an_attached_figure_holds_what_its_joints_can(factors, turned, moved):
     assert bool(attached.moved) is moved
     assert (float(np.max(difference[:3, :3])) < 1e-9) is not turned
     assert (float(np.max(difference[:3, 3])) < 1e-9) is not moved
+
+
+def test_a_light_bar_that_rolls_takes_many_steps():
+    """Its friction is too stiff for the steps that a stepper allows in one advance."""
+    pendulum = read_figure("pendulum")
+    plan = replace(ON_FLOOR, gravity=(0.0, -9.81, 0.0))
+    outcome = Stepper(pendulum, plan).advance(0.5)
+    assert outcome.ending is Ending.TOO_LONG
+    rest = find_resting_pose(pendulum, plan)
+    assert rest.is_stable
+    assert rest.weight_carried == pytest.approx(1.0, abs=0.01)
