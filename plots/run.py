@@ -45,6 +45,7 @@ PLATES: Mapping[str, str] = {
         ("two_joint_hip", ("two_joint_hip",)),
         ("off_axis", ("off_axis",)),
         ("fall_energy", ("fall_energy",)),
+        ("fall_on_floor", ("fall_on_floor",)),
         ("verification", ("verification",)),
         ("contact", ("contact",)),
         ("floor_falls", ("floor_falls",)),
