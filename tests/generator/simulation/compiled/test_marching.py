@@ -422,19 +422,28 @@ def test_the_path_continues_through_breakpoints(tolerance) -> None:
     assert np.max(np.abs(np.diff(heights))) < 1.0 * np.max(np.diff(times)) + 1e-9
 
 
-def test_a_fast_ball_does_not_pass_through_a_thin_plate() -> None:
-    """Although a step of free flight would go through it."""
+@pytest.mark.parametrize("speed", [1.0, 2.0, 8.0])
+@pytest.mark.parametrize("start", [0.0, -10.0])
+def test_a_ball_does_not_pass_through_a_thin_plate(speed, start) -> None:
+    """Although a step of free flight could be so long that no stage of it sees the plate."""
     plate = Prop("plate", Box((0.0, -0.01, 0.0), (2.0, 0.02, 2.0)), Surface(damping=0.0))
-    plan = replace(
-        ROUND,
-        stop=0.1,
-        scene=Scene((plate,)),
-        gravity=(0.0, 0.0, 0.0),
-        velocities={"pin": (0.0, 0.0, 0.0, 0.0, -8.0, 0.0)},
-    )
-    model = compile_model(ExudynModel.of(free_ball(0.4), plan))
-    for tolerance in (1e-3, 1e-6):
-        run = run_once(model, np.array([0.0, 0.1]), tolerance)
-        assert run.event_times[0] == pytest.approx(0.05, abs=1e-9)
-        lowest = np.min(run.path_states[:, heights_place(run)])
-        assert 0.0 < lowest < RADIUS
+    for height in np.linspace(0.5, 3.0, 11):
+        touch = start + height / speed
+        plan = replace(
+            ROUND,
+            start=start,
+            stop=touch + height / speed,
+            scene=Scene((plate,)),
+            gravity=(0.0, 0.0, 0.0),
+            velocities={"pin": (0.0, 0.0, 0.0, 0.0, -speed, 0.0)},
+        )
+        model = compile_model(ExudynModel.of(free_ball(height), plan))
+        run = run_once(model, np.array([start, plan.stop]), 1e-6)
+        assert run.event_times[0] == pytest.approx(touch, abs=1e-9)
+        assert np.min(run.path_states[:, heights_place(run)]) > 0.0
+
+
+def test_steps_are_as_long_as_the_motion_permits_without_props() -> None:
+    plan = replace(ROUND, stop=2.0, scene=Scene())
+    model = compile_model(ExudynModel.of(free_ball(1.0), plan))
+    assert run_once(model, np.array([0.0, 2.0]), 1e-6).steps < 10
