@@ -56,7 +56,7 @@ in a dead zone, may be so long for the motion after it that the error estimates 
 
 LONGEST_CONTACT_STEP = 5e-3
 """Longest step of a figure that may touch props [s]. In a longer one, as in free flight, a segment
-could pass through a prop between two stages. The first passes of Exudyn's integrator have it too."""
+could pass through a prop between two stages. It is that of the first pass of Exudyn as well."""
 
 FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
 """Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a
