@@ -5,6 +5,8 @@ show whether a breakpoint has been passed. It is then located on the continuous 
 ends there, and the sign of its switching function is reversed.
 """
 
+from math import inf
+
 from generator.rotations import Array
 from generator.simulation.compiled.breakpoints import (
     NO_BREAKPOINT,
@@ -51,6 +53,10 @@ SHORTEST_STEP = 1e-12
 SHARE_AFTER_BREAKPOINT = 0.7
 """Largest step after a breakpoint over the one before. What suits the motion before, such as that
 in a dead zone, may be so long for the motion after it that the error estimates cancel."""
+
+LONGEST_CONTACT_STEP = 5e-3
+"""Longest step of a figure that may touch props [s]. In a longer one, as in free flight, a segment
+could pass through a prop between two stages. It is that of the first pass of Exudyn as well."""
 
 FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
 """Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a
@@ -113,6 +119,7 @@ def march(
     end, knots = progress.end, mechanism.knots
     first_joint = len(mechanism.branches) - len(mechanism.measured)
     has_rows = len(mechanism.rows) > 0
+    longest = LONGEST_CONTACT_STEP if mechanism.contact_offsets.size > 0 else inf
     taken = 0
     while True:
         interval, time = counts[INTERVAL], float(clock[TIME])
@@ -138,7 +145,7 @@ def march(
         limit = stop
         if interval + 1 < len(knots) and knots[interval + 1] < stop:
             limit = float(knots[interval + 1])
-        step, reaches_limit = float(clock[STEP]), False
+        step, reaches_limit = min(float(clock[STEP]), longest), False
         if time + step >= limit - SHORTEST_STEP:
             step, reaches_limit = limit - time, True
         elif step < SHORTEST_STEP:

@@ -1,5 +1,6 @@
 """Recordings of compiled runs against those of Exudyn's integrator, and the choice of the two."""
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
@@ -9,17 +10,23 @@ import pytest
 
 from generator import read_figure
 from generator.drive import Drive
-from generator.figure import Figure, SiteRef
+from generator.figure import AxisKind, Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
 from generator.recording import Ending, Integrator, Recording
+from generator.rotations import rotation_vector_from_matrix
 from generator.simulation import compiled_run
-from generator.simulation.compiled import mechanism, refinement
-from generator.simulation.compiled.layout import MASS
+from generator.simulation.compiled import layout, mechanism, refinement
+from generator.simulation.compiled.layout import COORDINATE, KIND, MASS, ROTATION
+from generator.simulation.compiled.refinement import record_links
+from generator.simulation.compiled_run import build_trace, compile_model, disturbed_start
+from generator.simulation.contacts import mean_position
+from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
 from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Z, chain, one_body, row
+from tests.contact_figures import FLOOR, ball, two_segments
 from tests.runs import springs_of
 
 PROTOTYPE = read_figure("prototype")
@@ -265,3 +272,192 @@ def test_the_wall_limit_ends_a_run() -> None:
     assert run.outcome.ending is Ending.TOO_LONG
     assert "wall-time limit" in run.outcome.message
     assert run.wall_time < 5.0
+
+
+# Contact
+
+
+def relative_rotations(model: ExudynModel, links) -> np.ndarray:
+    """Rotation of each joint's outboard link in its inboard one, of one state, shape (j, 3, 3)."""
+    compiled = compile_model(model)
+    turns = links[0, :, ROTATION : ROTATION + 9].reshape(-1, 3, 3)
+    turns = np.concatenate([turns, np.eye(3)[None]])
+    return np.array([turns[a].T @ turns[b] for a, b in compiled.joint_links])
+
+
+DISTURBED = {
+    "prototype": (PROTOTYPE, {"free_root": True, "height": 0.1, "scene": FLOOR}),
+    "prototype, bent": (
+        PROTOTYPE,
+        {
+            "free_root": True,
+            "height": 0.5,
+            "scene": FLOOR,
+            "locked": ("waist",),
+            "displacements": {"left_hip_joint": (0.4, 0.2, -0.3), "right_knee": (0.7,)},
+            "velocities": {"right_elbow": (3.0,), "lower_torso": (0.1, 0.2, 0.3, 1.0, 2.0, 3.0)},
+        },
+    ),
+    "rows": (
+        row(4, (BALL, chain("Rs"), chain("Rx Ry"))),
+        {"springs": SpringSet(), "velocities": {"joint0": (1.0, 2.0, 3.0), "joint1": (4.0,)}},
+    ),
+    "driven": (
+        row(4, (BALL, chain("Rs"), BALL, chain("Rz"))),
+        {"springs": SpringSet(), "drives": {"joint1": wave(1), "joint2": wave(3)}},
+    ),
+    "slides": (
+        row(2, (chain("Rz Tx"), chain("Tx Ty"))),
+        {"springs": SpringSet(), "velocities": {"joint0": (1.0, 2.0)}},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DISTURBED)
+def test_a_disturbed_start_turns_every_joint_by_a_milliradian(name) -> None:
+    """Relative to its inboard segment; a universal joint about both axes, a prescribed one not."""
+    made, fields = DISTURBED[name]
+    model = ExudynModel.of(made, Plan(**fields))
+    compiled = compile_model(model)
+    state = disturbed_start(compiled, 0.0)
+    one, other = (
+        relative_rotations(model, record_links(compiled, np.zeros(1), each[None]))
+        for each in (compiled.initial_state, state)
+    )
+    between = rotation_vector_from_matrix(np.swapaxes(one, 1, 2) @ other)
+    angles = np.linalg.norm(between, axis=1)
+    assert len(angles) == len(model.figure.joints)
+    for angle, (joint, each) in zip(angles, model.figure.joints.items(), strict=True):
+        turns = sum(factor.kind is AxisKind.ROTATION for factor in each.chain)
+        if joint in model.prescribed.fixed_joints or turns == 0:
+            assert angle < 1e-14
+        elif turns == 2:
+            assert 0.9e-3 < angle < 2.0e-3
+        else:
+            assert angle == pytest.approx(1e-3, rel=1e-9)
+    balls = state[: 4 * compiled.balls].reshape(-1, 4)
+    assert np.linalg.norm(balls, axis=1) == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", DISTURBED)
+def test_a_disturbed_start_keeps_rates_slides_and_integrals(name) -> None:
+    """It changes quaternions and angles of hinges alone, and the model not at all."""
+    made, fields = DISTURBED[name]
+    compiled = compile_model(ExudynModel.of(made, Plan(**fields)))
+    before = compiled.initial_state.copy()
+    state = disturbed_start(compiled, 0.0)
+    links = compiled.mechanism.links
+    turning = {
+        int(place) + k
+        for kind, place in links[:, [KIND, COORDINATE]].tolist()
+        for k in range(4 if kind == layout.BALL else 1)
+        if place >= 0 and kind in (layout.BALL, layout.HINGE)
+    }
+    changed = set(np.flatnonzero(state != before).tolist())
+    assert changed <= turning
+    hinges = [place for place in turning if place >= 4 * compiled.balls]
+    assert np.abs(state - before)[hinges] == pytest.approx(1e-3, rel=1e-9)
+    assert np.array_equal(compiled.initial_state, before)
+    assert np.array_equal(disturbed_start(compiled, 0.0), state)
+
+
+def test_the_sensitivity_begins_with_the_disturbance() -> None:
+    """And that of height with what it moves the centre of mass; it ends with the frames."""
+    made = two_segments()
+    plan = Plan(
+        stop=0.5,
+        springs=SpringSet(),
+        scene=FLOOR,
+        displacements={"root": (0.1, 0.2, -0.3, 0.0, 1.0, 0.0)},
+    )
+    contact = simulate(made, plan).contact
+    assert contact is not None
+    assert contact.sensitivity.shape == contact.height_sensitivity.shape == (26,)
+    assert contact.sensitivity[0] == pytest.approx(1e-3, rel=1e-9)
+    assert 1e-6 < contact.height_sensitivity[0] < 2e-3
+    assert np.all(np.isfinite(contact.sensitivity))
+    assert np.max(contact.sensitivity) > 2e-3
+    # The same difference, of a run that starts with the disturbed displacements.
+    model = ExudynModel.of(made, plan)
+    compiled = compile_model(model)
+    moved = replace(compiled, initial_state=disturbed_start(compiled, 0.0))
+    times = np.linspace(0.0, 0.5, 26)
+    one, other = (refinement.run_once(each, times, 1e-9) for each in (compiled, moved))
+    expected = refinement.joint_differences(compiled, one, other)
+    assert contact.sensitivity == pytest.approx(expected, rel=1e-3, abs=1e-6)
+    heights = [
+        mean_position(
+            model.figure, build_trace(model, compiled, r.times, r.states, r.links).positions
+        )
+        for r in (one, other)
+    ]
+    shifts = np.abs(heights[0] - heights[1])[:, 1]
+    assert contact.height_sensitivity == pytest.approx(shifts, rel=1e-3, abs=1e-7)
+
+
+def test_ctrl_c_in_a_fall_leaves_its_contact_so_far(monkeypatch) -> None:
+    """Steps, frames and integrals until then, without a disturbed run."""
+    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 20)
+
+    def watch(progress) -> None:
+        if progress.pass_number == 3 and progress.time > 0.28:
+            raise KeyboardInterrupt
+
+    run = simulate(ball(0.2), Plan(stop=0.6, springs=SpringSet(), scene=FLOOR), watch)
+    assert run.outcome.ending is Ending.INTERRUPTED
+    contact = run.contact
+    assert contact is not None
+    assert 0.26 < run.times[-1] < 0.6
+    assert contact.sensitivity is None
+    assert contact.segments["link"].first_time == pytest.approx(math.sqrt(0.4 / 9.81), abs=1e-9)
+    assert contact.segments["link"].impulse[1] > 1.0
+    assert len(contact.forces["link"]) == len(contact.ground_reaction) == len(run.times)
+    assert contact.dissipated == pytest.approx(
+        run.energy["contact damping"][-1] + run.energy["friction"][-1]
+    )
+
+
+def test_a_run_of_one_frame_has_a_contact_record() -> None:
+    """A wall limit that has passed when the run begins."""
+    run = simulate(
+        ball(0.2), Plan(stop=0.6, springs=SpringSet(), scene=FLOOR, wall_limit=1e-9, tolerance=1e-9)
+    )
+    assert run.contact is not None
+    assert run.contact.max_depth == 0.0 or len(run.times) > 1
+    assert len(run.contact.ground_reaction) == len(run.times)
+
+
+@pytest.mark.parametrize("start", [-3.0, 0.0, 7.0])
+def test_contact_does_not_depend_on_the_start_time(start) -> None:
+    plan = Plan(start=start, stop=start + 0.4, springs=SpringSet(), scene=FLOOR, tolerance=1e-6)
+    run = simulate(ball(0.2), plan)
+    assert run.integrator is Integrator.COMPILED
+    touch = run.contact.segments["link"]
+    assert touch.first_time - start == pytest.approx(math.sqrt(0.4 / 9.81), abs=1e-9)
+    assert start < touch.peak_time < start + 0.4
+    exact = simulate(ball(0.2), replace(plan, start=0.0, stop=0.4)).contact
+    assert run.contact.dissipated == pytest.approx(exact.dissipated, rel=1e-6)
+    assert run.contact.weight_carried == pytest.approx(exact.weight_carried, rel=1e-3)
+
+
+@pytest.mark.parametrize("figure", [ball(0.05), two_segments()], ids=["ball", "two segments"])
+def test_falls_are_those_of_exudyn_s_integrator(figure) -> None:
+    """Frames within the tolerances of both; forces, losses and impulses within what they make."""
+    root = next(iter(figure.joints))
+    start = {"root": (0.1, 0.2, -0.3, 0.0, 0.8, 0.0)} if root == "root" else {}
+    plan = Plan(stop=0.35, springs=SpringSet(), scene=FLOOR, tolerance=1e-4, displacements=start)
+    found = simulate(figure, plan)
+    expected = simulate(figure, replace(plan, integrator=Integrator.EXUDYN))
+    assert found.integrator is Integrator.COMPILED
+    assert found.agreement_with_exudyn < 1e-12
+    assert expected.accuracy.estimate <= 1e-4
+    assert_close(found.rotation_vectors, expected.rotation_vectors, 0.0, 2e-4)
+    assert_close(found.poses, expected.poses, 0.0, 1e-3)
+    assert_close(found.energy, expected.energy, 5e-3, 0.0)
+    one, other = found.contact, expected.contact
+    assert_close(one.forces, other.forces, 2e-2, 0.0)
+    assert_close({"": one.ground_reaction}, {"": other.ground_reaction}, 2e-2, 0.0)
+    for name, segment in one.segments.items():
+        assert segment.impulse == pytest.approx(other.segments[name].impulse, rel=5e-3, abs=2e-2)
+    assert one.dissipated == pytest.approx(other.dissipated, rel=5e-3)
+    assert one.dissipated > 0.5

@@ -1,14 +1,19 @@
 """Work of damping and loads is summed at every step, whatever the frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from generator.figure import SiteRef
 from generator.loads import LoadKind, constant_load
+from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.sensors import SensorLog
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+from tests.contact_figures import FLOOR, ball, block, two_segments
 from tests.runs import springs_of
 
 NONE = SpringSet()
@@ -65,3 +70,90 @@ def test_without_springs_and_loads_nothing_is_summed() -> None:
     assert np.all(run.energy["dissipated"] == 0.0)
     assert np.all(run.energy["work"] == 0.0)
     assert np.all(run.energy["spring"] == 0.0)
+
+
+# Contact
+
+
+def exudyn_fall(made, step: float, frame: float = 0.02, stop: float = 0.3):
+    """A fall on the floor by Exudyn's integrator with a fixed step."""
+    return simulate(made, Plan(stop=stop, step=step, frame=frame, springs=NONE, scene=FLOOR))
+
+
+@pytest.mark.parametrize("frame", [0.001, 0.02, 0.25])
+def test_integrals_of_contact_do_not_depend_on_the_frames(frame) -> None:
+    """Nor do the steps, of which a reading covers one frame or many."""
+    made = ball(0.05)
+    one, other = (exudyn_fall(made, 1e-3, f, 0.25) for f in (0.05, frame))
+    for kind in ("contact damping", "friction"):
+        assert other.energy[kind][-1] == pytest.approx(one.energy[kind][-1], rel=1e-6)
+    a, b = (run.contact.segments["link"] for run in (one, other))
+    assert b.impulse == pytest.approx(a.impulse, rel=1e-6, abs=1e-9)
+    assert b.peak_force == pytest.approx(a.peak_force, rel=1e-6)
+    assert b.first_time == pytest.approx(a.first_time, abs=1e-6)
+    assert one.contact.dissipated > 0.5
+
+
+def test_the_impulses_are_the_change_of_momentum() -> None:
+    """Of each step, and so of all frames, although the forces are those at the ends of steps."""
+    made = two_segments()
+    plan = Plan(
+        stop=0.3,
+        step=2e-4,
+        springs=NONE,
+        scene=FLOOR,
+        displacements={"root": (0.1, 0.2, -0.3, 0.0, 0.8, 0.0)},
+        velocities={"root": (0.0, 0.0, 0.0, 0.5, -1.0, 0.2)},
+    )
+    impulse = np.sum(
+        [part.impulse for part in simulate(made, plan).contact.segments.values()], axis=0
+    )
+    # The same steps, with frames on both sides of the end, by which its velocity is found.
+    longer = simulate(made, replace(plan, stop=0.301, frame=1e-3)).centre_of_mass
+    end, start = (longer[-1] - longer[-3]) / 2e-3, np.array([0.5, -1.0, 0.2])
+    gained = made.total_mass * (end - start + np.array([0.0, 9.81 * 0.3, 0.0]))
+    assert np.linalg.norm(impulse) > 3.0
+    assert impulse == pytest.approx(gained, abs=1e-3 * np.linalg.norm(impulse))
+
+
+@pytest.mark.parametrize("made", [ball(0.05), block(0.07)], ids=["ball", "block"])
+def test_integrals_of_contact_converge_to_those_of_the_compiled_run(made) -> None:
+    """With the square of the step, the order of the trapezoidal rule."""
+    fields = {"velocities": {"pin": (0.0, 0.0, 0.0, 0.7, 0.0, 0.2)}, "stop": 0.2}
+    plan = Plan(springs=NONE, scene=FLOOR, tolerance=1e-8, **fields)
+    exact = simulate(made, plan)
+    exact_impulse = np.array(exact.contact.segments["link"].impulse)
+    errors = []
+    for step in (4e-4, 1e-4):
+        run = simulate(made, replace(plan, step=step))
+        impulse = np.array(run.contact.segments["link"].impulse)
+        losses = [
+            run.energy[kind][-1] - exact.energy[kind][-1]
+            for kind in ("contact damping", "friction")
+        ]
+        errors.append(max(np.max(np.abs(losses)), np.max(np.abs(impulse - exact_impulse))))
+        depths = run.contact.depths["link"] - exact.contact.depths["link"]
+        assert np.max(np.abs(depths)) < 1e-4
+    assert exact.contact.dissipated > 0.3
+    assert np.linalg.norm(exact_impulse) > 1.0
+    assert errors[1] < 1e-3
+    assert errors[1] < 0.15 * errors[0]
+
+
+def test_the_path_of_exudyn_s_steps_begins_at_the_start() -> None:
+    """With a touch at the first step, and the acceleration of free fall before any."""
+    run = exudyn_fall(ball(0.0), 1e-3, stop=0.1)
+    assert run.contact.segments["link"].first_time == 0.0
+    assert run.contact.max_force > 1.0
+
+
+def test_without_a_scene_no_contact_is_read() -> None:
+    log = SensorLog(ExudynModel.of(ball(0.1), Plan(springs=NONE)))
+    assert log.contact_trace(1) is None
+    assert log.work[0].shape == (3,)
+    with_floor = SensorLog(ExudynModel.of(ball(0.1), Plan(springs=NONE, scene=FLOOR)))
+    assert with_floor.work[0].shape == (8,)
+    trace = with_floor.contact_trace(1)
+    assert trace.step_times.tolist() == [0.0]
+    assert trace.steps.depths == pytest.approx(np.array([[-0.1]]))
+    assert trace.centres == pytest.approx(np.array([[0.0, 0.2, 0.0]]))

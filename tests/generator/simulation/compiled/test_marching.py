@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -13,14 +14,19 @@ from scipy.integrate import solve_ivp
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
 from generator.recording import Ending
+from generator.scene import Box, Prop, Scene, floor_prop
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import CompiledRun, StiffMotionError, run_once
 from generator.simulation.compiled_run import compile_model
 from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from springs import FLOATS, AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
+from springs.contact import Surface
 from springs.interpolated import Interpolated
 from tests.chains import BALL, X, Y, Z, at, body, chain, figure, ground, joint, one_body
+from tests.contact_figures import FLOOR, RADIUS
+from tests.contact_figures import MASS as BALL_MASS
+from tests.contact_figures import ball as free_ball
 from tests.runs import springs_of
 
 Acceleration: TypeAlias = Callable[[float, float, float], float]
@@ -346,3 +352,98 @@ def test_a_hinge_that_turns_many_times() -> None:
     run, exact = swing(AxisSpring(Z, (Linear(0.02),), Damping(0.01)), 0.0, 80.0, 2.0)
     assert exact[-1, 0] > 100.0
     assert error(run, exact) < 1e-10
+
+
+# Contact
+
+ROUND = Plan(springs=SpringSet(), scene=FLOOR)
+
+
+def drop_ball(height: float, tolerance: float, surface: Surface, speed: float = 0.0) -> CompiledRun:
+    """A ball falls on the floor for half a second."""
+    scene = Scene((floor_prop(Y, surface),))
+    plan = replace(
+        ROUND, stop=0.5, scene=scene, velocities={"pin": (0.0, 0.0, 0.0, 0.0, speed, 0.0)}
+    )
+    model = compile_model(ExudynModel.of(free_ball(height), plan))
+    return run_once(model, np.linspace(0.0, 0.5, 26), tolerance)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10])
+@pytest.mark.parametrize(("height", "speed"), [(0.01, 0.0), (0.2, 0.0), (0.3, -2.0), (0.5, 1.0)])
+def test_the_touch_of_a_dropped_ball_is_located(tolerance, height, speed) -> None:
+    """The first breakpoint is the touch, the second the depth at which stiffness is full."""
+    surface = Surface(damping=0.0, friction=0.0)
+    run = drop_ball(height, tolerance, surface, speed)
+    touch = (speed + math.sqrt(speed**2 + 2.0 * 9.81 * height)) / 9.81
+    assert run.event_times[0] == pytest.approx(touch, abs=1e-9)
+    assert run.event_switches[0] == 1
+    impact = math.sqrt(speed**2 + 2.0 * 9.81 * height)
+    deep = 0.15 * surface.stiffness * surface.transition_depth**2  # stored where it is full
+    if 0.5 * BALL_MASS * impact**2 > deep:
+        assert run.event_switches[1] == 0
+        lowest = run.path_states[np.searchsorted(run.path_times, run.event_times[1])]
+        assert RADIUS - lowest[heights_place(run)] == pytest.approx(5e-3, abs=2e-9)
+
+
+def heights_place(run: CompiledRun) -> int:
+    """Place of the ball's height in a state."""
+    changed = np.ptp(run.path_states[:, 4:10], axis=0)
+    places = np.flatnonzero(run.path_states[0, 4:10] > RADIUS)
+    assert np.all(changed[places] > 0.0)
+    return 4 + int(places[0])
+
+
+def test_an_elastic_ball_touches_and_leaves_in_turn() -> None:
+    """Touch, full stiffness, and back: four breakpoints a bounce, of which each lasts as long."""
+    run = drop_ball(0.05, 1e-9, Surface(damping=0.0, friction=0.0))
+    switches, times = run.event_switches, run.event_times
+    count = 4 * (len(times) // 4)
+    assert count >= 8
+    assert switches[:count].tolist() == [1, 0, 0, 1] * (count // 4)
+    bounces = times[:count].reshape(-1, 4)
+    flight = 2.0 * math.sqrt(2.0 * 0.05 / 9.81)
+    assert bounces[1:, 0] - bounces[:-1, 3] == pytest.approx(flight, abs=1e-6)
+    assert bounces[:, 1] - bounces[:, 0] == pytest.approx(bounces[:, 3] - bounces[:, 2], abs=1e-7)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
+def test_the_path_continues_through_breakpoints(tolerance) -> None:
+    """Times increase, and each step starts where the last one ended: with the rates of both."""
+    run = drop_ball(0.05, tolerance, Surface())
+    times, heights = run.path_times, run.path_states[:, heights_place(run)]
+    assert np.all(np.diff(times) > 0.0)
+    assert set(run.event_times.tolist()) <= set(times.tolist())
+    flying = heights > RADIUS + 1e-9
+    before = flying & (times <= run.event_times[0])
+    exact = 0.05 + RADIUS - 0.5 * 9.81 * times[before] ** 2
+    assert heights[before] == pytest.approx(exact, abs=1e-9)
+    assert np.count_nonzero(before) >= 2
+    assert np.max(np.abs(np.diff(heights))) < 1.0 * np.max(np.diff(times)) + 1e-9
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0, 8.0])
+@pytest.mark.parametrize("start", [0.0, -10.0])
+def test_a_ball_does_not_pass_through_a_thin_plate(speed, start) -> None:
+    """Although a step of free flight could be so long that no stage of it sees the plate."""
+    plate = Prop("plate", Box((0.0, -0.01, 0.0), (2.0, 0.02, 2.0)), Surface(damping=0.0))
+    for height in np.linspace(0.5, 3.0, 11):
+        touch = start + height / speed
+        plan = replace(
+            ROUND,
+            start=start,
+            stop=touch + height / speed,
+            scene=Scene((plate,)),
+            gravity=(0.0, 0.0, 0.0),
+            velocities={"pin": (0.0, 0.0, 0.0, 0.0, -speed, 0.0)},
+        )
+        model = compile_model(ExudynModel.of(free_ball(height), plan))
+        run = run_once(model, np.array([start, plan.stop]), 1e-6)
+        assert run.event_times[0] == pytest.approx(touch, abs=1e-9)
+        assert np.min(run.path_states[:, heights_place(run)]) > 0.0
+
+
+def test_steps_are_as_long_as_the_motion_permits_without_props() -> None:
+    plan = replace(ROUND, stop=2.0, scene=Scene())
+    model = compile_model(ExudynModel.of(free_ball(1.0), plan))
+    assert run_once(model, np.array([0.0, 2.0]), 1e-6).steps < 10

@@ -11,6 +11,7 @@ from generator import read_figure
 from generator.figure import Figure
 from generator.recording import Ending
 from generator.simulation.compiled import refinement
+from generator.simulation.compiled.marching import march
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import (
     AgreedRun,
@@ -20,11 +21,12 @@ from generator.simulation.compiled.refinement import (
     run_once,
     run_until_agreed,
 )
-from generator.simulation.compiled_run import compile_model
+from generator.simulation.compiled_run import compile_model, disturbed_start
 from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from springs import AxisSpring, Damping, SpringSet
 from tests.chains import BALL, Z, chain, one_body, row
+from tests.contact_figures import FLOOR, two_segments
 from tests.runs import springs_of
 
 PROTOTYPE = read_figure("prototype")
@@ -284,3 +286,246 @@ def test_the_difference_of_two_runs_is_the_angle_between_their_joints() -> None:
     flipped = replace(one, links=one.links.copy())
     flipped.links[:, :, 9:13] *= -1.0
     assert joint_differences(model, one, flipped) == pytest.approx([0.0] * 2, abs=1e-14)
+
+
+# Contact
+
+
+@pytest.fixture(scope="module")
+def falling() -> tuple[CompiledModel, np.ndarray]:
+    """Two segments that fall on the floor, and a start in which each joint is turned."""
+    plan = Plan(
+        stop=0.4,
+        springs=SpringSet(),
+        scene=FLOOR,
+        displacements={"root": (0.1, 0.2, -0.3, 0.0, 0.9, 0.0)},
+        velocities={"hinge": (2.0,)},
+    )
+    model = compile_model(ExudynModel.of(two_segments(), plan))
+    return model, disturbed_start(model, 0.0)
+
+
+FALL_TIMES = np.linspace(0.0, 0.4, 21)
+
+
+@pytest.fixture
+def all_runs(monkeypatch) -> list[CompiledRun]:
+    """All runs of an agreement, which are kept as they end."""
+    runs: list[CompiledRun] = []
+
+    def run_and_keep(*arguments, **fields) -> CompiledRun:
+        runs.append(run_once(*arguments, **fields))
+        return runs[-1]
+
+    monkeypatch.setattr(refinement, "run_once", run_and_keep)
+    return runs
+
+
+def test_with_contact_two_differences_agree(falling, all_runs) -> None:
+    """Three runs, of tolerances a decade apart from a ten-thousandth of the one asked for."""
+    model, _ = falling
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-3)
+    tolerances = sorted((run.tolerance for run in all_runs), reverse=True)
+    assert agreed.runs == 3
+    assert tolerances == pytest.approx([1e-7, 1e-8, 1e-9])
+    first, second, third = sorted(all_runs, key=lambda run: -run.tolerance)
+    for one, other in ((first, second), (second, third)):
+        assert 0.0 < 2.0 * joint_differences(model, one, other).max() <= 1e-3
+    assert np.array_equal(agreed.run.states, third.states)
+    estimate = 2.0 * np.maximum.accumulate(joint_differences(model, second, third))
+    assert np.array_equal(agreed.errors, estimate)
+    assert agreed.disturbed is None
+
+
+def test_a_disagreement_of_the_first_two_runs_asks_for_another(falling, all_runs) -> None:
+    """The tolerance is between the differences of the first and of the second pair."""
+    model, _ = falling
+    run_until_agreed(model, FALL_TIMES, 1e-3)
+    first, second, third = sorted(all_runs, key=lambda run: -run.tolerance)
+    differences = [
+        2.0 * joint_differences(model, *pair).max() for pair in ((first, second), (second, third))
+    ]
+    assert differences[1] < 0.5 * differences[0]
+    between = float(np.sqrt(differences[0] * differences[1]))
+    all_runs.clear()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(refinement, "FIRST_SHARE_WITH_CONTACT", 1e-7 / between)
+        agreed = run_until_agreed(model, FALL_TIMES, between)
+    assert agreed.runs == 4
+    assert [run.tolerance for run in all_runs].count(min(run.tolerance for run in all_runs)) == 1
+    assert agreed.run.tolerance == pytest.approx(1e-10, rel=1e-6)
+    assert agreed.errors[-1] <= between
+
+
+def test_the_estimate_with_contact_is_no_smaller_than_the_error(falling) -> None:
+    model, _ = falling
+    exact = run_once(model, FALL_TIMES, 1e-13)
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-4)
+    errors = joint_differences(model, agreed.run, exact)
+    assert np.max(errors) <= 1e-4
+    assert np.all(errors <= agreed.errors + 1e-9)
+
+
+def test_the_disturbed_run_starts_elsewhere(falling, all_runs) -> None:
+    """With the largest of the tolerances; it counts neither as a run nor in the estimate."""
+    model, start = falling
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-3, disturbed_start=start)
+    plain = run_until_agreed(model, FALL_TIMES, 1e-3)
+    disturbed = agreed.disturbed
+    assert disturbed is not None
+    assert np.array_equal(disturbed.states[0], start)
+    assert disturbed.tolerance == pytest.approx(1e-7)
+    assert disturbed.ending is Ending.DONE
+    assert agreed.runs == plain.runs == 3
+    assert agreed.steps == plain.steps
+    assert np.array_equal(agreed.run.states, plain.run.states)
+    assert np.array_equal(agreed.errors, plain.errors)
+    differences = joint_differences(model, agreed.run, disturbed)
+    assert differences[0] == pytest.approx(1e-3, rel=1e-9)
+    assert np.max(differences) > 2e-3
+    assert np.array_equal(model.initial_state, plain.run.states[0])
+
+
+def test_an_interrupt_of_the_disturbed_run_keeps_the_finest(falling) -> None:
+    """Ctrl-C there ends the whole simulation, with all frames of the run before."""
+    model, start = falling
+    plain = run_until_agreed(model, FALL_TIMES, 1e-3)
+    numbers: list[int] = []
+
+    def watch(number: int, _step: float, now: float) -> None:
+        numbers.append(number)
+        if number == 4 and now > 0.2:
+            raise KeyboardInterrupt
+
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-3, watch=watch, disturbed_start=start)
+    assert set(numbers) == {3, 4}
+    assert agreed.run.ending is Ending.INTERRUPTED
+    assert agreed.disturbed is None
+    assert np.array_equal(agreed.run.states, plain.run.states)
+    assert np.array_equal(agreed.errors, plain.errors)
+
+
+def test_a_deadline_within_the_disturbed_run_ends_the_simulation(falling) -> None:
+    model, start = falling
+    calls: list[int] = []
+
+    def watch(number: int, _step: float, _now: float) -> None:
+        calls.append(number)
+
+    class Clock:
+        """A clock that runs when the disturbed run has begun."""
+
+        @staticmethod
+        def monotonic() -> float:
+            return 100.0 if 4 in calls else 0.0
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(refinement, "time", Clock)
+        agreed = run_until_agreed(model, FALL_TIMES, 1e-3, 50.0, watch, disturbed_start=start)
+    assert agreed.run.ending is Ending.TOO_LONG
+    assert agreed.disturbed is None
+    assert np.array_equal(agreed.run.times, FALL_TIMES)
+
+
+def test_a_stiff_disturbed_motion_is_left_out(falling, monkeypatch) -> None:
+    model, start = falling
+
+    def run(own: CompiledModel, *arguments) -> CompiledRun:
+        if np.array_equal(own.initial_state, start):
+            raise StiffMotionError("the motion needs too many steps")
+        return run_once(own, *arguments)
+
+    monkeypatch.setattr(refinement, "run_once", run)
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-3, disturbed_start=start)
+    assert agreed.run.ending is Ending.DONE
+    assert agreed.disturbed is None
+    assert agreed.errors[-1] <= 1e-3
+
+
+@pytest.mark.parametrize("others_wait", [False, True])
+def test_an_interrupt_of_parallel_runs_leaves_the_furthest(
+    falling, monkeypatch, others_wait
+) -> None:
+    """Ctrl-C in the finest run, beside which the others have ended or hardly begun."""
+    model, start = falling
+
+    def run(*arguments) -> CompiledRun:
+        stopped = arguments[5]
+        if others_wait and stopped is not None:
+            stopped.wait(60.0)
+        return run_once(*arguments)
+
+    def watch(number: int, _step: float, now: float) -> None:
+        if number == 3 and now > 0.3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(refinement, "run_once", run)
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-3, watch=watch, disturbed_start=start)
+    found = agreed.run
+    assert found.ending is Ending.INTERRUPTED
+    assert found.times[-1] >= 0.28
+    assert len(found.times) == len(found.states) == len(agreed.errors)
+    assert agreed.errors[0] == 0.0
+    assert np.max(joint_differences(model, found, run_once(model, FALL_TIMES, 1e-12))) < 1e-3
+    assert agreed.disturbed is None
+
+
+# Paths
+
+
+@pytest.mark.parametrize("steps_per_call", [20, 1000])
+def test_the_path_has_the_end_of_every_step(falling, monkeypatch, steps_per_call) -> None:
+    """Also of those that end at a breakpoint, whatever the number of steps in a call."""
+    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", steps_per_call)
+    model, _ = falling
+    run = run_once(model, FALL_TIMES, 1e-8)
+    times = run.path_times
+    assert times[0] == 0.0
+    assert times[-1] == pytest.approx(0.4, abs=1e-12)
+    assert np.all(np.diff(times) > 0.0)
+    assert run.event_times.size > 4
+    assert set(run.event_times.tolist()) <= set(times.tolist())
+    assert times.size - 1 <= run.steps
+    assert times.size - 1 > run.event_times.size
+    assert np.array_equal(run.path_states[0], model.initial_state)
+    assert run.path_states[-1] == pytest.approx(run.states[-1], abs=1e-9)
+    assert run.path_states.shape == (times.size, model.initial_state.size)
+    balls = run.path_states[:, :4]
+    assert np.linalg.norm(balls, axis=1) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_path_is_that_of_the_frames(falling) -> None:
+    """Frames at the ends of the steps have their states."""
+    model, _ = falling
+    run = run_once(model, FALL_TIMES, 1e-9)
+    frames = run.path_times[:: max(1, run.path_times.size // 40)]
+    again = run_once(model, np.union1d(frames, [0.4]), 1e-9)
+    assert again.path_times == pytest.approx(run.path_times, abs=1e-12)
+    places = np.searchsorted(run.path_times, frames)
+    assert again.states[: frames.size] == pytest.approx(run.path_states[places], abs=1e-8)
+
+
+def test_an_interrupt_keeps_the_path_of_the_frames(falling, monkeypatch) -> None:
+    """Ctrl-C arrives when compiled code returns, before its result is stored."""
+    model, _ = falling
+    calls: list[int] = []
+
+    def march_until_interrupted(*arguments):
+        status = march(*arguments)
+        calls.append(status)
+        if len(calls) == 5:
+            raise KeyboardInterrupt
+        return status
+
+    monkeypatch.setattr(refinement, "march", march_until_interrupted)
+    run = run_once(model, FALL_TIMES, 1e-9)
+    assert run.ending is Ending.INTERRUPTED
+    assert len(run.times) > 2
+    assert run.path_times[-1] == run.last_time >= run.times[-1]
+    assert np.all(np.diff(run.path_times) > 0.0)
+
+
+def test_without_contact_no_path_is_kept(simple) -> None:
+    run = run_once(simple, TIMES, 1e-6)
+    assert run.path_times.size == 0
+    assert run.path_states.shape == (0, simple.initial_state.size)
