@@ -152,6 +152,8 @@ def test_the_rows_state_the_contact_record(fall: FloorRun, record: ContactRecord
     assert f"{record.weight_carried:.3f} of the weight carried, horizontal speed" in text
     assert "(last 0.2 s)" in row(text, "end")
     assert row(text, "start").startswith("0.001 rad off: joint angles within 0.1 rad of these")
+    assert record.impact_shift is not None
+    assert f"\n         first impact within {1e3 * record.impact_shift:.2g} ms\n" in text
     assert record.overlap is not None
     assert f"{record.overlap.segment} and {record.overlap.other} by up to" in row(text, "overlap")
 
