@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 COMMANDS = {
     "simulate": (
         "generator.cli.simulate:simulate",
-        "Simulate a figure under gravity, loads and passive joint torques.",
+        "Simulate a figure under gravity, loads, passive joint torques and contact.",
     ),
     "convert": (
         "generator.cli.convert:convert",
@@ -59,7 +59,7 @@ COMMANDS = {
     ),
     "check": (
         "generator.cli.check:check",
-        "Report errors and doubts about a figure, its springs and their curves.",
+        "Report errors and doubts about a figure, its springs and their curves, or about a scene.",
     ),
     "describe": (
         "generator.cli.describe:describe",

@@ -257,19 +257,22 @@ def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
     angles, heights = record.sensitivity, record.height_sensitivity
     beyond = np.flatnonzero(angles > SENSITIVE_ANGLE)
     if beyond.size:
-        within = f"{SENSITIVE_ANGLE:g} rad of these until {times[max(beyond[0] - 1, 0)]:.3g} s,"
+        within = f"{SENSITIVE_ANGLE:g} rad of these until {times[max(beyond[0] - 1, 0)]:.3g} s"
     else:
-        within = f"{float(np.max(angles)):.2g} rad of these to the end,"
+        within = f"{float(np.max(angles)):.2g} rad of these to the end"
     known = np.flatnonzero(np.isfinite(heights))
     last = known[-1]
     until = "to the end" if last == len(times) - 1 else f"until {times[last]:.3g} s"
     height = f"{1000.0 * float(np.max(heights[known])):.3g} mm {until}"
-    shift = record.impact_shift
-    impact = "" if shift is None else f", first impact within {1000.0 * shift:.2g} ms"
-    return [
-        ("start", f"0.001 rad off: joint angles within {within}"),
-        ("", f"height of the centre of mass within {height}{impact}"),
+    texts = [
+        f"0.001 rad off: joint angles within {within}",
+        f"height of the centre of mass within {height}",
     ]
+    if record.impact_shift is not None:
+        texts.append(f"first impact within {1000.0 * record.impact_shift:.2g} ms")
+    return list(
+        zip(("start", "", ""), (*(f"{text}," for text in texts[:-1]), texts[-1]), strict=False)
+    )
 
 
 class StartsChoice(NamedTuple):

@@ -49,7 +49,8 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
         else str(folder)
     )
     if was_compiled:
-        headline = "The integrator was compiled already."
+        headline = "The integrator was compiled already"
+        headline += f"; the laws and contact took {seconds:.1f} s."
     else:
         headline = f"Compiled the integrator in {seconds:.1f} s."
     return CommandResult(

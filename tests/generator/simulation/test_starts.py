@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.contact_record import SegmentContact
+from generator.contact_record import IMPACT_SPEED, SegmentContact
 from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.figure import Figure
@@ -24,7 +24,7 @@ from generator.simulation import starts
 from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from generator.simulation.starts import IMPACT_SPEED, study_starts, summarize_starts, vary_start
+from generator.simulation.starts import study_starts, summarize_starts, vary_start
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
 from tests.chains import chain, one_body

@@ -1,0 +1,539 @@
+"""Floors, scenes and starts on the command line: what reaches a run, and what it reports."""
+
+import json
+import os
+import re
+import signal
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from math import pi, radians, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import Result
+
+from generator import read_action, read_figure
+from generator.cli.contact import (
+    MAX_STARTS,
+    contact_data,
+    contact_rows,
+    contact_table,
+    scene_from_options,
+    sensitivity_rows,
+    starts_data,
+    starts_details,
+    starts_from_options,
+    starts_text,
+    touch_warnings,
+)
+from generator.contact_record import HEAD_INJURY_CAVEAT, ContactRecord, SegmentContact
+from generator.diagnostics import ModelError, UsageError
+from generator.geometry.contact_spheres import fit_contact_spheres
+from generator.input_files.scene import read_scene
+from generator.motion_files.npz import read_npz
+from generator.recording import CONTACT_ENERGY_KINDS, Ending, Recording
+from generator.scene import FLOOR, Plane, Scene, floor_prop
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from generator.simulation.starts import StartStudy
+from springs.contact import DEFAULT_SURFACE
+from tests.command import mover, run
+from tests.contacts import contact_record
+from tests.processes import on_terminal, read_to_end
+
+WIDEST_LINE = 90
+"""Width of the widest line of a summary without names of files."""
+
+SCREEN = 24
+"""Number of lines of a terminal."""
+
+UP = (0.0, 1.0, 0.0)
+STOP = 0.7
+FORMATS = (".action", ".npz", ".csv", ".mot", ".glb")
+
+
+def strict_json(result: Result) -> Any:
+    """The JSON of a command, without NaN and infinities."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return json.loads(result.stdout, parse_constant=refuse)
+
+
+def floor(*words: object) -> Any:
+    """JSON of a short run of a figure on the floor that succeeds."""
+    return strict_json(run("simulate", *words, "--floor", "--json"))
+
+
+def row(text: str, title: str) -> str:
+    """The text of a row of a summary."""
+    (found,) = re.findall(rf"^{title} +(.*)$", text.partition("\n\n")[0], re.MULTILINE)
+    return found
+
+
+class FloorRun:
+    """The collapse of the prototype: as text, as JSON, as files, and simulated from Python."""
+
+    def __init__(self, folder: Path) -> None:
+        self.files = [folder / f"fall{suffix}" for suffix in FORMATS]
+        words = ("simulate", "prototype", "--floor", "--stop", STOP)
+        self.text = run(*words, "-v")
+        self.result = run(*words, "--json", *(word for file in self.files for word in ("-o", file)))
+        self.data = strict_json(self.result)
+        plan = Plan(free_root=True, height=0.0, scene=Scene((floor_prop(UP),)), stop=STOP)
+        self.recording = simulate(read_figure("prototype"), plan)
+
+
+@pytest.fixture(scope="module")
+def fall(tmp_path_factory: pytest.TempPathFactory) -> FloorRun:
+    return FloorRun(tmp_path_factory.mktemp("fall"))
+
+
+@pytest.fixture(scope="module")
+def record(fall: FloorRun) -> ContactRecord:
+    assert fall.recording.contact is not None
+    return fall.recording.contact
+
+
+# The summary and the JSON of a fall
+
+
+def test_the_json_is_the_contact_record(fall: FloorRun, record: ContactRecord):
+    data = fall.data["contact"]
+    assert data == json.loads(json.dumps(contact_data(record)))
+    assert data["weight_carried"] == record.weight_carried
+    assert (data["max_force_N"], data["max_force_s"]) == (record.max_force, record.max_force_time)
+    assert data["max_penetration_m"] == record.max_depth
+    assert data["max_penetration_segment"] == record.max_depth_segment
+    assert data["dissipated_J"] == record.dissipated
+    assert data["creep_m_per_s"] == record.creep
+    by_segment = {
+        "first_contact_s": "first_time",
+        "impact_speed_m_per_s": "impact_speed",
+        "peak_force_N": "peak_force",
+        "peak_force_s": "peak_time",
+    }
+    for key, attribute in by_segment.items():
+        assert data[key] == {name: getattr(c, attribute) for name, c in record.segments.items()}
+    assert data["impulse_Ns"] == {name: list(c.impulse) for name, c in record.segments.items()}
+    assert record.sensitivity is not None
+    assert data["sensitivity_rad"] == record.sensitivity[-1]
+    assert data["head_injury_criterion"] == {}
+
+
+def test_the_energies_of_contact_are_in_the_json(fall: FloorRun, record: ContactRecord):
+    energy = fall.data["energy"]
+    assert set(CONTACT_ENERGY_KINDS) < set(energy)
+    lost = sum(energy[kind]["last"] for kind in ("contact damping", "friction"))
+    assert lost == pytest.approx(record.dissipated)
+
+
+def test_a_run_without_props_reports_no_contact():
+    result = run("simulate", "prototype", "--stop", 0.02, "--step", 0.01)
+    assert not re.search("^(contact|touch|force|depth|end|start) ", result.stdout, re.MULTILINE)
+    assert "contact" not in floorless()
+
+
+def floorless() -> Any:
+    return strict_json(run("simulate", "pendulum", "--stop", 0.02, "--step", 0.01, "--json"))
+
+
+def test_the_rows_state_the_contact_record(fall: FloorRun, record: ContactRecord):
+    text = fall.text.stdout
+    assert row(text, "contact") == "35 spheres; error in height at most 11 mm"
+    assert row(text, "touch") == "right_lower_leg and left_lower_leg at 0 s"
+    assert f"at most {record.max_force:.4g} N, at {record.max_force_time:.3g} s" in text
+    assert f"at most {1e3 * record.max_depth:.0f} mm, of {record.max_depth_segment}" in text
+    assert f"{record.weight_carried:.3f} of the weight carried, horizontal speed" in text
+    assert "(last 0.2 s)" in row(text, "end")
+    assert row(text, "start").startswith("0.001 rad off: joint angles within 0.1 rad of these")
+    assert record.impact_shift is not None
+    assert f"\n         first impact within {1e3 * record.impact_shift:.2g} ms\n" in text
+    assert record.overlap is not None
+    assert f"{record.overlap.segment} and {record.overlap.other} by up to" in row(text, "overlap")
+
+
+def test_a_summary_fits_a_screen(fall: FloorRun):
+    brief = run("simulate", "prototype", "--floor", "--stop", 0.1, "--starts", 2).stdout
+    assert len(brief.splitlines()) <= SCREEN
+    for text in (brief, fall.text.stdout):
+        lines = [line for line in text.splitlines() if not line.startswith("  results of")]
+        assert max(map(len, lines)) <= WIDEST_LINE
+
+
+def test_the_details_have_a_row_for_each_segment(fall: FloorRun, record: ContactRecord):
+    header, *rows = contact_table(record)
+    assert len(header) == 6
+    assert [cells[0] for cells in rows] == list(record.segments)
+    for cells in rows:
+        assert re.search(r"^" + " +".join(map(re.escape, filter(None, cells))), fall.text.stdout, 8)
+    touched = {name for name, one in record.segments.items() if one.first_time is not None}
+    assert {cells[0] for cells in rows if cells[1] != "none"} == touched
+    assert {"left_lower_leg", "right_lower_leg"} < touched < set(record.segments)
+
+
+# Rows of records that are not simulated
+
+
+def made(recording: Recording, **changes: Any) -> Recording:
+    assert recording.contact is not None
+    return replace(recording, contact=replace(recording.contact, **changes))
+
+
+def touching(recording: Recording, **times: float | None) -> Recording:
+    """The recording with other first touches, each with a speed of 2 m/s."""
+    contacts = {
+        name: SegmentContact(time, 0.0 if time in (None, 0.0) else 2.0, 9.0, 0.1, (0.0, 0.0, 0.0))
+        for name, time in times.items()
+    }
+    rows = np.zeros((recording.times.size, 3))
+    forces, depths = dict.fromkeys(contacts, rows), dict.fromkeys(contacts, rows[:, 0])
+    return made(recording, segments=contacts, forces=forces, depths=depths)
+
+
+@pytest.mark.parametrize(
+    ("times", "expected"),
+    [
+        ({"a": None, "b": None}, ["nothing"]),
+        ({"a": 0.0, "b": None}, ["a at 0 s"]),
+        ({"a": 0.0, "b": 0.0, "c": 0.0}, ["3 segments at 0 s"]),
+        ({"a": 0.3, "b": None, "c": 0.20004}, ["c at 0.2 s with 2 m/s", "a at 0.3 s with 2 m/s"]),
+        ({"a": 0.2, "b": 0.20004, "c": 0.0}, ["c at 0 s", "a and b at 0.2 s with 2 m/s"]),
+    ],
+)
+def test_the_first_touches_and_the_next(times: Any, expected: Sequence[str], fall: FloorRun):
+    rows = contact_rows(touching(fall.recording, **times), {})
+    start = [title for title, _ in rows].index("touch")
+    texts = [text for title, text in rows[start:] if title in ("touch", "")][: len(expected)]
+    assert texts == expected
+    assert [title for title, _ in rows[start : start + len(expected)]] == ["touch", ""][
+        : len(expected)
+    ]
+
+
+def test_without_a_force_there_is_no_row_of_one(fall: FloorRun):
+    recording = touching(made(fall.recording, max_force=0.0, overlap=None), a=None)
+    assert [title for title, _ in contact_rows(recording, {})] == ["contact", "touch"]
+    (said,) = touch_warnings(recording)
+    assert said.message == (
+        "the figure touched nothing by 0.7 s: increase --stop, or reduce --height"
+    )
+    assert list(touch_warnings(fall.recording)) == []
+
+
+def test_heads_have_their_criterion_with_its_caveat(fall: FloorRun):
+    rows = contact_rows(made(fall.recording, head_injury={"head": 321.4}), {})
+    assert rows[-2:] == [("head", "HIC15 321 of head"), ("", HEAD_INJURY_CAVEAT)]
+
+
+def test_a_run_of_one_frame_has_no_means(fall: FloorRun):
+    recording = replace(fall.recording, times=fall.recording.times[:1])
+    assert "end" not in dict(contact_rows(recording, {}))
+    assert sensitivity_rows(recording) == []
+
+
+def test_a_disturbed_run_that_ends_early_says_until_when(fall: FloorRun):
+    times = fall.recording.times
+    angles, heights = np.full(times.size, np.inf), np.full(times.size, np.inf)
+    angles[:10], heights[:10] = 0.01, 0.002
+    angles[5:10] = 0.2
+    recording = made(
+        fall.recording, sensitivity=angles, height_sensitivity=heights, impact_shift=None
+    )
+    (_, first), (_, second) = sensitivity_rows(recording)
+    assert first == f"0.001 rad off: joint angles within 0.1 rad of these until {times[4]:.3g} s,"
+    assert second == f"height of the centre of mass within 2 mm until {times[9]:.3g} s"
+    assert recording.contact is not None
+    assert contact_data(recording.contact)["sensitivity_rad"] is None
+
+
+def test_records_without_gravity_or_a_disturbed_run(fall: FloorRun):
+    recording = made(fall.recording, weight_carried=None, sensitivity=None, height_sensitivity=None)
+    assert dict(contact_rows(recording, {}))["end"].startswith("horizontal speed ")
+    assert sensitivity_rows(recording) == []
+
+
+def test_any_record_has_rows_of_a_line(fall: FloorRun):
+    names = list(fall.recording.poses)[1:]
+    made_up = replace(fall.recording, contact=contact_record(names, fall.recording.times.size))
+    rows = [
+        *contact_rows(made_up, fit_contact_spheres(read_figure("prototype"))),
+        *sensitivity_rows(made_up),
+    ]
+    assert all(len(title) <= 7 for title, _ in rows)
+    assert [text for _, text in rows if 9 + len(text) > WIDEST_LINE] == []
+
+
+# Options
+
+
+def test_the_floor_is_below_and_has_the_default_surface():
+    choice = scene_from_options(floor=True, friction=None, scene=None, height=None, up=UP)
+    (prop,) = choice.scene.props
+    assert (prop.name, prop.surface) == (FLOOR, DEFAULT_SURFACE)
+    assert choice.height == 0.0
+    tilted = scene_from_options(floor=True, friction=0.1, scene=None, height=2.0, up=(0, 0.6, 0.8))
+    (prop,) = tilted.scene.props
+    assert isinstance(prop.shape, Plane)
+    assert prop.shape.normal == (0, 0.6, 0.8)
+    assert prop.surface == replace(DEFAULT_SURFACE, friction=0.1)
+    assert tilted.height == 2.0
+
+
+def test_a_scene_stands_beside_a_floor_or_alone():
+    step = read_scene("step")
+    both = scene_from_options(floor=True, friction=0.0, scene="step", height=None, up=UP)
+    assert [prop.name for prop in both.scene.props] == [FLOOR, *(p.name for p in step.props)]
+    alone = scene_from_options(floor=False, friction=None, scene="step", height=-0.2, up=UP)
+    assert (alone.scene, alone.height) == (step, -0.2)
+    nothing = scene_from_options(floor=False, friction=None, scene=None, height=None, up=UP)
+    assert (nothing.scene, nothing.height) == (Scene(), None)
+
+
+@pytest.mark.parametrize(
+    ("spread", "angle"),
+    [(None, pi / 180), ("0.1rad", 0.1), ("2.5deg", radians(2.5)), ("180deg", pi)],
+)
+def test_the_spread_is_an_angle_with_a_unit(spread: str | None, angle: float):
+    choice = starts_from_options(MAX_STARTS, spread, 5, has_props=True)
+    assert choice is not None
+    assert (choice.number, choice.seed) == (MAX_STARTS, 5)
+    assert choice.spread == pytest.approx(angle)
+
+
+def test_without_starts_there_is_no_choice():
+    assert starts_from_options(None, None, None, has_props=True) is None
+    with pytest.raises(UsageError, match="--spread needs --starts"):
+        starts_from_options(None, "1deg", None, has_props=True)
+
+
+def test_a_figure_falls_from_its_height():
+    """Without springs it is rigid until it touches."""
+    words = ("prototype", "--springs", "none", "--stop", 0.15, "--height")
+    data = floor(*words, 0.05)["contact"]
+    first = min(time for time in data["first_contact_s"].values() if time is not None)
+    assert first == pytest.approx(sqrt(2 * 0.05 / 9.81), rel=1e-4)
+    assert max(data["impact_speed_m_per_s"].values()) == pytest.approx(sqrt(2 * 9.81 * 0.05), 1e-3)
+
+
+def test_the_friction_reaches_the_floor():
+    words = ("prototype", "--stop", 0.1)
+    assert floor(*words, "--friction", 0)["energy"]["friction"]["last"] == 0.0
+    assert floor(*words)["energy"]["friction"]["last"] > 1e-3
+
+
+def test_the_floor_is_normal_to_gravity():
+    data = floor("prototype", "--stop", 0.1, "--gravity", "0,0,-9.81")["contact"]
+    x, y, z = np.sum(list(data["impulse_Ns"].values()), axis=0)
+    assert z > 1.0
+    assert max(abs(x), abs(y)) < 0.1 * z
+    assert data["first_contact_s"]["lower_torso"] == 0.0
+    assert data["first_contact_s"]["left_lower_leg"] != 0.0
+
+
+def test_without_gravity_no_weight_is_carried():
+    result = run("simulate", "prototype", "--floor", "--stop", 0.04, "--gravity", "0,0,0")
+    assert "weight" not in result.stdout
+    assert (
+        floor("prototype", "--stop", 0.04, "--gravity", "0,0,0")["contact"]["weight_carried"]
+        is None
+    )
+
+
+def test_a_floor_frees_the_root():
+    words = ("prototype", "--stop", 0.04)
+    free, same = floor(*words), floor(*words, "--free-root")
+    assert free["contact"] == same["contact"]
+
+
+def test_a_figure_100_m_up_touches_nothing():
+    result = run("simulate", "prototype", "--floor", "--height", 100, "--stop", 0.04)
+    assert result.stderr == (
+        "warning: the figure touched nothing by 0.04 s: increase --stop, or reduce --height\n"
+    )
+    assert row(result.stdout, "touch") == "nothing"
+
+
+@pytest.mark.parametrize("figure", ["fourbar", "clavicles", "pendulum"])
+def test_other_figures_fall_as_well(figure: str):
+    result = run("simulate", figure, "--floor", "--stop", 0.06)
+    assert "spheres" in row(result.stdout, "contact")
+    capsules = "crank, coupler, rocker" if figure == "fourbar" else None
+    said = "warning: without geometry, a capsule between the joints touches instead: "
+    assert result.stderr == (f"{said}{capsules}\n" if capsules else "")
+
+
+@pytest.mark.parametrize("words", [("--step", 0.001), ("--integrator", "exudyn")])
+def test_exudyns_integrator_touches_the_floor(words: tuple[object, ...]):
+    data = floor("prototype", "--stop", 0.04, *words)
+    compiled = floor("prototype", "--stop", 0.04)
+    assert (data["integrator"], compiled["integrator"]) == ("exudyn", "compiled")
+    assert data["contact"]["sensitivity_rad"] is None
+    assert data["contact"]["first_contact_s"] == compiled["contact"]["first_contact_s"]
+    for key in ("max_force_N", "max_penetration_m", "weight_carried"):
+        assert data["contact"][key] == pytest.approx(compiled["contact"][key], rel=0.02)
+
+
+def test_a_fall_with_links_locks_and_a_drive(tmp_path: Path):
+    table, links = tmp_path / "elbow.csv", tmp_path / "links.toml"
+    table.write_text("time [s], left_elbow [deg]\n0, 0\n0.05, 2\n0.1, 10\n", encoding="utf-8")
+    links.write_text('[[link]]\njoints = ["right_knee"]\ncontrol = "left_knee"\n', encoding="utf-8")
+    path = tmp_path / "fall.action"
+    words = ("--links", links, "--lock", "waist", "--drive", table, "-o", path)
+    data = floor("prototype", *words)
+    assert data["simulated_s"] == pytest.approx(0.1)
+    assert data["strayed_rad_or_m"] < 1e-6
+    assert data["contact"]["max_force_N"] > 100.0
+    q = read_action(path).displacements
+    assert np.degrees(q["left_elbow"][-1]) == pytest.approx([10.0], abs=1e-6)
+    assert q["right_knee"] == pytest.approx(q["left_knee"], abs=1e-6)
+    assert np.ptp(q["waist"], axis=0) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write")
+def test_a_folder_that_cannot_be_written_is_found_before_the_run(tmp_path: Path):
+    tmp_path.chmod(0o500)
+    result = mover("simulate", "prototype", "--floor", "-o", tmp_path / "fall.action")
+    assert result.exit_code == 1
+    assert "cannot be written" in result.stderr
+
+
+# Files of a fall
+
+
+def test_the_files_of_a_fall_are_read_by_other_commands(fall: FloorRun, tmp_path: Path):
+    assert all(path.stat().st_size > 0 for path in fall.files)
+    action, npz = fall.files[:2]
+    assert "centre of mass" in run("com", "prototype", "--along", action).stdout
+    for source in (action, npz):
+        for suffix in FORMATS:
+            run("convert", source, tmp_path / f"copy{suffix}")
+    copy = read_action(tmp_path / "copy.action")
+    for name, rows in read_action(action).displacements.items():
+        assert copy.displacements[name] == pytest.approx(rows, abs=1e-12)
+
+
+def test_the_action_file_of_a_fall_is_the_run(fall: FloorRun):
+    action, recording = read_action(fall.files[0]), fall.recording
+    header = action.header
+    assert (header.figure, header.springs, header.law) == (
+        "prototype.fig",
+        "prototype.springs.toml",
+        "conservative",
+    )
+    assert (header.start, header.stop, header.outcome) == (0.0, STOP, Ending.DONE)
+    assert header.message == recording.outcome.message
+    assert action.displacements.keys() == recording.displacements.keys()
+    assert "root_torso" not in action.displacements
+    for name, rows in action.displacements.items():
+        assert rows == pytest.approx(recording.displacements[name], abs=1e-12)
+
+
+def test_the_npz_of_a_fall_keeps_its_contact(fall: FloorRun, record: ContactRecord):
+    _, recording = read_npz(fall.files[1])
+    assert recording.contact is not None
+    assert contact_data(recording.contact) == contact_data(record)
+
+
+# Several starts
+
+
+def study(**changes: Any) -> StartStudy:
+    """Three starts of which the second failed."""
+    return replace(
+        StartStudy(
+            impact_times=np.array([np.nan, np.nan, 0.5]),
+            max_forces=np.array([1000.0, np.nan, 3000.0]),
+            peak_forces={"hand": np.array([10.0, np.nan, 30.0])},
+            rest_heights=np.array([0.2, np.nan, 0.4]),
+            weights_carried=np.full(3, np.nan),
+            is_accurate=np.array([True, False, False]),
+            failures={2: str(ModelError("inside a prop"))},
+            spread=radians(2.0),
+            seed=7,
+        ),
+        **changes,
+    )
+
+
+def test_the_table_of_starts_counts_only_what_is_known():
+    lines = starts_text(study()).splitlines()
+    assert lines[:2] == [
+        "3 starts, angles varied by 2 deg (SD), seed 7; 1 within the tolerance to the end",
+        "1 failed; start 2: inside a prop",
+    ]
+    assert [re.split("  +", line) for line in lines[2:]] == [
+        ["", "mean", "SD", "smallest", "largest"],
+        ["first impact [s]", "0.5", "-", "0.5", "0.5"],
+        ["largest force [N]", "2000", "1414", "1000", "3000"],
+        ["height of the centre of mass at the end [m]", "0.3", "0.1414", "0.2", "0.4"],
+    ]
+    last = starts_details(study()).splitlines()[-1]
+    assert re.split("  +", last) == ["hand [N]", "20", "14.14", "10", "30"]
+
+
+def test_starts_that_all_failed_have_no_table():
+    failures = {number: "inside a prop" for number in (1, 2, 3)}
+    failed = study(failures=failures, is_accurate=np.zeros(3, bool))
+    assert starts_text(failed).splitlines()[1:] == ["3 failed; start 1: inside a prop"]
+    assert starts_details(failed) == ""
+
+
+def test_a_fixed_step_has_no_tolerance_to_be_within():
+    assert "tolerance" not in starts_text(study(is_accurate=None))
+    assert starts_data(study(is_accurate=None))["is_accurate"] is None
+
+
+def test_the_json_of_starts_has_null_for_what_is_unknown():
+    data = json.loads(json.dumps(starts_data(study()), allow_nan=False))
+    assert data["spread_deg"] == pytest.approx(2.0)
+    assert data["failures"] == {"2": "inside a prop"}
+    assert data["impact_s"] == [None, None, 0.5]
+    assert data["max_force_N"] == [1000.0, None, 3000.0]
+    assert data["weight_carried"] == [None, None, None]
+
+
+def test_starts_of_a_seed_are_the_same_again():
+    words = ("prototype", "--stop", 0.02, "--starts", 2, "--spread", "2deg")
+    first, again = floor(*words)["starts"], floor(*words, "--seed", 0)["starts"]
+    other = floor(*words, "--seed", 1)["starts"]
+    assert first == again
+    assert first["seed"] == 0
+    assert other["seed"] == 1
+    for key in ("max_force_N", "rest_height_m", "weight_carried"):
+        assert len(first[key]) == 2
+        assert not set(first[key]) & set(other[key])
+
+
+def test_starts_of_a_figure_with_a_loop():
+    data = floor("fourbar", "--stop", 0.02, "--starts", 2)["starts"]
+    assert data["failures"] == {}
+    assert None not in data["rest_height_m"]
+
+
+def test_a_large_spread_gives_failed_starts_their_sentence():
+    data = floor("prototype", "--stop", 0.02, "--starts", 2, "--spread", "180deg")["starts"]
+    assert len(data["failures"]) == data["max_force_N"].count(None) > 0
+    assert all("180 deg" in sentence for sentence in data["failures"].values())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
+def test_ctrl_c_during_the_starts_keeps_the_files_of_the_run(tmp_path: Path):
+    line = [sys.executable, "-m", "generator.cli.app", "simulate", "prototype", "--floor"]
+    line += ["--stop", "0.02", "--starts", "10000", "-o", "fall.action"]
+    with on_terminal(line, cwd=tmp_path) as (process, terminal):
+        seen = b""
+        while b"start 1" not in seen:
+            seen += os.read(terminal, 1000)
+        process.send_signal(signal.SIGINT)
+        seen += read_to_end(terminal)
+        said, _ = process.communicate()
+    assert process.returncode == 3
+    assert b"interrupted; the files were written" in seen
+    assert b"Traceback" not in seen + said
+    assert read_action(tmp_path / "fall.action").header.outcome is Ending.DONE
