@@ -24,7 +24,7 @@ from generator.kinematics.links import Coordinate, Link, Links
 from generator.loads import LoadKind, TimedLoad
 from generator.recording import Integrator
 from generator.scene import Plane, Prop, Scene, floor_prop
-from generator.simulation.compiled.layout import POINT, SPIN, VELOCITY
+from generator.simulation.compiled.layout import POINT, POWERS, SPIN, VELOCITY
 from springs import NUMPY, AxisSpring, Damping, Linear, Stop
 from springs.contact import Surface
 from tests.chains import BALL, Y, at, body, chain, figure, ground, joint, one_body, row, two_bodies
@@ -601,6 +601,12 @@ def test_a_figure_without_props_has_no_contact(spheres):
     assert "contact" not in stepper.energy
 
 
+def integrals(stepper: Stepper) -> np.ndarray:
+    """Impulses on the segments since the start [N s]."""
+    state = stepper.snapshot()
+    return state.progress.state[-state.model.integrals : -POWERS].copy()
+
+
 def test_a_freed_figure_falls_on_the_floor_and_is_held_on_it(spheres):
     floor = Prop("low", Plane((0.0, -1.0, 0.0), Y), Surface())
     stepper = Stepper(spheres, Plan(scene=Scene((floor,))), TOLERANCE)
@@ -612,11 +618,14 @@ def test_a_freed_figure_falls_on_the_floor_and_is_held_on_it(spheres):
     before, poses = stepper.energy, stepper.poses
     assert before["contact damping"] > 0.1
     assert before["friction"] > 0.1
+    impulses = integrals(stepper)
+    assert np.min(impulses[[1, 4]]) > 1.0
     forces = stepper.contact_forces
     assert sum(force[1] for force in forces.values()) > 5.0
     stepper.lock("joint1")
     stepper.hold_root()
     assert stepper.energy["kinetic"] == 0.0
+    assert np.array_equal(integrals(stepper), impulses)
     for kind in ("contact", "contact damping", "friction"):
         assert stepper.energy[kind] == pytest.approx(before[kind], rel=1e-12)
     assert difference(stepper.poses, poses) < 1e-14
