@@ -368,11 +368,11 @@ def _legend_above(axes: Axes) -> None:
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(0.0, 1.0),
-        ncols=5,
+        ncols=4,
         fontsize=6.5,
         borderaxespad=0.0,
-        handlelength=1.4,
-        columnspacing=1.0,
+        handlelength=1.2,
+        columnspacing=0.8,
     )
 
 
