@@ -1,4 +1,4 @@
-"""The plate of a user's motion: joint angles, passive moments, energies, centre of mass."""
+"""The plate of a user's motion: angles, passive moments, energies, centre of mass, contact."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from generator.contact_record import ContactRecord
 from generator.figure import AxisKind
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.kinematics.placement import Displacements
@@ -247,13 +248,18 @@ def motion_plate(motion: FigureMotion, springs: SpringSet, name: str) -> Plate:
     groups = list(_groups(quantities.angles))
     run = motion.recording
     with plot_style():
-        height = 0.7 + _ROW_HEIGHT * (len(groups) + 1)
-        figure, panels = create_panels(height, len(groups) + 1, 2, share_rows=False)
+        contact = None if run is None else run.contact
+        rows = len(groups) + (1 if contact is None else 2)
+        figure, panels = create_panels(0.7 + _ROW_HEIGHT * rows, rows, 2, share_rows=False)
         for (left, right), group in zip(panels, groups, strict=False):
             _draw_group(left, motion, {n: np.degrees(quantities.angles[n]) for n in group}, "deg")
             _draw_group(right, motion, {n: quantities.moments[n] for n in group}, "N m")
-        _draw_energies(panels[-1][0], motion.times, quantities.energies)
-        _draw_centre_of_mass(panels[-1][1], motion.times, quantities.centre_of_mass)
+        energies, centre = panels[len(groups)]
+        _draw_energies(energies, motion.times, quantities.energies)
+        _draw_centre_of_mass(centre, motion.times, quantities.centre_of_mass)
+        if contact is not None:
+            _draw_reaction(panels[-1][0], motion.times, contact)
+            _draw_depth(panels[-1][1], motion.times, contact)
         figure.legend(handles=_legend_handles(), ncols=6, loc="outside upper left", fontsize=7.5)
         if groups:
             panels[0][0].set_title("joint angles [deg]", loc="left")
@@ -344,15 +350,29 @@ def _draw_centre_of_mass(axes: Axes, times: Array, centre: Array) -> None:
     _legend_above(axes)
 
 
+def _draw_reaction(axes: Axes, times: Array, contact: ContactRecord) -> None:
+    for k, style in zip(range(3), _AXIS_STYLES, strict=False):
+        force = contact.ground_reaction[:, k]
+        axes.plot(times, force, "-", color=style.colour, lw=1.2, label="xyz"[k])
+    axes.set_ylabel("ground reaction [N]", fontsize=8.0)
+    _legend_above(axes)
+
+
+def _draw_depth(axes: Axes, times: Array, contact: ContactRecord) -> None:
+    deepest = np.max(list(contact.depths.values()), axis=0)
+    axes.plot(times, 1e3 * deepest, "-", color=BLACK, lw=1.2)
+    axes.set_ylabel("deepest\npenetration [mm]", fontsize=8.0)
+
+
 def _legend_above(axes: Axes) -> None:
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(0.0, 1.0),
-        ncols=5,
+        ncols=4,
         fontsize=6.5,
         borderaxespad=0.0,
-        handlelength=1.4,
-        columnspacing=1.0,
+        handlelength=1.2,
+        columnspacing=0.8,
     )
 
 
@@ -366,4 +386,7 @@ def _table(motion: FigureMotion, quantities: MotionQuantities) -> dict[str, Arra
     columns |= {
         f"centre of mass {'xyz'[k]} [m]": row for k, row in enumerate(quantities.centre_of_mass.T)
     }
+    if motion.recording is not None and motion.recording.contact is not None:
+        forces = motion.recording.contact.ground_reaction[:, :3].T
+        columns |= {f"ground reaction {'xyz'[k]} [N]": row for k, row in enumerate(forces)}
     return columns

@@ -8,12 +8,17 @@ from plots import run
 from plots.joint_curve import JointCurve
 from plots.joint_plate import JointPlate
 from plots.plate import Plate
-from plots.plates import contact, fall_energy, hip_directional
+from plots.plates import contact, fall_energy, fall_on_floor, hip_directional
 
 
 @cache
 def falls() -> fall_energy.Falls:
     return fall_energy.simulate_falls()
+
+
+@cache
+def collapse() -> fall_on_floor.Collapse:
+    return fall_on_floor.simulate_collapse()
 
 
 @cache
@@ -47,6 +52,8 @@ def plate(name: str) -> Plate:
             return fall_energy.build_plate(falls())
         case contact.contact:
             return contact.build_plate(contact_cases())
+        case fall_on_floor.fall_on_floor:
+            return fall_on_floor.build_plate(collapse())
         case hip_directional.hip_directional:
             return hip_directional.build_plate(cycle())
         case make:

@@ -64,6 +64,21 @@ def test_all_energies_of_a_run_with_contact_are_drawn(motion: FigureMotion) -> N
     assert len(styles) == len(kinds)
 
 
+def test_the_ground_reaction_of_a_run_with_contact_is_drawn(motion: FigureMotion) -> None:
+    touching = with_contact(motion)
+    plate = motion_plate(touching, read_springs(None, motion.figure), "fall")
+    assert touching.recording is not None
+    assert touching.recording.contact is not None
+    contact, (columns,) = touching.recording.contact, plate.tables.values()
+    (drawn,) = [axes for axes in plate.figure.axes if axes.get_ylabel() == "ground reaction [N]"]
+    for k, line in enumerate(drawn.lines):
+        assert np.array_equal(line.get_ydata(), contact.ground_reaction[:, k])
+        assert np.array_equal(columns[f"ground reaction {'xyz'[k]} [N]"], line.get_ydata())
+    (deep,) = [axes for axes in plate.figure.axes if "penetration" in axes.get_ylabel()]
+    deepest = np.max(list(contact.depths.values()), axis=0)
+    assert np.asarray(deep.lines[0].get_ydata()) == pytest.approx(1e3 * deepest)
+
+
 @pytest.mark.parametrize(("stem", "name"), [("Fall of Ann", "fall_of_ann"), ("__", "motion")])
 def test_names_of_files(stem: str, name: str) -> None:
     assert plate_name(stem) == name
