@@ -156,7 +156,7 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
-    spheres = _contact_spheres(placement.tree.figure, plan)
+    spheres = _contact_spheres(figure, plan)
     if plan.height is not None:
         up = np.array(plan.up)
         lowest = (
@@ -177,6 +177,8 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
 
 def _contact_spheres(figure: Figure, plan: Plan) -> dict[str, tuple[ContactSphere, ...]]:
     """Return the contact spheres of the moving segments; none without props.
+
+    The figure is that of the file: a capsule depends on its joints, also on those to the ground.
 
     Raises:
         InputError: a psurf cannot be read.
