@@ -41,7 +41,8 @@ HeightOption = Annotated[
     ),
 ]
 FrictionOption = Annotated[
-    float | None, typer.Option("--friction", help="Friction of the floor. [default: 0.6]")
+    float | None,
+    typer.Option("--friction", help="Coefficient of friction of the floor. [default: 0.6]"),
 ]
 SceneOption = Annotated[
     str | None,
@@ -55,7 +56,9 @@ SceneOption = Annotated[
 StartsOption = Annotated[
     int | None,
     typer.Option(
-        "--starts", metavar="N", help="Repeat the run from N starts whose joint angles differ."
+        "--starts",
+        metavar="N",
+        help="Repeat the fall from N starts whose joint angles differ at random.",
     ),
 ]
 SpreadOption = Annotated[
@@ -67,7 +70,7 @@ SpreadOption = Annotated[
     ),
 ]
 SeedOption = Annotated[
-    int | None, typer.Option("--seed", help="Seed of the random --starts. [default: 0]")
+    int | None, typer.Option("--seed", help="Seed of the random angles of --starts. [default: 0]")
 ]
 
 MAX_STARTS = 10_000

@@ -1,12 +1,14 @@
 """Runs of one figure from several starts, whose joints differ at random."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from generator.contact_record import first_impact, mean_at_end
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError, MoverError
 from generator.figure import AxisKind, Figure
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
@@ -104,66 +106,89 @@ def study_starts(
         watch: called with the number of each run that has ended.
 
     Raises:
+        ModelError: the plan has no props.
         MoverError: the plan itself cannot be built.
         KeyboardInterrupt: a run was interrupted.
     """
+    if not plan.scene.props:
+        raise ModelError("falls from several starts need a plan whose scene has props")
     initial_state(figure, plan)
     generator = np.random.default_rng(seed)
-    runs: list[Recording | MoverError] = []
-    for number in range(1, count + 1):
-        try:
-            run = simulate(figure, vary_start(figure, plan, spread, generator))
-        except MoverError as failure:
-            run = failure
-        if isinstance(run, Recording) and run.outcome.ending is Ending.INTERRUPTED:
-            raise KeyboardInterrupt
-        runs.append(run)
-        if watch is not None:
-            watch(number)
-    return summarize_starts(runs, np.array(plan.up), spread, seed)
+
+    def runs() -> Iterator[Recording | MoverError]:
+        for number in range(1, count + 1):
+            try:
+                run = simulate(figure, vary_start(figure, plan, spread, generator))
+            except MoverError as failure:
+                yield failure
+            else:
+                if run.outcome.ending is Ending.INTERRUPTED:
+                    raise KeyboardInterrupt
+                yield run
+            if watch is not None:
+                watch(number)
+
+    return summarize_starts(runs(), np.array(plan.up), spread, seed)
 
 
 def summarize_starts(
-    runs: Sequence[Recording | MoverError], up: Array, spread: float, seed: int
+    runs: Iterable[Recording | MoverError], up: Array, spread: float, seed: int
 ) -> StartStudy:
     """Return the study of N runs, or errors of starts that could not be built.
 
     Args:
-        runs: with contact.
+        runs: with contact; of each, only its numbers are kept.
         up: upward unit vector, shape (3,).
         spread: standard deviation of the starts' angles [rad].
         seed: of the random numbers.
     """
     failures: dict[int, str] = {}
-    finished: list[Recording | None] = []
+    falls: list[_Fall] = []
     for number, run in enumerate(runs, 1):
-        if isinstance(run, MoverError):
-            failures[number] = str(run)
-        elif not run.outcome.succeeded:
-            failures[number] = run.outcome.message
-        finished.append(None if isinstance(run, MoverError) or number in failures else run)
-    done = [run for run in finished if run is not None]
-    names = dict.fromkeys(name for one in done if one.contact for name in one.contact.segments)
-    is_estimated = all(one.accuracy.asked is not None for one in done)
-
-    def peak(name: str) -> Callable[[Recording], float | None]:
-        return lambda one: one.contact.segments[name].peak_force if one.contact else None
-
-    def values(read: Callable[[Recording], float | None]) -> Array:
-        found = (None if one is None else read(one) for one in finished)
-        return np.array([np.nan if value is None else value for value in found])
-
-    def met(one: Recording) -> bool:
-        return bool(one.accuracy.held_until >= one.times[-1])
-
+        if isinstance(run, Recording) and run.outcome.succeeded:
+            falls.append(_read_fall(run, up))
+        else:
+            failures[number] = run.outcome.message if isinstance(run, Recording) else str(run)
+            falls.append(_Fall())
+    names = dict.fromkeys(name for one in falls for name in one.peak_forces)
     return StartStudy(
-        values(lambda one: first_impact(one.contact.segments) if one.contact else None),
-        values(lambda one: one.contact.max_force if one.contact else None),
-        {name: values(peak(name)) for name in names},
-        values(lambda one: mean_at_end(one.times, one.centre_of_mass @ up)),
-        values(lambda one: one.contact.weight_carried if one.contact else None),
-        np.array([one is not None and met(one) for one in finished]) if is_estimated else None,
-        failures,
-        spread,
-        seed,
+        impact_times=np.array([one.impact_time for one in falls]),
+        max_forces=np.array([one.max_force for one in falls]),
+        peak_forces={
+            name: np.array([one.peak_forces.get(name, np.nan) for one in falls]) for name in names
+        },
+        rest_heights=np.array([one.rest_height for one in falls]),
+        weights_carried=np.array([one.weight_carried for one in falls]),
+        is_accurate=None
+        if any(one.is_accurate is None for one in falls)
+        else np.array([one.is_accurate for one in falls]),
+        failures=failures,
+        spread=spread,
+        seed=seed,
+    )
+
+
+class _Fall(NamedTuple):
+    """Numbers of one start for a `StartStudy`; by default of one that failed."""
+
+    impact_time: float = np.nan
+    max_force: float = np.nan
+    peak_forces: Mapping[str, float] = MappingProxyType({})
+    rest_height: float = np.nan
+    weight_carried: float = np.nan
+    is_accurate: bool | None = False
+
+
+def _read_fall(run: Recording, up: Array) -> _Fall:
+    """Return the numbers of a finished run with contact."""
+    contact, accuracy = run.contact, run.accuracy
+    assert contact is not None
+    impact, carried = first_impact(contact.segments), contact.weight_carried
+    return _Fall(
+        np.nan if impact is None else impact,
+        contact.max_force,
+        {name: one.peak_force for name, one in contact.segments.items()},
+        mean_at_end(run.times, run.centre_of_mass @ up),
+        np.nan if carried is None else carried,
+        None if accuracy.asked is None else bool(accuracy.held_until >= run.times[-1]),
     )

@@ -219,6 +219,8 @@ def test_a_plan_that_cannot_be_built_is_refused():
     box = Prop("block", Box((0.0, 0.5, 0.0), (1.0, 1.0, 1.0)), DEFAULT_SURFACE)
     with pytest.raises(ModelError, match="inside block"):
         study_starts(PROTOTYPE, replace(FALL, scene=Scene((box,))), 2, 0.01)
+    with pytest.raises(ModelError, match="need a plan whose scene has props"):
+        study_starts(PROTOTYPE, Plan(free_root=True), 2, 0.01)
 
 
 def test_an_interrupted_run_interrupts_the_study(fall: Recording, monkeypatch):
