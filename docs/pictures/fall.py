@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from generator import Plan, read_figure, simulate
-from generator.scene import Scene, floor_prop
+from generator.scene import Scene
 from plots.figure_image import Strip, View, strip_image
 
 START = {
@@ -43,7 +43,7 @@ LABEL_SHIFT = 0.1
 def main() -> None:
     """Simulate, draw, write."""
     figure = read_figure("prototype")
-    scene = Scene((floor_prop((0.0, 1.0, 0.0)),))
+    scene = Scene.floor()
     start = {name: tuple(map(radians, angles)) for name, angles in START.items()}
     plan = Plan(
         stop=TIMES[-1], frame=FRAME, free_root=True, height=0.0, scene=scene, displacements=start

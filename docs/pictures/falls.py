@@ -4,8 +4,6 @@ Run with `python docs/pictures/falls.py` in the project's folder.
 """
 
 import shlex
-import subprocess
-import sys
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
@@ -15,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from generator import read_figure, read_npz
+from generator.cli.app import app
 from generator.input_files.scene import read_scene
 from generator.scene import Scene
 from plots.figure_image import Strip, View, strip_image
@@ -130,8 +129,7 @@ def main() -> None:
         with TemporaryDirectory() as folder:
             file = Path(folder) / "fall.npz"
             words = shlex.split(fall.command)[1:]
-            run = [sys.executable, "-m", "generator.cli.app", *words, "-q", "-o", str(file)]
-            subprocess.run(run, check=True)
+            app([*words, "--quiet", "-o", str(file)], standalone_mode=False)
             _, recording = read_npz(file)
         strip = fall.strip
         frames = [round(time / recording.times[1]) for time in fall.times]

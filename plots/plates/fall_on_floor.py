@@ -18,7 +18,7 @@ from generator.figure import Figure as Body
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.motion_files import motion_from_recording
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
-from generator.scene import Scene, floor_prop
+from generator.scene import Scene
 from plots.canvas import (
     BLACK,
     BLUE,
@@ -151,7 +151,7 @@ def _momentum(body: Body, run: Recording) -> Array:
 def simulate_collapse() -> Collapse:
     """Simulate the fall with both tolerances."""
     body = read_figure("prototype")
-    scene = Scene((floor_prop((0.0, 1.0, 0.0)),))
+    scene = Scene.floor()
     plan = Plan(
         stop=STOP_TIME,
         frame=FRAME_INTERVAL,

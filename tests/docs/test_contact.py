@@ -1,12 +1,15 @@
-"""The page of contact: its table of spheres is that of the prototype."""
+"""The page of contact: its table of spheres is the prototype's, its six falls are those drawn."""
 
 import re
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from types import ModuleType
 
 import pytest
 
 from generator import read_figure
 from generator.geometry.contact_spheres import LARGEST_ERROR, MAX_SPHERES, fit_contact_spheres
-from tests.paths import DOCS
+from tests.paths import DOCS, FIGURES
 
 PAGE = (DOCS / "contact.md").read_text(encoding="utf-8")
 SEGMENTS = {
@@ -33,3 +36,36 @@ def test_the_rule_is_that_of_the_fit():
     assert f"more than {1e3 * LARGEST_ERROR:.0f} mm" in PAGE
     assert "or there are eight spheres" in PAGE
     assert MAX_SPHERES == 8
+
+
+def script() -> ModuleType:
+    """The script of the picture of six falls."""
+    spec = spec_from_file_location("falls", DOCS / "pictures/falls.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    sys.modules["falls"] = module  # dataclasses look for it there
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        del sys.modules["falls"]
+    return module
+
+
+def test_the_commands_of_the_six_falls_are_those_drawn():
+    section = PAGE.partition("## Six falls")[2].partition("\n## ")[0]
+    falls = script().FALLS
+    assert re.findall(r"^mover .*$", section, re.MULTILINE) == [fall.command for fall in falls]
+    for fall in falls:
+        assert fall.times[-1] == float(fall.command.rpartition("--stop ")[2])
+
+
+@pytest.mark.parametrize("name", ["step", "bed", "seat"])
+def test_a_scene_states_the_start_of_its_fall(name: str):
+    text = (FIGURES / f"{name}.scene.toml").read_text(encoding="utf-8")
+    (command,) = [fall.command for fall in script().FALLS if f"--scene {name}" in fall.command]
+    start = re.search(r"^# (--.*)$", text, re.MULTILINE)
+    assert start is not None
+    options = re.findall(r"--\S+ \S+", start[1].replace("--height 0 ", ""))
+    assert options
+    assert all(option in command for option in options)
