@@ -14,7 +14,7 @@ from generator.simulation.contacts import ContactStates, ContactTrace
 from generator.simulation.error_control import LONGEST_STEP, first_step, richardson_extrapolation
 from generator.simulation.integrate import Trace
 from generator.simulation.plan import Plan
-from generator.simulation.run import simulate
+from generator.simulation.run import Progress, simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
 from tests.contact_figures import FLOOR, MASS, ball, two_segments
@@ -229,20 +229,18 @@ def test_the_estimate_of_a_fall_is_honest(tolerance) -> None:
 
 
 def test_a_fall_that_is_cut_short_keeps_the_contact_until_then() -> None:
-    """The wall limit ends the first pass: frames, integrals and steps end together."""
-    plan = Plan(
-        stop=30.0,
-        springs=NONE,
-        scene=FLOOR,
-        tolerance=1e-6,
-        wall_limit=1.0,
-        integrator=Integrator.EXUDYN,
-    )
-    run = simulate(ball(0.05), plan)
-    assert run.outcome.ending is Ending.TOO_LONG
+    """Ctrl-C in the first pass: frames, integrals and steps end together."""
+
+    def watch(progress: Progress) -> None:
+        if progress.time > 0.3:
+            raise KeyboardInterrupt
+
+    plan = Plan(stop=1.0, springs=NONE, scene=FLOOR, tolerance=1e-6, integrator=Integrator.EXUDYN)
+    run = simulate(ball(0.05), plan, watch)
+    assert run.outcome.ending is Ending.INTERRUPTED
     contact = run.contact
     assert contact is not None
-    assert 0.1 < run.times[-1] < 30.0
+    assert 0.25 < run.times[-1] < 0.5
     assert len(contact.forces["link"]) == len(run.times)
     touch = contact.segments["link"]
     assert touch.first_time == pytest.approx(np.sqrt(0.1 / 9.81), abs=5e-3)
