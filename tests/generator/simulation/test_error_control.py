@@ -10,11 +10,14 @@ import pytest
 from generator import read_figure
 from generator.recording import Ending, Integrator
 from generator.rotations import rotation_vector_from_matrix
-from generator.simulation.error_control import LONGEST_STEP, first_step
+from generator.simulation.contacts import ContactStates, ContactTrace
+from generator.simulation.error_control import LONGEST_STEP, first_step, richardson_extrapolation
+from generator.simulation.integrate import Trace
 from generator.simulation.plan import Plan
-from generator.simulation.run import simulate
+from generator.simulation.run import Progress, simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+from tests.contact_figures import FLOOR, MASS, ball, two_segments
 from tests.runs import springs_of
 
 PROTOTYPE = read_figure("prototype")
@@ -149,3 +152,98 @@ def test_a_run_that_fails_ends_where_its_finest_pass_does() -> None:
     assert told is not None
     assert float(told[1]) == pytest.approx(peak, abs=2e-3)
     assert 0.0 <= float(told[1]) - run.times[-1] <= 0.02 + 1e-9
+
+
+# Contact
+
+
+def pass_trace(steps: int, factor: float, *, with_contact: bool = True) -> Trace:
+    """Three frames of a body at rest; its integrals of contact are proportional to a factor."""
+    times, count = np.array([0.0, 0.1, 0.2]), 3
+    states = ContactStates(
+        *(np.full((steps, *shape), factor) for shape in ((1,), (1,), (1, 6), (), (), ()))
+    )
+    contact = ContactTrace(
+        factor * np.arange(6.0).reshape(count, 2),
+        factor * np.arange(9.0).reshape(count, 1, 3),
+        np.linspace(0.0, 0.2, steps),
+        states,
+        np.full((steps, 3), factor),
+        np.full((steps, 1, 3), factor),
+    )
+    zeros = np.zeros((count, 1, 3))
+    return Trace(
+        times,
+        zeros,
+        np.broadcast_to(np.eye(3), (count, 1, 3, 3)),
+        zeros,
+        zeros,
+        {},
+        *np.zeros((3, count)),
+        contact=contact if with_contact else None,
+    )
+
+
+def test_integrals_of_contact_are_extrapolated_and_the_steps_are_the_finer_ones() -> None:
+    """Of errors 4 and 1 in steps of 2 and 1, nothing is left."""
+    fine = pass_trace(5, 1.0 + 1.0)
+    limit = richardson_extrapolation(pass_trace(3, 1.0 + 4.0), fine, 2.0).contact
+    assert limit is not None
+    assert limit.losses == pytest.approx(np.arange(6.0).reshape(3, 2), abs=1e-14)
+    assert limit.impulses == pytest.approx(np.arange(9.0).reshape(3, 1, 3), abs=1e-14)
+    assert fine.contact is not None
+    assert np.array_equal(limit.step_times, fine.contact.step_times)
+    assert np.array_equal(limit.steps.depths, fine.contact.steps.depths)
+    assert np.all(limit.centres == 2.0)
+    assert np.all(limit.accelerations == 2.0)
+    without = richardson_extrapolation(
+        pass_trace(3, 1.0, with_contact=False), pass_trace(5, 2.0, with_contact=False), 2.0
+    )
+    assert without.contact is None
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_the_estimate_of_a_fall_is_honest(tolerance) -> None:
+    """By Exudyn's integrator, against the compiled one; the integrals are as accurate."""
+    made = two_segments()
+    plan = Plan(
+        stop=0.35,
+        springs=NONE,
+        scene=FLOOR,
+        displacements={"root": (0.1, 0.2, -0.3, 0.0, 0.8, 0.0)},
+    )
+    run = simulate(made, replace(plan, tolerance=tolerance, integrator=Integrator.EXUDYN))
+    fine = simulate(made, replace(plan, tolerance=1e-7))
+    assert fine.integrator is Integrator.COMPILED
+    true = differences(made, run, fine)
+    assert run.outcome.succeeded
+    assert np.max(true) > 1e-9
+    assert run.accuracy.estimate <= tolerance
+    assert np.max(true) <= 3.0 * run.accuracy.estimate
+    found, exact = run.contact, fine.contact
+    assert exact.dissipated > 1.0
+    assert found.dissipated == pytest.approx(exact.dissipated, abs=30.0 * tolerance)
+    for name, segment in exact.segments.items():
+        impulse = np.array(found.segments[name].impulse)
+        assert np.linalg.norm(impulse - segment.impulse) < 30.0 * tolerance
+
+
+def test_a_fall_that_is_cut_short_keeps_the_contact_until_then() -> None:
+    """Ctrl-C in the first pass: frames, integrals and steps end together."""
+
+    def watch(progress: Progress) -> None:
+        if progress.time > 0.3:
+            raise KeyboardInterrupt
+
+    plan = Plan(stop=1.0, springs=NONE, scene=FLOOR, tolerance=1e-6, integrator=Integrator.EXUDYN)
+    run = simulate(ball(0.05), plan, watch)
+    assert run.outcome.ending is Ending.INTERRUPTED
+    contact = run.contact
+    assert contact is not None
+    assert 0.25 < run.times[-1] < 0.5
+    assert len(contact.forces["link"]) == len(run.times)
+    touch = contact.segments["link"]
+    assert touch.first_time == pytest.approx(np.sqrt(0.1 / 9.81), abs=5e-3)
+    assert touch.peak_time <= run.times[-1]
+    impulse = MASS * (run.velocities["pin"][-1, 4] + 9.81 * run.times[-1])
+    assert touch.impulse[1] == pytest.approx(impulse, rel=5e-2)
