@@ -82,7 +82,8 @@ def test_a_wrong_run_fails_its_claims(made) -> None:
     energy = {**run.energy, "friction": 0.9 * run.energy["friction"]}
     first = next(iter(contact.segments))
     segments = {**contact.segments, first: replace(contact.segments[first], impulse=(0.0, 0, 0))}
-    accuracy = replace(run.accuracy, by_frame=0.01 * run.accuracy.by_frame)
+    assert run.accuracy.estimate is not None
+    accuracy = replace(run.accuracy, estimate=0.01 * run.accuracy.estimate)
     weak = replace(contact, segments=segments, weight_carried=0.98)
     wrong = replace(run, energy=energy, accuracy=accuracy, contact=weak, agreement_with_exudyn=1e-7)
     failing = [not claim.holds for claim in build_plate(replace(made, run=wrong)).claims]
