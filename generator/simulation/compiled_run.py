@@ -267,7 +267,7 @@ def _contact_trace(
         steps,
         mean_position(model.figure, path.positions),
         path.accelerations[..., 3:],
-    )
+    ).first_frames(len(run.times), float(run.times[-1]))  # steps go on where a run is stopped
     if disturbed is None:
         return contact
     count = min(len(run.times), len(disturbed.times))
