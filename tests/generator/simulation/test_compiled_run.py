@@ -16,7 +16,7 @@ from generator.recording import Ending, Integrator, Recording
 from generator.rotations import rotation_vector_from_matrix
 from generator.simulation import compiled_run
 from generator.simulation.compiled import layout, mechanism, refinement
-from generator.simulation.compiled.layout import COORDINATE, KIND, MASS, ROTATION
+from generator.simulation.compiled.layout import COORDINATE, KIND, ROTATION
 from generator.simulation.compiled.refinement import record_links
 from generator.simulation.compiled_run import build_trace, compile_model, disturbed_start
 from generator.simulation.contacts import mean_position
@@ -26,7 +26,7 @@ from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
 from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Z, chain, one_body, row
-from tests.contact_figures import FLOOR, ball, two_segments
+from tests.contact_figures import FLOOR, MASS, ball, two_segments
 from tests.runs import springs_of
 
 PROTOTYPE = read_figure("prototype")
@@ -213,7 +213,7 @@ def test_accelerations_that_differ_from_exudyn_s_do_not_count(
 
     def build_wrong(builder):
         made = build(builder)
-        made.mechanism.constants[:, MASS] *= np.array([1.0, 1.0 + share])
+        made.mechanism.constants[:, layout.MASS] *= np.array([1.0, 1.0 + share])
         return made
 
     monkeypatch.setattr(mechanism._Builder, "build", build_wrong)
@@ -393,6 +393,9 @@ def test_the_sensitivity_begins_with_the_disturbance() -> None:
     ]
     shifts = np.abs(heights[0] - heights[1])[:, 1]
     assert contact.height_sensitivity == pytest.approx(shifts, rel=1e-3, abs=1e-7)
+    shift = abs(other.event_times[0] - one.event_times[0])
+    assert shift > 1e-6
+    assert contact.impact_shift == pytest.approx(shift, abs=1e-8)
 
 
 def test_ctrl_c_in_a_fall_leaves_its_contact_so_far(monkeypatch) -> None:
@@ -410,6 +413,8 @@ def test_ctrl_c_in_a_fall_leaves_its_contact_so_far(monkeypatch) -> None:
     assert 0.26 < run.times[-1] < 0.6
     assert contact.sensitivity is None
     assert contact.segments["link"].first_time == pytest.approx(math.sqrt(0.4 / 9.81), abs=1e-9)
+    change = MASS * (run.velocities["pin"][-1, 4] + 9.81 * run.times[-1])
+    assert contact.segments["link"].impulse[1] == pytest.approx(change, rel=1e-4)
     assert contact.segments["link"].impulse[1] > 1.0
     assert len(contact.forces["link"]) == len(contact.ground_reaction) == len(run.times)
     assert contact.dissipated == pytest.approx(
@@ -461,3 +466,23 @@ def test_falls_are_those_of_exudyn_s_integrator(figure) -> None:
         assert segment.impulse == pytest.approx(other.segments[name].impulse, rel=5e-3, abs=2e-2)
     assert one.dissipated == pytest.approx(other.dissipated, rel=5e-3)
     assert one.dissipated > 0.5
+
+
+def test_the_contact_of_a_stopped_run_ends_with_its_frames(monkeypatch) -> None:
+    """Its steps go on to where it was stopped, but integrals and forces of frames do not."""
+    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 20)
+
+    def watch(_number: int, _step: float, now: float) -> None:
+        if now > 0.21:
+            raise KeyboardInterrupt
+
+    model = ExudynModel.of(ball(0.2), Plan(stop=0.6, springs=SpringSet(), scene=FLOOR))
+    times = np.array([0.0, 0.1, 0.2, 0.3, 0.6])
+    refined = compiled_run.run_compiled(model, times, math.inf, watch)
+    assert refined.outcome.ending is Ending.INTERRUPTED
+    assert refined.trace.times.tolist() == [0.0, 0.1, 0.2]
+    contact = refined.trace.contact
+    assert contact.step_times[0] == 0.0
+    assert 0.19 < contact.step_times[-1] <= 0.2
+    assert np.max(contact.steps.depths) < 0.0
+    assert np.all(contact.impulses == 0.0)
