@@ -294,6 +294,8 @@ def test_only_a_head_has_a_head_injury_criterion() -> None:
     """That of the ball's acceleration less what the record of the frames misses."""
     assert contact_of(drop()).head_injury == {}
     made = two_balls(("left foot", "head"), HEIGHT + RADIUS)
+    foot = replace(made.joints["to left foot"], displacement=(0.0, 0.0, 0.0, -0.3, 0.5, 0.0))
+    made = made.with_parts(foot)
     run = run_plan(made, stop=0.5, frame=1e-4, scene=FLOOR)
     (name, value), *others = contact_of(run).head_injury.items()
     assert name == "head"
