@@ -348,7 +348,8 @@ def _is_symmetric_start(figure: Figure, plan: Plan) -> bool:
     sideways = [plan.up[0]]
     for prop in plan.scene.props:
         sideways.append(prop.shape.normal[0] if isinstance(prop.shape, Plane) else 1.0)
-    if any(sideways) or not _is_symmetric_set(plan.locked):
+    has_pairs = all(mirrored_name(name) in figure.bodies for name in figure.bodies)
+    if any(sideways) or not has_pairs or not _is_symmetric_set(plan.locked):
         return False
     tree = build_tree(figure)
     changed = {name: np.asarray(values) for name, values in plan.displacements.items()}
@@ -356,7 +357,6 @@ def _is_symmetric_start(figure: Figure, plan: Plan) -> bool:
     centres = {
         name: (poses[name] @ np.append(np.asarray(segment.centre_of_mass), 1.0))[:3]
         for name, segment in figure.bodies.items()
-        if mirrored_name(name) in figure.bodies
     }
     others = {name: centres[mirrored_name(name)] for name in centres}
     middles = [0.5 * (centre[0] + others[name][0]) for name, centre in centres.items()]

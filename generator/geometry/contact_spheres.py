@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
 from math import pi
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from generator.contact_record import Overlap
 from generator.diagnostics import Diagnostic, InputError
 from generator.figure import ContactSphere, Figure, Segment
 from generator.geometry.read import read_segment_surface
@@ -290,26 +290,13 @@ def _capsule(figure: Figure, segment: Segment) -> SegmentSpheres:
     return SegmentSpheres(spheres, None, SphereSource.CAPSULE)
 
 
-class Overlap(NamedTuple):
-    """Overlap of two segments.
-
-    Attributes:
-        depth: by which it exceeds that of the first frame [m].
-        first: name of a segment; empty where none overlap.
-        second: name of the other.
-        frame: index of the frame.
-    """
-
-    depth: float
-    first: str
-    second: str
-    frame: int
-
-
 def deepest_overlap(
-    spheres: Mapping[str, SegmentSpheres], poses: Mapping[str, Array], figure: Figure
-) -> Overlap:
-    """Return the deepest overlap of two segments that share no joint.
+    spheres: Mapping[str, SegmentSpheres],
+    poses: Mapping[str, Array],
+    figure: Figure,
+    times: Array,
+) -> Overlap | None:
+    """Return the deepest overlap of two segments that share no joint; None without any.
 
     The depth of two segments is the largest overlap of a sphere of one and a sphere of the other.
     The overlap at the first frame is subtracted, because limbs may overlap as drawn. Gaps between
@@ -318,7 +305,8 @@ def deepest_overlap(
     Args:
         spheres: by segment.
         poses: by segment, in the world, shape (n, 4, 4).
-        figure: whose joints say which segments are joined.
+        figure: with these segments.
+        times: of the poses, shape (n,) [s].
     """
     joined = {
         frozenset((joint.parent.segment, joint.child.segment)) for joint in figure.joints.values()
@@ -330,7 +318,7 @@ def deepest_overlap(
         local = np.array([each.centre for each in spheres[name].spheres])
         pose = np.asarray(poses[name])
         centres[name] = local @ pose[:, :3, :3].transpose(0, 2, 1) + pose[:, None, :3, 3]
-    deepest = Overlap(0.0, "", "", 0)
+    deepest: Overlap | None = None
     for index, first in enumerate(names):
         for second in names[:index]:
             if frozenset((first, second)) in joined:
@@ -341,6 +329,6 @@ def deepest_overlap(
             depth = np.maximum(overlap.max(axis=(1, 2)), 0.0)
             depth -= depth[0]
             frame = int(depth.argmax())
-            if depth[frame] > deepest.depth:
-                deepest = Overlap(float(depth[frame]), second, first, frame)
+            if depth[frame] > (deepest.depth if deepest else 0.0):
+                deepest = Overlap(float(depth[frame]), second, first, float(times[frame]))
     return deepest

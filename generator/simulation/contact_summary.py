@@ -1,13 +1,14 @@
 """The contact record of a run: frames from its trace, extremes over all its steps."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from generator.contact_record import (
     REST_DURATION,
     ContactRecord,
-    Overlap,
+    SegmentContact,
     first_impact,
     head_injury_criterion,
     head_segments,
@@ -34,6 +35,8 @@ def build_contact_record(
     """
     if model.contacts is None or trace.contact is None:
         return None
+    from generator.geometry.contact_spheres import deepest_overlap, fit_contact_spheres  # slow
+
     contact, names = trace.contact, list(model.contacts.spheres)
     frames, owners = contact_of_trace(model, trace), model.contacts.owners
     steps, times, up = contact.steps, contact.step_times, np.array(model.plan.up)
@@ -42,19 +45,6 @@ def build_contact_record(
     segments = summarize_steps(
         names, owners, times, steps.forces, steps.depths, steps.rates, impulses
     )
-    impact_shift = None
-    if contact.disturbed is not None:
-        other_times, other = contact.disturbed
-        impacts = (
-            first_impact(segments),
-            first_impact(
-                summarize_steps(
-                    names, owners, other_times, other.forces, other.depths, other.rates, impulses
-                )
-            ),
-        )
-        if impacts[0] is not None and impacts[1] is not None:
-            impact_shift = abs(impacts[1] - impacts[0])
     max_force_time, max_force = peak_of(times, total)
     deepest = np.unravel_index(int(np.argmax(steps.depths)), steps.depths.shape)
     return ContactRecord(
@@ -74,8 +64,10 @@ def build_contact_record(
         dissipated=float(contact.losses[-1].sum()),
         sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 0],
         height_sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 1],
-        impact_shift=impact_shift,
-        overlap=_overlap(model, trace, poses),
+        impact_shift=_impact_shift(names, owners, segments, contact),
+        overlap=deepest_overlap(
+            fit_contact_spheres(model.figure), poses, model.figure, trace.times
+        ),
         head_injury=_head_injury(model, contact),
     )
 
@@ -102,14 +94,22 @@ def _creep(contact: ContactTrace, up: Array) -> float:
     return float(np.linalg.norm(along[-1] - first)) / (last - start)
 
 
-def _overlap(model: ExudynModel, trace: Trace, poses: Mapping[str, Array]) -> Overlap | None:
-    """Deepest interpenetration of segments that no joint connects; None without any."""
-    from generator.geometry.contact_spheres import deepest_overlap, fit_contact_spheres  # slow
-
-    depth, one, other, frame = deepest_overlap(
-        fit_contact_spheres(model.figure), poses, model.figure
+def _impact_shift(
+    names: Sequence[str],
+    owners: NDArray[np.intp],
+    segments: Mapping[str, SegmentContact],
+    contact: ContactTrace,
+) -> float | None:
+    """Difference of the first impact from that of the disturbed run [s]; None without either."""
+    if contact.disturbed is None:
+        return None
+    times, steps = contact.disturbed
+    unknown = np.full((len(names), 3), np.nan)
+    others = summarize_steps(
+        names, owners, times, steps.forces, steps.depths, steps.rates, impulses=unknown
     )
-    return Overlap(depth, one, other, float(trace.times[frame])) if depth > 0.0 else None
+    one, other = first_impact(segments), first_impact(others)
+    return None if one is None or other is None else abs(other - one)
 
 
 def _head_injury(model: ExudynModel, contact: ContactTrace) -> dict[str, float]:

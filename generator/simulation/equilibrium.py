@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError, MoverError
 from generator.figure import AxisKind, Figure
 from generator.kinematics.links import Coordinate
 from generator.kinematics.placement import Placement, forward_kinematics
@@ -127,11 +127,13 @@ def find_equilibrium(
 
     Raises:
         NoEquilibriumError: the figure does not come to rest, or not within the wall limit.
-        MoverError: the figure or the plan cannot be built, or joints are driven.
+        MoverError: the figure or the plan cannot be built, joints are driven, or there are props.
     """
     plan = plan or Plan()
     if plan.drives:
         raise NoEquilibriumError("a driven joint does not come to rest")
+    if plan.scene.props:
+        raise ModelError("this equilibrium has no props: find_resting_pose finds a pose on them")
     model = build_model(figure, replace(plan, velocities={}), resolve_springs(figure, plan))
     reduced = _ReducedModel(model)
     start = reduced.static_state(reduced.start[None])

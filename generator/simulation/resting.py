@@ -50,6 +50,9 @@ from springs.contact import Surface
 MAX_REST_ACCELERATION = 0.05
 """Acceleration of a segment up to which it counts as being at rest [m/s^2], g / 200."""
 
+MAX_GROWTH = NEUTRAL_RATE_SQUARED**0.5
+"""Rate up to which a growth counts as zero [1/s]."""
+
 _STEP_TOLERANCE = 1e-6
 """Tolerance of the steps. A larger one leaves errors of the speeds in contact, whose friction
 accelerates light segments by more than `MAX_REST_ACCELERATION`."""
@@ -142,10 +145,6 @@ class RestingPose:
     def weight_carried(self) -> float | None:
         """Force of the props against gravity over the weight; None without gravity."""
         return sum(self.shares.values()) if self.weight > 0.0 else None
-
-
-MAX_GROWTH = NEUTRAL_RATE_SQUARED**0.5
-"""Rate up to which a growth counts as zero [1/s]."""
 
 
 def find_resting_pose(

@@ -26,6 +26,7 @@ from generator.kinematics.placement import (
 from generator.loads import LoadKind, TimedLoad
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array, matrix_from_rotation_vector
+from generator.scene import Scene
 from generator.simulation.bodies import body_pose
 from generator.simulation.coupled_springs import coupled_torques
 from generator.simulation.exudyn_api import exu, rigid
@@ -221,7 +222,7 @@ def static_torques(
 ) -> Mapping[str, Array]:
     """Torque of every joint's passive springs on its child, in n poses at rest.
 
-    Gravity, loads, velocities, links, locks and drives of the figure and the plan are ignored.
+    Gravity, props, loads, velocities, links, locks and drives are ignored.
 
     Args:
         figure: a figure without closed loops.
@@ -239,6 +240,7 @@ def static_torques(
     static_plan = replace(
         plan or Plan(),
         gravity=(0.0, 0.0, 0.0),
+        scene=Scene(),
         velocities={},
         loads=(),
         links=Links(),

@@ -470,7 +470,7 @@ class Stepper:
             values[-model.integrals :] = integrals
         self._state = StepperState.start(setting, model, values, time, placement)
         after, powers = self._state.energy, self._state.progress.state[-POWERS:]
-        stored = {"gravity", "spring", "contact"} & after.keys()
+        stored = [kind for kind in ("gravity", "spring", "contact") if kind in after]
         powers[DISSIPATION] += before["kinetic"] - after["kinetic"]
         powers[EXTERNAL] += sum(after[kind] - before[kind] for kind in stored)
 

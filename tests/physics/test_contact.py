@@ -53,6 +53,7 @@ from plots.contact_cases import (
 from springs import SpringSet
 from springs.contact import Surface
 from tests.chains import FREE, body, figure, ground, joint, row
+from tests.contact_figures import SOFT, two_segments
 from tests.runs import energy_error, momenta
 
 PROTOTYPE = read_figure("prototype")
@@ -374,6 +375,24 @@ def test_closed_forms_by_the_integrator_of_exudyn() -> None:
     assert body_velocity(impact)[-1, 1] == pytest.approx(restitution(1.0, 1.0), rel=1e-5)
     assert downhill_velocity(creep, slope)[-1] == pytest.approx(creep_speed(slope, FIRM), rel=1e-5)
     assert body_velocity(rolling)[-1, 0] == pytest.approx(rolling_speed(2.0), rel=1e-5)
+
+
+def test_the_energy_of_a_surface_that_recovers_too_slowly_is_lost() -> None:
+    """Without a force on a sphere that leaves faster, no acceleration bounds the steps."""
+    plan = Plan(
+        stop=0.4,
+        tolerance=1e-3,
+        springs=SpringSet(),
+        gravity=(0.0, 0.0, 0.0),
+        displacements={"root": (0.3, 0.2, 0.1, 0.0, 1.0, 0.0)},
+        velocities={"root": (1.0, 2.0, -3.0, 0.5, -4.0, 0.2)},
+        scene=Scene((floor_prop((0.0, 1.0, 0.0), replace(SOFT, friction_speed=0.05)),)),
+    )
+    run = simulate(two_segments(), plan)
+    check_run(run)
+    assert run.energy["contact damping"][-1] > 30.0
+    assert np.min(np.diff(run.energy["contact damping"])) > -1e-5
+    assert energy_error(run) < 1e-5
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.6])

@@ -20,6 +20,7 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
+from generator.scene import Plane, Prop, Scene
 from generator.simulation.exudyn_api import exu
 from generator.simulation.plan import resolve_springs
 from springs import (
@@ -35,6 +36,7 @@ from springs import (
     elastic_torque,
     total_torque,
 )
+from springs.contact import DEFAULT_SURFACE
 from springs.published import tables as published
 from tests.chains import BALL, SKEW, at, body, chain, figure, ground, joint, one_body, two_bodies
 
@@ -318,3 +320,15 @@ def test_a_freed_root_changes_no_torque() -> None:
     assert set(loose) == {*held, "lower_torso"} - {"root_torso"}
     for name in SPRINGS.joints:
         assert np.allclose(held[name], loose[name], atol=AGREED)
+
+
+def test_props_are_ignored() -> None:
+    """Also where the figure would start inside them."""
+    around = Scene((Prop("solid", Plane((0.0, 9.0, 0.0), (0.0, 1.0, 0.0)), DEFAULT_SURFACE),))
+    poses = [{"left_knee": np.array([2.4])}]
+    found, expected = (
+        static_torques(PROTOTYPE, poses, Plan(scene=scene)) for scene in (around, Scene())
+    )
+    assert np.any(expected["left_knee"])
+    for name, torque in expected.items():
+        assert found[name] == pytest.approx(torque, abs=AGREED)

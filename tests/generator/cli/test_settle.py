@@ -195,6 +195,21 @@ def test_options_of_props_that_do_not_apply(options: tuple[str, ...], message: s
     assert message in done.stderr
 
 
+def test_a_limb_without_its_mirror_image_rests(tmp_path: Path) -> None:
+    """Nothing about such a figure is symmetric."""
+    limb = tmp_path / "limb.fig"
+    limb.write_text(
+        """figure { segment world { mass = -1kg; site base->location = trans(0cm,0cm,0cm); }
+  segment left_arm { mass = 2kg; inertia = (80 kg cm2,80 kg cm2,80 kg cm2);
+    contact = sphere(0cm,0cm,0cm,10cm); site CM->location = trans(0cm,0cm,0cm); }
+  joint left_pin { connect world.base to left_arm.CM; type = R(0,0,1); displacement = (0deg); }
+  root = world.base; }
+""",
+        encoding="utf-8",
+    )
+    assert answer("settle", limb, "--floor")["asymmetric_joints"] == []
+
+
 def test_a_fall_from_a_symmetric_stand_may_end_on_either_side() -> None:
     """The start is symmetric, the pose is not."""
     done = mover("settle", "prototype", "--floor")

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from generator.contact_record import Overlap
 from generator.diagnostics import InputError
 from generator.figure import ContactSphere, Figure, Location, Segment, Site
 from generator.figure_file import parse_figure, read_figure
@@ -214,6 +215,9 @@ def moved(*places: tuple[float, float, float]) -> Array:
     return poses
 
 
+TIMES = np.array([0.0, 0.1])
+
+
 def three_balls() -> Figure:
     """A chain of three segments, with a ball of radius 10 cm at the origin of each."""
     figure = chain()
@@ -239,9 +243,8 @@ def test_the_deepest_overlap_is_of_segments_without_a_common_joint():
         "end": moved((0, 0, 0), (0, 0, 0), (0, 0, 0)),
         "tip": moved((0.5, 0, 0), (0.1, 0.1, 0), (0.15, 0, 0)),
     }
-    depth, first, second, frame = deepest_overlap(fits, poses, figure)
-    assert depth == pytest.approx(0.2 - 0.1 * 2**0.5)
-    assert (first, second, frame) == ("link", "tip", 1)
+    deepest = deepest_overlap(fits, poses, figure, np.array([0.0, 0.1, 0.2]))
+    assert deepest == Overlap(pytest.approx(0.2 - 0.1 * 2**0.5), "link", "tip", 0.1)
 
 
 def test_the_overlap_at_the_start_is_subtracted():
@@ -249,9 +252,10 @@ def test_the_overlap_at_the_start_is_subtracted():
     fits = fit_contact_spheres(figure)
     still = moved((0, 0, 0), (0, 0, 0))
     poses = {"link": still, "end": still, "tip": moved((0.15, 0, 0), (0.12, 0, 0))}
-    assert deepest_overlap(fits, poses, figure).depth == pytest.approx(0.03)
+    deepest = deepest_overlap(fits, poses, figure, TIMES)
+    assert deepest == Overlap(pytest.approx(0.03), "link", "tip", 0.1)
     poses["tip"] = moved((0.12, 0, 0), (0.15, 0, 0))
-    assert deepest_overlap(fits, poses, figure) == (0.0, "", "", 0)
+    assert deepest_overlap(fits, poses, figure, TIMES) is None
 
 
 @given(angles=CENTRES, shift=CENTRES)
@@ -266,6 +270,8 @@ def test_the_overlap_does_not_depend_on_the_frame_of_the_world(
     world = np.eye(4)
     world[:3, :3], world[:3, 3] = matrix_from_xyz(*angles), shift
     turned = {name: world @ each for name, each in poses.items()}
-    found = deepest_overlap(fits, turned, figure)
-    assert found.depth == pytest.approx(deepest_overlap(fits, poses, figure).depth)
-    assert found.depth > 0.1
+    one, other = (deepest_overlap(fits, each, figure, TIMES) for each in (poses, turned))
+    assert one is not None
+    assert other is not None
+    assert other.depth == pytest.approx(one.depth)
+    assert one.depth > 0.1

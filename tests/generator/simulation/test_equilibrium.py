@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.figure import Site
 from generator.kinematics.links import Coordinate, Link, Links
+from generator.scene import Scene
 from generator.simulation.equilibrium import NoEquilibriumError, find_equilibrium
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -230,6 +232,11 @@ def test_what_goes_round_without_end_is_not_said_to_fall(monkeypatch) -> None:
     monkeypatch.setattr("generator.simulation.equilibrium.MAX_STEPS", 600)
     with pytest.raises(NoEquilibriumError, match="still act on low 1; it stays nearby, so another"):
         find_equilibrium(column(10.0, HEAVY, 0.1, 0.1), WEIGHTLESS)
+
+
+def test_props_are_refused() -> None:
+    with pytest.raises(ModelError, match="find_resting_pose"):
+        find_equilibrium(one_body(chain("Rz")), Plan(springs=NONE, scene=Scene.floor()))
 
 
 def test_a_driven_joint_comes_to_no_rest() -> None:
