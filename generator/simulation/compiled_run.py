@@ -14,6 +14,7 @@ from typing import assert_never
 import numpy as np
 
 from generator.diagnostics import ModelError
+from generator.figure import Vector
 from generator.recording import Accuracy, Ending, Outcome
 from generator.rotations import (
     Array,
@@ -198,24 +199,19 @@ def build_trace(
     def vectors(at: int) -> Array:
         return links[:, bodies, at : at + 3]
 
-    spins, spin_rates = vectors(SPIN), vectors(SPIN_RATE)
-    gravity = np.asarray(model.plan.gravity, dtype=float)
-    around = np.cross(spins, arms)
-    accelerations = (
-        vectors(POINT_ACCELERATION) + gravity + np.cross(spin_rates, arms) + np.cross(spins, around)
-    )
+    accelerations = centre_accelerations(compiled, bodies, links, model.plan.gravity)
     dissipated, spring_work, load_work, *_ = states[:, -POWERS:].T
     return Trace(
         times,
         vectors(POINT) + arms,
         rotations,
-        vectors(VELOCITY) + around,
-        spins,
+        centre_velocities(compiled, bodies, links),
+        vectors(SPIN),
         {},
         dissipated,
         spring_work,
         load_work,
-        accelerations=np.concatenate([spin_rates, accelerations], axis=-1),
+        accelerations=np.concatenate([vectors(SPIN_RATE), accelerations], axis=-1),
         displacements={
             name: states[:, list(places)] for name, places in compiled.coordinates.items()
         },
@@ -316,6 +312,24 @@ def centre_arms(compiled: CompiledModel, bodies: IndexArray, links: Array) -> Ar
     """
     centres = compiled.mechanism.constants[bodies, CENTRE : CENTRE + 3]
     return (body_rotations(bodies, links) @ centres[..., None])[..., 0]
+
+
+def centre_velocities(compiled: CompiledModel, bodies: IndexArray, links: Array) -> Array:
+    """Velocities of centres of mass, shape (..., B, 3) [m/s]; see `centre_arms`."""
+    around = np.cross(links[..., bodies, SPIN : SPIN + 3], centre_arms(compiled, bodies, links))
+    return links[..., bodies, VELOCITY : VELOCITY + 3] + around
+
+
+def centre_accelerations(
+    compiled: CompiledModel, bodies: IndexArray, links: Array, gravity: Vector
+) -> Array:
+    """Accelerations of centres of mass, shape (..., B, 3) [m/s^2]; see `centre_arms`."""
+    arms = centre_arms(compiled, bodies, links)
+    spins, spin_rates, accelerations = (
+        links[..., bodies, at : at + 3] for at in (SPIN, SPIN_RATE, POINT_ACCELERATION)
+    )
+    around = np.cross(spin_rates, arms) + np.cross(spins, np.cross(spins, arms))
+    return accelerations + np.asarray(gravity, dtype=float) + around
 
 
 def _closing_wrenches(compiled: CompiledModel, run: CompiledRun) -> dict[str, Array]:

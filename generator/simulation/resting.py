@@ -25,25 +25,24 @@ from generator.kinematics.tree import build_tree
 from generator.recording import Ending
 from generator.rotations import Array, inverse_pose
 from generator.scene import Scene
-from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
     BALL,
     COORDINATE,
     INERTIA,
     KIND,
     MASS,
-    POINT_ACCELERATION,
     RATE,
-    RECORDED_COLUMNS,
-    SPIN,
     SPIN_RATE,
-    VELOCITY,
 )
-from generator.simulation.compiled_run import body_rotations, centre_arms
+from generator.simulation.compiled_run import (
+    body_rotations,
+    centre_accelerations,
+    centre_velocities,
+)
 from generator.simulation.equilibrium import NEUTRAL_RATE_SQUARED, NoEquilibriumError
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.stepper import Stepper
-from generator.simulation.stepper_state import StepperState
+from generator.simulation.stepper_state import evaluate
 from springs import Joining
 from springs.contact import Surface
 
@@ -313,26 +312,16 @@ class _Motion:
         state = still.snapshot()
         model, bodies, names = state.model, state.bodies, list(state.figure.bodies)
         links, constants = state.links, state.model.mechanism.constants[state.bodies]
-        spins, spin_rates = (links[bodies, at : at + 3] for at in (SPIN, SPIN_RATE))
-        arms = centre_arms(model, bodies, links)
-        around = np.cross(spins, arms)
-        linear = links[bodies, POINT_ACCELERATION : POINT_ACCELERATION + 3]
-        linear = linear + np.array(still.gravity)
-        linear = linear + np.cross(spin_rates, arms) + np.cross(spins, around)
+        spin_rates = links[bodies, SPIN_RATE : SPIN_RATE + 3]
+        linear = centre_accelerations(model, bodies, links, still.gravity)
         turns = np.swapaxes(body_rotations(bodies, links), -1, -2)
         own = (turns @ spin_rates[..., None])[..., 0]
         angular = np.sum(own**2 * constants[:, INERTIA : INERTIA + 3], axis=1)
         sizes = np.sqrt(np.sum(linear**2, axis=1) + angular / constants[:, MASS])
-        speeds = np.linalg.norm(_centre_velocities(moving.snapshot()), axis=1)
+        after = moving.snapshot()
+        speeds = np.linalg.norm(centre_velocities(after.model, after.bodies, after.links), axis=1)
         fastest, creeping = int(np.argmax(sizes)), int(np.argmax(speeds))
         return cls(float(sizes[fastest]), names[fastest], float(speeds[creeping]), names[creeping])
-
-
-def _centre_velocities(state: StepperState) -> Array:
-    """Velocities of the centres of mass of the moving segments, shape (B, 3) [m/s]."""
-    links, bodies = state.links, state.bodies
-    around = np.cross(links[bodies, SPIN : SPIN + 3], centre_arms(state.model, bodies, links))
-    return links[bodies, VELOCITY : VELOCITY + 3] + around
 
 
 def hold_still(stepper: Stepper) -> Stepper:
@@ -379,7 +368,8 @@ def growth_of_small_motions(stepper: Stepper) -> float:
     changes[:count] = _ANGLE_STEP * np.array(tangents)
     changes[np.arange(count, 2 * count), places] = _RATE_STEP
     states = np.concatenate([values + changes, values - changes])
-    accelerations = _rates(state, states)[:, places]
+    _, rates = evaluate(state.model, state.mechanism, state.time, states)
+    accelerations = rates[:, places]
     slopes = (accelerations[: 2 * count] - accelerations[2 * count :]).T
     steps = np.repeat([_ANGLE_STEP, _RATE_STEP], count)
     matrix = np.zeros((2 * count, 2 * count))
@@ -403,17 +393,6 @@ def _tangents(row: Array, values: Array) -> list[Array]:
         tangent[place + 1 : place + 4] = 0.5 * (scalar * axis + np.cross(axis, vector))
         tangents.append(tangent)
     return tangents
-
-
-def _rates(state: StepperState, states: Array) -> Array:
-    """Rates of states at the time of another one, shape (m, n)."""
-    model, mechanism = state.model, state.mechanism
-    links = np.empty((len(states), len(mechanism.links), RECORDED_COLUMNS))
-    rates, wrenches = np.empty_like(states), np.empty((len(states), len(mechanism.rows), 6))
-    times = np.full(len(states), state.time)
-    mechanism = mechanism._replace(branches=mechanism.branches.copy())
-    record_frames(model.equations, mechanism, model.scratch, times, states, links, rates, wrenches)
-    return rates
 
 
 @dataclass(frozen=True)

@@ -28,14 +28,13 @@ from generator.simulation.compiled.layout import (
     RECORDED_COLUMNS,
     ROTATION,
     SPIN,
-    VELOCITY,
     IndexArray,
     Mechanism,
     Scratch,
 )
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.runge_kutta import TIME, Progress, start_progress
-from generator.simulation.compiled_run import body_rotations, centre_arms
+from generator.simulation.compiled_run import body_rotations, centre_arms, centre_velocities
 from generator.simulation.contacts import ContactModel, ContactStates, evaluate_contacts
 from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
@@ -167,7 +166,7 @@ class StepperState:
         links = self._links
         if links is None:
             states = self.progress.state[None]
-            links = evaluate(self.model, self.mechanism, self.time, states)[0]
+            links = evaluate(self.model, self.mechanism, self.time, states)[0][0]
             self._links = links
         return links
 
@@ -281,15 +280,13 @@ class StepperState:
         if self.setting.contacts is None:
             return None
         links, bodies = self.links, self.bodies
-        spins = links[bodies, SPIN : SPIN + 3]
-        around = np.cross(spins, centre_arms(self.model, bodies, links))
         return evaluate_contacts(
             self.setting.contacts,
             self.figure,
             self._centres[None],
             body_rotations(bodies, links)[None],
-            (links[bodies, VELOCITY : VELOCITY + 3] + around)[None],
-            spins[None],
+            centre_velocities(self.model, bodies, links)[None],
+            links[None, bodies, SPIN : SPIN + 3],
         )
 
     @property
@@ -364,14 +361,19 @@ def build_tables(setting: Setting, model: CompiledModel) -> Mechanism:
     )
 
 
-def evaluate(model: CompiledModel, mechanism: Mechanism, time: float, states: Array) -> Array:
-    """Recorded columns of all links in states (f, n), shape (f, links, RECORDED_COLUMNS)."""
+def evaluate(
+    model: CompiledModel, mechanism: Mechanism, time: float, states: Array
+) -> tuple[Array, Array]:
+    """Return the recorded columns of all links, and the rates, in states of shape (f, n).
+
+    They have the shapes (f, links, RECORDED_COLUMNS) and (f, n).
+    """
     links = np.empty((len(states), len(mechanism.links), RECORDED_COLUMNS))
     mechanism = mechanism._replace(branches=mechanism.branches.copy())
     times = np.full(len(states), time)
     rates, wrenches = np.empty_like(states), np.empty((len(states), len(mechanism.rows), 6))
     record_frames(model.equations, mechanism, model.scratch, times, states, links, rates, wrenches)
-    return links
+    return links, rates
 
 
 def weighted_velocities(model: CompiledModel, bodies: IndexArray, links: Array) -> Array:
@@ -386,8 +388,7 @@ def weighted_velocities(model: CompiledModel, bodies: IndexArray, links: Array) 
     """
     spins = links[..., bodies, SPIN : SPIN + 3]
     constants = model.mechanism.constants[bodies]
-    linear = links[..., bodies, VELOCITY : VELOCITY + 3]
-    linear = linear + np.cross(spins, centre_arms(model, bodies, links))
+    linear = centre_velocities(model, bodies, links)
     own_spins = (np.swapaxes(body_rotations(bodies, links), -1, -2) @ spins[..., None])[..., 0]
     weighted = np.concatenate(
         [
@@ -415,7 +416,7 @@ def project_velocities(
     values[places] = 0.0
     states = np.tile(values, (len(places) + 1, 1))
     states[np.arange(1, len(states)), places] = 1.0
-    links = evaluate(model, model.mechanism, time, states)
+    links, _ = evaluate(model, model.mechanism, time, states)
     speeds = weighted_velocities(model, bodies, links)
     matrix = (speeds[1:] - speeds[0]).T
     rest = np.asarray(wanted - speeds[0], dtype=float)
