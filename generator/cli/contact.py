@@ -180,11 +180,11 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
         "weight_carried": record.weight_carried,
         "max_force_N": record.max_force,
         "max_force_s": record.max_force_time,
-        "max_penetration_m": record.max_depth,
-        "max_penetration_segment": record.max_depth_segment,
+        "max_depth_m": record.max_depth,
+        "max_depth_segment": record.max_depth_segment,
         "dissipated_J": record.dissipated,
         "creep_m_per_s": record.creep,
-        "first_contact_s": {name: one.first_time for name, one in record.segments.items()},
+        "first_touch_s": {name: one.first_time for name, one in record.segments.items()},
         "impact_speed_m_per_s": {name: one.impact_speed for name, one in record.segments.items()},
         "peak_force_N": {name: one.peak_force for name, one in record.segments.items()},
         "peak_force_s": {name: one.peak_time for name, one in record.segments.items()},
@@ -382,7 +382,7 @@ def _finite_list(values: Array) -> list[float | None]:
 def contact_table(record: ContactRecord) -> list[tuple[str, ...]]:
     """Return the contact of each segment as the rows of a table."""
     rows: list[tuple[str, ...]] = [
-        ("segment", "first contact [s]", "speed [m/s]", "peak force [N]", "at [s]", "impulse [N s]")
+        ("segment", "first touch [s]", "speed [m/s]", "peak force [N]", "at [s]", "impulse [N s]")
     ]
     for name, one in record.segments.items():
         if one.first_time is None:
