@@ -189,7 +189,17 @@ def _check_attributes(segment: Segment, draft: FigureDraft, diagnostics: Diagnos
 
 
 def _check_contact_spheres(segment: Segment, diagnostics: Diagnostics) -> None:
-    """Warn of the first sphere that is far outside the box around the segment's sites."""
+    """Warn of spheres of the ground, and of the first one far from the segment's sites.
+
+    The distance is that from the box around the sites.
+    """
+    if segment.contact_spheres and segment.has_ground_mass:
+        diagnostics.warning(
+            f"contact spheres of `{shorten(segment.name)}`, a part of the ground, touch nothing",
+            origin_span(segment.origins, "contact"),
+            "what a figure falls on is a prop of a scene file",
+        )
+        return
     points = [site.pose_in_segment[:3, 3].tolist() for site in segment.sites.values()]
     sides = [(min(along), max(along)) for along in zip(*points, strict=True)]
     for index, sphere in enumerate(segment.contact_spheres if sides else ()):
