@@ -7,7 +7,7 @@ touch a plane in any orientation at nearly the same height. The largest differen
 error in height. Hollows of the segment do not enter: a plane does not reach them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
@@ -291,7 +291,7 @@ def _capsule(figure: Figure, segment: Segment) -> SegmentSpheres:
 
 
 def deepest_overlap(
-    spheres: Mapping[str, SegmentSpheres],
+    spheres: Mapping[str, Sequence[ContactSphere]],
     poses: Mapping[str, Array],
     figure: Figure,
     times: Array,
@@ -311,11 +311,11 @@ def deepest_overlap(
     joined = {
         frozenset((joint.parent.segment, joint.child.segment)) for joint in figure.joints.values()
     }
-    names = [name for name, own in spheres.items() if own.spheres and name in poses]
-    radii = {name: np.array([each.radius for each in spheres[name].spheres]) for name in names}
+    names = [name for name, own in spheres.items() if own and name in poses]
+    radii = {name: np.array([each.radius for each in spheres[name]]) for name in names}
     centres: dict[str, Array] = {}
     for name in names:
-        local = np.array([each.centre for each in spheres[name].spheres])
+        local = np.array([each.centre for each in spheres[name]])
         pose = np.asarray(poses[name])
         centres[name] = local @ pose[:, :3, :3].transpose(0, 2, 1) + pose[:, None, :3, 3]
     deepest: Overlap | None = None

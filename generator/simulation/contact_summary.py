@@ -35,7 +35,7 @@ def build_contact_record(
     """
     if model.contacts is None or trace.contact is None:
         return None
-    from generator.geometry.contact_spheres import deepest_overlap, fit_contact_spheres  # slow
+    from generator.geometry.contact_spheres import deepest_overlap  # slow
 
     contact, names = trace.contact, list(model.contacts.spheres)
     frames, owners = contact_of_trace(model, trace), model.contacts.owners
@@ -65,9 +65,7 @@ def build_contact_record(
         sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 0],
         height_sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 1],
         impact_shift=_impact_shift(names, owners, segments, contact),
-        overlap=deepest_overlap(
-            fit_contact_spheres(model.figure), poses, model.figure, trace.times
-        ),
+        overlap=deepest_overlap(model.contacts.spheres, poses, model.figure, trace.times),
         head_injury=_head_injury(model, contact),
     )
 

@@ -235,27 +235,31 @@ def three_balls() -> Figure:
     )
 
 
+def own_spheres(figure: Figure) -> dict[str, tuple[ContactSphere, ...]]:
+    return {name: segment.contact_spheres for name, segment in figure.bodies.items()}
+
+
 def test_the_deepest_overlap_is_of_segments_without_a_common_joint():
     figure = three_balls()
-    fits = fit_contact_spheres(figure)
+    spheres = own_spheres(figure)
     poses = {
         "link": moved((0, 0, 0), (0, 0, 0), (0, 0, 0)),
         "end": moved((0, 0, 0), (0, 0, 0), (0, 0, 0)),
         "tip": moved((0.5, 0, 0), (0.1, 0.1, 0), (0.15, 0, 0)),
     }
-    deepest = deepest_overlap(fits, poses, figure, np.array([0.0, 0.1, 0.2]))
+    deepest = deepest_overlap(spheres, poses, figure, np.array([0.0, 0.1, 0.2]))
     assert deepest == Overlap(pytest.approx(0.2 - 0.1 * 2**0.5), "link", "tip", 0.1)
 
 
 def test_the_overlap_at_the_start_is_subtracted():
     figure = three_balls()
-    fits = fit_contact_spheres(figure)
+    spheres = own_spheres(figure)
     still = moved((0, 0, 0), (0, 0, 0))
     poses = {"link": still, "end": still, "tip": moved((0.15, 0, 0), (0.12, 0, 0))}
-    deepest = deepest_overlap(fits, poses, figure, TIMES)
+    deepest = deepest_overlap(spheres, poses, figure, TIMES)
     assert deepest == Overlap(pytest.approx(0.03), "link", "tip", 0.1)
     poses["tip"] = moved((0.12, 0, 0), (0.15, 0, 0))
-    assert deepest_overlap(fits, poses, figure, TIMES) is None
+    assert deepest_overlap(spheres, poses, figure, TIMES) is None
 
 
 @given(angles=CENTRES, shift=CENTRES)
@@ -263,14 +267,14 @@ def test_the_overlap_does_not_depend_on_the_frame_of_the_world(
     angles: tuple[float, float, float], shift: tuple[float, float, float]
 ):
     figure = three_balls()
-    spheres = (ContactSphere((0.1, 0.0, 0.05), 0.1), ContactSphere((0.0, -0.1, 0.0), 0.05))
-    figure = figure.with_parts(replace(figure.segments["tip"], contact_spheres=spheres))
-    fits = fit_contact_spheres(figure)
+    two = (ContactSphere((0.1, 0.0, 0.05), 0.1), ContactSphere((0.0, -0.1, 0.0), 0.05))
+    figure = figure.with_parts(replace(figure.segments["tip"], contact_spheres=two))
+    spheres = own_spheres(figure)
     poses = {"link": moved((0, 0, 0), (0, 0, 0)), "tip": moved((0.5, 0, 0), (0.0, 0.1, 0.0))}
     world = np.eye(4)
     world[:3, :3], world[:3, 3] = matrix_from_xyz(*angles), shift
     turned = {name: world @ each for name, each in poses.items()}
-    one, other = (deepest_overlap(fits, each, figure, TIMES) for each in (poses, turned))
+    one, other = (deepest_overlap(spheres, each, figure, TIMES) for each in (poses, turned))
     assert one is not None
     assert other is not None
     assert other.depth == pytest.approx(one.depth)
