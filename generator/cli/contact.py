@@ -156,7 +156,7 @@ def add_sphere_warnings(
         return diagnostics
     text = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
     more = warning(
-        f"without geometry, a capsule between the joints touches instead: {text}",
+        f"segments without geometry touch by a capsule between their joints: {text}",
         hint="add a psurf or contact spheres to the segment",
     )
     return (*diagnostics, more)

@@ -133,7 +133,9 @@ def find_equilibrium(
     if plan.drives:
         raise NoEquilibriumError("a driven joint does not come to rest")
     if plan.scene.props:
-        raise ModelError("this equilibrium has no props: find_resting_pose finds a pose on them")
+        raise ModelError(
+            "find_equilibrium ignores props: call find_resting_pose for a pose on them"
+        )
     model = build_model(figure, replace(plan, velocities={}), resolve_springs(figure, plan))
     reduced = _ReducedModel(model)
     start = reduced.static_state(reduced.start[None])

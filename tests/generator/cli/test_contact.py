@@ -364,7 +364,7 @@ def test_other_figures_fall_as_well(figure: str):
     result = run("simulate", figure, "--floor", "--stop", 0.06)
     assert "spheres" in row(result.stdout, "contact")
     capsules = "crank, coupler, rocker" if figure == "fourbar" else None
-    said = "warning: without geometry, a capsule between the joints touches instead: "
+    said = "warning: segments without geometry touch by a capsule between their joints: "
     assert result.stderr == (f"{said}{capsules}\n" if capsules else "")
 
 
