@@ -108,12 +108,12 @@ def test_the_json_is_the_contact_record(fall: FloorRun, record: ContactRecord):
     assert data == json.loads(json.dumps(contact_data(record)))
     assert data["weight_carried"] == record.weight_carried
     assert (data["max_force_N"], data["max_force_s"]) == (record.max_force, record.max_force_time)
-    assert data["max_depth_m"] == record.max_depth
-    assert data["max_depth_segment"] == record.max_depth_segment
+    assert data["max_penetration_m"] == record.max_depth
+    assert data["max_penetration_segment"] == record.max_depth_segment
     assert data["dissipated_J"] == record.dissipated
     assert data["creep_m_per_s"] == record.creep
     by_segment = {
-        "first_touch_s": "first_time",
+        "first_contact_s": "first_time",
         "impact_speed_m_per_s": "impact_speed",
         "peak_force_N": "peak_force",
         "peak_force_s": "peak_time",
@@ -316,7 +316,7 @@ def test_a_figure_falls_from_its_height():
     """Without springs it is rigid until it touches."""
     words = ("prototype", "--springs", "none", "--stop", 0.15, "--height")
     data = floor(*words, 0.05)["contact"]
-    first = min(time for time in data["first_touch_s"].values() if time is not None)
+    first = min(time for time in data["first_contact_s"].values() if time is not None)
     assert first == pytest.approx(sqrt(2 * 0.05 / 9.81), rel=1e-4)
     assert max(data["impact_speed_m_per_s"].values()) == pytest.approx(sqrt(2 * 9.81 * 0.05), 1e-3)
 
@@ -332,8 +332,8 @@ def test_the_floor_is_normal_to_gravity():
     x, y, z = np.sum(list(data["impulse_Ns"].values()), axis=0)
     assert z > 1.0
     assert max(abs(x), abs(y)) < 0.1 * z
-    assert data["first_touch_s"]["lower_torso"] == 0.0
-    assert data["first_touch_s"]["left_lower_leg"] != 0.0
+    assert data["first_contact_s"]["lower_torso"] == 0.0
+    assert data["first_contact_s"]["left_lower_leg"] != 0.0
 
 
 def test_without_gravity_no_weight_is_carried():
@@ -374,8 +374,8 @@ def test_exudyns_integrator_touches_the_floor(words: tuple[object, ...]):
     compiled = floor("prototype", "--stop", 0.04)
     assert (data["integrator"], compiled["integrator"]) == ("exudyn", "compiled")
     assert data["contact"]["sensitivity_rad"] is None
-    assert data["contact"]["first_touch_s"] == compiled["contact"]["first_touch_s"]
-    for key in ("max_force_N", "max_depth_m", "weight_carried"):
+    assert data["contact"]["first_contact_s"] == compiled["contact"]["first_contact_s"]
+    for key in ("max_force_N", "max_penetration_m", "weight_carried"):
         assert data["contact"][key] == pytest.approx(compiled["contact"][key], rel=0.02)
 
 
