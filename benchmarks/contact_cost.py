@@ -41,6 +41,7 @@ def main() -> None:
     plans = {
         "floor, knees bent 20 deg": plan_of(FLOOR, _BENT),
         "floor, a hip bent 9 deg as well": plan_of(FLOOR, _STRIDE),
+        "the same with self-contact": replace(plan_of(FLOOR, _STRIDE), self_contact=True),
         "floor and seat, knees bent 20 deg": plan_of(SEAT, _BENT),
     }
     runs: dict[tuple[str, str], Callable[[], Fall]] = {}

@@ -102,6 +102,7 @@ class SettableModel:
             (plan.start, plan.stop),
             plan.scene,
             {} if model.contacts is None else model.contacts.spheres,
+            () if model.contacts is None else model.contacts.pairs,
         )
         return cls(model, builder.build(), builder)
 

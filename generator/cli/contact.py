@@ -52,6 +52,12 @@ SceneOption = Annotated[
         help="Props, such as `step`, `seat` or `bed`; frees the figure.",
     ),
 ]
+SelfContactOption = Annotated[
+    bool,
+    typer.Option(
+        "--self-contact", help="Let segments touch each other as well, with --floor or --scene."
+    ),
+]
 
 StartsOption = Annotated[
     int | None,
@@ -198,9 +204,15 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
 
 
 def contact_rows(
-    recording: Recording, spheres: "Mapping[str, SegmentSpheres]"
+    recording: Recording, spheres: "Mapping[str, SegmentSpheres]", *, self_contact: bool = False
 ) -> list[tuple[str, str]]:
-    """Return the rows of a summary about contact: title and text."""
+    """Return the rows of a summary about contact: title and text.
+
+    Args:
+        recording: of a run with contact.
+        spheres: contact spheres by segment.
+        self_contact: whether the segments touched each other.
+    """
     record = recording.contact
     assert record is not None
     count = sum(len(one.spheres) for one in spheres.values())
@@ -217,7 +229,7 @@ def contact_rows(
     if record.overlap is not None and record.overlap.depth >= MIN_OVERLAP:
         depth, segment, other, _ = record.overlap
         text = f"{segment} and {other} by up to {1000.0 * depth:.0f} mm"
-        rows.append(("overlap", f"{text} (segments do not collide)"))
+        rows.append(("overlap", text if self_contact else f"{text} (without --self-contact)"))
     for name, value in record.head_injury.items():
         rows += [("head", f"HIC15 {value:.0f} of {name}"), ("", HEAD_INJURY_CAVEAT)]
     return rows

@@ -16,6 +16,7 @@ from generator.cli.contact import (
     HeightOption,
     SceneOption,
     SeedOption,
+    SelfContactOption,
     SpreadOption,
     StartsChoice,
     StartsOption,
@@ -107,6 +108,7 @@ def simulate(
     height: HeightOption = None,
     friction: FrictionOption = None,
     scene: SceneOption = None,
+    self_contact: SelfContactOption = False,
     starts: StartsOption = None,
     spread: SpreadOption = None,
     seed: SeedOption = None,
@@ -195,7 +197,9 @@ def simulate(
     props = scene_from_options(
         floor=floor, friction=friction, scene=scene, height=plan.height, up=plan.up
     )
-    plan = _replace_plan(plan, scene=props.scene, height=props.height)
+    if self_contact and not props.scene.props:
+        raise UsageError("--self-contact needs --floor or --scene")
+    plan = _replace_plan(plan, scene=props.scene, height=props.height, self_contact=self_contact)
     more_starts = starts_from_options(starts, spread, seed, has_props=bool(props.scene.props))
     figure, diagnostics = load_figure(name)
     diagnostics += props.diagnostics
@@ -262,7 +266,7 @@ def simulate(
     return CommandResult(
         text="\n\n".join(
             [
-                summary_text(recording, files, joints, spheres),
+                summary_text(recording, files, joints, spheres, self_contact=self_contact),
                 *([] if study is None else [starts_text(study)]),
             ]
         ),
@@ -386,6 +390,8 @@ def summary_text(
     files: Sequence[Path],
     joints: JointCounts,
     spheres: "Mapping[str, SegmentSpheres] | None" = None,
+    *,
+    self_contact: bool = False,
 ) -> str:
     """Format outcome, error, springs, energy, times and files in a few lines."""
     accuracy, outcome, wall = recording.accuracy, recording.outcome, recording.wall_time
@@ -397,6 +403,9 @@ def summary_text(
     exchanged = max(float(np.ptp(values)) for values in recording.energy.values())
     rate = f", {_simulated_time(recording) / wall:.3g} x real time" if wall > 0.0 else ""
     wrote = ", ".join(map(str, files)) or f"nothing; -o FILE writes {' '.join(MOTION_FORMATS)}"
+    contact: list[tuple[str, str]] = []
+    if recording.contact is not None:
+        contact = contact_rows(recording, spheres or {}, self_contact=self_contact)
     rows = [
         (
             "springs",
@@ -404,7 +413,7 @@ def summary_text(
             f"{joints.elastic} of {joints.moving} joints are elastic",
         ),
         ("energy", f"balanced to {imbalance:.2g} J, with {exchanged:.4g} J exchanged"),
-        *([] if recording.contact is None else contact_rows(recording, spheres or {})),
+        *contact,
         *sensitivity_rows(recording),
         ("method", _method(recording)),
         ("time", f"{recording.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),

@@ -25,7 +25,7 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
     """Compile the integrator ahead of the first simulation.
 
     The laws of the prototype and contact are compiled as well. Laws of other forms, and the code
-    for closed loops and links, are compiled when a figure first has them.
+    for closed loops, links and self-contact, are compiled when a figure first has them.
     """
     was_compiled, start = is_compiled(), time.monotonic()
     with hold_interrupts():

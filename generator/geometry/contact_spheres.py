@@ -21,6 +21,7 @@ from generator.diagnostics import Diagnostic, InputError
 from generator.figure import ContactSphere, Figure, Segment
 from generator.geometry.read import read_segment_surface
 from generator.geometry.surface import Array
+from generator.self_contact import unjoined_pairs
 
 LARGEST_ERROR = 0.012
 """Error in height at which a fit needs no further sphere [m]."""
@@ -308,9 +309,6 @@ def deepest_overlap(
         figure: with these segments.
         times: of the poses, shape (n,) [s].
     """
-    joined = {
-        frozenset((joint.parent.segment, joint.child.segment)) for joint in figure.joints.values()
-    }
     names = [name for name, own in spheres.items() if own and name in poses]
     radii = {name: np.array([each.radius for each in spheres[name]]) for name in names}
     centres: dict[str, Array] = {}
@@ -319,16 +317,15 @@ def deepest_overlap(
         pose = np.asarray(poses[name])
         centres[name] = local @ pose[:, :3, :3].transpose(0, 2, 1) + pose[:, None, :3, 3]
     deepest: Overlap | None = None
-    for index, first in enumerate(names):
-        for second in names[:index]:
-            if frozenset((first, second)) in joined:
-                continue
-            between = centres[first][:, :, None] - centres[second][:, None]
-            distance = np.sqrt(np.einsum("nijk,nijk->nij", between, between))
-            overlap = radii[first][:, None] + radii[second] - distance
-            depth = np.maximum(overlap.max(axis=(1, 2)), 0.0)
-            depth -= depth[0]
-            frame = int(depth.argmax())
-            if depth[frame] > (deepest.depth if deepest else 0.0):
-                deepest = Overlap(float(depth[frame]), second, first, float(times[frame]))
+    for first, second in unjoined_pairs(figure):
+        if not centres.keys() >= {first, second}:
+            continue
+        between = centres[first][:, :, None] - centres[second][:, None]
+        distance = np.sqrt(np.einsum("nijk,nijk->nij", between, between))
+        overlap = radii[first][:, None] + radii[second] - distance
+        depth = np.maximum(overlap.max(axis=(1, 2)), 0.0)
+        depth -= depth[0]
+        frame = int(depth.argmax())
+        if depth[frame] > (deepest.depth if deepest else 0.0):
+            deepest = Overlap(float(depth[frame]), first, second, float(times[frame]))
     return deepest

@@ -96,6 +96,7 @@ def compile_model(model: ExudynModel) -> CompiledModel:
         (plan.start, plan.stop),
         plan.scene,
         {} if model.contacts is None else model.contacts.spheres,
+        () if model.contacts is None else model.contacts.pairs,
     )
 
 

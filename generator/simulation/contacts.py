@@ -1,11 +1,12 @@
-"""Contact of a figure with props: Exudyn connectors, and the same forces for arrays of states.
+"""Contact of a figure: Exudyn connectors, and the same forces for arrays of states.
 
 Every pair of a contact sphere and a prop is a connector between the prop and the centre of the
-sphere. Its user function is `generator.scene.contact_force` in the axes of the prop.
+sphere. Its user function is `generator.scene.contact_force` in the axes of the prop. Segments that
+touch each other are in `generator.simulation.self_contacts`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from generator.figure import ContactSphere, Figure
 from generator.kinematics.placement import Placement
 from generator.rotations import Array, pose_matrix
 from generator.scene import Prop, Scene, contact_force
+from generator.self_contact import CapsulePair
 from generator.simulation.bodies import add_marker, require_centre_of_mass
 from generator.simulation.exudyn_api import (
     SYMBOLIC,
@@ -25,6 +27,11 @@ from generator.simulation.exudyn_api import (
     symbolic_user_function,
     unused_name,
 )
+from generator.simulation.self_contacts import (
+    CapsuleTable,
+    add_self_contact,
+    evaluate_self_contact,
+)
 from springs import FLOATS
 
 _TIME_ROUNDING = 1e-12
@@ -33,17 +40,19 @@ _TIME_ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class ContactModel:
-    """Contact of a figure with the props of a scene.
+    """Contact of a figure with the props of a scene, and of its segments with each other.
 
     Attributes:
         scene: the props.
         spheres: contact spheres of each moving segment that has some.
+        pairs: capsules of segments that touch each other.
         connectors: the Exudyn connector of each sphere and prop.
-        functions: user functions of the connectors, which must outlive the system.
+        functions: user functions of the system, which must outlive it.
     """
 
     scene: Scene
     spheres: Mapping[str, Sequence[ContactSphere]]
+    pairs: tuple[CapsulePair, ...] = ()
     connectors: tuple[Index, ...] = ()
     functions: tuple[Any, ...] = ()
 
@@ -63,15 +72,15 @@ def add_contacts(
     *,
     python_torques: bool,
 ) -> ContactModel:
-    """Add a connector for each contact sphere and prop.
+    """Add a connector for each contact sphere and prop, and an object for all pairs of capsules.
 
     Args:
         mbs: the system to build into.
         placement: initial placement of the figure.
         bodies: Exudyn object of each segment.
         ground: Exudyn object of the ground.
-        contacts: props and spheres.
-        python_torques: whether forces are Python functions instead of expression trees.
+        contacts: props, spheres and pairs.
+        python_torques: whether forces of props are Python functions instead of expression trees.
     """
     centres = {
         (name, k): add_marker(
@@ -105,7 +114,9 @@ def add_contacts(
                     )
                 )
             )
-    return ContactModel(contacts.scene, contacts.spheres, tuple(connectors), tuple(functions))
+    if contacts.pairs:
+        functions.extend(add_self_contact(mbs, placement.tree.figure, bodies, contacts.pairs))
+    return replace(contacts, connectors=tuple(connectors), functions=tuple(functions))
 
 
 def _user_function(mbs: MainSystem, prop: Prop, radius: float, python_torques: bool) -> Any:
@@ -151,7 +162,8 @@ class ContactStates:
     Attributes:
         depths: deepest penetration of each sphere, negative off the props, shape (n, S) [m].
         rates: rate of this depth, shape (n, S) [m/s].
-        wrenches: on each segment about the world's origin, shape (n, G, 6): force, moment.
+        wrenches: of props on each segment about the world's origin, shape (n, G, 6): force, moment.
+        self_wrenches: of other segments on each, likewise.
         energy: stored, shape (n,) [J].
         impact_power: of damping in impacts, shape (n,) [W].
         friction_power: shape (n,) [W].
@@ -160,13 +172,14 @@ class ContactStates:
     depths: Array
     rates: Array
     wrenches: Array
+    self_wrenches: Array
     energy: Array
     impact_power: Array
     friction_power: Array
 
     @property
     def forces(self) -> Array:
-        """Force on each segment, shape (n, G, 3) [N]."""
+        """Force of props on each segment, shape (n, G, 3) [N]."""
         return self.wrenches[..., :3]
 
     def take(self, places: Any) -> "ContactStates":
@@ -184,6 +197,7 @@ class ContactStates:
             self.depths,
             self.rates,
             self.wrenches,
+            self.self_wrenches,
             self.energy,
             self.impact_power,
             self.friction_power,
@@ -253,7 +267,7 @@ def evaluate_contacts(
     """Return the contact of a figure in n states of its B bodies.
 
     Args:
-        contacts: props and spheres.
+        contacts: props, spheres and pairs.
         figure: with these bodies.
         positions: of the centres of mass, shape (n, B, 3) [m].
         rotations: of the segment axes, shape (n, B, 3, 3).
@@ -304,7 +318,21 @@ def evaluate_contacts(
         own = owners == g
         wrenches[:, g, :3] = forces[:, own].sum(axis=1)
         wrenches[:, g, 3:] = moments[:, own].sum(axis=1)
-    return ContactStates(depths, rates, wrenches, energy, impact, friction)
+    self_wrenches = np.zeros_like(wrenches)
+    if contacts.pairs:
+        states = evaluate_self_contact(
+            CapsuleTable.of(contacts.pairs, figure),
+            positions,
+            rotations,
+            velocities,
+            angular_velocities,
+        )
+        energy, impact = energy + states.energy, impact + states.impact_power
+        friction = friction + states.friction_power
+        own_bodies = [bodies.index(name) for name in contacts.spheres]
+        self_wrenches = states.wrenches[:, own_bodies]
+        self_wrenches[..., 3:] += np.cross(positions[:, own_bodies], self_wrenches[..., :3])
+    return ContactStates(depths, rates, wrenches, self_wrenches, energy, impact, friction)
 
 
 def mean_position(figure: Figure, positions: Array) -> Array:

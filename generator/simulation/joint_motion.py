@@ -239,7 +239,7 @@ def newton_euler_reactions(
     if model.contacts is not None:
         contact = contact_of_trace(model, trace)
         for g, name in enumerate(model.contacts.spheres):
-            wrenches[name] -= contact.wrenches[:, g]
+            wrenches[name] -= contact.wrenches[:, g] + contact.self_wrenches[:, g]
     stop = model.plan.stop
     beside = np.where(
         trace.times < stop, np.nextafter(trace.times, np.inf), np.nextafter(trace.times, -np.inf)

@@ -33,6 +33,7 @@ from generator.loads import TimedLoad
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array
 from generator.scene import Scene, deepest_start
+from generator.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.simulation.bodies import (
     add_bodies,
     add_loads,
@@ -74,7 +75,7 @@ class ExudynModel:
         coordinate_constraints: constraints of links and drives.
         prescribed: locks, links and drives.
         loads: each load with its marker and user function.
-        contacts: contact with the props of the plan; None without props.
+        contacts: contact with the props of the plan and of segments; None without props.
         spring_set: the springs that were built, with the joining of the plan if it has one.
         plan: the plan of the run.
     """
@@ -122,12 +123,14 @@ class InitialState:
         rates: initial displacement rates of the plan, with imposed prescriptions [rad/s or m/s].
         prescribed: locks, links and drives.
         spheres: contact spheres of each segment that has some; none without props.
+        pairs: capsules of segments that touch each other.
     """
 
     placement: Placement
     rates: Displacements
     prescribed: PrescribedMotion
     spheres: Mapping[str, Sequence[ContactSphere]]
+    pairs: tuple[CapsulePair, ...]
 
 
 def initial_state(figure: Figure, plan: Plan) -> InitialState:
@@ -156,7 +159,7 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
-    spheres = _contact_spheres(figure, plan)
+    spheres, capsules = _contact_geometry(figure, plan)
     if plan.height is not None:
         up = np.array(plan.up)
         lowest = (
@@ -172,11 +175,16 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
             raise ModelError(
                 f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )
-    return InitialState(placement, imposed, prescribed, spheres)
+    pairs = capsule_pairs(figure, capsules, placement.poses) if capsules else ()
+    return InitialState(placement, imposed, prescribed, spheres, pairs)
 
 
-def _contact_spheres(figure: Figure, plan: Plan) -> dict[str, tuple[ContactSphere, ...]]:
-    """Return the contact spheres of the moving segments; none without props.
+def _contact_geometry(
+    figure: Figure, plan: Plan
+) -> tuple[dict[str, tuple[ContactSphere, ...]], dict[str, Capsule]]:
+    """Return the contact spheres of the moving segments, and their capsules.
+
+    There are no spheres without props, and no capsules without self-contact.
 
     The figure is that of the file: a capsule depends on its joints, also on those to the ground.
 
@@ -185,14 +193,18 @@ def _contact_spheres(figure: Figure, plan: Plan) -> dict[str, tuple[ContactSpher
         ModelError: no segment has a sphere.
     """
     if not plan.scene.props:
-        return {}
+        return {}, {}
     from generator.geometry.contact_spheres import fit_contact_spheres  # reads surfaces
 
     fits = fit_contact_spheres(figure)
     spheres = {name: fit.spheres for name, fit in fits.items() if fit.spheres}
     if not spheres:
         raise ModelError("the figure cannot touch anything: no segment has a contact sphere")
-    return spheres
+    if not plan.self_contact:
+        return spheres, {}
+    from generator.geometry.capsules import fit_capsules
+
+    return spheres, fit_capsules(figure, fits)
 
 
 _MAX_START_DEPTH = 1e-6
@@ -279,7 +291,7 @@ def build_model(
     plan: Plan,
     springs: SpringSet,
     mbs: MainSystem | None = None,
-    spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
+    contacts: ContactModel | None = None,
 ) -> ExudynModel:
     """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads, contacts.
 
@@ -289,18 +301,19 @@ def build_model(
         springs: the springs of the joints; those of a joint that detaching the root removes are
             left out.
         mbs: a system to build into, which the caller assembles; None creates one and assembles it.
-        spheres: contact spheres of the segments, which may be inside the props of the plan; None
-            takes those of the figure, which must start outside.
+        contacts: spheres of the segments, which may be inside the props of the plan, and capsules;
+            None takes those of the figure, whose spheres must start outside.
 
     Raises:
         InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure or the plan cannot be built; the message says why.
     """
     springs = fitting_springs(figure, plan, springs)
-    if spheres is None:
+    if contacts is None:
         start = initial_state(figure, plan)
     else:
-        start = replace(initial_state(figure, replace(plan, scene=Scene())), spheres=spheres)
+        start = initial_state(figure, replace(plan, scene=Scene(), self_contact=False))
+        start = replace(start, spheres=contacts.spheres, pairs=contacts.pairs)
     require_defined_torques(start.placement, springs)
     return _build_from_initial_state(start, plan, springs, mbs)
 
@@ -396,7 +409,7 @@ def _build_from_initial_state(
             placement,
             bodies,
             ground,
-            ContactModel(plan.scene, start.spheres),
+            ContactModel(plan.scene, start.spheres, start.pairs),
             python_torques=plan.python_torques,
         )
     if container is not None:

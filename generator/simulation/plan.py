@@ -46,6 +46,7 @@ class Plan:
             from the world's origin [m]; None leaves the figure where it is. In a scene it is the
             lowest point of the contact spheres.
         scene: props that the figure may touch.
+        self_contact: whether its segments touch each other as well, which needs a scene.
         displacements: initial displacements by joint, in place of the figure's own [rad or m].
         velocities: initial displacement rates by joint [rad/s or m/s]; zero for other joints. Of a
             free segment, by its name: angular velocity [rad/s] and velocity of its centre of mass
@@ -73,6 +74,7 @@ class Plan:
     free_root: bool = False
     height: float | None = None
     scene: Scene = field(default_factory=Scene)
+    self_contact: bool = False
     displacements: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     velocities: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     loads: Sequence[TimedLoad] = ()
@@ -115,6 +117,8 @@ class Plan:
                 raise ValueError(f"the height must be finite, not {self.height:g}")
             if not self.free_root:
                 raise ValueError("a height needs a free root: other figures hang from the ground")
+        if self.self_contact and not self.scene.props:
+            raise ValueError("self-contact needs a scene: without props nothing is touched")
         for name in ("frame", "tolerance", "wall_limit"):
             if not getattr(self, name) > 0.0:
                 quantity = name.replace("_", " ")

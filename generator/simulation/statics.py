@@ -241,6 +241,7 @@ def static_torques(
         plan or Plan(),
         gravity=(0.0, 0.0, 0.0),
         scene=Scene(),
+        self_contact=False,
         velocities={},
         loads=(),
         links=Links(),

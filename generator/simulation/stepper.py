@@ -144,7 +144,7 @@ class Stepper:
             _finite_vector(plan.gravity, "gravity"),
             (1.0, 1.0),
             {},
-            ContactModel(plan.scene, start.spheres) if start.spheres else None,
+            ContactModel(plan.scene, start.spheres, start.pairs) if start.spheres else None,
         )
         model = self._compile(setting, placement, rates, prescribed, plan.start)
         self._state = StepperState.start(setting, model, model.initial_state, plan.start, placement)
@@ -498,6 +498,7 @@ class Stepper:
                 (start, stop),
                 None if contacts is None else contacts.scene,
                 None if contacts is None else contacts.spheres,
+                () if contacts is None else contacts.pairs,
             )
         except BranchingLawError as failure:
             raise ModelError(str(failure)) from None
@@ -527,9 +528,9 @@ class Stepper:
             drives=self._plan.drives,
             scene=Scene() if setting.contacts is None else setting.contacts.scene,
         )
-        spheres = None if setting.contacts is None else setting.contacts.spheres
         springs = setting.springs.of_joints(figure.joints).scaled(*setting.scales)
-        model = build_model(replace(figure, segments=segments), plan, springs, spheres=spheres)
+        figure = replace(figure, segments=segments)
+        model = build_model(figure, plan, springs, contacts=setting.contacts)
         times, values = np.array([self.time]), state.progress.state[None]
         trace = build_trace(model, state.model, times, values, state.links[None])
         displacements = {name: row[None] for name, row in self.displacements.items()}

@@ -24,12 +24,19 @@ KEPT_FOLDERS = 4
 _MARK = "complete"
 """File that marks that the integrator is compiled, except what later files hold."""
 
-_LATER_FILES = ("closure.py", "contact_forces.py", "projection.py", "row_motion.py")
-"""Files that are compiled when a figure first has closed loops, linked rotations or props."""
+_LATER_FILES = (
+    "closure.py",
+    "contact_forces.py",
+    "projection.py",
+    "row_motion.py",
+    "self_contact_forces.py",
+)
+"""Files that are compiled when a figure first has closed loops, linked rotations, props, or
+segments that touch each other."""
 
 _FOLDER = Path(__file__).parent
 
-_CONTACT_MODULES = ("generator.scene", "springs.contact")
+_CONTACT_MODULES = ("generator.scene", "generator.self_contact", "springs.contact")
 """Modules that define the law of contact, which is compiled into the integrator."""
 
 listeners: list[Callable[[str], None]] = []

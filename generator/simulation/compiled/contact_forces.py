@@ -61,13 +61,13 @@ _contact: Any = compile_source(
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
-def _apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
+def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
     """Add the forces of all props on all spheres to the bias forces of the links."""
     spheres, places = mechanism.spheres, mechanism.sphere_constants
     props, work, arguments = mechanism.prop_constants, scratch.work, scratch.contact_work
     forces, powers, switching = scratch.contact_forces, scratch.powers, scratch.switching
     switch = len(switching) - len(mechanism.measured)
-    switch -= CONTACT_SWITCHES * len(spheres) * len(props)
+    switch -= CONTACT_SWITCHES * (len(spheres) * len(props) + len(mechanism.pairs))
     for g in range(len(forces)):
         for k in range(3):
             forces[g, k] = 0.0
@@ -113,5 +113,5 @@ def _apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
             powers[FRICTION] += arguments[CONTACT_INPUTS + 7]
 
 
-APPLY_CONTACTS = FunctionPointer(_apply_contacts)
+APPLY_CONTACTS = FunctionPointer(apply_contacts)
 """Pointer to the function that adds the forces of contact."""

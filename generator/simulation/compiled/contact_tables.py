@@ -1,11 +1,13 @@
-"""Tables of contact, and the force on a sphere as code.
+"""Tables of contact, and the forces on spheres and on capsules as code.
 
-The force is recorded from its definition in `generator.scene`. Its form depends on the kind of prop
-only, so the code is the same for all figures; radii and surfaces are constants in a table.
+The forces are recorded from their definitions in `generator.scene` and `generator.self_contact`.
+The form of the first depends on the kind of prop only, so the code is the same for all figures;
+radii and surfaces are constants in a table.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
+from math import hypot
 from typing import assert_never
 
 import numpy as np
@@ -13,18 +15,30 @@ import numpy as np
 from generator.figure import ContactSphere
 from generator.rotations import Array
 from generator.scene import Box, Plane, Scene, Shape, contact_force
+from generator.self_contact import LIMB_SURFACE, CapsulePair, capsule_force
 from generator.simulation.compiled.layout import (
     BOX,
     CONTACT_INPUTS,
     CONTACT_SWITCHES,
+    FIRST_HALF,
+    FIRST_MIDDLE,
+    PAIR_CONSTANT_COLUMNS,
+    PAIR_INPUTS,
+    PAIR_RANGE,
+    PAIR_REACH,
     PLANE,
     PROP_AXES,
     PROP_COLUMNS,
     PROP_HALF_SIZE,
     PROP_ORIGIN,
+    RADIUS_DIFFERENCE,
+    SECOND_HALF,
+    SECOND_MIDDLE,
+    TOUCH,
     IndexArray,
 )
 from generator.simulation.compiled.recorder import RECORDING, Recorder, Symbol
+from springs import Real
 from springs.contact import DEFAULT_SURFACE, Surface
 
 _HEADER = '''"""Generated from the definition of contact; constants are in the table P."""
@@ -32,6 +46,13 @@ import math
 
 
 def contact(kind, o, s, W, P, Z, G):
+'''
+
+_PAIR_HEADER = '''"""Generated from the definition of two capsules; constants are in the table P."""
+import math
+
+
+def pair(o, s, W, P, Z, G):
 '''
 
 _EXAMPLES: Sequence[Shape] = (
@@ -64,7 +85,57 @@ def _record(
         (force.normal - force.elastic) * force.rate,
         force.normal * force.friction_power,
     ]
-    ends = [f"W[{CONTACT_INPUTS + k}] = {recorder.name(r)}" for k, r in enumerate(results)]
+    return _lines_and_constants(recorder, results, CONTACT_INPUTS)
+
+
+def pair_source() -> str:
+    """Return the source of the law of two capsules.
+
+    The function returns as soon as it has the switching functions if the capsules are apart, whose
+    results are zero. Most pairs are.
+    """
+    lines, _ = _record_pair()
+    ends = [line for line in lines if line.startswith("G[")]
+    known = [f"{line.partition(' = ')[2]} = " for line in ends]
+    last = max(k for k, line in enumerate(lines) if line.startswith(tuple(known)))
+    others = [line for line in lines[last + 1 :] if line not in ends]
+    condition = f"if Z[s + {TOUCH}] < 0.0:"
+    body = [*lines[: last + 1], *ends, condition, "    return", *others]
+    return _PAIR_HEADER + "".join(f"    {line}\n" for line in body)
+
+
+@cache
+def _record_pair() -> tuple[tuple[str, ...], tuple[float, ...]]:
+    """Record the force of two capsules: lines of code, and their constants."""
+    recorder = Recorder()
+    numbers = [Symbol(recorder, f"W[{k}]") for k in range(PAIR_INPUTS)]
+    between, first, second, velocity, first_spin, second_spin = (
+        (numbers[k], numbers[k + 1], numbers[k + 2]) for k in range(0, 18, 3)
+    )
+    force = capsule_force(
+        LIMB_SURFACE,
+        numbers[18],
+        numbers[19],
+        between,
+        (first, second),
+        velocity,
+        (first_spin, second_spin),
+        RECORDING,
+    )
+    vectors = (force.direction, force.first_arm, force.second_arm)
+    results = [
+        *(force.normal * part for vector in vectors for part in vector),
+        (force.normal - force.elastic) * force.rate,
+        force.normal * force.friction_power,
+    ]
+    return _lines_and_constants(recorder, results, PAIR_INPUTS)
+
+
+def _lines_and_constants(
+    recorder: Recorder, results: Sequence[Real], place: int
+) -> tuple[tuple[str, ...], tuple[float, ...]]:
+    """Return the recorded lines, with those that store the results from a place on."""
+    ends = [f"W[{place + k}] = {recorder.name(r)}" for k, r in enumerate(results)]
     ends += [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching)]
     assert len(recorder.switching) == CONTACT_SWITCHES
     return (*recorder.lines, *ends), tuple(recorder.constants)
@@ -122,3 +193,35 @@ def _prop_tables(scene: Scene) -> tuple[IndexArray, Array]:
             case _:
                 assert_never(prop.shape)
     return np.array(kinds, dtype=np.int64).reshape(-1, 1), constants
+
+
+def pair_tables(
+    pairs: Sequence[CapsulePair], segment_links: Mapping[str, int], points: Array
+) -> tuple[IndexArray, Array, Array]:
+    """Return the tables of `Mechanism` that concern pairs of capsules.
+
+    Args:
+        pairs: of capsules.
+        segment_links: link of each segment.
+        points: point of each link in the axes of its segment, shape (links, 3) [m].
+    """
+    rows = np.zeros((len(pairs), 2), dtype=np.int64)
+    constants = np.zeros((len(pairs), PAIR_CONSTANT_COLUMNS))
+    for row, places, pair in zip(rows, constants, pairs, strict=True):
+        first, second = pair.capsules
+        links = segment_links[pair.first], segment_links[pair.second]
+        row[:] = links
+        for link, capsule, middle, half in zip(
+            links,
+            pair.capsules,
+            (FIRST_MIDDLE, SECOND_MIDDLE),
+            (FIRST_HALF, SECOND_HALF),
+            strict=True,
+        ):
+            places[middle : middle + 3] = np.asarray(capsule.middle) - points[link]
+            places[half : half + 3] = capsule.half_line
+        places[PAIR_REACH] = pair.reach
+        places[RADIUS_DIFFERENCE] = first.radius - second.radius
+        places[PAIR_RANGE] = pair.reach + hypot(*first.half_line) + hypot(*second.half_line)
+    parameters = _record_pair()[1] if pairs else ()
+    return rows, constants, np.array(parameters, dtype=float)

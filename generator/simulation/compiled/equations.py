@@ -79,19 +79,23 @@ _TREE_RATES, _KEEP_STATE = FunctionPointer(compute_rates), FunctionPointer(_keep
 _TOUCH_NOTHING = FunctionPointer(_touch_nothing)
 
 
-def equations_with(law: CompiledLaw, *, has_rows: bool, has_contacts: bool) -> Equations:
-    """Return the equations of motion with the laws of a mechanism's joints.
+def equations_with(law: CompiledLaw, mechanism: Mechanism) -> Equations:
+    """Return the equations of motion of a mechanism with the laws of its joints.
 
-    With rows of constraints beyond the tree, or with contacts, the functions for these are compiled
-    as well.
+    With rows of constraints beyond the tree, with contacts, or with contacts between links, the
+    functions for these are compiled as well.
     """
     contacts = _TOUCH_NOTHING
-    if has_contacts:
+    if len(mechanism.spheres) > 0:
         from generator.simulation.compiled.contact_forces import APPLY_CONTACTS
 
         contacts = APPLY_CONTACTS
+    if len(mechanism.pairs) > 0:
+        from generator.simulation.compiled.self_contact_forces import APPLY_ALL_CONTACTS
+
+        contacts = APPLY_ALL_CONTACTS
     laws = Laws(law, contacts)
-    if not has_rows:
+    if len(mechanism.rows) == 0:
         return Equations(laws, _EVALUATE_LAWS, _TREE_RATES, _KEEP_STATE)
     from generator.simulation.compiled.projection import (
         compute_constrained_rates,

@@ -113,7 +113,29 @@ CONTACT_INPUTS, CONTACT_RESULTS = 9, 8
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
 
 CONTACT_SWITCHES = 2
-"""Number of switching functions of a sphere and a prop: of the touch and of full stiffness."""
+"""Number of switching functions of a sphere and a prop, or of two capsules: of full stiffness and
+of the touch."""
+TOUCH = 1
+"""Place of that of the touch."""
+
+PAIR_FIRST, PAIR_SECOND = range(2)
+"""Columns of `pairs`: the links of two capsules."""
+
+FIRST_MIDDLE, FIRST_HALF, SECOND_MIDDLE, SECOND_HALF = 0, 3, 6, 9
+"""Columns of `pair_constants`: middle of a capsule from its link's point and half of its line, in
+the link's axes (3 numbers each) [m]."""
+PAIR_REACH, RADIUS_DIFFERENCE, PAIR_RANGE = 12, 13, 14
+"""Distance of the lines below which they touch, radius of the first less that of the second, and
+distance of the middles beyond which they are apart [m]."""
+
+PAIR_CONSTANT_COLUMNS = 15
+
+PAIR_INPUTS, PAIR_RESULTS = 20, 11
+"""Number of the arguments of the law of two capsules, and of its results; see
+`Scratch.contact_work`."""
+
+CONTACT_WORK = max(CONTACT_INPUTS + CONTACT_RESULTS, PAIR_INPUTS + PAIR_RESULTS)
+"""Size of `Scratch.contact_work`."""
 
 
 class Mechanism(NamedTuple):
@@ -134,8 +156,8 @@ class Mechanism(NamedTuple):
         law_rows: rows of `measured` and first parameter of each use of a law's form, shape (r, c).
         law_bounds: first use of each form, and the end, shape (forms + 1,).
         branches: 1 where a switching function of a law counts as positive, else -1: of the laws of
-            joints, of each sphere and prop, then the sign of each measured joint's quaternion;
-            shape (s + m,).
+            joints, of each sphere and prop, of each pair of capsules, then the sign of each
+            measured joint's quaternion; shape (s + m,).
         rows: kinds and links of the constraints beyond the tree, shape (q, 3).
         row_constants: their numbers, shape (q, ROW_CONSTANT_COLUMNS).
         spheres: links and segments of the contact spheres, shape (c, 2).
@@ -144,6 +166,9 @@ class Mechanism(NamedTuple):
         prop_constants: their numbers, shape (d, PROP_COLUMNS).
         contact_parameters: constants of the law of contact.
         contact_offsets: first of these for each sphere and prop, shape (c, d).
+        pairs: links of pairs of capsules, shape (a, 2).
+        pair_constants: their places, shape (a, PAIR_CONSTANT_COLUMNS).
+        pair_parameters: constants of their law.
     """
 
     links: IndexArray
@@ -168,6 +193,9 @@ class Mechanism(NamedTuple):
     prop_constants: Array
     contact_parameters: Array
     contact_offsets: IndexArray
+    pairs: IndexArray
+    pair_constants: Array
+    pair_parameters: Array
 
 
 MECHANISM = types.NamedTuple(
@@ -194,6 +222,9 @@ MECHANISM = types.NamedTuple(
         MATRIX,
         VECTOR,
         INDEX_TABLE,
+        INDEX_TABLE,
+        MATRIX,
+        VECTOR,
     ),
     Mechanism,
 )
@@ -305,7 +336,11 @@ class Scratch(NamedTuple):
         contact_forces: on each segment with contact spheres, in world axes, shape (g, 3) [N].
         contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,
             its velocity and angular velocity), then its results (force and moment about the centre,
-            powers of impact damping and friction).
+            powers of impact damping and friction). Of the law of two capsules, in world axes: from
+            the first's middle to the second's, halves of both lines, velocity of the second's
+            middle relative to the first's, both angular velocities, reach and difference of the
+            radii; force on the second, moments on the first and on the second about their middles,
+            and the powers.
     """
 
     work: Array

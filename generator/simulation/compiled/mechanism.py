@@ -15,7 +15,8 @@ from generator.kinematics.tree import TreeJoint
 from generator.loads import TimedLoad
 from generator.rotations import Array, inverse_pose, quaternion_from_matrix, unit_vector
 from generator.scene import Scene
-from generator.simulation.compiled.contact_tables import contact_tables
+from generator.self_contact import CapsulePair
+from generator.simulation.compiled.contact_tables import contact_tables, pair_tables
 from generator.simulation.compiled.equations import Equations, equations_with
 from generator.simulation.compiled.law_code import (
     LawUse,
@@ -33,9 +34,8 @@ from generator.simulation.compiled.layout import (
     BALL,
     CENTRE,
     CONSTANT_COLUMNS,
-    CONTACT_INPUTS,
-    CONTACT_RESULTS,
     CONTACT_SWITCHES,
+    CONTACT_WORK,
     COORDINATE,
     COSINE_TURN,
     DRIVE,
@@ -170,6 +170,7 @@ def build_compiled_model(
     times: tuple[float, float],
     scene: Scene | None = None,
     spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
+    pairs: Sequence[CapsulePair] = (),
 ) -> CompiledModel:
     """Compile a figure.
 
@@ -183,9 +184,10 @@ def build_compiled_model(
         times: start and stop [s].
         scene: props that the figure may touch.
         spheres: contact spheres of the segments that may touch them.
+        pairs: capsules of segments that may touch each other.
     """
     return _Builder(
-        placement, rates, springs, prescribed, loads, gravity, times, scene, spheres
+        placement, rates, springs, prescribed, loads, gravity, times, scene, spheres, pairs
     ).build()
 
 
@@ -203,6 +205,7 @@ class _Builder:
         times: tuple[float, float],
         scene: Scene | None = None,
         spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
+        pairs: Sequence[CapsulePair] = (),
     ) -> None:
         self.placement, self.rates, self.springs = placement, rates, springs
         self.prescribed, self.loads, self.gravity, self.times = prescribed, loads, gravity, times
@@ -216,6 +219,7 @@ class _Builder:
         self.closing_angles: list[float] = []
         self.scene = scene or Scene()
         self.touching = {name: some for name, some in (spheres or {}).items() if some}
+        self.pairs = pairs
 
     def build(self) -> CompiledModel:
         for branch in self.tree.joints:
@@ -225,8 +229,8 @@ class _Builder:
         tables = build_law_tables(uses)
         knots = smooth_intervals(self.loads, [drive for drive, _ in self.drives], self.times)
         scene, touching = self.scene, self.touching
-        pairs = sum(map(len, touching.values())) * len(scene.props)
-        switches = tables.switches + CONTACT_SWITCHES * pairs
+        contacts = sum(map(len, touching.values())) * len(scene.props) + len(self.pairs)
+        switches = tables.switches + CONTACT_SWITCHES * contacts
         state = self._initial_state(links)
         mechanism = Mechanism(
             links,
@@ -244,9 +248,9 @@ class _Builder:
             np.ones(switches + len(measured)),
             *self._rows(),
             *contact_tables(scene, touching, self.segment_links, points),
+            *pair_tables(self.pairs, self.segment_links, points),
         )
-        rows = len(mechanism.rows)
-        count = len(measured)
+        rows, count = len(mechanism.rows), len(measured)
         scratch = Scratch(
             np.zeros((len(links), WORK_COLUMNS)),
             np.zeros((count, 3)),
@@ -260,11 +264,11 @@ class _Builder:
             np.zeros((rows, rows)),
             np.zeros(rows),
             np.zeros((len(touching), 3)),
-            np.zeros(CONTACT_INPUTS + CONTACT_RESULTS),
+            np.zeros(CONTACT_WORK),
         )
         joint_links = [self._end_links(joint.ends) for joint in self.figure.joints.values()]
         return CompiledModel(
-            equations_with(tables.function, has_rows=rows > 0, has_contacts=bool(touching)),
+            equations_with(tables.function, mechanism),
             mechanism,
             scratch,
             state,

@@ -29,7 +29,7 @@ from generator.cli.contact import (
     starts_text,
     touch_warnings,
 )
-from generator.contact_record import HEAD_INJURY_CAVEAT, ContactRecord, SegmentContact
+from generator.contact_record import HEAD_INJURY_CAVEAT, ContactRecord, Overlap, SegmentContact
 from generator.diagnostics import ModelError, UsageError
 from generator.geometry.contact_spheres import fit_contact_spheres
 from generator.input_files.scene import read_scene
@@ -366,6 +366,23 @@ def test_other_figures_fall_as_well(figure: str):
     capsules = "crank, coupler, rocker" if figure == "fourbar" else None
     said = "warning: segments without geometry touch by a capsule between their joints: "
     assert result.stderr == (f"{said}{capsules}\n" if capsules else "")
+
+
+def test_segments_touch_each_other_on_demand(fall: FloorRun):
+    """The run is that of the plan, and the summary does not suggest the option."""
+    words = ("prototype", "--floor", "--stop", STOP, "--self-contact")
+    data = floor(*words)
+    plan = Plan(
+        free_root=True, height=0.0, scene=Scene((floor_prop(UP),)), stop=STOP, self_contact=True
+    )
+    recording = simulate(read_figure("prototype"), plan)
+    assert data["contact"] == json.loads(json.dumps(contact_data(recording.contact)))
+    assert data["contact"] != fall.data["contact"]
+    suggestion = "(without --self-contact)"
+    made_up = made(fall.recording, overlap=Overlap(0.05, "left_hand", "right_hand", 0.1))
+    assert suggestion in dict(contact_rows(made_up, {}))["overlap"]
+    assert suggestion not in dict(contact_rows(made_up, {}, self_contact=True))["overlap"]
+    assert suggestion not in run("simulate", *words).stdout
 
 
 @pytest.mark.parametrize("words", [("--step", 0.001), ("--integrator", "exudyn")])

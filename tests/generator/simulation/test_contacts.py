@@ -263,11 +263,19 @@ def test_without_a_scene_there_is_no_contact() -> None:
 
 def states(count: int, seed: int = 0) -> ContactStates:
     rng = np.random.default_rng(seed)
-    shapes = ((3,), (3,), (2, 6), (), (), ())
+    shapes = ((3,), (3,), (2, 6), (2, 6), (), (), ())
     return ContactStates(*(rng.normal(size=(count, *shape)) for shape in shapes))
 
 
-FIELDS = ("depths", "rates", "wrenches", "energy", "impact_power", "friction_power")
+FIELDS = (
+    "depths",
+    "rates",
+    "wrenches",
+    "self_wrenches",
+    "energy",
+    "impact_power",
+    "friction_power",
+)
 
 
 def test_states_are_taken_and_extended_in_all_parts() -> None:

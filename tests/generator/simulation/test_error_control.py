@@ -161,7 +161,7 @@ def pass_trace(steps: int, factor: float, *, with_contact: bool = True) -> Trace
     """Three frames of a body at rest; its integrals of contact are proportional to a factor."""
     times, count = np.array([0.0, 0.1, 0.2]), 3
     states = ContactStates(
-        *(np.full((steps, *shape), factor) for shape in ((1,), (1,), (1, 6), (), (), ()))
+        *(np.full((steps, *shape), factor) for shape in ((1,), (1,), (1, 6), (1, 6), (), (), ()))
     )
     contact = ContactTrace(
         factor * np.arange(6.0).reshape(count, 2),

@@ -42,6 +42,7 @@ def test_defaults() -> None:
         ({"frame": 1e-9}, "too coarsely for frames of 1e-09 s"),
         ({"height": float("nan"), "free_root": True}, "height must be finite"),
         ({"height": 1.0}, "a height needs a free root"),
+        ({"self_contact": True}, "self-contact needs a scene"),
         ({"springs": "coupled"}, "a file or a name is the spring_choice"),
         ({"locked": "left_knee"}, "locked are names of joints"),
         ({"gravity": (0.0, -9.81)}, "three finite components"),

@@ -11,6 +11,7 @@ import pytest
 
 from generator.simulation.compiled import code_cache
 from generator.simulation.compiled.code_cache import cache_folder, expected_folder, mark_compiled
+from tests.paths import ROOT
 from tests.processes import ENVIRONMENT
 
 PACKAGE = Path(code_cache.__file__).parent
@@ -64,8 +65,13 @@ def test_a_second_process_compiles_nothing() -> None:
     assert {name: after[name] for name in before} == before
 
 
+def path_of(module: str) -> Path:
+    return ROOT / (module.replace(".", "/") + ".py")
+
+
 def test_the_folder_is_named_by_the_sources(monkeypatch) -> None:
-    texts = [path.read_text(encoding="utf-8") for path in PACKAGE.glob("*.py")]
+    paths = [*PACKAGE.glob("*.py"), *map(path_of, code_cache._CONTACT_MODULES)]
+    texts = [path.read_text(encoding="utf-8") for path in paths]
     assert sorted(code_cache._sources()) == sorted(texts)
     before = expected_folder()
     assert expected_folder() == before

@@ -7,21 +7,28 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 
 from generator.figure import ContactSphere
 from generator.scene import Box, Plane, Prop, Scene, Shape, contact_force
+from generator.self_contact import LIMB_SURFACE, Capsule, CapsulePair, capsule_force
 from generator.simulation.compiled.contact_tables import (
     _record,
     contact_source,
     contact_tables,
+    pair_source,
+    pair_tables,
 )
 from generator.simulation.compiled.layout import (
     BOX,
     CONTACT_INPUTS,
     CONTACT_RESULTS,
     CONTACT_SWITCHES,
+    PAIR_INPUTS,
+    PAIR_RESULTS,
     PLANE,
 )
+from springs import FLOATS
 from springs.contact import DEFAULT_SURFACE, Surface
 from tests.contact_figures import CRATE, SLOPE_AND_CRATE, SOFT, TILTED, Touch, touches
 
@@ -184,3 +191,99 @@ def test_a_sphere_that_touches_nothing_feels_nothing() -> None:
         results, switching = evaluate(kind_of(prop.shape), constants, 0, inputs)
         assert results == [0.0] * CONTACT_RESULTS
         assert max(switching) < 0.0
+
+
+# Pairs of capsules
+
+PAIRS = (
+    CapsulePair(
+        "thigh",
+        "shank",
+        (
+            Capsule((0.1, 0.2, 0.3), (0.0, 0.0, 0.2), 0.07),
+            Capsule((0.0, 0.1, 0.0), (0.1, 0, 0), 0.05),
+        ),
+        0.11,
+    ),
+    CapsulePair(
+        "shank",
+        "thigh",
+        (
+            Capsule((0.0, 0.1, 0.0), (0.1, 0, 0), 0.05),
+            Capsule((0.1, 0.2, 0.3), (0.0, 0.0, 0.2), 0.07),
+        ),
+        0.12,
+    ),
+)
+
+
+def evaluate_pair(
+    parameters: Sequence[float], inputs: Sequence[float]
+) -> tuple[list[float], list[float]]:
+    """Results, NaN where the capsules are apart, and switching functions with settled branches."""
+    names: dict[str, Any] = {}
+    exec(pair_source(), names)
+    signs, work = [1.0] * CONTACT_SWITCHES, [*inputs, *[np.nan] * PAIR_RESULTS]
+    switching = [np.nan] * CONTACT_SWITCHES
+    for _ in range(2):
+        work[PAIR_INPUTS:] = [np.nan] * PAIR_RESULTS
+        names["pair"](0, 0, work, parameters, signs, switching)
+        signs = [1.0 if value > 0.0 else -1.0 for value in switching]
+    assert work[:PAIR_INPUTS] == list(inputs)
+    return work[PAIR_INPUTS:], switching
+
+
+@given(
+    st.tuples(*[st.floats(-0.4, 0.4)] * 9).filter(lambda x: np.linalg.norm(x[:3]) > 0.05),
+    st.tuples(*[st.floats(-5.0, 5.0)] * 9),
+)
+def test_the_code_of_pairs_gives_the_numbers_of_the_law(places, motions) -> None:
+    """For each pair of the table, apart and overlapping."""
+    _, constants, parameters = pair_tables(PAIRS, LINKS, POINTS)
+    vectors = [(x, y, z) for x, y, z in np.reshape((*places, *motions), (-1, 3)).tolist()]
+    for row, pair in zip(constants.tolist(), PAIRS, strict=True):
+        results, switching = evaluate_pair(parameters, (*places, *motions, *row[12:14]))
+        force = capsule_force(
+            LIMB_SURFACE,
+            pair.reach,
+            pair.capsules[0].radius - pair.capsules[1].radius,
+            vectors[0],
+            (vectors[1], vectors[2]),
+            vectors[3],
+            (vectors[4], vectors[5]),
+            FLOATS,
+        )
+        expected = [
+            *(
+                force.normal * part
+                for vector in (force.direction, force.first_arm, force.second_arm)
+                for part in vector
+            ),
+            (force.normal - force.elastic) * force.rate,
+            force.normal * force.friction_power,
+        ]
+        if force.depth > 0.0:
+            scale = max(1.0, *map(abs, expected))
+            assert results == pytest.approx(expected, abs=1e-12 * scale)
+        else:
+            assert expected == [0.0] * PAIR_RESULTS
+            assert np.isnan(results).all()
+        assert switching[1] == pytest.approx(force.depth, abs=1e-14)
+        assert switching[0] == pytest.approx(force.depth - LIMB_SURFACE.transition_depth, abs=1e-14)
+
+
+def test_tables_of_pairs() -> None:
+    rows, places, parameters = pair_tables(PAIRS, LINKS, POINTS)
+    assert rows.tolist() == [[2, 4], [4, 2]]
+    assert parameters.ndim == 1
+    assert places[0, :3] == pytest.approx(np.array((0.1, 0.2, 0.3)) - POINTS[2])
+    assert places[0, 6:9] == pytest.approx(np.array((0.0, 0.1, 0.0)) - POINTS[4])
+    assert places[0, 3:6].tolist() == [0.0, 0.0, 0.2]
+    assert places[0, 9:12].tolist() == [0.1, 0.0, 0.0]
+    assert places[:, 12].tolist() == [0.11, 0.12]
+    assert places[:, 13] == pytest.approx([0.02, -0.02])
+    assert places[:, 14] == pytest.approx([0.11 + 0.3, 0.12 + 0.3])
+
+
+def test_tables_without_pairs() -> None:
+    assert [table.shape for table in pair_tables((), LINKS, POINTS)] == [(0, 2), (0, 15), (0,)]

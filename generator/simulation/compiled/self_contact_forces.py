@@ -1,0 +1,117 @@
+"""Forces of the capsules of two links on each other.
+
+This code is compiled when segments first touch each other. The law is recorded from its definition;
+here it gets its arguments in world axes, and its results act on the links.
+"""
+
+from math import sqrt
+from typing import Any
+
+from numba import types
+
+from generator.simulation.compiled.algebra import (
+    accumulate,
+    apply,
+    cross,
+    dot,
+    matrix,
+    minus,
+    plus,
+    store_in,
+    times,
+    vector,
+    vector_in,
+)
+from generator.simulation.compiled.compiler import (
+    COUNT,
+    NOTHING,
+    VECTOR,
+    FunctionPointer,
+    compile_source,
+    compiled,
+)
+from generator.simulation.compiled.contact_forces import apply_contacts
+from generator.simulation.compiled.contact_tables import pair_source
+from generator.simulation.compiled.layout import (
+    CONTACT_SWITCHES,
+    FIRST_HALF,
+    FIRST_MIDDLE,
+    FORCE,
+    FRICTION,
+    IMPACT,
+    MECHANISM,
+    MOMENT,
+    PAIR_FIRST,
+    PAIR_INPUTS,
+    PAIR_RANGE,
+    PAIR_REACH,
+    PAIR_SECOND,
+    POINT,
+    RADIUS_DIFFERENCE,
+    ROTATION,
+    SCRATCH,
+    SECOND_HALF,
+    SECOND_MIDDLE,
+    SPIN,
+    TOUCH,
+    VELOCITY,
+    Mechanism,
+    Scratch,
+)
+
+_FAR = 0.1
+"""Distance of two capsules from which they are certainly apart during a step [m]."""
+
+_pair: Any = compile_source(
+    pair_source(), "pair", types.void(COUNT, COUNT, VECTOR, VECTOR, VECTOR, VECTOR)
+).function
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
+def _apply_all_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
+    """Add the forces of props and of all pairs of capsules to the bias forces of the links."""
+    apply_contacts(mechanism, scratch)
+    pairs, places, arguments = mechanism.pairs, mechanism.pair_constants, scratch.contact_work
+    work, powers, switching = scratch.work, scratch.powers, scratch.switching
+    switch = len(switching) - len(mechanism.measured) - CONTACT_SWITCHES * len(pairs)
+    for p in range(len(pairs)):
+        i, j = pairs[p, PAIR_FIRST], pairs[p, PAIR_SECOND]
+        turn, other_turn = matrix(work, i, ROTATION), matrix(work, j, ROTATION)
+        arm = apply(turn, vector(places, p, FIRST_MIDDLE))
+        other_arm = apply(other_turn, vector(places, p, SECOND_MIDDLE))
+        between = minus(plus(vector(work, j, POINT), other_arm), plus(vector(work, i, POINT), arm))
+        nearness = places[p, PAIR_RANGE] - sqrt(dot(between, between))
+        if nearness < -_FAR:
+            # The switching functions need no accuracy.
+            for k in range(CONTACT_SWITCHES):
+                switching[switch + k] = nearness
+            switch += CONTACT_SWITCHES
+            continue
+        spin, other_spin = vector(work, i, SPIN), vector(work, j, SPIN)
+        velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
+        other_velocity = plus(vector(work, j, VELOCITY), cross(other_spin, other_arm))
+        store_in(arguments, 0, between)
+        store_in(arguments, 3, apply(turn, vector(places, p, FIRST_HALF)))
+        store_in(arguments, 6, apply(other_turn, vector(places, p, SECOND_HALF)))
+        store_in(arguments, 9, minus(other_velocity, velocity))
+        store_in(arguments, 12, spin)
+        store_in(arguments, 15, other_spin)
+        arguments[18], arguments[19] = places[p, PAIR_REACH], places[p, RADIUS_DIFFERENCE]
+        _pair(0, switch, arguments, mechanism.pair_parameters, mechanism.branches, switching)
+        is_apart = mechanism.branches[switch + TOUCH] < 0.0
+        switch += CONTACT_SWITCHES
+        if is_apart:
+            continue
+        force = vector_in(arguments, PAIR_INPUTS)
+        moment = minus(vector_in(arguments, PAIR_INPUTS + 3), cross(arm, force))
+        other_moment = plus(vector_in(arguments, PAIR_INPUTS + 6), cross(other_arm, force))
+        accumulate(work, i, FORCE, force)
+        accumulate(work, i, MOMENT, times(-1.0, moment))
+        accumulate(work, j, FORCE, times(-1.0, force))
+        accumulate(work, j, MOMENT, times(-1.0, other_moment))
+        powers[IMPACT] += arguments[PAIR_INPUTS + 9]
+        powers[FRICTION] += arguments[PAIR_INPUTS + 10]
+
+
+APPLY_ALL_CONTACTS = FunctionPointer(_apply_all_contacts)
+"""Pointer to the function that adds the forces of contact with props and between links."""
