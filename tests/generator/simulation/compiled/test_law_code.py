@@ -74,7 +74,7 @@ def test_one_angle_has_the_torque_of_its_law(law_class, data, x, v, damping):
     found = evaluate(plain_tables([displacement_law(spring, 0)]), [x, 0, 0], [v, 0, 0])
     assert is_close(found, elastic + viscous)
     assert found.powers[0] == pytest.approx(-viscous * v, rel=1e-6, abs=1e-6)
-    assert list(found.powers[1:]) == [0.0, 0.0]
+    assert not found.powers[1:].any()
 
 
 @pytest.mark.parametrize("joining", Joining)
@@ -91,7 +91,8 @@ def test_several_angles_have_the_torque_of_their_joined_laws(joining, data, dire
     assert is_close(found, elastic + viscous)
     scale = 1.0 + np.sum(np.abs(viscous)) + np.sum(np.abs(elastic))
     spring_power = -elastic @ v if joining is Joining.WEIGHTED else 0.0
-    assert found.powers == pytest.approx([-viscous @ v, spring_power, 0.0], abs=1e-6 * scale)
+    assert found.powers[:2] == pytest.approx([-viscous @ v, spring_power], abs=1e-6 * scale)
+    assert not found.powers[2:].any()
 
 
 @every_law
