@@ -113,7 +113,10 @@ CONTACT_INPUTS, CONTACT_RESULTS = 9, 8
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
 
 CONTACT_SWITCHES = 2
-"""Number of switching functions of a sphere and a prop: of the touch and of full stiffness."""
+"""Number of switching functions of a sphere and a prop."""
+
+STIFF, TOUCH = range(2)
+"""Their places: depth less that of the transition, depth [m]."""
 
 
 class Mechanism(NamedTuple):
