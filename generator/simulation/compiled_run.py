@@ -76,6 +76,9 @@ COMPARED_FRAMES = 5
 MAX_DISAGREEMENT = 1e-8
 """Largest difference of accelerations, relative to the largest, at which a compiled run counts."""
 
+_STEPS_AT_ONCE = 10_000
+"""Number of steps whose contact is computed together: the links of a figure take 60 MB."""
+
 DISTURBANCE = 1e-3
 """Angle by which each joint of a disturbed start differs [rad]."""
 
@@ -255,15 +258,14 @@ def _contact_trace(
         return None
     run, disturbed = agreed.run, agreed.disturbed
     integrals = run.states[:, -compiled.integrals :]
-    path, steps = _contact_of_path(model, compiled, run)
-    assert path.accelerations is not None
+    steps, centres, accelerations = _contact_of_path(model, compiled, run)
     contact = ContactTrace(
         integrals[:, IMPACT - POWERS :][:, :2],
         integrals[:, :-POWERS].reshape(len(integrals), -1, 3),
-        path.times,
+        run.path_times,
         steps,
-        mean_position(model.figure, path.positions),
-        path.accelerations[..., 3:],
+        centres,
+        accelerations,
     ).first_frames(len(run.times), float(run.times[-1]))  # steps go on where a run is stopped
     if disturbed is None:
         return contact
@@ -276,24 +278,38 @@ def _contact_trace(
     sensitivity = np.full((len(run.times), 2), np.inf)
     sensitivity[:count, 0] = joint_differences(compiled, run, disturbed)
     sensitivity[:count, 1] = np.abs(difference @ np.array(model.plan.up))
-    other_path, other_steps = _contact_of_path(model, compiled, disturbed)
-    return replace(contact, sensitivity=sensitivity, disturbed=(other_path.times, other_steps))
+    other_steps, _, _ = _contact_of_path(model, compiled, disturbed)
+    return replace(contact, sensitivity=sensitivity, disturbed=(disturbed.path_times, other_steps))
 
 
 def _contact_of_path(
     model: ExudynModel, compiled: CompiledModel, run: CompiledRun
-) -> tuple[Trace, ContactStates]:
-    """Return the start and the ends of the steps of a run, with the contact then."""
+) -> tuple[ContactStates, Array, Array]:
+    """Return what follows from the start and the ends of the steps of a run, p in all.
+
+    It is computed from `_STEPS_AT_ONCE` of them at a time, as all links take much more memory.
+
+    Returns:
+        The contact, the centre of mass of the figure, shape (p, 3) [m], and the accelerations of
+        the centres of mass of the B bodies, shape (p, B, 3) [m/s^2].
+    """
     assert model.contacts is not None
-    links = record_links(compiled, run.path_times, run.path_states)
-    path = build_trace(model, compiled, run.path_times, run.path_states, links)
-    return path, evaluate_contacts(
-        model.contacts,
-        model.figure,
-        path.positions,
-        path.rotations,
-        path.velocities,
-        path.angular_velocities,
+    contacts: list[ContactStates] = []
+    centres: list[Array] = []
+    accelerations: list[Array] = []
+    for first in range(0, len(run.path_times), _STEPS_AT_ONCE):
+        some = slice(first, first + _STEPS_AT_ONCE)
+        times, states = run.path_times[some], run.path_states[some]
+        path = build_trace(model, compiled, times, states, record_links(compiled, times, states))
+        assert path.accelerations is not None
+        motion = path.positions, path.rotations, path.velocities, path.angular_velocities
+        contacts.append(evaluate_contacts(model.contacts, model.figure, *motion))
+        centres.append(mean_position(model.figure, path.positions))
+        accelerations.append(path.accelerations[..., 3:].copy())
+    return (
+        ContactStates.join(contacts),
+        np.concatenate(centres),
+        np.concatenate(accelerations),
     )
 
 

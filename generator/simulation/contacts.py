@@ -188,8 +188,13 @@ class ContactStates:
 
     def extend(self, more: "ContactStates") -> "ContactStates":
         """Append states."""
-        pairs = zip(self._arrays, more._arrays, strict=True)
-        return ContactStates(*(np.concatenate(pair) for pair in pairs))
+        return ContactStates.join([self, more])
+
+    @classmethod
+    def join(cls, parts: "Sequence[ContactStates]") -> "ContactStates":
+        """Return the states of all parts."""
+        columns = zip(*(part._arrays for part in parts), strict=True)
+        return cls(*(np.concatenate(column) for column in columns))
 
     @property
     def _arrays(self) -> tuple[Array, ...]:

@@ -99,6 +99,12 @@ class Plan:
         """Check the values. Raises ValueError."""
         if isinstance(self.springs, str | Path):
             raise ValueError("springs are a SpringSet; a file or a name is the spring_choice")
+        if isinstance(self.scene, str | Path):
+            raise ValueError("a scene is a Scene, such as read_scene(...) or Scene.floor()")
+        if isinstance(self.integrator, str):
+            raise ValueError(
+                f"the integrator is Integrator.COMPILED or EXUDYN, not {self.integrator!r}"
+            )
         if isinstance(self.locked, str):
             raise ValueError(f'locked are names of joints: ("{self.locked}",)')
         values = {"start": self.start, "stop": self.stop, "frame": self.frame}

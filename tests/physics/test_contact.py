@@ -175,6 +175,51 @@ def test_the_face_of_a_box_acts_as_a_plane() -> None:
         assert box_run.energy[kind] == pytest.approx(values, abs=1e-7)
 
 
+@pytest.mark.parametrize("thickness", [1.0, 0.02])
+@pytest.mark.parametrize(("height", "stiffness"), [(0.5, 3e4), (2.0, 3e3), (2.0, 3e4), (2.0, 1e6)])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_a_ball_bounces_on_a_box_as_on_a_plane(
+    thickness: float, height: float, stiffness: float, tolerance: float
+) -> None:
+    """The step of a long flight suits neither the impact nor a thin box."""
+    surface = Surface(stiffness=stiffness)
+    box = Box((0.0, -0.5 * thickness, 0.0), (1.0, thickness, 1.0))
+    ball = free_body(BALL, (BALL_INERTIA,) * 3, (0.0, BALL_RADIUS + height, 0.0))
+    plane_run, run = (
+        simulate_contact(ball, shape, surface, 1.0, tolerance=tolerance)
+        for shape in (HORIZONTAL, box)
+    )
+    for each in (plane_run, run):
+        check_run(each)
+        assert energy_error(each) < 1e-2 * tolerance**0.5 * exchanged_energy(each)
+    assert run.centre_of_mass == pytest.approx(plane_run.centre_of_mass, abs=2.0 * tolerance)
+
+
+@pytest.mark.parametrize("speed", [0.0, 3.0, 30.0])
+@pytest.mark.parametrize("upwards", [False, True])
+def test_a_small_ball_does_not_pass_through_a_thin_box(speed: float, upwards: bool) -> None:
+    radius, thickness, height = 0.005, 0.002, 0.7
+    sphere = ContactSphere((0.0, 0.0, 0.0), radius)
+    ball = free_body((sphere,), (BALL_INERTIA,) * 3, (0.0, 0.0, 0.0))
+    side = 1.0 if upwards else -1.0
+    shelf = Box((0.0, side * (height + radius + 0.5 * thickness), 0.0), (1.0, thickness, 1.0))
+    surface = Surface(stiffness=1e9, transition_depth=1e-4, damping=10.0)
+    run = simulate_contact(
+        ball,
+        shelf,
+        surface,
+        0.45,
+        velocity=(0.0, side * speed, 0.0),
+        gravity=(0.0, side * GRAVITY, 0.0),
+    )
+    check_run(run)
+    assert run.contact is not None
+    touch = (sqrt(speed * speed + 2.0 * GRAVITY * height) - speed) / GRAVITY
+    assert run.contact.segments[BODY].first_time == pytest.approx(touch, abs=1e-6)
+    assert np.max(side * run.centre_of_mass[:, 1]) < height + radius
+    assert energy_error(run) < 1e-3 * exchanged_energy(run)
+
+
 @pytest.mark.parametrize(("friction", "damping"), [(0.0, 0.0), (0.6, 0.0), (0.6, 1.0)])
 def test_a_ball_rolls_over_the_edge_of_a_box(friction: float, damping: float) -> None:
     speed, height = 0.4, 0.7

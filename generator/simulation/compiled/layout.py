@@ -113,10 +113,10 @@ CONTACT_INPUTS, CONTACT_RESULTS = 9, 8
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
 
 CONTACT_SWITCHES = 2
-"""Number of switching functions of a sphere and a prop, or of two capsules: of full stiffness and
-of the touch."""
-TOUCH = 1
-"""Place of that of the touch."""
+"""Number of switching functions of a sphere and a prop, or of two capsules."""
+
+STIFF, TOUCH = range(2)
+"""Their places: depth less that of the transition, and depth [m]."""
 
 PAIR_FIRST, PAIR_SECOND = range(2)
 """Columns of `pairs`: the links of two capsules."""

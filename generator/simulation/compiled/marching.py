@@ -5,9 +5,10 @@ show whether a breakpoint has been passed. It is then located on the continuous 
 ends there, and the sign of its switching function is reversed.
 """
 
-from math import inf
+from math import inf, sqrt
 
 from generator.rotations import Array
+from generator.simulation.compiled.algebra import apply, cross, dot, matrix, plus, vector
 from generator.simulation.compiled.breakpoints import (
     NO_BREAKPOINT,
     SLACK,
@@ -16,13 +17,24 @@ from generator.simulation.compiled.breakpoints import (
     locate_graze,
     store_margins,
 )
-from generator.simulation.compiled.compiler import COUNT, MATRIX, REAL, VECTOR, compiled
+from generator.simulation.compiled.compiler import COUNT, FLAG, MATRIX, REAL, VECTOR, compiled
 from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
+    BOX,
+    CONTACT_SWITCHES,
     MEASURED_ENDS_AT_HALF_TURN,
     MECHANISM,
+    PROP_HALF_SIZE,
+    ROTATION,
     SCRATCH,
+    SPHERE_CENTRE,
+    SPHERE_LINK,
+    SPHERE_RADIUS,
+    SPIN,
+    STIFF,
+    TOUCH,
+    VELOCITY,
     Mechanism,
     Scratch,
 )
@@ -70,6 +82,74 @@ SAFETY = 0.8
 
 LARGEST_GROWTH, LARGEST_SHRINKAGE = 10.0, 0.2
 """Bounds of the ratio of two steps."""
+
+EARLIEST_SHARE = 0.3
+"""Share of a step before which a contact may not leave the transition of a surface. Far beyond it
+the branch of the step has forces so large that the next stages are thrown off the prop, and those
+that the error estimate consists of have none."""
+
+
+SHORTEST_TRANSITION = 1e-9
+"""Step up to which this is not required [s]."""
+
+
+@compiled(COUNT, MECHANISM)
+def _first_contact(mechanism: Mechanism) -> int:
+    """Return the first switching function of contact."""
+    contacts = len(mechanism.spheres) * len(mechanism.props) + len(mechanism.pairs)
+    return len(mechanism.branches) - len(mechanism.measured) - CONTACT_SWITCHES * contacts
+
+
+@compiled(FLAG, MECHANISM, PROGRESS, COUNT)
+def _leaves_transition(mechanism: Mechanism, progress: Progress, stage: int) -> bool:
+    """Return whether a contact leaves the transition of its surface before a stage."""
+    branches, margins = mechanism.branches, progress.margins
+    first, last = _first_contact(mechanism), len(branches) - len(mechanism.measured)
+    for at in range(first, last, CONTACT_SWITCHES):
+        touch, stiff = at + TOUCH, at + STIFF
+        is_left = margins[stage, touch] < 0.0 or margins[stage, stiff] < 0.0
+        if is_left and branches[touch] > 0.0 and branches[stiff] < 0.0:
+            return True
+    return False
+
+
+@compiled(REAL, MECHANISM, SCRATCH, PROGRESS, REAL)
+def _longest_flight(
+    mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
+) -> float:
+    """Return the longest step in which no sphere passes through a box near it, between stages.
+
+    Args:
+        mechanism: tables.
+        scratch: evaluation at the start of the step, or near it.
+        progress: with the margins at the start.
+        step: intended step [s].
+    """
+    spheres, places, props = mechanism.spheres, mechanism.sphere_constants, mechanism.props
+    longest = step
+    x, y, z = mechanism.gravity
+    gravity = sqrt(x * x + y * y + z * z)
+    for s in range(len(spheres)):
+        i = spheres[s, SPHERE_LINK]
+        arm = apply(matrix(scratch.work, i, ROTATION), vector(places, s, SPHERE_CENTRE))
+        turning = cross(vector(scratch.work, i, SPIN), arm)
+        velocity = plus(vector(scratch.work, i, VELOCITY), turning)
+        speed = sqrt(dot(velocity, velocity))
+        reach = step * (speed + 0.5 * gravity * step)
+        for d in range(len(props)):
+            touch = _first_contact(mechanism) + CONTACT_SWITCHES * (s * len(props) + d) + TOUCH
+            is_near = mechanism.branches[touch] < 0.0 and progress.margins[0, touch] < reach
+            if props[d, 0] != BOX or not is_near:
+                continue
+            half = inf
+            for k in range(3):
+                half = min(half, float(mechanism.prop_constants[d, PROP_HALF_SIZE + k]))
+            width = 2.0 * (half + places[s, SPHERE_RADIUS])
+            if reach > width:
+                # The positive root of width = speed t + gravity t^2 / 2.
+                root = sqrt(speed * speed + 2.0 * gravity * width)
+                longest = min(longest, 2.0 * width / (speed + root))
+    return longest
 
 
 @compiled(
@@ -146,11 +226,13 @@ def march(
         if interval + 1 < len(knots) and knots[interval + 1] < stop:
             limit = float(knots[interval + 1])
         step, reaches_limit = min(float(clock[STEP]), longest), False
+        if len(mechanism.props) > 0:
+            step = max(_longest_flight(mechanism, scratch, progress, step), 2.0 * SHORTEST_STEP)
         if time + step >= limit - SHORTEST_STEP:
             step, reaches_limit = limit - time, True
         elif step < SHORTEST_STEP:
             return COLLAPSED
-        earliest = NO_BREAKPOINT
+        earliest, is_too_long = NO_BREAKPOINT, False
         for s in range(1, END_STAGE + 1):
             stage = end if s == END_STAGE else progress.trial
             combine_stages(state, step, STAGES[s], slopes, s, stage)
@@ -160,6 +242,14 @@ def march(
             )
             if store_margins(mechanism, scratch, progress, s) and NODES[s] < earliest:
                 earliest = NODES[s]
+                if NODES[s] < EARLIEST_SHARE and step > SHORTEST_TRANSITION:
+                    is_too_long = _leaves_transition(mechanism, progress, s)
+                    if is_too_long:
+                        break
+        if is_too_long:
+            clock[STEP] = step * max(earliest, LARGEST_SHRINKAGE)
+            counts[REJECTED] += 1
+            continue
         error = step_error(progress, step, tolerance)
         if not error <= 1.0:
             shrinkage = LARGEST_SHRINKAGE

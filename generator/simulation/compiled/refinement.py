@@ -65,6 +65,12 @@ MAX_RUNS = 8
 SMALLEST_TOLERANCE = 1e-13
 """Tolerance of the steps below which rounding errors dominate."""
 
+MAX_PATH_STEPS = 200_000
+"""Number of steps of a run of which all are kept."""
+
+PATH_THINNING = 10
+"""Of later steps, each of this number is kept; a run of hours would not fit into memory."""
+
 _FIRST_STEP = 1e-3
 """First step of a run [s]; the error control changes it at once."""
 
@@ -110,7 +116,8 @@ class CompiledRun:
         steps: accepted and rejected steps.
         event_times: of the breakpoints passed [s].
         event_switches: switching functions of the breakpoints.
-        path_times: start, and ends of the steps, shape (p,) [s]; empty without contact.
+        path_times: start, and ends of the steps, shape (p,) [s]; empty without contact. See
+            `MAX_PATH_STEPS`.
         path_states: their states, shape (p, n).
     """
 
@@ -239,7 +246,10 @@ def run_once(
 
 
 class _Path:
-    """Ends of the accepted steps of a run with contact, collected from call to call."""
+    """Ends of the accepted steps of a run with contact, collected from call to call.
+
+    Beyond `MAX_PATH_STEPS` those of the last two calls are kept, and a share of those before.
+    """
 
     def __init__(self, progress: Progress) -> None:
         """Begin with the start, if steps are kept."""
@@ -247,10 +257,15 @@ class _Path:
         kept = min(1, len(progress.path_times))
         self._times = [progress.clock[[TIME]].copy()[:kept]]
         self._states = [progress.state[None].copy()[:kept]]
+        self._size = kept
 
     def collect(self) -> None:
         """Take the steps that were kept since the last call."""
         count = int(self._progress.counts[PATH])
+        if self._size - sum(map(len, self._times[-2:])) >= MAX_PATH_STEPS:
+            for parts in (self._times, self._states):
+                parts[-2] = parts[-2][::PATH_THINNING].copy()
+        self._size += count
         self._times.append(self._progress.path_times[:count].copy())
         self._states.append(self._progress.path_states[:count].copy())
         self._progress.counts[PATH] = 0

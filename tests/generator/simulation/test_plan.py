@@ -44,6 +44,8 @@ def test_defaults() -> None:
         ({"height": 1.0}, "a height needs a free root"),
         ({"self_contact": True}, "self-contact needs a scene"),
         ({"springs": "coupled"}, "a file or a name is the spring_choice"),
+        ({"scene": "seat"}, "read_scene"),
+        ({"integrator": "exudyn"}, "Integrator.COMPILED or EXUDYN, not 'exudyn'"),
         ({"locked": "left_knee"}, "locked are names of joints"),
         ({"gravity": (0.0, -9.81)}, "three finite components"),
         ({"gravity": (0.0, float("nan"), 0.0)}, "three finite components"),

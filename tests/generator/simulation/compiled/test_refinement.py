@@ -528,6 +528,23 @@ def test_an_interrupt_keeps_the_path_of_the_frames(falling, monkeypatch) -> None
     assert np.all(np.diff(run.path_times) > 0.0)
 
 
+def test_of_a_long_run_some_steps_are_kept(falling, monkeypatch) -> None:
+    """All of the beginning, a tenth of what follows, and the last two calls."""
+    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 20)
+    model, _ = falling
+    every = run_once(model, FALL_TIMES, 1e-11).path_times
+    kept = 40
+    monkeypatch.setattr(refinement, "MAX_PATH_STEPS", kept)
+    some = run_once(model, FALL_TIMES, 1e-11)
+    assert np.all(np.isin(some.path_times, every))
+    assert np.array_equal(some.path_times[:kept], every[:kept])
+    assert np.array_equal(some.path_times[-20:], every[-20:])
+    middle = every[kept + 20 : -40]
+    assert middle.size > 40
+    assert 2 <= np.count_nonzero(np.isin(middle, some.path_times)) < 0.25 * middle.size
+    assert some.path_states.shape == (some.path_times.size, model.initial_state.size)
+
+
 def test_without_contact_no_path_is_kept(simple) -> None:
     run = run_once(simple, TIMES, 1e-6)
     assert run.path_times.size == 0
