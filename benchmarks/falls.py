@@ -10,12 +10,12 @@ generalized forces, and its point contact of these spheres. No limb touches anot
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from benchmarks import tables
-from benchmarks.engines import exudyn_engine, mujoco_engine
-from benchmarks.engines.mujoco_engine import Floor, MuJoCo
+from benchmarks.engines import exudyn_engine
 from benchmarks.outside import Landing
 from benchmarks.passive_law import CurveLaw
 from benchmarks.tree import GRAVITY, TreeModel, tree_model
@@ -27,6 +27,9 @@ from generator.rotations import Array
 from generator.scene import Scene, floor_prop
 from generator.simulation.plan import Plan
 from springs.contact import DEFAULT_SURFACE, Surface
+
+if TYPE_CHECKING:
+    from benchmarks.engines.mujoco_engine import Floor
 
 COMMAND = "python -m benchmarks falls"
 
@@ -243,9 +246,10 @@ def own(figure: Figure, surface: Surface, stop: float = STOP) -> Callable[[Start
 
 
 def mujoco(
-    figure: Figure, floor: Floor, step: float = MUJOCO_STEP, stop: float = STOP
+    figure: Figure, floor: "Floor", step: float = MUJOCO_STEP, stop: float = STOP
 ) -> Callable[[Start], Landing]:
     """Falls in MuJoCo."""
+    from benchmarks.engines.mujoco_engine import MuJoCo
 
     def land(start: Start) -> Landing:
         tree, law = _tree(figure, start)
@@ -274,6 +278,8 @@ def drake(
 
 def contenders(figure: Figure) -> Iterator[Contender]:
     """The engines and their contacts."""
+    from benchmarks.engines import mujoco_engine
+
     for stiffness in (DEFAULT_SURFACE.stiffness, STIFFER):
         contact = f"spheres, {stiffness / 1e3:g} kN/m"
         surface = replace(DEFAULT_SURFACE, stiffness=stiffness)
@@ -284,7 +290,7 @@ def contenders(figure: Figure) -> Iterator[Contender]:
         ("spheres", spheres(figure), 0.02),
     ):
         contact = f"{name}, {1e3 * time_constant:g} ms"
-        floor = Floor(shapes, time_constant, DEFAULT_SURFACE.friction)
+        floor = mujoco_engine.Floor(shapes, time_constant, DEFAULT_SURFACE.friction)
         yield Contender(mujoco_engine.NAME, contact, mujoco(figure, floor))
     try:
         land = drake(figure, DEFAULT_SURFACE)

@@ -85,8 +85,8 @@ def test_in_flight_an_engine_moves_as_this_program(engine: str) -> None:
     """Its tree, its free root and its springs are right; what differs below is contact."""
     ours = falls.own(PROTOTYPE, DEFAULT_SURFACE, stop=0.5)(FLIGHT)
     if engine == "MuJoCo":
-        pytest.importorskip("mujoco")
-        floor = falls.Floor(falls.spheres(PROTOTYPE))
+        engine = pytest.importorskip("benchmarks.engines.mujoco_engine")
+        floor = engine.Floor(falls.spheres(PROTOTYPE))
         made = falls.mujoco(PROTOTYPE, floor, 1e-4, stop=0.5)(FLIGHT)
     else:
         pytest.importorskip("pydrake")
@@ -101,8 +101,8 @@ def test_in_flight_an_engine_moves_as_this_program(engine: str) -> None:
 @pytest.mark.verify
 @pytest.mark.parametrize("shape", ["hulls", "spheres"])
 def test_mujoco_s_floor_carries_the_figure(shape: str) -> None:
-    pytest.importorskip("mujoco")
-    floor = falls.Floor(getattr(falls, shape)(PROTOTYPE))
+    engine = pytest.importorskip("benchmarks.engines.mujoco_engine")
+    floor = engine.Floor(getattr(falls, shape)(PROTOTYPE))
     made = falls.mujoco(PROTOTYPE, floor, 1e-3)(MANNERS[COLLAPSE].start(PROTOTYPE, 0))
     read = outcome(made, WEIGHT)
     assert read.carried == pytest.approx(1.0, abs=0.02)
