@@ -48,6 +48,9 @@ SMALLEST_STEP = 6e-5
 RELIABLE_STEP = 4e-4
 """Longest step at which two failures alike are attributed to the model [s]."""
 
+RELIABLE_STEP_WITH_CONTACT = 1e-4
+"""The same with props: the friction of a light forearm that hits the floor needs 2e-4 s."""
+
 MAX_PASS_DIVERGENCE = 0.1
 """Distance of passes above which they follow different motions [rad]."""
 
@@ -68,6 +71,7 @@ def refine_until_converged(
     run_pass: Callable[[int, StepHints | None], IntegrationPass],
     longest_step: float,
     deadline: float,
+    reliable_step: float = RELIABLE_STEP,
 ) -> RefinedRun:
     """Repeat a run with smaller steps until its estimated error is below the tolerance.
 
@@ -78,6 +82,7 @@ def refine_until_converged(
             earlier pass.
         longest_step: step of the first pass [s].
         deadline: `time.monotonic()` after which no pass starts.
+        reliable_step: longest step at which two failures alike end the run [s].
 
     Returns:
         The extrapolation of the two finest passes. A failed pass is followed by a finer one; the
@@ -106,7 +111,7 @@ def refine_until_converged(
         errors = estimated_errors(figure, _longest_passes(passes))
         if latest.outcome.succeeded and errors.size and errors[-1] <= tolerance:
             break
-        if latest.step <= RELIABLE_STEP and _is_failure_reproducible(passes):
+        if latest.step <= reliable_step and _is_failure_reproducible(passes):
             break
     return _build_refined_run(figure, tolerance, passes, passes[-1].outcome)
 

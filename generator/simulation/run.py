@@ -16,6 +16,8 @@ from generator.simulation.compiled.code_cache import require_numba
 from generator.simulation.contact_summary import build_contact_record
 from generator.simulation.contacts import mean_position
 from generator.simulation.error_control import (
+    RELIABLE_STEP,
+    RELIABLE_STEP_WITH_CONTACT,
     RefinedRun,
     first_step,
     refine_until_converged,
@@ -105,6 +107,7 @@ def simulate(
             runner.run_pass,
             runner.longest_step,
             deadline,
+            RELIABLE_STEP if runner.first_model.contacts is None else RELIABLE_STEP_WITH_CONTACT,
         )
     else:
         refined = _fixed_step_run(runner.run_pass())

@@ -472,3 +472,19 @@ def test_sliding_along_a_wall_and_a_floor_at_once(friction: float) -> None:
         assert hypot(*reaction[1:]) == pytest.approx(weight * hypot(1.0, 0.5), rel=0.5)
         assert run.velocities[BODY][-1, 3] < 0.9
     assert energy_error(run) < 1e-9
+
+
+def test_exudyn_s_integrator_refines_its_steps_until_an_impact_succeeds() -> None:
+    """A forearm hits the floor at 0.5 s; its friction needs steps of 0.2 ms."""
+    bent = {name: (radians(20.0),) for name in ("left_knee", "right_knee")}
+    plan = Plan(
+        stop=0.54, free_root=True, height=0.0, scene=FLOOR, displacements=bent, tolerance=0.05
+    )
+    referee = simulate(PROTOTYPE, replace(plan, integrator=Integrator.EXUDYN))
+    assert referee.outcome.succeeded
+    run = simulate(PROTOTYPE, plan)
+    assert run.contact is not None
+    assert referee.contact is not None
+    arm, other = (each.contact.segments["right_lower_arm"] for each in (run, referee))
+    assert other.first_time == pytest.approx(arm.first_time, abs=1e-3)
+    assert other.peak_force == pytest.approx(arm.peak_force, rel=0.05)
