@@ -28,7 +28,7 @@ HEAD_INJURY_CAVEAT = "depends on the assumed stiffness and damping: compare runs
 """Clause that every report of the head injury criterion contains."""
 
 MIN_VERTICAL_FORCE = 1.0
-"""Vertical force below which there is no centre of pressure [N]."""
+"""Vertical force below which the centre of pressure is undefined [N]."""
 
 MAX_STEP_RATIO = 3.0
 """Ratio of two steps up to which a parabola through their ends gives a peak."""
