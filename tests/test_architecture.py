@@ -22,6 +22,7 @@ WALLS = {
     "exudyn": "generator/simulation",
     "matplotlib": "plots",
     "numba": "generator/simulation/compiled",
+    "viser": "generator/viewer",
 }
 
 # Folders of tests that follow a subject through several modules.

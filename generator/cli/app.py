@@ -101,6 +101,10 @@ COMMANDS = {
         "generator.cli.complete:complete",
         "Estimate missing masses, inertias and centres of mass of a figure from psurfs.",
     ),
+    "view": (
+        "generator.cli.view:view",
+        "Show a figure, a pose or a motion in the browser, and change it there.",
+    ),
     "warm-up": (
         "generator.cli.warm_up:warm_up",
         "Compile the integrator ahead of the first simulation.",

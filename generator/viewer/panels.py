@@ -1,0 +1,11 @@
+"""The panels of the page, in the order of their tabs."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from generator.viewer.viewer import Panel, Viewer
+
+PANELS: "Sequence[Callable[[Viewer], Panel]]" = ()

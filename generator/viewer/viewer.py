@@ -1,0 +1,288 @@
+"""The page: one figure, its springs and what it shows, changed by panels in one thread.
+
+Callbacks of the page come from threads of the server. Each puts an action into a queue, and the
+loop of the viewer takes them one after the other, so that panels need no locks. Of actions with the
+same key only the last one is taken: a slider that moves faster than the page is drawn.
+"""
+
+import sys
+import time
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from html import escape
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import numpy as np
+
+from generator.diagnostics import MoverError
+from generator.figure import Figure
+from generator.kinematics.placement import Placement
+from generator.motion_files.motion import FigureMotion
+from generator.rotations import Array
+from generator.viewer.scene import FigureScene, bounds
+from generator.viewer.server import PageServer
+from springs import SpringSet
+
+REFRESH_INTERVAL = 1.0 / 60.0
+"""Shortest time between two ticks of the loop [s]."""
+
+Action = Callable[[], None]
+
+
+class Driver(Enum):
+    """The panel that moves the figure."""
+
+    POSE = "pose"
+    MOTION = "motion"
+    LIVE = "live"
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """The state of the figure that the page shows.
+
+    Attributes:
+        driver: what moves the figure.
+        displacements: of the joints [rad or m]; with a free root those of the detached figure.
+        poses: of the segments in the world, shape (4, 4).
+        time: of the motion or the simulation [s]; None for a pose.
+    """
+
+    driver: Driver
+    displacements: Mapping[str, Array]
+    poses: Mapping[str, Array]
+    time: float | None = None
+
+
+class Panel:
+    """A tab of the page. Its methods are called in the loop of the viewer."""
+
+    title = ""
+
+    def __init__(self, viewer: "Viewer") -> None:
+        """Remember the viewer; `build` adds the controls."""
+        self.viewer = viewer
+
+    def build(self) -> None:
+        """Add the controls to the tab, and the nodes to the scene."""
+
+    def shown_changed(self, shown: Shown) -> None:
+        """Follow a change of what the page shows."""
+
+    def springs_changed(self, springs: SpringSet) -> None:
+        """Follow a change of the springs."""
+
+    def selection_changed(self, segment: str | None, joint: str | None) -> None:
+        """Follow a selection of a segment or a joint."""
+
+    def tick(self, now: float) -> None:
+        """Do what is due at a time of `time.monotonic` [s]."""
+
+    def close(self) -> None:
+        """Release processes and files."""
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a page begins with.
+
+    Attributes:
+        figure: in the pose of its file.
+        springs: of its joints.
+        placement: the first pose.
+        folder: of the files that the page reads and writes.
+        motion: to play, or None.
+        ghost: a second motion, or None.
+        title: of the page.
+    """
+
+    figure: Figure
+    springs: SpringSet
+    placement: Placement
+    folder: Path
+    motion: FigureMotion | None = None
+    ghost: FigureMotion | None = None
+    title: str = "mover"
+
+
+class Viewer:
+    """A page and its state.
+
+    Attributes:
+        server: of the page.
+        content: what it began with.
+        springs: the present ones.
+        scene: the meshes of the figure.
+        shown: the present state of the figure.
+        segment: the selected segment, or None.
+        joint: the selected joint, or None.
+        panels: in the order of their tabs.
+    """
+
+    def __init__(
+        self, server: PageServer, content: Content, panels: Sequence[Callable[["Viewer"], Panel]]
+    ) -> None:
+        """Draw the figure and build the panels."""
+        self.server, self.content, self.springs = server, content, content.springs
+        self._actions: SimpleQueue[tuple[str | None, Action]] = SimpleQueue()
+        self._stopped = False
+        self.segment: str | None = None
+        self.joint: str | None = None
+        self.scene = FigureScene(server.scene, content.figure)
+        self.shown = _shown_pose(content.placement)
+        self.scene.move(self.shown.poses)
+        self.frame_camera()
+        self.panels = [make(self) for make in panels]
+        tabs = server.gui.add_tab_group()
+        for panel in self.panels:
+            with tabs.add_tab(panel.title):
+                panel.build()
+        for name, mesh in self.scene.meshes.items():
+            self.listen(mesh.on_click, lambda _, name=name: self.select_segment(name))
+        self.show(self.shown)
+
+    @property
+    def figure(self) -> Figure:
+        """The figure."""
+        return self.content.figure
+
+    def show(self, shown: Shown) -> None:
+        """Show another state of the figure."""
+        self.shown = shown
+        with self.server.atomic():
+            self.scene.move(shown.poses)
+            for panel in self.panels:
+                panel.shown_changed(shown)
+
+    def set_springs(self, springs: SpringSet) -> None:
+        """Replace the springs in all panels."""
+        self.springs = springs
+        for panel in self.panels:
+            panel.springs_changed(springs)
+
+    def select_segment(self, segment: str) -> None:
+        """Select a segment, and the joint that carries it."""
+        carrying = (
+            name for name, joint in self.figure.joints.items() if joint.child.segment == segment
+        )
+        self._select(segment, next(carrying, self.joint))
+
+    def select_joint(self, joint: str) -> None:
+        """Select a joint, and its child."""
+        self._select(self.figure.joints[joint].child.segment, joint)
+
+    def _select(self, segment: str, joint: str | None) -> None:
+        self.segment, self.joint = segment, joint
+        for panel in self.panels:
+            panel.selection_changed(segment, joint)
+
+    def frame_camera(self) -> None:
+        """Set the camera of new pages so that the whole figure is seen from its front left."""
+        low, high = bounds(self.scene, self.shown.poses)
+        centre, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
+        camera = self.server.initial_camera
+        camera.look_at = centre
+        camera.position = centre + 1.5 * max(size, 1e-3) * np.array([0.5, 0.25, 0.85])
+
+    def listen(
+        self,
+        register: Callable[[Callable[[Any], Any]], Any],
+        action: Callable[[Any], None],
+        key: str | None = None,
+    ) -> None:
+        """Call an action with each event that a user causes at a control or a node.
+
+        Args:
+            register: such as `slider.on_update`, `button.on_click`, `mesh.on_click`.
+            action: gets the event.
+            key: as in `post`.
+        """
+
+        async def notify(event: Any) -> None:  # async callbacks keep the order of events
+            if event.client is not None:  # the program itself set a value
+                self.post(lambda: action(event), key)
+
+        register(notify)
+
+    def post(self, action: Action, key: str | None = None) -> None:
+        """Add an action to the queue of the loop, from any thread.
+
+        Of consecutive actions with one key only the last one is taken.
+        """
+        self._actions.put((key, action))
+
+    def tell(self, title: str, text: str, *, is_error: bool = False) -> None:
+        """Show a message in a corner of all pages."""
+        for client in self.server.get_clients().values():
+            client.add_notification(
+                title, text, color="red" if is_error else "blue", auto_close_seconds=8.0
+            )
+
+    def tell_error(self, failure: Exception) -> None:
+        """Show the sentence of an error."""
+        self.tell("That did not work", str(failure), is_error=True)
+
+    def run(self) -> None:
+        """Take actions and call panels until `stop`."""
+        while not self._stopped:
+            began = time.monotonic()
+            self.run_once(began)
+            pause = REFRESH_INTERVAL - (time.monotonic() - began)
+            if pause > 0.0:
+                time.sleep(pause)
+
+    def run_once(self, now: float) -> None:
+        """Take the actions that wait, and call the ticks of the panels."""
+        for action in self._waiting():
+            self._guard(action)
+        for panel in self.panels:
+            self._guard(lambda panel=panel: panel.tick(now))
+
+    def _waiting(self) -> list[Action]:
+        """Return the actions that wait, of those with one key in a row the last one."""
+        actions: list[tuple[str | None, Action]] = []
+        while True:
+            try:
+                key, action = self._actions.get_nowait()
+            except Empty:
+                return [each for _, each in actions]
+            if actions and key is not None and actions[-1][0] == key:
+                actions.pop()
+            actions.append((key, action))
+
+    def _guard(self, action: Action) -> None:
+        """Take an action; show its error on the page instead of ending the program."""
+        try:
+            action()
+        except MoverError as failure:
+            self.tell_error(failure)
+        except Exception as failure:  # a defect: the page stays, the terminal has the traceback
+            traceback.print_exc(file=sys.stderr)
+            self.tell("Internal error", f"{type(failure).__name__}: {failure}", is_error=True)
+
+    def stop(self) -> None:
+        """End `run` after the present tick."""
+        self._stopped = True
+
+    def close(self) -> None:
+        """Close all panels."""
+        for panel in self.panels:
+            panel.close()
+
+
+def _shown_pose(placement: Placement) -> Shown:
+    """Return the state of a pose."""
+    return Shown(Driver.POSE, placement.displacements, placement.poses)
+
+
+def html_lines(lines: Sequence[str]) -> str:
+    """Return lines of text as HTML in which nothing of them is markup."""
+    return (
+        '<div style="font-size: 0.8em; padding: 0 1em">'
+        + "<br>".join(map(escape, lines))
+        + "</div>"
+    )
