@@ -143,7 +143,7 @@ def consistent_rates(placement: Placement, rates: Displacements, fixed: Set[str]
     for joint in tree.closures:
         motion = relative_jacobian(placement, maps, joint)
         twists = tree.chains[joint.name].twists(placement.displacements[joint.name])
-        twists = _twists_at_child(twists, placement.pose_in_parent(joint)[:3, 3]).T
+        twists = twists_at_child(twists, placement.pose_in_parent(joint)[:3, 3]).T
         if joint.name in fixed:
             rows.append(motion)
             targets.append(twists @ rates[joint.name])
@@ -166,7 +166,7 @@ def consistent_rates(placement: Placement, rates: Displacements, fixed: Set[str]
     return result
 
 
-def _twists_at_child(twists: Array, offset: Array) -> Array:
+def twists_at_child(twists: Array, offset: Array) -> Array:
     """Return twists (n, 6) at the parent's origin referred to the child's site."""
     moved = twists.copy()
     moved[:, 3:] += np.cross(twists[:, :3], offset)

@@ -1,0 +1,514 @@
+"""Inverse kinematics: the pose in which a point of a segment is nearest to a target.
+
+The squared distance is reduced by damped Newton steps (Levenberg and Marquardt's damping) on the
+Jacobian of the tree. Its eigenvalues are taken by their size, so that a stretched limb, at which
+the gradient may be zero although bending it would help, is left along the direction of negative
+curvature, and a joint at a pole has bounded steps. A step is taken only if it shortens the
+distance: a target out of reach ends at the nearest pose, not in oscillations. Limits are an active
+set; loops and links of closing joints are constraints, to which every step is projected.
+"""
+
+from collections.abc import Set
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generator.diagnostics import ModelError
+from generator.figure import Joint
+from generator.kinematics.links import Coordinate, Links
+from generator.kinematics.loops import MAX_LOOP_GAP, OpenLoopError, close_loops, twists_at_child
+from generator.kinematics.placement import (
+    Displacements,
+    Placement,
+    forward_kinematics,
+    relative_jacobian,
+    segment_jacobians,
+)
+from generator.kinematics.tree import Tree
+from generator.rotations import Array, cross_matrix, rotation_vector_from_matrix
+
+NO_LINKS = Links()
+
+ROTATION_LENGTH = 0.2
+"""Length by which an error of the orientation counts beside one of the position [m/rad]."""
+
+MAX_ITERATIONS = 60
+
+MAX_STEP = 0.3
+"""Largest change of a displacement in a step [rad or m]."""
+
+CLOSE_ENOUGH = 1e-7
+"""Distance at which the target counts as reached [m]."""
+
+MIN_GRADIENT = 1e-9
+"""Slope of the squared distance at which a pose counts as the nearest one [m2/rad]."""
+
+_FIRST_DAMPING, _MIN_DAMPING, _MAX_DAMPING = 1e-4, 1e-10, 1e3
+"""Damping added to the curvature of the squared distance [m2]."""
+
+_ESCAPE_STEP = 0.03
+"""Step along a direction of negative curvature where the gradient is zero [rad or m]."""
+
+_MIN_CURVATURE = 1e-6
+
+_MAX_CURVED_COORDINATES = 80
+"""Displacements up to which the curvature of the motion is taken into account; its cost is that of
+an eigenvalue problem. Steps of longer chains use the Jacobian alone."""
+
+_AT_LIMIT = 1e-6
+"""Distance from its limit at which a closing joint counts as being at it [rad or m]."""
+
+_MAX_PROJECTION_STEPS = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A point of a segment and where it shall be.
+
+    Attributes:
+        segment: its name.
+        point: in the segment's frame [m], shape (3,).
+        position: in the world [m], shape (3,).
+        orientation: of the segment in the world, shape (3, 3); None if any will do.
+    """
+
+    segment: str
+    point: Array
+    position: Array
+    orientation: Array | None = None
+
+    def error(self, pose: Array) -> Array:
+        """Rotation vector times `ROTATION_LENGTH` and translation to the target [m], shape (6,)."""
+        turn = np.zeros(3)
+        if self.orientation is not None:
+            turn = ROTATION_LENGTH * rotation_vector_from_matrix(self.orientation @ pose[:3, :3].T)
+        return np.concatenate([turn, self.position - self.place(pose)])
+
+    def place(self, pose: Array) -> Array:
+        """Position of the point in the world [m] at a pose (4, 4) of the segment, shape (3,)."""
+        return pose[:3, :3] @ self.point + pose[:3, 3]
+
+
+def reach(
+    tree: Tree,
+    displacements: Displacements,
+    target: Target,
+    links: Links = NO_LINKS,
+    locked: Set[str] = frozenset(),
+) -> Placement:
+    """Return the placement nearby in which a point of a segment is nearest to its target.
+
+    Joints stay within the limits of the figure; one that starts outside does not move further out.
+
+    Args:
+        tree: of the figure.
+        displacements: at which the search starts, of all joints [rad or m].
+        target: of a point of a segment.
+        links: that the displacements follow, at the start too.
+        locked: names of the joints that do not move.
+
+    Raises:
+        ModelError: the target is not finite or not of this figure.
+        OpenLoopError: the loops cannot be closed at the start.
+    """
+    if target.segment not in tree.figure.segments:
+        raise ModelError(f"the figure has no segment `{target.segment}`")
+    if not np.all(np.isfinite(np.concatenate([target.point, target.position]))):
+        raise ModelError("the target must be finite")
+    space = _Space(tree, links, frozenset(locked))
+    return _Search(space, target, space.consistent(displacements)).run()
+
+
+def follow_and_close(
+    tree: Tree,
+    displacements: Displacements,
+    links: Links = NO_LINKS,
+    fixed: Set[str] = frozenset(),
+) -> Placement:
+    """Return the placement at displacements with links followed and loops closed.
+
+    Args:
+        tree: of the figure.
+        displacements: of all joints [rad or m]; those of followers are ignored.
+        links: between displacements.
+        fixed: names of the joints whose displacements must not change to close loops.
+
+    Raises:
+        OpenLoopError: no pose nearby closes the loops.
+    """
+    return _Space(tree, links, frozenset(fixed)).consistent(displacements)
+
+
+class _Space:
+    """The displacements of a tree that are independent of each other: no followers, not locked.
+
+    Attributes:
+        basis: change of the m displacements of the tree by the k independent ones, shape (m, k).
+        lower: limits of the m displacements [rad or m]; infinite where there is none.
+        upper: the same.
+    """
+
+    def __init__(self, tree: Tree, links: Links, locked: frozenset[str]) -> None:
+        """Number the independent displacements."""
+        self.tree, self.links, self.locked = tree, links, locked
+        self.coordinates = [
+            Coordinate(name, k)
+            for name, columns in tree.kinematics.columns.items()
+            for k in range(columns.stop - columns.start)
+        ]
+        columns = {coordinate: k for k, coordinate in enumerate(self.coordinates)}
+        of_tree = [
+            link for link in links.resolved if link.control in columns and link.follower in columns
+        ]
+        self.closing_links = [link for link in links.resolved if link not in of_tree]
+        followers = {link.follower for link in of_tree}
+        groups = {
+            coordinate: np.eye(len(columns))[k]
+            for coordinate, k in columns.items()
+            if coordinate not in followers
+        }
+        held = {each for each in groups if each.joint in locked}
+        for link in of_tree:
+            groups[link.control][columns[link.follower]] = link.factor
+            if link.follower.joint in locked:
+                held.add(link.control)
+        free = [group for coordinate, group in groups.items() if coordinate not in held]
+        self.basis = np.array(free).reshape(-1, len(columns)).T
+        joints = [branch.joint for branch in tree.joints]
+        self.lower, self.upper = (_limits(joints, end) for end in ("lower_limit", "upper_limit"))
+        self.closing_lower, self.closing_upper = (
+            _limits(tree.closures, end) for end in ("lower_limit", "upper_limit")
+        )
+
+    @cached_property
+    def closing_coordinates(self) -> dict[Coordinate, int]:
+        """Places of the displacements of the closing joints, one joint after the other."""
+        names = [
+            Coordinate(joint.name, k)
+            for joint in self.tree.closures
+            for k in range(joint.degrees_of_freedom)
+        ]
+        return {name: k for k, name in enumerate(names)}
+
+    def consistent(self, displacements: Displacements) -> Placement:
+        """Return the placement with links followed and loops closed. Raises OpenLoopError."""
+        followed = self.links.follow(displacements)
+        if not self.tree.closures:
+            return forward_kinematics(self.tree, followed)
+        start = self.place(self.tree.kinematics.displacement_vector(followed), followed)
+        rows = Constraints(self, start, followed)
+        if rows.largest <= MAX_LOOP_GAP:
+            return start
+        closed = self.project(start, np.ones(self.basis.shape[1], bool), followed)
+        if closed is not None:
+            return closed
+        if self.closing_links:
+            raise OpenLoopError("the linked joints open a loop")
+        return close_loops(self.tree, followed, self.locked)
+
+    def place(self, values: Array, near: Displacements) -> Placement:
+        """Return the placement at displacements of the tree, closing joints nearest to `near`."""
+        tree = self.tree
+        rows = {name: values[columns] for name, columns in tree.kinematics.columns.items()}
+        rigid = {name: np.zeros(0) for name, joint in tree.figure.joints.items() if not joint.chain}
+        placement = forward_kinematics(tree, {**rigid, **rows})
+        closing = {
+            joint.name: tree.chains[joint.name].displacements(
+                placement.pose_in_parent(joint), near[joint.name]
+            )
+            for joint in tree.closures
+        }
+        ordered = {**rigid, **rows, **closing}
+        names = [name for name in tree.figure.joints if name in ordered]
+        return Placement(tree, {name: ordered[name] for name in names}, placement.poses)
+
+    def project(
+        self, placement: Placement, free: NDArray[np.bool_], locked_at: Displacements
+    ) -> Placement | None:
+        """Return the placement with loops closed by the free displacements; None if none is found.
+
+        Args:
+            placement: near by.
+            free: which of the independent displacements may change, shape (k,).
+            locked_at: displacements of locked closing joints [rad or m].
+        """
+        basis = self.basis[:, free]
+        for _ in range(_MAX_PROJECTION_STEPS):
+            rows = Constraints(self, placement, locked_at)
+            if rows.largest <= 0.1 * MAX_LOOP_GAP:
+                return placement
+            step = np.linalg.lstsq(rows.jacobian @ basis, -rows.residual, rcond=1e-8)[0]
+            if not np.max(np.abs(step), initial=0.0) <= 1.0:
+                return None
+            values = self.tree.kinematics.displacement_vector(placement.displacements)
+            placement = self.place(values + basis @ step, placement.displacements)
+        return (
+            placement if Constraints(self, placement, locked_at).largest <= MAX_LOOP_GAP else None
+        )
+
+
+class Constraints:
+    """Equations of closed loops, locked closing joints and links of closing joints in a placement.
+
+    Attributes:
+        residual: zero where they hold [m or rad], shape (c,).
+        jacobian: by the displacements of the tree, shape (c, m).
+        closing: displacements of all closing joints [rad or m], shape (j,).
+        closing_rates: their Jacobian by the displacements of the tree, shape (j, m).
+        largest: residual of the placement itself [m or rad].
+    """
+
+    def __init__(self, space: _Space, placement: Placement, locked_at: Displacements) -> None:
+        """Evaluate them."""
+        tree = placement.tree
+        size = tree.kinematics.size
+        maps = segment_jacobians(placement)
+        residuals, rows = [np.zeros(0)], [np.zeros((0, size))]
+        values, rates = [np.zeros(0)], [np.zeros((0, size))]
+        for joint in tree.closures:
+            motion = relative_jacobian(placement, maps, joint)
+            pose = placement.pose_in_parent(joint)
+            own = placement.displacements[joint.name]
+            chain = tree.chains[joint.name]
+            twists = twists_at_child(chain.twists(own), pose[:3, 3]).T
+            inverse = np.linalg.pinv(twists) if twists.size else np.zeros((0, 6))
+            gap = chain.pose_residual(pose)
+            gap = np.concatenate([pose[:3, :3] @ gap[:3], pose[:3, :3] @ gap[3:]])
+            residuals.append(gap)
+            rows.append(motion - twists @ (inverse @ motion))
+            values.append(own)
+            rates.append(inverse @ motion)
+            if joint.name in space.locked:
+                residuals.append(own - locked_at[joint.name])
+                rows.append(inverse @ motion)
+        self.closing, self.closing_rates = np.concatenate(values), np.vstack(rates)
+        for link in space.closing_links:
+            (one, one_row), (other, other_row) = (
+                self._coordinate(space, placement, each) for each in (link.follower, link.control)
+            )
+            residuals.append(np.array([one - link.factor * other - link.offset]))
+            rows.append((one_row - link.factor * other_row)[None])
+        self.residual, self.jacobian = np.concatenate(residuals), np.vstack(rows)
+        self.largest = float(np.max(np.abs(self.residual), initial=0.0))
+
+    def _coordinate(
+        self, space: _Space, placement: Placement, coordinate: Coordinate
+    ) -> tuple[float, Array]:
+        """Return a displacement [rad or m] and its Jacobian, shape (m,)."""
+        value = float(placement.displacements[coordinate.joint][coordinate.index])
+        place = space.closing_coordinates.get(coordinate)
+        if place is not None:
+            return value, self.closing_rates[place]
+        return value, np.eye(len(space.coordinates))[space.coordinates.index(coordinate)]
+
+
+class _Search:
+    """A descent from a consistent placement to the nearest one to a target."""
+
+    def __init__(self, space: _Space, target: Target, start: Placement) -> None:
+        """Set the limits around the start."""
+        self.space, self.target, self.placement = space, target, start
+        self.start = start.displacements
+        kinematics = space.tree.kinematics
+        self.order = _columns_from_root(space.tree, target.segment)
+        self.values = kinematics.displacement_vector(start.displacements)
+        self.lower = np.minimum(space.lower, self.values)
+        self.upper = np.maximum(space.upper, self.values)
+        closing = [start.displacements[joint.name] for joint in space.tree.closures]
+        at_start = np.concatenate([np.zeros(0), *closing])
+        self.closing_lower = np.minimum(space.closing_lower, at_start)
+        self.closing_upper = np.maximum(space.closing_upper, at_start)
+
+    def run(self) -> Placement:
+        """Return the placement at the end of the descent."""
+        damping = _FIRST_DAMPING
+        basis = self.space.basis
+        if not basis.size or not self.order.size:
+            return self.placement
+        slope, curvature, constraints = self._model()
+        for _ in range(MAX_ITERATIONS):
+            error = self._distance(self.placement)
+            if error <= CLOSE_ENOUGH:
+                break
+            changes = self._changes(slope, curvature, constraints, damping)
+            placements = (self._placement_after(change, constraints) for change in changes)
+            nearer = (one for one in placements if one and self._distance(one) < error)
+            trial = next(nearer, None)
+            if trial is None:
+                if len(changes) != 1 or damping >= _MAX_DAMPING:
+                    break
+                damping *= 10.0
+                continue
+            damping = max(0.1 * damping, _MIN_DAMPING)
+            self.placement = trial
+            self.values = self.space.tree.kinematics.displacement_vector(trial.displacements)
+            slope, curvature, constraints = self._model()
+        return self.placement
+
+    def _distance(self, placement: Placement) -> float:
+        """Distance to the target, with that of the orientation [m]."""
+        return float(np.linalg.norm(self.target.error(placement.poses[self.target.segment])))
+
+    def _model(self) -> tuple[Array, Array, Constraints | None]:
+        """Return the descent direction (k,) and the curvature of half the squared distance."""
+        space, target = self.space, self.target
+        pose = self.placement.poses[target.segment]
+        twists = space.tree.kinematics.twists(self.values)
+        mask = space.tree.kinematics.motion_masks[target.segment]
+        angular = (twists[:, :3] * mask[:, None]).T
+        linear = (twists[:, 3:] * mask[:, None]).T + (cross_matrix(target.place(pose)).T @ angular)
+        error = target.error(pose)
+        weight = ROTATION_LENGTH if target.orientation is not None else 0.0
+        rows = np.vstack([weight * angular, linear]) @ space.basis
+        slope = rows.T @ error
+        curvature = rows.T @ rows
+        if len(self.order) <= _MAX_CURVED_COORDINATES:
+            bent = np.zeros((space.tree.kinematics.size,) * 2)
+            # Of two axes of a branch the inner one turns the velocity due to the outer one.
+            inner = np.cross(angular[:, self.order].T[:, None], linear[:, self.order].T[None])
+            part = np.triu(inner @ error[3:])
+            bent[np.ix_(self.order, self.order)] = part + np.triu(part, 1).T
+            curvature = curvature - space.basis.T @ bent @ space.basis
+        closed = Constraints(space, self.placement, self.start) if space.tree.closures else None
+        return slope, curvature, closed
+
+    def _changes(
+        self, slope: Array, curvature: Array, constraints: Constraints | None, damping: float
+    ) -> list[Array]:
+        """Return the step (k,) of the independent displacements; at a saddle two, out of it.
+
+        Where the distance is the smallest one nearby there is none.
+        """
+        space = self.space
+        size = len(slope)
+        free = np.ones(size, bool)
+        at_low, at_high = self._at_limits()
+        rows = np.zeros((0, size))
+        closing = np.zeros((0, size))
+        at_closing_low = at_closing_high = np.zeros(0, bool)
+        if constraints is not None:
+            rows = constraints.jacobian @ space.basis
+            closing = constraints.closing_rates @ space.basis
+            at_closing_low = constraints.closing <= self.closing_lower + _AT_LIMIT
+            at_closing_high = constraints.closing >= self.closing_upper - _AT_LIMIT
+        while True:
+            step, escape = _newton_step(slope, curvature, rows, free, damping)
+            out = free & ((at_low & (step < 0.0)) | (at_high & (step > 0.0)))
+            rates = closing @ step
+            stopped = (at_closing_low & (rates < -1e-12)) | (at_closing_high & (rates > 1e-12))
+            if not np.any(out) and not np.any(stopped):
+                break
+            free &= ~out
+            rows = np.vstack([rows, closing[stopped]])
+            at_closing_low, at_closing_high = at_closing_low & ~stopped, at_closing_high & ~stopped
+        if escape is not None:
+            return [_ESCAPE_STEP * escape, -_ESCAPE_STEP * escape]
+        return [step] if np.any(step) else []
+
+    def _at_limits(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which of the independent displacements cannot fall and which cannot rise."""
+        basis = self.space.basis
+        low, high = (self.values <= self.lower)[:, None], (self.values >= self.upper)[:, None]
+        falls = np.any((low & (basis > 0.0)) | (high & (basis < 0.0)), axis=0)
+        rises = np.any((low & (basis < 0.0)) | (high & (basis > 0.0)), axis=0)
+        return falls, rises
+
+    def _placement_after(self, step: Array, constraints: Constraints | None) -> Placement | None:
+        """Return the placement after a step, cut at the limits; None if loops do not close."""
+        space = self.space
+        step = step * min(1.0, MAX_STEP / float(np.max(np.abs(step))))
+        low, high = self._room()
+        step = np.clip(step, low, high)
+        if constraints is None:
+            values = np.clip(self.values + space.basis @ step, self.lower, self.upper)
+            return space.place(values, self.placement.displacements)
+        rates = constraints.closing_rates @ space.basis @ step
+        room = np.where(rates > 0.0, self.closing_upper, self.closing_lower) - constraints.closing
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = np.where(np.abs(rates) > 1e-12, 0.95 * room / rates, inf)
+        away = np.abs(room) > _AT_LIMIT
+        step = step * min(1.0, float(np.min(shares[away], initial=inf)))
+        values = np.clip(self.values + space.basis @ step, self.lower, self.upper)
+        low, high = self._room()
+        may_change = (low < step) & (step < high)
+        placed = space.place(values, self.placement.displacements)
+        closed = space.project(placed, may_change, self.start)
+        return closed if closed is not None and self._within_limits(closed) else None
+
+    def _room(self) -> tuple[Array, Array]:
+        """Return the largest fall and rise of each independent displacement, shape (k,) each."""
+        basis = self.space.basis
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends = [
+                np.where(basis != 0.0, (end - self.values)[:, None] / basis, np.nan)
+                for end in (self.lower, self.upper)
+            ]
+        low, high = np.fmin(*ends), np.fmax(*ends)
+        return np.fmax.reduce(low, axis=0), np.fmin.reduce(high, axis=0)
+
+    def _within_limits(self, placement: Placement) -> bool:
+        """Return whether all displacements are within the limits, those of closing joints too."""
+        values = self.space.tree.kinematics.displacement_vector(placement.displacements)
+        closing = [placement.displacements[joint.name] for joint in self.space.tree.closures]
+        every = np.concatenate([values, *closing])
+        lower = np.concatenate([self.lower, self.closing_lower])
+        upper = np.concatenate([self.upper, self.closing_upper])
+        return bool(np.all((lower <= every) & (every <= upper)))
+
+
+def _newton_step(
+    slope: Array, curvature: Array, rows: Array, free: NDArray[np.bool_], damping: float
+) -> tuple[Array, Array | None]:
+    """Return the damped step (k,), and a direction of negative curvature where the slope is zero.
+
+    Args:
+        slope: of the descent, shape (k,).
+        curvature: of half the squared distance, shape (k, k).
+        rows: constraints that the step keeps, shape (c, k).
+        free: displacements that may change, shape (k,).
+        damping: [m2].
+    """
+    step = np.zeros_like(slope)
+    places = np.flatnonzero(free)
+    if not places.size:
+        return step, None
+    span = np.eye(places.size)
+    if rows.size:
+        _, sizes, right = np.linalg.svd(rows[:, places])
+        rank = int(np.sum(sizes > 1e-8 * max(1.0, float(sizes[0]))))
+        span = right[rank:].T
+        if not span.size:
+            return step, None
+    down = span.T @ slope[places]
+    sizes, directions = np.linalg.eigh(span.T @ curvature[np.ix_(places, places)] @ span)
+    along = directions.T @ down
+    if np.max(np.abs(along)) <= MIN_GRADIENT:
+        if sizes[0] >= -_MIN_CURVATURE:
+            return step, None
+        escape = np.zeros_like(slope)
+        escape[places] = span @ directions[:, 0]
+        return step, escape
+    step[places] = span @ (directions @ (along / (np.abs(sizes) + damping)))
+    return step, None
+
+
+def _limits(joints: "tuple[Joint, ...] | list[Joint]", end: str) -> Array:
+    """Return the limits of all displacements of joints [rad or m]; infinite where none is set."""
+    none = -inf if end == "lower_limit" else inf
+    rows = [getattr(joint, end) or (none,) * joint.degrees_of_freedom for joint in joints]
+    return np.array([value for row in rows for value in row], dtype=float)
+
+
+def _columns_from_root(tree: Tree, segment: str) -> NDArray[np.intp]:
+    """Return the places of the displacements that move a segment, from the root outwards."""
+    kinematics = tree.kinematics
+    mask = kinematics.motion_masks[segment]
+    found: list[int] = []
+    for branch in tree.joints:
+        columns = kinematics.columns[branch.joint.name]
+        places = [k for k in range(columns.start, columns.stop) if mask[k]]
+        found += places[::-1] if branch.parent_is_inboard else places
+    return np.array(found, dtype=np.intp)

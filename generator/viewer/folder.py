@@ -1,0 +1,51 @@
+"""Files that the page reads and writes: names typed on the page stay inside its folder."""
+
+import os
+from collections.abc import Collection
+from pathlib import Path
+
+from generator.diagnostics import UsageError, shorten
+
+
+def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
+    """Return the path of a file in a folder from a name that was typed on the page.
+
+    Symbolic links are followed before the path is compared with the folder.
+
+    Args:
+        folder: of the page's files.
+        text: the name, which may contain folders inside `folder`.
+        suffixes: that the file may have, such as `.pose`, in lower case.
+
+    Raises:
+        UsageError: the text is not a name of a file, has another suffix, or leads out of the
+            folder.
+    """
+    name = text.strip()
+    if not name:
+        raise UsageError(f"the file needs a name, such as `name{min(suffixes)}`")
+    if not name.isprintable():
+        raise UsageError(f"`{_shown(name)}` is not the name of a file")
+    path = Path(name)
+    if path.suffix.lower() not in suffixes:
+        raise UsageError(f"`{_shown(name)}` must end in {' or '.join(sorted(suffixes))}")
+    base = os.path.realpath(folder)
+    target = Path(os.path.realpath(os.path.join(base, path)))
+    if path.is_absolute() or not target.is_relative_to(base):
+        raise UsageError(f"`{_shown(name)}` is not in the folder of the page")
+    return target
+
+
+def names_in_folder(folder: Path, suffix: str) -> tuple[str, ...]:
+    """Return the sorted names of the files with a suffix that stand directly in a folder."""
+    try:
+        with os.scandir(folder) as entries:
+            names = [entry.name for entry in entries if entry.is_file()]
+    except OSError:
+        return ()
+    return tuple(sorted(n for n in names if Path(n).suffix.lower() == suffix and n.isprintable()))
+
+
+def _shown(name: str) -> str:
+    """Shorten a name for a sentence, without characters that cannot be printed."""
+    return shorten("".join(char if char.isprintable() else "?" for char in name))

@@ -1,0 +1,104 @@
+"""Names typed on the page stay inside its folder."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import UsageError
+from generator.viewer.folder import names_in_folder, path_in_folder
+
+SUFFIXES = (".pose",)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a folder, a link to a file outside and one to the folder above."""
+    base = tmp_path_factory.mktemp("page")
+    inside = base / "inside"
+    (inside / "sub").mkdir(parents=True)
+    (base / "outside.pose").write_text("")
+    (base / "inside-too").mkdir()
+    (inside / "out.pose").symlink_to(base / "outside.pose")
+    (inside / "up").symlink_to(base)
+    (inside / "round.pose").symlink_to(inside / "sub" / "real.pose")
+    return inside
+
+
+@pytest.mark.parametrize(
+    ("text", "target"),
+    [
+        ("a.pose", "a.pose"),
+        (" a.pose ", "a.pose"),
+        ("sub/a.pose", "sub/a.pose"),
+        ("sub/../a.POSE", "a.POSE"),
+        ("./a b.pose", "a b.pose"),
+        ("round.pose", "sub/real.pose"),
+        ("new/a.pose", "new/a.pose"),
+    ],
+)
+def test_a_name_inside_is_accepted(folder: Path, text: str, target: str) -> None:
+    assert path_in_folder(folder, text, SUFFIXES) == folder.resolve() / target
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "needs a name"),
+        ("   ", "needs a name"),
+        ("a", "must end in .pose"),
+        (".pose", "must end in .pose"),
+        ("a.pose.txt", "must end in .pose"),
+        ("../a.pose", "not in the folder"),
+        ("../inside-too/a.pose", "not in the folder"),
+        ("sub/../../a.pose", "not in the folder"),
+        ("/etc/a.pose", "not in the folder"),
+        ("out.pose", "not in the folder"),
+        ("up/outside.pose", "not in the folder"),
+        ("up/inside/../a.pose", "not in the folder"),
+        ("a\0.pose", "not the name of a file"),
+        ("a\n.pose", "not the name of a file"),
+        ("\ud800.pose", "not the name of a file"),
+    ],
+)
+def test_every_other_name_is_refused_in_one_sentence(folder: Path, text: str, reason: str) -> None:
+    with pytest.raises(UsageError, match=reason) as failure:
+        path_in_folder(folder, text, SUFFIXES)
+    assert str(failure.value).isprintable()
+
+
+def test_an_absolute_path_is_refused_even_inside_the_folder(folder: Path) -> None:
+    with pytest.raises(UsageError, match="not in the folder"):
+        path_in_folder(folder, str(folder / "a.pose"), SUFFIXES)
+
+
+def test_the_folder_may_be_a_link(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(folder)
+    path = path_in_folder(tmp_path / "link", "a.pose", SUFFIXES)
+    assert path == folder.resolve() / "a.pose"
+
+
+@given(
+    st.lists(
+        st.sampled_from(["..", ".", "/", "up", "sub", "out.pose", "a.pose", " ", "~", "\\", "\0"])
+        | st.text(max_size=5),
+        max_size=8,
+    ).map("/".join)
+)
+def test_no_text_leads_out_of_the_folder(folder: Path, text: str) -> None:
+    try:
+        path = path_in_folder(folder, text, SUFFIXES)
+    except UsageError:
+        return
+    assert path.is_relative_to(folder.resolve())
+    assert path == path.resolve()
+    assert path.suffix.lower() == ".pose"
+
+
+def test_names_of_a_folder(folder: Path, tmp_path: Path) -> None:
+    for name in ("b.pose", "a.pose", "c.txt"):
+        (tmp_path / name).write_text("")
+    (tmp_path / "d.pose").mkdir()
+    assert names_in_folder(tmp_path, ".pose") == ("a.pose", "b.pose")
+    assert names_in_folder(tmp_path / "missing", ".pose") == ()
