@@ -263,17 +263,32 @@ def _power(values: Array, exponent: int) -> Array:
     return result
 
 
-def _capsule(figure: Figure, segment: Segment) -> SegmentSpheres:
-    """Return spheres of one radius at the joints of a segment and at its centre of mass.
+@dataclass(frozen=True, eq=False)
+class MassCapsule:
+    """Shape of a segment without psurf: all points within a radius of some lines.
+
+    Attributes:
+        centre: of mass, where the lines begin, in the segment frame, shape (3,) [m].
+        ends: of the lines, shape (k, 3) [m].
+        radius: [m].
+    """
+
+    centre: Array
+    ends: Array
+    radius: float
+
+
+def mass_capsule(figure: Figure, segment: Segment) -> MassCapsule | None:
+    """Return the lines from a segment's centre of mass to its joints, and a radius around them.
 
     A segment with one joint extends as far beyond its centre of mass as the joint is before it.
     The radius r is that of a capsule of the segment's mass m with the density of water around a
     line of the total length l from the centre of mass to all others: m / density =
-    pi r^2 l + 4/3 pi r^3.
+    pi r^2 l + 4/3 pi r^3. None without a mass or centre of mass.
     """
     centre = segment.centre_of_mass
     if not segment.mass or segment.mass <= 0.0 or centre is None:
-        return SegmentSpheres((), None, SphereSource.NONE)
+        return None
     sites = dict.fromkeys(
         end.site
         for joint in figure.joints.values()
@@ -285,9 +300,18 @@ def _capsule(figure: Figure, segment: Segment) -> SegmentSpheres:
         ends.append(2.0 * centre - ends[0])
     length = sum(float(np.linalg.norm(end - centre)) for end in ends)
     roots = np.roots([4.0 / 3.0 * pi, pi * length, 0.0, -segment.mass / DENSITY])
-    radius = float(roots.real.max())
-    points = dict.fromkeys(tuple(map(float, end)) for end in (centre, *ends))
-    spheres = tuple(ContactSphere((x, y, z), radius) for x, y, z in points)
+    return MassCapsule(centre, np.array(ends).reshape(-1, 3), float(roots.real.max()))
+
+
+def _capsule(figure: Figure, segment: Segment) -> SegmentSpheres:
+    """Return spheres of one radius at the joints of a segment and at its centre of mass."""
+    capsule = mass_capsule(figure, segment)
+    if capsule is None:
+        return SegmentSpheres((), None, SphereSource.NONE)
+    points = dict.fromkeys(
+        (x, y, z) for x, y, z in [capsule.centre.tolist(), *capsule.ends.tolist()]
+    )
+    spheres = tuple(ContactSphere(point, capsule.radius) for point in points)
     return SegmentSpheres(spheres, None, SphereSource.CAPSULE)
 
 

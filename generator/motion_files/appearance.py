@@ -1,4 +1,7 @@
-"""Appearance of segments: psurfs and colours, or sticks without a psurf; faces as triangles."""
+"""Appearance of segments: psurfs and colours, or shapes in place of a psurf; faces as triangles.
+
+Without a psurf a segment is drawn as the capsule of its mass, and without a mass as sticks.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +11,7 @@ import numpy as np
 
 from generator.diagnostics import InputError
 from generator.figure import Figure, Segment
+from generator.geometry.contact_spheres import MassCapsule, mass_capsule
 from generator.geometry.intersections import triangulate
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
@@ -19,6 +23,12 @@ Colour = tuple[float, float, float]
 _THICKNESS = 0.04
 _WIDEST_FRACTION = 0.15
 _MIN_SITE_DISTANCE = 1e-6
+
+_SIDES, _RINGS = 20, 5
+"""Numbers of corners around a capsule, and of rings of corners in each of its half spheres."""
+
+_MAX_BEND = 1e-6
+"""Angle between two lines of a capsule below which they are one line [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +43,8 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
     """Return the appearances of segments, and the losses."""
     appearances: dict[str, Appearance] = {}
     unread: list[str] = []
-    bare: list[str] = []
+    capsules: list[str] = []
+    sticks: list[str] = []
     for name, segment in figure.segments.items():
         surface = None
         if segment.psurf is not None:
@@ -41,15 +52,20 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
                 surface = read_segment_surface(figure, segment)
             except InputError as failure:
                 unread.append(f"{name} ({failure.diagnostics[0].message})")
-        if surface is None:
-            surface = _stick_surface(figure, segment)
-            bare += [name] if surface is not None else []
+        if surface is None and (capsule := mass_capsule(figure, segment)) is not None:
+            surface = _capsule_surface(capsule, name)
+            capsules.append(name)
+        elif surface is None and (surface := _stick_surface(figure, segment)) is not None:
+            sticks.append(name)
         if surface is not None and surface.face_count:
             appearances[name] = Appearance(surface, segment_colour(figure, segment))
     losses = [
         Loss("psurfs that could not be read", tuple(unread)) if unread else None,
-        Loss("segments without a psurf are sticks between their sites", tuple(bare))
-        if bare
+        Loss("segments without a psurf are capsules of their mass", tuple(capsules))
+        if capsules
+        else None,
+        Loss("segments without a psurf and a mass are sticks between their sites", tuple(sticks))
+        if sticks
         else None,
     ]
     return appearances, tuple(loss for loss in losses if loss is not None)
@@ -61,6 +77,54 @@ def linear_colour(colour: Colour) -> Colour:
         part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in colour
     )
     return red, green, blue
+
+
+def _capsule_surface(capsule: MassCapsule, name: str) -> Surface:
+    """Return a closed surface around each line of a capsule."""
+    parts = [_corners_around_line(*ends, capsule.radius) for ends in _capsule_lines(capsule)]
+    vertices: list[Array] = []
+    faces: list[Sequence[int]] = []
+    for points in parts:
+        base, last = sum(map(len, vertices)), len(points) - 1
+        rings = np.arange(1, last).reshape(-1, _SIDES)
+        ahead = np.roll(rings, -1, axis=1)
+        bands = np.stack([rings[:-1], ahead[:-1], ahead[1:], rings[1:]], axis=-1).reshape(-1, 4)
+        first = np.stack([np.zeros(_SIDES, int), ahead[0], rings[0]], axis=-1)
+        final = np.stack([np.full(_SIDES, last), rings[-1], ahead[-1]], axis=-1)
+        faces += [face for part in (first, bands, final) for face in (base + part).tolist()]
+        vertices.append(points)
+    return Surface.from_faces(np.concatenate(vertices), faces, name)
+
+
+def _capsule_lines(capsule: MassCapsule) -> Sequence[tuple[Array, Array]]:
+    """Return the ends of the lines of a capsule; two that continue each other are one line."""
+    arms = [end - capsule.centre for end in capsule.ends]
+    arms = [arm for arm in arms if np.linalg.norm(arm) >= _MIN_SITE_DISTANCE]
+    if not arms:
+        return [(capsule.centre, capsule.centre)]
+    if len(arms) == 2:
+        one, other = (arm / np.linalg.norm(arm) for arm in arms)
+        if np.linalg.norm(one + other) < _MAX_BEND:
+            return [(capsule.centre + arms[0], capsule.centre + arms[1])]
+    return [(capsule.centre, capsule.centre + arm) for arm in arms]
+
+
+def _corners_around_line(tail: Array, head: Array, radius: float) -> Array:
+    """Corners at a distance from a line [m]: the pole at its tail, rings, and the other pole."""
+    along = head - tail
+    is_line = bool(along.any())
+    axes = rotation_with_z_axis(along) if is_line else np.eye(3)
+    latitudes = 0.5 * np.pi * np.arange(_RINGS) / _RINGS
+    longitudes = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+    around = np.stack([np.cos(longitudes), np.sin(longitudes)], axis=1)
+    rings = np.empty((_RINGS, _SIDES, 3))
+    rings[..., :2] = radius * np.cos(latitudes)[:, None, None] * around
+    rings[..., 2] = radius * np.sin(latitudes)[:, None]
+    lower = (rings[::-1] * [1.0, 1.0, -1.0]).reshape(-1, 3)
+    upper = rings[0 if is_line else 1 :].reshape(-1, 3)  # a sphere has one equator
+    pole = np.array([[0.0, 0.0, radius]])
+    at_tail, at_head = np.concatenate([-pole, lower]), np.concatenate([upper, pole])
+    return np.concatenate([tail + at_tail @ axes.T, head + at_head @ axes.T])
 
 
 def _stick_surface(figure: Figure, segment: Segment) -> Surface | None:

@@ -14,6 +14,9 @@ LOOPBACK = "127.0.0.1"
 
 DEFAULT_PORT = 8080
 
+CONTROLS_WIDTH = 400
+"""Width of the controls with their margin [pixels]."""
+
 _PORTS_TRIED = 100
 """Ports that are tried, from the default one."""
 
@@ -24,6 +27,12 @@ class PageServer(viser.ViserServer):
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuse to share the page: return None."""
         return None
+
+    def set_theme(self, *, is_dark: bool) -> None:
+        """Set the colours of the controls."""
+        self.gui.configure_theme(
+            dark_mode=is_dark, show_logo=False, show_share_button=False, control_width="large"
+        )
 
 
 def is_loopback(host: str) -> bool:
@@ -64,7 +73,7 @@ def open_server(host: str, port: int, title: str) -> PageServer:
     """Start the server of an empty page with y up."""
     with redirect_stdout(io.StringIO()):
         server = PageServer(host, port, label=title, verbose=False)
-    server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+    server.set_theme(is_dark=False)
     server.scene.set_up_direction("+y")
     server.scene.configure_environment_map(None)
     return server

@@ -16,19 +16,21 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
-import numpy as np
-
 from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.kinematics.placement import Placement
 from generator.motion_files.motion import FigureMotion
 from generator.rotations import Array
-from generator.viewer.scene import FigureScene, bounds
-from generator.viewer.server import PageServer
+from generator.viewer.scene import VIEW_ANGLE, FigureScene, camera_position, points_in_world
+from generator.viewer.server import CONTROLS_WIDTH, PageServer
+from generator.viewer.surroundings import Surroundings
 from springs import SpringSet
 
 REFRESH_INTERVAL = 1.0 / 60.0
 """Shortest time between two ticks of the loop [s]."""
+
+DEFAULT_PAGE = (1500, 900)
+"""Width and height of a page until it is known [pixels]."""
 
 Action = Callable[[], None]
 
@@ -116,6 +118,7 @@ class Viewer:
         server: of the page.
         content: what it began with.
         springs: the present ones.
+        surroundings: lights and ground.
         scene: the meshes of the figure.
         shown: the present state of the figure.
         segment: the selected segment, or None.
@@ -132,6 +135,7 @@ class Viewer:
         self._stopped = False
         self.segment: str | None = None
         self.joint: str | None = None
+        self.surroundings = Surroundings(server)
         self.scene = FigureScene(server.scene, content.figure)
         self.shown = _shown_pose(content.placement)
         self.scene.move(self.shown.poses)
@@ -175,18 +179,29 @@ class Viewer:
         """Select a joint, and its child."""
         self._select(self.figure.joints[joint].child.segment, joint)
 
-    def _select(self, segment: str, joint: str | None) -> None:
+    def deselect(self) -> None:
+        """Select no segment; the joint stays."""
+        self._select(None, self.joint)
+
+    def _select(self, segment: str | None, joint: str | None) -> None:
         self.segment, self.joint = segment, joint
+        self.scene.select(segment)
         for panel in self.panels:
             panel.selection_changed(segment, joint)
 
     def frame_camera(self) -> None:
-        """Set the camera of new pages so that the whole figure is seen from its front left."""
-        low, high = bounds(self.scene, self.shown.poses)
-        centre, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
+        """Move the cameras of all pages so that the figure is seen from its front left."""
+        points = points_in_world(self.scene, self.shown.poses)
         camera = self.server.initial_camera
-        camera.look_at = centre
-        camera.position = centre + 1.5 * max(size, 1e-3) * np.array([0.5, 0.25, 0.85])
+        camera.fov = VIEW_ANGLE
+        camera.position, camera.look_at = _camera_of_page(points, *DEFAULT_PAGE)
+        for client in self.server.get_clients().values():
+            with client.atomic():
+                position, centre = _camera_of_page(
+                    points, client.camera.image_width, client.camera.image_height
+                )
+                client.camera.position = position
+                client.camera.look_at = centre
 
     def listen(
         self,
@@ -272,6 +287,12 @@ class Viewer:
         """Close all panels."""
         for panel in self.panels:
             panel.close()
+
+
+def _camera_of_page(points: Array, width: int, height: int) -> tuple[Array, Array]:
+    """Return `camera_position` for a page of a size [pixels]."""
+    covered = min(CONTROLS_WIDTH / width, 0.5)
+    return camera_position(points, width / height, covered)
 
 
 def _shown_pose(placement: Placement) -> Shown:

@@ -1,8 +1,15 @@
-"""Appearance of segments: colours from attributes, sticks where there is no psurf."""
+"""Appearance of segments: colours from attributes, capsules and sticks instead of a psurf."""
+
+from dataclasses import replace
+from math import pi
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from generator.figure import Figure
+from generator.geometry.contact_spheres import mass_capsule
 from generator.geometry.validate import build_solid
 from generator.motion_files.appearance import (
     linear_colour,
@@ -17,6 +24,17 @@ def test_colours_of_a_display_as_shares_of_light():
     assert linear_colour((0.04, 0.04045, 0.2))[0] == pytest.approx(0.04 / 12.92)
 
 
+def without_masses(made: Figure) -> Figure:
+    """The figure with segments that have no mass, which are drawn as sticks."""
+    return made.with_parts(*(replace(each, mass=None) for each in made.bodies.values()))
+
+
+def single_link(centre: tuple[float, float, float]) -> Figure:
+    return figure(
+        [ground(), body("link", centre=centre)], [joint("pin", "ground.base", "link.near", BALL)]
+    )
+
+
 def test_a_stick_goes_to_the_next_joint_and_else_to_all_sites():
     upper = body("upper", sites={"far": at(shift=(0.0, 0.3, 0.0)), "mark": at(shift=(1.0, 0, 0))})
     lower = body("lower", centre=(0.0, 0.1, 0.0), sites={"end": at(shift=(0.0, 0.0, 0.2))})
@@ -27,7 +45,7 @@ def test_a_stick_goes_to_the_next_joint_and_else_to_all_sites():
             joint("b", "upper.far", "lower.near", BALL),
         ],
     )
-    looks, losses = segment_appearances(made)
+    looks, losses = segment_appearances(without_masses(made))
     assert set(looks) == {"upper", "lower"}
     assert np.ptp(looks["upper"].surface.vertices[:, 1]) == pytest.approx(0.3)
     assert np.max(looks["upper"].surface.vertices[:, 0]) < 0.1
@@ -37,13 +55,51 @@ def test_a_stick_goes_to_the_next_joint_and_else_to_all_sites():
 
 
 def test_a_stick_is_a_closed_body_with_its_faces_outward():
-    link = body("link", centre=(0.3, -0.4, 1.2))
-    made = figure([ground(), link], [joint("pin", "ground.base", "link.near", BALL)])
+    made = without_masses(single_link((0.3, -0.4, 1.2)))
     surface = segment_appearances(made)[0]["link"].surface
     assert build_solid(surface).volume == pytest.approx(1.3 * 2.0 * (0.04 * 1.3) ** 2 / 3.0)
 
 
-def test_a_body_with_a_single_place_has_no_look():
-    dot = body("dot", centre=(0.0, 0.0, 0.0))
-    made = figure([ground(), dot], [joint("pin", "ground.base", "dot.near", BALL)])
-    assert segment_appearances(made) == ({}, ())
+def test_a_body_with_a_single_place_and_no_mass_is_not_drawn():
+    assert segment_appearances(without_masses(single_link((0.0, 0.0, 0.0)))) == ({}, ())
+
+
+@given(centre=st.tuples(*[st.floats(-1.0, 1.0)] * 3))
+def test_a_segment_with_a_mass_is_a_closed_capsule_around_its_centre(
+    centre: tuple[float, float, float],
+):
+    made = single_link(centre)
+    capsule = mass_capsule(made, made.segments["link"])
+    assert capsule is not None
+    looks, losses = segment_appearances(made)
+    assert [(loss.what, loss.where) for loss in losses] == [
+        ("segments without a psurf are capsules of their mass", ("link",))
+    ]
+    solid = build_solid(looks["link"].surface)
+    length, radius = 2.0 * float(np.linalg.norm(centre)), capsule.radius
+    # corners lie on the capsule, so that the body between them is smaller, by less than 6 %
+    volume = pi * radius**2 * length + 4.0 / 3.0 * pi * radius**3
+    assert 0.94 * volume < solid.volume < volume
+    assert np.allclose(solid.mass_properties(1.0).centre, centre, atol=1e-6)
+    points = looks["link"].surface.vertices - np.array(centre)
+    along = np.array(centre) / (0.5 * length) if length > 1e-6 else np.zeros(3)
+    nearest = np.clip(points @ along, -0.5 * length, 0.5 * length)[:, None] * along
+    assert np.allclose(np.linalg.norm(points - nearest, axis=1), radius, atol=2e-6)
+
+
+def test_a_capsule_with_a_bend_reaches_all_joints():
+    upper = body("upper", centre=(0.1, 0.1, 0.0), sites={"far": at(shift=(0.0, 0.3, 0.0))})
+    made = figure(
+        [ground(), upper, body("lower")],
+        [
+            joint("a", "ground.base", "upper.near", BALL),
+            joint("b", "upper.far", "lower.near", BALL),
+        ],
+    )
+    capsule = mass_capsule(made, made.segments["upper"])
+    assert capsule is not None
+    corners = segment_appearances(made)[0]["upper"].surface.vertices
+    for end in [(0.0, 0.0, 0.0), (0.0, 0.3, 0.0)]:
+        beyond = np.array(end) - [0.1, 0.1, 0.0]
+        beyond /= np.linalg.norm(beyond)
+        assert (corners @ beyond).max() == pytest.approx(np.dot(end, beyond) + capsule.radius)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from generator import Plan, read_figure, simulate
 from generator.diagnostics import MoverError
+from generator.geometry.contact_spheres import mass_capsule
 from generator.geometry.psurf import read_psurf
 from generator.motion_files import FigureMotion, motion_from_recording
 from generator.motion_files.appearance import linear_colour
@@ -133,12 +134,17 @@ def test_meshes_are_the_psurfs_with_their_colours(prototype: Path):
         assert np.allclose(colour, linear_colour((1.0, 0.37, 0.0)), atol=0.003)
 
 
-def test_a_segment_without_a_psurf_is_a_stick_from_site_to_site(tmp_path: Path):
-    write(standing(shipped("fourbar")), tmp_path / "out.glb")
+def test_a_segment_without_a_psurf_is_a_capsule_from_joint_to_joint(tmp_path: Path):
+    figure = shipped("fourbar")
+    write(standing(figure), tmp_path / "out.glb")
     scene = trimesh.load_scene(tmp_path / "out.glb")
     crank = scene.geometry["crank"]
-    assert np.allclose(np.sort(crank.extents), [0.016, 0.016, 0.2], atol=1e-6)
-    assert crank.volume > 0.0
+    shape = mass_capsule(figure, figure.segments["crank"])
+    assert shape is not None
+    width = 2.0 * shape.radius
+    assert np.allclose(np.sort(crank.extents), [width, width, 0.2 + width], atol=1e-6)
+    # 0.6 kg with the density of water, and less as the corners lie on the capsule
+    assert 0.94 * 0.6e-3 < crank.volume < 0.6e-3
     assert {"frame", "crank", "coupler", "rocker"} == set(scene.geometry)
 
 
