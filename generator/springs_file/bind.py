@@ -202,7 +202,7 @@ def spring_from_entry(
     law, why = _base_law(joint, entry, diagnostics, bounded=bounded)
     if law is None:
         return None if entry.law is not None else _damper_from_entry(direction, entry)
-    changed = _apply_modifiers(law, entry.scale, entry.offset, entry.hysteresis, entry.slip_rate)
+    changed = modified_law(law, entry.scale, entry.offset, entry.hysteresis, entry.slip_rate)
     if not is_finite(changed):
         diagnostics.error(
             f"the torque of this law of `{shorten(joint)}` is too large for a number within a turn",
@@ -220,7 +220,7 @@ def spring_from_entry(
     )
 
 
-def _apply_modifiers(
+def modified_law(
     law: Elastic, scale: float, offset: float, hysteresis: float, slip_rate: float
 ) -> Elastic:
     """Return a law scaled and shifted, then split by the direction of motion.

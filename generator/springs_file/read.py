@@ -49,7 +49,7 @@ from generator.springs_file.parse import (
     SpringsFile,
     parse_springs_source,
 )
-from generator.text_io import load_text, parse_file
+from generator.text_io import load_text, normalise_newlines, parse_file
 from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
 from springs.joint import UNKNOWN_AXIS
 from springs.stop import (
@@ -170,6 +170,7 @@ def load_springs(
     joining: Joining | None = None,
     *,
     with_base: bool = True,
+    text: str | None = None,
 ) -> Parsed[LoadedSprings]:
     """The passive springs of a figure, with all faults; bad input raises nothing.
 
@@ -188,6 +189,7 @@ def load_springs(
         joining: how the axes of a spherical joint join; None for what the file says, else
             conservative.
         with_base: whether the springs of an extended file and of the figure's fields stay.
+        text: of the springs file `choice`, which need not exist; None to read the file.
     """
     if choice is not None and str(choice) == NO_SPRINGS:
         none = SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS)
@@ -199,7 +201,9 @@ def load_springs(
     with suppress(TooManyErrors):
         if path is not None:
             own = _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX))
-            binder = _FileBinder(figure, own, stem, str(choice) == PRINTED_SPRINGS, diagnostics)
+            texts = {} if text is None else {path: Source(str(path), normalise_newlines(text))}
+            is_printed = str(choice) == PRINTED_SPRINGS
+            binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts)
             bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
         fields = figure if with_base else _without_fields(figure)
         springs = _build_spring_set(fields, bound, joining, diagnostics)
@@ -292,6 +296,7 @@ class _FileBinder:
         stem: name of the figure's file without the suffix.
         use_printed_values: as for `bind_optional_records`.
         diagnostics: for faults.
+        texts: of files that are not read, by path.
     """
 
     figure: Figure
@@ -299,6 +304,7 @@ class _FileBinder:
     stem: str | None
     use_printed_values: bool
     diagnostics: Diagnostics
+    texts: Mapping[Path, Source]
 
     def bind(self, path: Path, extended_by: tuple[Path, ...] = ()) -> FileSprings:
         """Return the springs of a file and of those that it extends; faults are noted.
@@ -324,7 +330,8 @@ class _FileBinder:
 
     def bind_alone(self, path: Path) -> tuple[FileSprings, SpringsFile | None]:
         """Return the springs of a file, and its content if it is a springs file without faults."""
-        source, fault = load_text(path, str(path))
+        known = self.texts.get(path)
+        source, fault = load_text(path, str(path)) if known is None else (known, None)
         if fault is not None:
             self.diagnostics.error(fault.message, fault.span, fault.hint)
             return FileSprings(path.name), None

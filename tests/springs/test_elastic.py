@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from springs import Cubic, Linear, Stop, total_energy, total_torque
-from springs.elastic import describe_extrapolation, mirror_range, valid_range
+from springs.elastic import common_valid_range, describe_extrapolation, mirror_range, valid_range
 from springs.exponential import Exponential
 from springs.interpolated import Interpolated
 
@@ -65,3 +65,9 @@ def test_an_open_end_is_never_passed():
 
 def test_an_unknown_range_is_said_to_be_unknown():
     assert "not known" in describe_extrapolation(None, 0.0, 1.0)
+
+
+def test_laws_hold_together_where_all_of_them_are_known():
+    one, other = (Exponential((), 1.0, known) for known in ((-1.0, 0.5), (-0.5, 2.0)))
+    assert common_valid_range((one, *LAWS, other)) == (-0.5, 0.5)
+    assert common_valid_range(LAWS) is None

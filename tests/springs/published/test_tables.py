@@ -17,6 +17,7 @@ from springs.published.tables import (
     PublishedError,
     coupled_law,
     curve,
+    curves_of_motion,
     motion_ranges,
     publication,
     publications,
@@ -557,3 +558,15 @@ def test_a_row_may_be_less_sure_than_its_publication():
 def test_what_there_is_not_is_said(ask, message):
     with pytest.raises(PublishedError, match=message):
         ask()
+
+
+def test_curves_of_a_motion_are_one_of_each_publication_and_measurements_come_first():
+    found = curves_of_motion("left_knee", "flexion")
+    keys = [key for key, _ in found]
+    assert keys[0].startswith("silder_2007/")
+    assert len({key.partition("/")[0] for key in keys}) == len(keys)
+    assert all(curve(key) is row for key, row in found)
+    obstacles = [bool(row.obstacle) for _, row in found]
+    assert obstacles == sorted(obstacles)
+    assert {row.motion for _, row in found} == {"knee flexion"}
+    assert curves_of_motion("hinge", "flexion") == []

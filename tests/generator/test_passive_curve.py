@@ -1,0 +1,188 @@
+"""Passive moment curves of the joints of a figure."""
+
+from dataclasses import replace
+from math import pi, radians
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator import read_figure
+from generator.joint_chain import build_chain
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.passive_curve import (
+    LARGEST_TORQUE,
+    TORQUE_MARGIN,
+    PassiveCurve,
+    angle_about,
+    axis_name,
+    initial_angles,
+    joint_label,
+    passive_curves,
+    passive_torque,
+)
+from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
+from generator.springs_file.read import read_springs
+from springs import conservative_energy
+
+FIGURE = read_figure("prototype")
+SPRINGS = read_springs(None, FIGURE)
+COUPLED = read_springs("coupled", FIGURE)
+CURVES = passive_curves(FIGURE, SPRINGS)
+REST = initial_angles(FIGURE)
+
+
+def curve_of(joint: str, motion: str, curves=None) -> PassiveCurve:
+    return next(one for one in (curves or CURVES)[joint] if one.motion == motion)
+
+
+def test_the_angles_begin_as_the_figure_does():
+    initial = initial_displacements(build_tree(FIGURE))
+    assert all(np.array_equal(REST[name], initial[name]) for name in initial)
+
+
+def test_every_axis_with_a_law_has_a_curve():
+    assert {name: len(curves) for name, curves in CURVES.items()} == {
+        name: len(joint.axes) for name, joint in SPRINGS.joints.items()
+    }
+    for curves in CURVES.values():
+        for one in curves:
+            assert np.all(np.diff(one.angles) > 0.0)
+            assert np.array_equal(one.moment_at(one.angles), one.torques)
+            assert float(one.moment_at(0.3)) == pytest.approx(float(one.moment_at(np.array(0.3))))
+
+
+def test_left_and_right_have_one_curve():
+    for joint, curves in CURVES.items():
+        if joint.startswith("left"):
+            for one, other in zip(curves, CURVES[joint.replace("left", "right")], strict=True):
+                assert one.motion == other.motion
+                assert np.array_equal(one.torques, other.torques)
+
+
+def test_the_knee_has_the_dead_zone_of_the_thesis_and_the_literature():
+    knee = curve_of("left_knee", "flexion")
+    assert knee.label == "Left knee flexion"
+    assert knee.dead_zone == pytest.approx((0.0, 1.553))
+    assert knee.published[0].label == "silder 2007, knee hip 0 ankle 20"
+    obstacles = [bool(one.row.obstacle) for one in knee.published]
+    assert obstacles == sorted(obstacles)
+    for one in knee.published:
+        known = np.isfinite(one.torques)
+        assert known.any()
+        low, high = one.row.valid_range or (-pi, pi)
+        inside = knee.angles[known]
+        assert low - 1e-9 <= inside.min()
+        assert inside.max() <= high + 1e-9
+        if one.band is not None:
+            assert np.all(one.band[0][known] <= one.torques[known])
+            assert np.all(one.torques[known] <= one.band[1][known])
+    low, high = knee.torque_limits()
+    assert -low == high <= TORQUE_MARGIN * LARGEST_TORQUE
+
+
+def test_a_hinge_counts_whole_turns_about_its_own_axis():
+    knee = curve_of("left_knee", "flexion")
+    angle = np.array([2.5 * pi])
+    sign = float(np.dot(FIGURE.joints["left_knee"].chain[0].axis, knee.spring.direction))
+    assert knee.component({"left_knee": angle}) == pytest.approx(sign * 2.5 * pi)
+    frames = np.linspace(-1.0, 1.0, 5)[:, None]
+    assert knee.component({"left_knee": frames}).shape == (5,)
+
+
+VECTORS = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(lambda v: np.array(v) * 0.9)
+
+
+@given(VECTORS)
+def test_the_angle_about_an_axis_is_the_component_of_the_rotation_vector(vector):
+    chain = build_chain(FIGURE.joints["left_shoulder"].chain)
+    pose = np.eye(4)
+    pose[:3, :3] = matrix_from_rotation_vector(vector)
+    displacements = chain.displacements(pose)
+    for one in CURVES["left_shoulder"]:
+        angle = angle_about(chain, one.spring.direction, displacements)
+        assert angle == pytest.approx(float(vector @ one.spring.direction), abs=1e-9)
+
+
+@given(VECTORS, VECTORS)
+def test_the_torque_of_a_joint_in_a_pose_is_minus_the_slope_of_its_energy(vector, rate):
+    chain = build_chain(FIGURE.joints["left_shoulder"].chain)
+    axes = SPRINGS.joints["left_shoulder"].axes
+
+    def turned(time: float) -> np.ndarray:
+        """Rotation vector after a turn at the rate, in the half-way frame of the first pose."""
+        half = matrix_from_rotation_vector(0.5 * vector)
+        matrix = half @ matrix_from_rotation_vector(time * rate) @ half
+        pose = np.eye(4)
+        pose[:3, :3] = matrix
+        return chain.displacements(pose)
+
+    torque = passive_torque(FIGURE, SPRINGS, "left_shoulder", REST | {"left_shoulder": turned(0.0)})
+    step = 1e-5
+
+    def energy(time: float) -> float:
+        matrix = chain.pose(turned(time))[:3, :3]
+        return float(conservative_energy(axes, rotation_vector_from_matrix(matrix)))
+
+    slope = (energy(step) - energy(-step)) / (2.0 * step)
+    assert float(torque @ rate) == pytest.approx(-slope, abs=1e-3 * (1.0 + abs(slope)))
+
+
+def test_a_turn_about_one_axis_has_the_torque_of_its_curve():
+    for joint, curves in CURVES.items():
+        chain = build_chain(FIGURE.joints[joint].chain)
+        for one in curves:
+            pose = np.eye(4)
+            pose[:3, :3] = matrix_from_rotation_vector(0.7 * np.array(one.spring.direction))
+            at = REST | {joint: chain.displacements(pose)}
+            assert one.component(at) == pytest.approx(0.7)
+            about = float(passive_torque(FIGURE, SPRINGS, joint, at) @ one.spring.direction)
+            assert about == pytest.approx(float(one.moment_at(0.7)), abs=1e-6)
+
+
+def test_a_coupled_law_is_taken_at_the_present_angles_of_the_others():
+    bent = REST | {"left_hip_joint": hip_flexed(radians(60.0))}
+    straight = curve_of("left_knee", "flexion", passive_curves(FIGURE, COUPLED))
+    flexed = curve_of("left_knee", "flexion", passive_curves(FIGURE, COUPLED, bent))
+    assert straight.held == {"hip flexion": 0.0}
+    assert flexed.held["hip flexion"] == pytest.approx(radians(60.0))
+    assert straight.valid_range == pytest.approx((0.0, radians(135.0)))
+    coupled = next(one for one in COUPLED.coupled if one.axes[1].joint == "left_knee")
+    for curve, hip in ((straight, 0.0), (flexed, radians(60.0))):
+        expected = float(coupled.law.torques([hip, 0.4])[1])
+        assert float(curve.moment_at(0.4)) == pytest.approx(expected)
+    at = bent | {"left_knee": np.array([0.4 * sign_of("left_knee")])}
+    torque = passive_torque(FIGURE, COUPLED, "left_knee", at) @ flexed.spring.direction
+    assert float(torque) == pytest.approx(float(flexed.moment_at(0.4)))
+
+
+def sign_of(joint: str) -> float:
+    axis = curve_of(joint, "flexion").spring.direction
+    return float(np.dot(FIGURE.joints[joint].chain[0].axis, axis))
+
+
+def hip_flexed(angle: float) -> np.ndarray:
+    chain = build_chain(FIGURE.joints["left_hip_joint"].chain)
+    direction = curve_of("left_hip_joint", "flexion").spring.direction
+    pose = np.eye(4)
+    pose[:3, :3] = matrix_from_rotation_vector(angle * np.array(direction))
+    return chain.displacements(pose)
+
+
+def test_an_axis_with_a_coupled_law_alone_has_a_curve():
+    bare = replace(COUPLED, joints={})
+    curves = passive_curves(FIGURE, bare)
+    assert set(curves) == {"left_hip_joint", "left_knee", "right_hip_joint", "right_knee"}
+    (knee,) = curves["left_knee"]
+    assert knee.motion == "flexion"
+    whole = curve_of("left_knee", "flexion", passive_curves(FIGURE, COUPLED))
+    assert np.allclose(knee.moment_at(whole.angles), whole.torques)
+
+
+def test_names_of_joints_and_axes():
+    assert joint_label("left_hip_joint") == "Left hip"
+    assert joint_label("joint") == "Joint"
+    assert axis_name((0.0, -1.0, 0.0)) == "about -y"
+    assert axis_name((0.6, 0.8, 0.0)) == "about (0.6, 0.8, 0)"
