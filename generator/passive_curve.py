@@ -1,1 +1,359 @@
-"""The passive moment of a joint about one axis as a curve, beside published ones."""
+"""The passive moment of a joint about one axis as a curve, beside published ones.
+
+The angle about an axis is that of the spring model: the displacement of a hinge, else the component
+of the rotation vector.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+
+from generator.figure import Figure, Joint
+from generator.joint_chain import Chain, build_chain
+from generator.rotations import Array, rotation_vector_from_matrix
+from generator.springs_file.axes import parallel_sign
+from springs import (
+    AxisSpring,
+    CoupledSpring,
+    Elastic,
+    SpringSet,
+    elastic_torque,
+    group_torque,
+    total_torque,
+)
+from springs.elastic import Range, common_valid_range
+from springs.joint import Direction
+from springs.lint.curve import FIRM_TORQUE, lint_range
+from springs.published.range_of_motion import RangeEnd, normal_range
+from springs.published.rows import PublishedCurve
+from springs.published.tables import curves_of_motion
+
+_SPACING = radians(1.0)
+"""Distance of the angles of a curve [rad]."""
+
+_MARGIN = radians(15.0)
+"""Angle drawn beyond the normal range, the limits and the known range [rad]."""
+
+_RELATIVE_ROUNDING = 1e-9
+"""Torque that is nothing but rounding, relative to the largest one."""
+
+Displacements = Mapping[str, Array]
+"""By joint: a value for each factor of its chain, shape (n,) [rad or m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PublishedTorques:
+    """A published curve at the angles of a passive curve.
+
+    Attributes:
+        key: `publication/name`.
+        row: as published.
+        torques: on the child, nan beyond the range in which the curve is known, shape (n,) [N m].
+        band: lower and upper edge of the published scatter, nan likewise [N m]; None without one.
+    """
+
+    key: str
+    row: PublishedCurve
+    torques: Array
+    band: tuple[Array, Array] | None
+
+    @property
+    def label(self) -> str:
+        """Publication and curve in words."""
+        return self.key.replace("/", ", ").replace("_", " ")
+
+
+@dataclass(frozen=True, eq=False)
+class PassiveCurve:
+    """The passive moment of a joint about one axis, as a function of the angle about it.
+
+    Attributes:
+        joint: its name.
+        spring: about the axis.
+        chain: of the joint.
+        laws: those of the spring, and of laws over several joints at the present values of the
+            other angles.
+        held: angles of other joints of which the curve depends, by coordinate [rad].
+        angles: increasing, shape (n,) [rad].
+        torques: of all laws on the child, shape (n,) [N m].
+        normal_ends: ends of the normal range of motion; None where one is not known.
+        published: curves of the same motion, measurements first.
+    """
+
+    joint: str
+    spring: AxisSpring
+    chain: Chain
+    laws: tuple[Elastic, ...]
+    held: Mapping[str, float]
+    angles: Array
+    torques: Array
+    normal_ends: tuple[RangeEnd | None, RangeEnd | None]
+    published: tuple[PublishedTorques, ...]
+
+    @property
+    def motion(self) -> str:
+        """Name of a positive angle, or of the axis."""
+        return self.spring.motion or axis_name(self.spring.direction)
+
+    @property
+    def label(self) -> str:
+        """Joint and motion ("Left knee flexion")."""
+        return f"{joint_label(self.joint)} {self.motion}"
+
+    @property
+    def valid_range(self) -> Range | None:
+        """Range in which the laws are known to hold [rad], or None where that is not known."""
+        return common_valid_range(self.laws)
+
+    @property
+    def checked_range(self) -> Range:
+        """The normal range with a margin, or -90 to 90 deg for an end that is not known [rad]."""
+        return lint_range(*self.normal_ends)
+
+    @property
+    def dead_zone(self) -> Range | None:
+        """The widest range without a torque among the angles [rad], or None."""
+        free = np.abs(self.torques) <= _RELATIVE_ROUNDING * np.abs(self.torques).max(initial=0.0)
+        edges = np.flatnonzero(np.diff([False, *free.tolist(), False])).reshape(-1, 2)
+        zones = [(float(self.angles[a]), float(self.angles[b - 1])) for a, b in edges]
+        zone = max(zones, key=lambda one: one[1] - one[0], default=None)
+        return zone if zone is not None and zone[1] > zone[0] else None
+
+    def component(self, displacements: Displacements) -> Array:
+        """Angle about the axis in a pose, or in frames of shape (m, n) [rad]."""
+        return angle_about(self.chain, self.spring.direction, displacements[self.joint])
+
+    def moment_at(self, angle: float | Array) -> Array:
+        """Torque on the child at angles about the axis alone [N m]."""
+        at = np.asarray(angle, dtype=float)
+        return np.asarray(total_torque(self.laws, at)) + np.zeros_like(at)
+
+    def torque_limits(self) -> Range:
+        """Limits that show measurements, and the curve as far as `LARGEST_TORQUE` [N m]."""
+        low, high = self.checked_range
+        inside = (self.angles >= low) & (self.angles <= high)
+        sizes = np.abs(self.torques)
+        least = min(FIRM_TORQUE, float(sizes.max(initial=_SMALLEST_TORQUE)))
+        largest = min(float(sizes[inside].max(initial=least)), LARGEST_TORQUE)
+        for one in self.published:
+            if not one.row.obstacle:
+                known = inside & np.isfinite(one.torques)
+                largest = max(largest, float(np.abs(one.torques[known]).max(initial=0.0)))
+        return -TORQUE_MARGIN * largest, TORQUE_MARGIN * largest
+
+
+LARGEST_TORQUE = 80.0
+"""Torque up to which a curve is drawn [N m]; measurements end at 64 N m."""
+
+_SMALLEST_TORQUE = 1e-6
+"""Torque of a curve that is zero everywhere, for the limits of its drawing [N m]."""
+
+TORQUE_MARGIN = 1.4
+"""Largest torque drawn, relative to the largest of the curve and of measurements."""
+
+
+def passive_curves(
+    figure: Figure, springs: SpringSet, displacements: Displacements | None = None
+) -> dict[str, tuple[PassiveCurve, ...]]:
+    """Return the curves of all joints that have springs about axes, by joint.
+
+    Args:
+        figure: the figure.
+        springs: of its joints.
+        displacements: angles at which laws over several joints are taken; None for those of the
+            figure.
+    """
+    at = initial_angles(figure) if displacements is None else displacements
+    curves = {
+        name: tuple(
+            passive_curve(figure, springs, name, spring, at)
+            for spring in axis_springs(springs, name)
+        )
+        for name in figure.joints
+    }
+    return {name: found for name, found in curves.items() if found}
+
+
+def initial_angles(figure: Figure) -> dict[str, Array]:
+    """Return the displacements in the figure's file, shape (n,) per joint [rad or m]."""
+    return {name: np.array(joint.displacement) for name, joint in figure.joints.items()}
+
+
+def axis_springs(springs: SpringSet, joint: str) -> tuple[AxisSpring, ...]:
+    """Return the springs about the axes of a joint with a law, one of their own or a coupled one.
+
+    An axis that has only a law over several joints gets a spring without a law of its own.
+    """
+    own = springs.joints.get(joint)
+    found = [] if own is None else list(own.axes)
+    for coupled in springs.coupled:
+        for coordinate, axis in zip(coupled.law.coordinates, coupled.axes, strict=True):
+            known = any(parallel_sign(spring.direction, axis.direction) for spring in found)
+            if axis.joint == joint and not known:
+                found.append(AxisSpring(axis.direction, motion=coordinate.partition(" ")[2]))
+    return tuple(
+        spring for spring in found if spring.elastic or _coupled_about(springs, joint, spring)
+    )
+
+
+def passive_curve(
+    figure: Figure,
+    springs: SpringSet,
+    joint: str,
+    spring: AxisSpring,
+    displacements: Displacements,
+) -> PassiveCurve:
+    """Return the curve of one of the `axis_springs` of a joint in a pose; see `passive_curves`."""
+    laws, held = list(spring.elastic), dict[str, float]()
+    for coupled, k, sign in _coupled_about(springs, joint, spring):
+        others = _other_angles(figure, coupled, k, displacements)
+        law = coupled.law.single_angle_law(coupled.law.coordinates[k], others)
+        laws.append(law if sign > 0 else law.mirrored())
+        held |= others
+    ends = normal_range(joint, spring.motion)
+    angles = _sampled_angles(figure.joints[joint], spring, laws, lint_range(*ends))
+    return PassiveCurve(
+        joint,
+        spring,
+        build_chain(figure.joints[joint].chain),
+        tuple(laws),
+        held,
+        angles,
+        np.asarray(total_torque(laws, angles)) + np.zeros_like(angles),
+        ends,
+        tuple(
+            _published_torques(key, row, angles)
+            for key, row in curves_of_motion(joint, spring.motion)
+        ),
+    )
+
+
+def passive_torque(
+    figure: Figure, springs: SpringSet, joint: str, displacements: Displacements
+) -> Array:
+    """Return the elastic torque of all laws of a joint on its child in a pose, shape (3,) [N m].
+
+    Components are in the half-way frame, the parent's site turned by half the joint's rotation; for
+    a hinge its component along the axis counts.
+    """
+    own = springs.joints.get(joint)
+    chain = build_chain(figure.joints[joint].chain)
+    vector = rotation_vector(chain, displacements[joint])
+    size = np.zeros(3)
+    for coupled in springs.coupled:
+        if not any(axis.joint == joint for axis in coupled.axes):
+            continue
+        angles = [float(_coupled_angle(figure, coupled, k, displacements))
+                  for k in range(len(coupled.axes))]  # fmt: skip
+        torques = coupled.law.torques(angles)
+        for torque, axis in zip(torques, coupled.axes, strict=True):
+            if axis.joint == joint:
+                size += float(torque) * np.array(axis.direction)
+    axes = () if own is None else own.axes
+    if len(chain.rotations) == 1:
+        for axis in axes:
+            angle = angle_about(chain, axis.direction, displacements[joint])
+            size += float(total_torque(axis.elastic, float(angle))) * np.array(axis.direction)
+        return size
+    return group_torque(size, vector) + elastic_torque(springs.joining, axes, vector)
+
+
+def rotation_vector(chain: Chain, displacements: Array) -> Array:
+    """Return the rotation vector of a joint's child in its parent, (..., n) to (..., 3) [rad]."""
+    return rotation_vector_from_matrix(chain.pose(displacements)[..., :3, :3])
+
+
+def angle_about(chain: Chain, direction: Direction, displacements: Array) -> Array:
+    """Return the angle about an axis of a joint, (..., n) [rad or m] to (...) [rad].
+
+    It is the displacement of a hinge, which may exceed a turn, else the component of the rotation
+    vector.
+    """
+    values = np.asarray(displacements, dtype=float)
+    if len(chain.rotations) == 1:
+        k = chain.rotations[0]
+        return values[..., k] * float(np.dot(chain.joint_axes[k].axis, direction))
+    return rotation_vector(chain, values) @ np.array(direction)
+
+
+def joint_label(joint: str) -> str:
+    """Return the name of a joint as a label ("Left hip" of `left_hip_joint`)."""
+    words = joint.replace("_", " ").strip()
+    shorter = words.removesuffix(" joint") or words
+    return shorter[:1].upper() + shorter[1:]
+
+
+def axis_name(direction: Direction) -> str:
+    """Return an axis of a joint's frame in words ("about x")."""
+    names = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
+    x, y, z = (part + 0.0 for part in direction)
+    if (x, y, z) in names:
+        return f"about {names[x, y, z]}"
+    if (-x, -y, -z) in names:
+        return f"about -{names[-x, -y, -z]}"
+    return f"about ({x:.3g}, {y:.3g}, {z:.3g})"
+
+
+def _sampled_angles(
+    joint: Joint, spring: AxisSpring, laws: Sequence[Elastic], checked: Range
+) -> Array:
+    """Return the angles at which a curve is drawn, with the breakpoints of its laws [rad]."""
+    ends = [*checked, *(common_valid_range(laws) or ())]
+    ends += [corner for law in laws for corner in law.breakpoints]
+    for k, axis in enumerate(joint.chain):
+        sign = parallel_sign(axis.axis, spring.direction)
+        for limits in (joint.lower_limit, joint.upper_limit):
+            if sign and limits is not None:
+                ends.append(sign * limits[k])
+    ends = [end for end in ends if np.isfinite(end)]
+    low, high = max(min(ends) - _MARGIN, -np.pi), min(max(ends) + _MARGIN, np.pi)
+    corners = [corner for law in laws for corner in law.breakpoints if low < corner < high]
+    count = int((high - low) / _SPACING) + 2
+    return np.unique([*np.linspace(low, high, count), *corners])
+
+
+def _published_torques(key: str, row: PublishedCurve, angles: Array) -> PublishedTorques:
+    low, high = row.valid_range or (-np.inf, np.inf)
+    known = (angles >= low - 1e-12) & (angles <= high + 1e-12)
+    band = row.torque_band(angles)
+    return PublishedTorques(
+        key,
+        row,
+        np.where(known, np.asarray(row.law.torque(angles)), np.nan),
+        None
+        if band is None
+        else (np.where(known, band[0], np.nan), np.where(known, band[1], np.nan)),
+    )
+
+
+def _coupled_about(
+    springs: SpringSet, joint: str, spring: AxisSpring
+) -> list[tuple[CoupledSpring, int, int]]:
+    """Return the coupled laws about the axis of a spring: coordinate and sense in the axis."""
+    return [
+        (coupled, k, sign)
+        for coupled in springs.coupled
+        for k, axis in enumerate(coupled.axes)
+        if axis.joint == joint and (sign := parallel_sign(axis.direction, spring.direction))
+    ]
+
+
+def _other_angles(
+    figure: Figure, coupled: CoupledSpring, k: int, displacements: Displacements
+) -> dict[str, float]:
+    """Return the angles of the other coordinates of a coupled law [rad]."""
+    return {
+        name: float(_coupled_angle(figure, coupled, j, displacements))
+        for j, name in enumerate(coupled.law.coordinates)
+        if j != k
+    }
+
+
+def _coupled_angle(
+    figure: Figure, coupled: CoupledSpring, k: int, displacements: Displacements
+) -> Array:
+    axis = coupled.axes[k]
+    chain = build_chain(figure.joints[axis.joint].chain)
+    return angle_about(chain, axis.direction, displacements[axis.joint])

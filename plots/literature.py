@@ -16,8 +16,8 @@ from springs.backends import Array
 from springs.elastic import Elastic, Range, describe_extrapolation
 from springs.interpolated import Interpolated
 from springs.published import tables as published
-from springs.published.reference import Reference, Sample, Sureness
-from springs.published.rows import PublishedCurve
+from springs.published.reference import Reference, Sample
+from springs.published.rows import PublishedCurve, comparison_obstacle
 
 YOON_MANSOUR = (
     "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
@@ -71,13 +71,7 @@ class Literature:
     @property
     def obstacle(self) -> str:
         """Reason why no joint can be compared with the curve, or ""."""
-        if not self.sample.is_measured:
-            return f"the curve is {self.sample}"
-        if self.reference.sureness is Sureness.DISPUTED:
-            return "code bases disagree about its numbers"
-        if not self.range_is_measured:
-            return "the range in which it was measured is not known"
-        return ""
+        return comparison_obstacle(self.sample, self.reference, self.range_is_measured)
 
     @property
     def scatter_text(self) -> str:

@@ -24,7 +24,7 @@ from plots.literature import Literature, published_curve
 from plots.plate import Plate, plate_name
 from springs import AxisSpring, SpringSet, total_torque
 from springs.backends import Array
-from springs.elastic import valid_range
+from springs.elastic import common_valid_range
 from springs.lint.report import CurveReport, report_curves
 from springs.published import tables as published
 
@@ -91,17 +91,8 @@ def matching_literature(joint: str, motion: str) -> list[Literature]:
         joint: name of the joint in its figure; one of its words says which it is ("left_elbow").
         motion: name of a positive angle ("flexion", "twist to the left").
     """
-    kind = motion.partition(" to the ")[0]
-    wanted = {f"{word} {kind}" for word in joint.lower().split("_")}
-    found: list[Literature] = []
-    for name in published.publications():
-        rows = published.publication(name).curves.values()
-        row = next((row for row in rows if row.motion in wanted), None)
-        if row is not None:
-            label = f"{name.replace('_', ' ')}, {row.name.replace('_', ' ')}"
-            found.append(published_curve(f"{name}/{row.name}", label))
-    found.sort(key=lambda one: bool(one.obstacle))
-    return found[: len(LINE_STYLES)]
+    found = published.curves_of_motion(joint, motion)[: len(LINE_STYLES)]
+    return [published_curve(key, key.replace("/", ", ").replace("_", " ")) for key, _ in found]
 
 
 def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSprings | None) -> Plate:
@@ -120,12 +111,14 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
         for row, style in zip(literature, LINE_STYLES, strict=False):
             _draw_literature(axes, row, angles, style, references)
             columns[f"{row.label} [N m]"] = row.torque(angles)
-        known = _known_range(spring)
+        known = common_valid_range(spring.elastic)
         _draw_spring(axes, angles, torque, known, THESIS_STYLE, own.name)
         if other is not None and compared is not None:
             beside = np.asarray(total_torque(compared.elastic, angles)) + np.zeros_like(angles)
             columns[f"{other.name} [N m]"] = beside
-            _draw_spring(axes, angles, beside, _known_range(compared), OTHER_STYLE, other.name)
+            _draw_spring(
+                axes, angles, beside, common_valid_range(compared.elastic), OTHER_STYLE, other.name
+            )
         draw_zero_line(axes)
         axes.set_xlim(degrees(float(angles[0])), degrees(float(angles[-1])))
         axes.set_ylim(*_torque_limits(angles, torque, literature, (low, high)))
@@ -163,12 +156,6 @@ def _caption(report: CurveReport, literature: Sequence[Literature]) -> str:
     scatter = " ".join(f"Band of {row.label}: {row.scatter_text}." for row in bands)
     nothing = "" if literature else "No published curve has this motion."
     return " ".join(filter(None, [range_text, scatter, nothing, doubts]))
-
-
-def _known_range(spring: AxisSpring) -> tuple[float, float] | None:
-    """Intersection of the ranges of the laws that have one [rad]."""
-    ranges = [known for law in spring.elastic if (known := valid_range(law)) is not None]
-    return (max(low for low, _ in ranges), min(high for _, high in ranges)) if ranges else None
 
 
 def _draw_spring(

@@ -81,6 +81,12 @@ def valid_range(law: object) -> Range | None:
     return law.valid_range if isinstance(law, HasValidRange) else None
 
 
+def common_valid_range(laws: Iterable[Elastic]) -> Range | None:
+    """The range in which all laws that know theirs are known to hold [rad]; None without one."""
+    ranges = [known for law in laws if (known := valid_range(law)) is not None]
+    return (max(low for low, _ in ranges), min(high for _, high in ranges)) if ranges else None
+
+
 def mirror_range(limits: Range | None) -> Range | None:
     """The range of the same joint when its angle is counted the other way [rad]."""
     return None if limits is None else (-limits[1], -limits[0])

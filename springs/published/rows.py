@@ -9,9 +9,18 @@ from springs.backends import Array
 from springs.coupled import CoupledExponential
 from springs.elastic import Elastic, Range, mirror_range
 from springs.published.formulas import FORMULAS, PrintedCurve
-from springs.published.reference import Reference, Sample
+from springs.published.reference import Reference, Sample, Sureness
 from springs.published.shoulder_rhythm import BoneAngle
 from springs.transformed import Transformed
+
+
+def comparison_obstacle(sample: Sample, reference: Reference, range_is_measured: bool) -> str:
+    """Return the reason why no joint can be compared with a curve, or ""."""
+    if not sample.is_measured:
+        return f"the curve is {sample}"
+    if reference.sureness is Sureness.DISPUTED:
+        return "code bases disagree about its numbers"
+    return "" if range_is_measured else "the range in which it was measured is not known"
 
 
 @dataclass(frozen=True)
@@ -66,6 +75,11 @@ class PublishedCurve:
         """Range of our angle in which the curve is known to hold [rad], or None."""
         known = self.printed.valid_range
         return mirror_range(known) if self.angle_sign < 0 else known
+
+    @property
+    def obstacle(self) -> str:
+        """Reason why no joint can be compared with the curve, or ""."""
+        return comparison_obstacle(self.sample, self.reference, self.range_is_measured)
 
     @property
     def scatter_text(self) -> str:

@@ -46,6 +46,24 @@ def curve(key: str) -> PublishedCurve:
     return _find_row(key, "curve", _publication_of_key(key).curves)
 
 
+def curves_of_motion(joint: str, motion: str) -> list[tuple[str, PublishedCurve]]:
+    """Curves of a motion of a joint with their keys, one of each publication, measurements first.
+
+    Args:
+        joint: name of the joint in its figure; one of its words says which it is ("left_elbow").
+        motion: name of a positive angle ("flexion", "twist to the left").
+    """
+    kind = motion.partition(" to the ")[0]
+    wanted = {f"{word} {kind}" for word in joint.lower().split("_")}
+    found: list[tuple[str, PublishedCurve]] = []
+    for name in publications():
+        rows = publication(name).curves.values()
+        row = next((row for row in rows if row.motion in wanted), None)
+        if row is not None:
+            found.append((f"{name}/{row.name}", row))
+    return sorted(found, key=lambda one: bool(one[1].obstacle))
+
+
 def coupled_law(key: str) -> PublishedCoupledLaw:
     """The coupled law `publication/name`. Raises PublishedError when there is none."""
     return _find_row(key, "coupled law", _publication_of_key(key).coupled_laws)
