@@ -204,7 +204,7 @@ def convert(
         typer.Argument(
             metavar="OUTPUT...",
             help="Files to write, each in the format of its suffix (docs/formats.md). Of a motion: "
-            ".action .csv .npz .glb .bvh .mot .sto .x3d. Of a model: figures, .fig.",
+            ".action .csv .npz .glb .bvh .mot .sto .x3d .html. Of a model: figures, .fig.",
         ),
     ],
     figure: Annotated[

@@ -154,7 +154,7 @@ def simulate(
             "--output",
             "-o",
             metavar="FILE",
-            help="Motion file to write: .action .csv .npz .glb .bvh .mot .sto .x3d.",
+            help="Motion file to write: .action .csv .npz .glb .bvh .mot .sto .x3d .html.",
         ),
     ] = None,
     *,
@@ -251,7 +251,7 @@ def simulate(
             check()
 
         recording = run(figure, plan, watch)
-        written = write_motion(motion_from_recording(recording, figure), files)
+        written = write_motion(motion_from_recording(recording, figure, spring_set), files)
     study = None
     if more_starts is not None and recording.outcome.succeeded:
         study = _run_starts(figure, plan, more_starts, show_progress=show_progress)

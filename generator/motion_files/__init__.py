@@ -18,6 +18,7 @@ from generator.motion_files.action import (
 from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.npz import read_npz
 from generator.recording import Recording
+from springs import SpringSet
 
 __all__ = [
     "MOTION_FORMATS",
@@ -55,6 +56,12 @@ def _write_x3d(motion: FigureMotion, path: Path) -> Losses:
     return x3d.write(motion, path)
 
 
+def _write_page(motion: FigureMotion, path: Path) -> Losses:
+    from generator.motion_files import page  # imports what reads surfaces
+
+    return page.write(motion, path)
+
+
 MOTION_FORMATS: Mapping[str, MotionWriter] = {
     ".action": action.write,
     ".csv": tables.write_csv,
@@ -64,6 +71,7 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
     ".mot": tables.write_mot,
     ".sto": tables.write_sto,
     ".x3d": _write_x3d,
+    ".html": _write_page,
 }
 """Writers by suffix."""
 
@@ -79,8 +87,17 @@ def motion_writer(path: Path) -> MotionWriter:
         raise UsageError(f"{path}: {problem}; known are {', '.join(MOTION_FORMATS)}") from None
 
 
-def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:
+def write_recording(
+    recording: Recording, figure: Figure, path: str | Path, springs: SpringSet | None = None
+) -> Losses:
     """Write a recording of a figure, whole or not at all, in the format of the path's suffix.
+
+    Args:
+        recording: the run.
+        figure: its figure.
+        path: of the file.
+        springs: of the run, for the curves of a page (`.html`); None looks for them beside the
+            figure under the name that the recording has.
 
     Raises:
         UsageError: the suffix is unknown.
@@ -88,4 +105,5 @@ def write_recording(recording: Recording, figure: Figure, path: str | Path) -> L
         ModelError: the recording is not one of the figure.
         MoverError: the format cannot hold the motion.
     """
-    return motion_writer(Path(path))(motion_from_recording(recording, figure), Path(path))
+    motion = motion_from_recording(recording, figure, springs)
+    return motion_writer(Path(path))(motion, Path(path))

@@ -119,26 +119,31 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         ModelError: the motion is of another figure.
         MoverError: frames follow each other too closely to be told apart.
     """
+    content, losses = format_glb(motion)
+    write_atomic(path, content)
+    entries = [*losses, NO_MASSES, unrepresented(motion), _ROUNDED]
+    return Losses.collect("glTF", entries)
+
+
+def format_glb(motion: FigureMotion) -> tuple[bytes, list[Loss]]:
+    """Return the bytes of a `.glb`, and the losses of the motion and of the figure's appearance.
+
+    Raises:
+        ModelError: the motion is of another figure.
+        MoverError: frames follow each other too closely to be told apart.
+    """
     skeleton = build_skeleton(motion)
     appearances, unseen = segment_appearances(motion.figure)
     document = _GlbBuilder(motion, skeleton)
     for name, segment in motion.figure.segments.items():
         document.add_segment(segment, appearances.get(name))
     document.add_animation()
-    write_atomic(path, document.to_bytes())
     start = float(motion.times[0])
-    losses = [
-        *skeleton.losses(_MIN_TRANSLATION),
-        *unseen,
-        Loss(f"the time of the first frame, {start:g} s; the file begins at 0 s")
-        if start
-        else None,
-        Loss("displacements: the file holds orientations, without whole turns"),
-        NO_MASSES,
-        unrepresented(motion),
-        _ROUNDED,
-    ]
-    return Losses.collect("glTF", losses)
+    losses = [*skeleton.losses(_MIN_TRANSLATION), *unseen]
+    if start:
+        losses.append(Loss(f"the time of the first frame, {start:g} s; the file begins at 0 s"))
+    losses.append(Loss("displacements: the file holds orientations, without whole turns"))
+    return document.to_bytes(), losses
 
 
 class _GlbBuilder:

@@ -17,6 +17,7 @@ from generator.losses import Loss
 from generator.recording import Ending, Recording
 from generator.rotations import Array
 from generator.text_io import open_regular_file
+from springs import SpringSet
 
 NONE = "none"
 """Text of a missing value."""
@@ -107,6 +108,7 @@ class FigureMotion:
         times: of the n frames [s], shape (n,).
         displacements: of each joint, shape (n, degrees of freedom) [rad or m].
         recording: the run that the motion is from; None for one from an action file.
+        springs: of the run; None where only the header names them.
     """
 
     figure: Figure
@@ -115,6 +117,7 @@ class FigureMotion:
     times: Array
     displacements: Mapping[str, Array]
     recording: Recording | None = None
+    springs: SpringSet | None = None
 
     @cached_property
     def tree(self) -> Tree:
@@ -133,8 +136,10 @@ class FigureMotion:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def motion_from_recording(recording: Recording, figure: Figure) -> FigureMotion:
-    """The motion of a run of a figure."""
+def motion_from_recording(
+    recording: Recording, figure: Figure, springs: SpringSet | None = None
+) -> FigureMotion:
+    """The motion of a run of a figure, with its springs where they are known."""
     return FigureMotion(
         figure,
         header_from_recording(recording, figure),
@@ -142,6 +147,7 @@ def motion_from_recording(recording: Recording, figure: Figure) -> FigureMotion:
         recording.times,
         recording.displacements,
         recording,
+        springs,
     )
 
 

@@ -1,0 +1,327 @@
+"""A motion as a page: one HTML file with the body, its curves and a player, without a network.
+
+The body is the motion's binary glTF in base64. Scripts and styles are in `page_assets`, those of
+other projects with their licences. A policy in the page lets only these scripts run, by their
+SHA-256, and allows no connection (W3C, Content Security Policy Level 3).
+"""
+
+import json
+import re
+from base64 import b64encode
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import cache
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generator.diagnostics import MoverError
+from generator.figure import AxisKind, Figure
+from generator.figure_file.read import FIGURE_SUFFIX
+from generator.losses import Loss, Losses
+from generator.motion_files.glb import format_glb
+from generator.motion_files.motion import NO_MASSES, FigureMotion, Header, unrepresented
+from generator.passive_curve import PassiveCurve, PublishedTorques, joint_label, passive_curves
+from generator.recording import Ending, Recording, energy_kinds
+from generator.rotations import Array
+from generator.springs_file.read import NO_SPRINGS, read_springs
+from generator.text_io import write_atomic
+from springs import SpringSet
+
+MAX_PAGE_FRAMES = 6_000
+"""Frames of a page; of a longer motion every second, third ... is kept."""
+
+_ROUNDED = Loss("digits: numbers other than times have 24 bits, some 7 digits")
+_NO_PROPS = Loss("the props of the scene; the grid is the plane y = 0")
+
+Frames = NDArray[np.int64]
+
+
+def write(motion: FigureMotion, path: Path) -> Losses:
+    """Write a motion as a page, whole or not at all.
+
+    Raises:
+        OSError: the file cannot be written.
+        ModelError: the motion is of another figure.
+        MoverError: frames follow each other too closely to be told apart.
+    """
+    springs = motion.springs or springs_of_header(motion.header, motion.figure)
+    frames = kept_frames(motion.times.size)
+    glb, body_losses = format_glb(_at_frames(motion, frames))
+    recording = motion.recording
+    has_props = recording is not None and recording.contact is not None
+    losses = Losses.collect(
+        "page",
+        [
+            _thinning_loss(motion, frames),
+            *(loss for loss in body_losses if not loss.what.startswith("the time of the first")),
+            NO_MASSES,
+            _springs_loss(motion.header, springs),
+            _NO_PROPS if has_props else None,
+            unrepresented(motion, "energies", *([] if springs is None else ["passive torques"])),
+            _ROUNDED,
+        ],
+    )
+    write_atomic(path, format_page(page_data(motion, frames, springs, losses), glb))
+    return losses
+
+
+def springs_of_header(header: Header, figure: Figure) -> SpringSet | None:
+    """Return the springs that a motion names, from beside its figure; None if not found there."""
+    named = header.springs.partition(" ")[0]
+    beside = [] if figure.path is None else [figure.path.parent / named]
+    for choice in (NO_SPRINGS, None, *beside):
+        with suppress(MoverError, OSError, ValueError):
+            springs = read_springs(choice, figure)
+            if springs.origin == header.springs:
+                return springs
+    return None
+
+
+def _springs_loss(header: Header, springs: SpringSet | None) -> Loss | None:
+    if springs is not None:
+        return None
+    where = f"`{header.springs}` is not beside the figure"
+    return Loss(f"curves of passive moments: the springs of the motion are not known, {where}")
+
+
+def kept_frames(count: int) -> Frames:
+    """Return the frames of a page: all, or at most `MAX_PAGE_FRAMES` with the last one."""
+    stride = max(1, -(-(count - 1) // (MAX_PAGE_FRAMES - 1)))
+    return np.unique([*range(0, count, stride), count - 1])
+
+
+def _thinning_loss(motion: FigureMotion, frames: Frames) -> Loss | None:
+    if frames.size == motion.times.size:
+        return None
+    return Loss(f"frames: {frames.size:,} of {motion.times.size:,} are kept")
+
+
+def _at_frames(motion: FigureMotion, frames: Frames) -> FigureMotion:
+    """Return the motion at some of its frames; without a run, its poses are by kinematics."""
+    if frames.size == motion.times.size:
+        return motion
+    moved = {name: values[frames] for name, values in motion.displacements.items()}
+    return FigureMotion(motion.figure, motion.header, motion.chains, motion.times[frames], moved)
+
+
+# Data of the page: texts, and arrays as base64 of little-endian floats
+
+
+def page_data(
+    motion: FigureMotion, frames: Frames, springs: SpringSet | None, losses: Losses
+) -> dict[str, Any]:
+    """Return the data of a page: texts, flags, and arrays of the frames as `encode_floats`.
+
+    Args:
+        motion: the motion.
+        frames: to keep.
+        springs: whose curves are shown; None where they are not known.
+        losses: to list.
+    """
+    header, recording = motion.header, motion.recording
+    return {
+        "title": motion.figure.name or header.figure.removesuffix(FIGURE_SUFFIX),
+        "outcome": header.message,
+        "succeeded": header.outcome is Ending.DONE,
+        "springs": header.springs,
+        "no_curve": _reason_without_curve(header, springs),
+        "facts": list(_facts(motion, frames)),
+        "losses": [str(loss) for loss in losses.entries],
+        "times": encode_doubles(motion.times[frames]),
+        "rows": list(_rows(motion, frames, springs)),
+        "energy": [] if recording is None else list(_energy_rows(recording, frames)),
+    }
+
+
+def encode_floats(values: Array) -> str:
+    """Return numbers as base64 of little-endian floats of 32 bits."""
+    with np.errstate(over="ignore"):
+        return b64encode(np.asarray(values).astype("<f4").tobytes()).decode()
+
+
+def encode_doubles(values: Array) -> str:
+    """Return numbers as base64 of little-endian floats of 64 bits."""
+    return b64encode(np.asarray(values).astype("<f8").tobytes()).decode()
+
+
+def _facts(motion: FigureMotion, frames: Frames) -> Iterator[tuple[str, str]]:
+    """Yield names and values of the origin of a motion and the accuracy of its run."""
+    header, recording = motion.header, motion.recording
+    yield "Figure", header.figure
+    yield "SHA-256 of the figure", header.sha256 or "not from a file"
+    yield "Springs", header.springs
+    yield "Law of spherical joints", header.law
+    yield "Outcome", f"{header.outcome.value}: {header.message}"
+    yield "Time", f"{header.start:g} to {header.stop:g} s, {frames.size:,} frames"
+    if recording is not None:
+        yield "Accuracy", _accuracy(recording)
+        yield "Integrator", recording.integrator.value
+        balance = recording.energy_balance
+        yield "Energy balance", f"constant to {np.max(np.abs(balance - balance[0])):.2g} J"
+    yield "Reference axes", "y is up, the figure faces +z at rest, its left is +x"
+
+
+def _accuracy(recording: Recording) -> str:
+    accuracy = recording.accuracy
+    if accuracy.asked is None:
+        return "not estimated: the step was fixed"
+    asked = f"tolerance {accuracy.asked:.1e} rad"
+    if accuracy.estimate is None or not isfinite(accuracy.estimate):
+        return f"not estimated ({asked})"
+    met = f"met until {accuracy.held_until:g} s"
+    return f"estimated joint-angle error {accuracy.estimate:.1e} rad ({asked}, {met})"
+
+
+def _reason_without_curve(header: Header, springs: SpringSet | None) -> str:
+    if springs is None:
+        return f"Passive moment not shown: the springs {header.springs} were not found."
+    if header.springs == NO_SPRINGS:
+        return "The motion has no springs."
+    return "This joint has no elastic law."
+
+
+def _energy_rows(recording: Recording, frames: Frames) -> Iterator[dict[str, str]]:
+    for kind in energy_kinds(recording.energy):
+        if np.any(recording.energy[kind]):
+            yield {"name": kind, "values": encode_floats(recording.energy[kind][frames])}
+
+
+def _rows(
+    motion: FigureMotion, frames: Frames, springs: SpringSet | None
+) -> Iterator[dict[str, Any]]:
+    """Yield what can be chosen: the curves of a joint, or its displacements without curves."""
+    curves = {} if springs is None else passive_curves(motion.figure, springs)
+    for joint, chain in motion.chains.items():
+        if joint in curves and motion.figure.joints[joint].chain == chain:
+            for curve in curves[joint]:
+                yield _curve_row(motion, frames, curve)
+            continue
+        for k, axis in enumerate(chain):
+            is_turn = axis.kind is AxisKind.ROTATION
+            values = motion.displacements[joint][frames, k]
+            yield {
+                "joint": joint,
+                "label": f"{joint_label(joint)} {k + 1}",
+                "unit": "deg" if is_turn else "cm",
+                "values": encode_floats(np.degrees(values) if is_turn else 100.0 * values),
+            }
+
+
+def _curve_row(motion: FigureMotion, frames: Frames, curve: PassiveCurve) -> dict[str, Any]:
+    moved = {curve.joint: motion.displacements[curve.joint][frames]}
+    angles = curve.component(moved)
+    row = {
+        "joint": curve.joint,
+        "label": curve.label,
+        "unit": "deg",
+        "values": encode_floats(np.degrees(angles)),
+        "curve": {
+            "angles": encode_floats(np.degrees(curve.angles)),
+            "law": encode_floats(curve.torques),
+            "moments": encode_floats(curve.moment_at(angles)),
+            "limits": list(curve.torque_limits()),
+            "held": _held_angles(curve),
+            "published": [_published(one) for one in curve.published],
+        },
+    }
+    if motion.recording is not None:
+        torques = motion.recording.passive_torques[curve.joint][frames]
+        row["recorded"] = encode_floats(torques @ np.array(curve.spring.direction))
+    return row
+
+
+def _held_angles(curve: PassiveCurve) -> str:
+    """Return the angles at which laws over several joints are drawn, as a phrase, or ""."""
+    angles = [f"{name} {np.degrees(angle):.0f} deg" for name, angle in curve.held.items()]
+    return f"at {', '.join(angles)}" if angles else ""
+
+
+def _published(one: PublishedTorques) -> dict[str, str]:
+    row = {
+        "text": _citation(one),
+        "values": encode_floats(one.torques),
+    }
+    if one.band is not None:
+        row["low"], row["high"] = map(encode_floats, one.band)
+    return row
+
+
+def _citation(one: PublishedTorques) -> str:
+    """Return reference, sample, scatter and reservation of a published curve."""
+    row = one.row
+    parts = [
+        str(row.reference),
+        f"{row.sample.kind.value}, {row.sample.subjects} subjects"
+        if row.sample.subjects
+        else row.sample.kind.value,
+        f"band: {row.scatter_text}" if row.scatter_text else "",
+        f"not comparable: {row.obstacle}" if row.obstacle else "",
+    ]
+    return ". ".join(filter(None, parts))
+
+
+# File
+
+
+def format_page(data: dict[str, Any], glb: bytes) -> str:
+    """Return the text of a page.
+
+    Args:
+        data: as `page_data` returns it.
+        glb: the motion as binary glTF.
+    """
+    scripts, styles = (
+        [_asset(name) for name in names]
+        for names in (
+            ("three.min.js", "uPlot.min.js", "page.js"),
+            ("uPlot.min.css", "page.css"),
+        )
+    )
+    parts: dict[str, Callable[[], str]] = {
+        "policy": lambda: escape(_policy(scripts, styles)),
+        "title": lambda: escape(str(data["title"])),
+        "licences": lambda: escape(
+            "\n\n".join(_asset(name) for name in ("three.LICENSE.txt", "uPlot.LICENSE.txt"))
+        ),
+        "motion": lambda: script_json(data),
+        "glb": lambda: b64encode(glb).decode(),
+    }
+    text = re.sub(
+        r"\{\{([\w.]+)\}\}",
+        lambda found: parts[found[1]]() if found[1] in parts else _asset(found[1]),
+        _asset("page.html"),
+    )
+    return text.encode("utf-8", "replace").decode()
+
+
+def script_json(data: object) -> str:
+    """Return data as JSON in which nothing ends a script or begins a comment of HTML."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _policy(scripts: Sequence[str], styles: Sequence[str]) -> str:
+    """Return the content security policy of scripts and styles in a page."""
+
+    def sources(texts: Sequence[str]) -> str:
+        digests = (b64encode(sha256(text.encode()).digest()).decode() for text in texts)
+        return " ".join(f"'sha256-{digest}'" for digest in digests)
+
+    return (
+        f"default-src 'none'; script-src {sources(scripts)}; style-src {sources(styles)}; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+
+
+@cache
+def _asset(name: str) -> str:
+    """Return the text of a file of `page_assets`."""
+    asset = files("generator.motion_files").joinpath("page_assets", name)
+    return asset.read_text(encoding="utf-8")
