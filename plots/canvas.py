@@ -77,14 +77,14 @@ def plot_style() -> Generator[None]:
         yield
 
 
-def render_figure(figure: Figure, kind: str) -> bytes:
-    """Render a figure in one of `PICTURE_FORMATS`; the same figure gives the same bytes."""
+def render_figure(figure: Figure, kind: str, dpi: float = _RESOLUTION) -> bytes:
+    """Render a figure as png, svg or pdf; the same figure gives the same bytes."""
     FigureCanvasAgg(figure)
     stream = BytesIO()
     metadata = _METADATA[kind]
     with plot_style():
         _fix_layout(figure)
-        figure.savefig(stream, format=kind, dpi=_RESOLUTION, metadata=metadata)
+        figure.savefig(stream, format=kind, dpi=dpi, metadata=metadata)
     return stream.getvalue()
 
 

@@ -1,4 +1,4 @@
-"""The commands `mover fit` and `mover plots`.
+"""The commands `mover fit`, `mover plots` and `mover picture`.
 
 The rest is imported when a command runs: numpy and matplotlib are slow to import.
 """
@@ -27,6 +27,16 @@ class Medium(StrEnum):
 
     REPORT = "report"
     PAPER = "paper"
+
+
+class ViewName(StrEnum):
+    """Direction from which a figure is seen."""
+
+    FRONT = "front"
+    SIDE = "side"
+    BACK = "back"
+    TOP = "top"
+    THREE_QUARTER = "three-quarter"
 
 
 class Width(StrEnum):
@@ -164,5 +174,121 @@ def plots(
         springs=springs,
         against=against,
         medium=chosen,
+        progress=item_progress_bar if show_progress and not as_json else no_item_monitor,
+    )
+
+
+def picture(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="FIGURE|POSE|MOTION",
+            help="A figure as elsewhere, a .pose, or a motion: .action or .npz.",
+        ),
+    ],
+    outputs: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Picture, .png .svg .pdf, or video of a motion, .mp4 .gif.",
+        ),
+    ] = None,
+    figure: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FIGURE", help="Figure of a pose, or of a motion in place of its own."
+        ),
+    ] = None,
+    pose: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.pose", help="Pose file, as written by `mover pose`."),
+    ] = None,
+    displacements: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="JOINT=a,b,c", help="Displacements [deg or cm]."),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option(metavar="T,...", help="Times of the moments [s]. [default: the first]"),
+    ] = None,
+    strip: Annotated[
+        int | None,
+        typer.Option(
+            min=2,
+            max=60,
+            metavar="N",
+            help="Number of moments at equal intervals from the first time to the last.",
+        ),
+    ] = None,
+    view: Annotated[
+        ViewName, typer.Option(help="Direction of the view of a figure that faces +z.")
+    ] = ViewName.THREE_QUARTER,
+    turn: Annotated[
+        float | None,
+        typer.Option(help="Angle of the viewer from +z towards +x, in place of the view's [deg]."),
+    ] = None,
+    tilt: Annotated[
+        float | None,
+        typer.Option(
+            min=-90.0,
+            max=90.0,
+            help="Angle by which the viewer looks down, in place of the view's [deg].",
+        ),
+    ] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|NAME", help="Scene whose boxes and level floor are drawn."),
+    ] = None,
+    floor: Annotated[bool, typer.Option("--floor", help="Draw a floor at the height 0.")] = False,
+    width: Annotated[
+        str | None,
+        typer.Option(metavar="640|8cm", help="Width in pixels, cm, mm or in. [default: fits 1600]"),
+    ] = None,
+    scale: Annotated[
+        float | None, typer.Option(help="Scale [pixels/m], in place of a width.")
+    ] = None,
+    dpi: Annotated[
+        float | None,
+        typer.Option(help="Resolution [dots/inch]. [default: 300 with a width in cm, else 100]"),
+    ] = None,
+    transparent: Annotated[
+        bool, typer.Option("--transparent", help="Leave out the white background.")
+    ] = False,
+    no_labels: Annotated[
+        bool, typer.Option("--no-labels", help="Leave out the times under several moments.")
+    ] = False,
+    fps: Annotated[
+        float | None,
+        typer.Option(min=1.0, max=100.0, help="Frames of a video per second. [default: 30]"),
+    ] = None,
+    *,
+    as_json: bool = False,
+    show_progress: bool = False,
+) -> "CommandResult":
+    """Draw shaded pictures of a figure, a pose or a motion, and videos.
+
+    The options -o and --set may be repeated. Each .svg and .pdf holds the body in pixels, the times
+    as outlines. A video shows a motion from its first time to its last.
+    """
+    from generator.cli.progress import item_progress_bar, no_item_monitor
+    from plots.picture import picture, size_from_options, view_from_options
+
+    return picture(
+        source,
+        outputs or (),
+        figure=figure,
+        pose=pose,
+        sets=displacements or (),
+        at=at,
+        strip=strip,
+        view=view_from_options(view.value, turn, tilt),
+        scene=scene,
+        floor=floor,
+        size=size_from_options(width, scale, dpi),
+        transparent=transparent,
+        labels=not no_labels,
+        fps=fps,
         progress=item_progress_bar if show_progress and not as_json else no_item_monitor,
     )

@@ -1,15 +1,18 @@
 """Shaded picture of the moments of a motion, side by side, with the boxes of the scene."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain, product
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from generator.figure import Figure
-from generator.geometry.read import read_segment_surface
+from generator.geometry.intersections import triangulate
+from generator.geometry.surface import Surface, build_edges, build_tetrahedra
+from generator.losses import Loss
+from generator.motion_files.appearance import Colour, segment_appearances
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.scene import Box, Scene
@@ -29,6 +32,9 @@ _SHADOW = 0.72
 _SHADOW_CELL, _SHADOW_GAP = 0.01, 0.03
 """Resolution of the shadows, and the least height of what shades a surface above it [m]."""
 
+_MAX_SHADOW_CELLS = 2000
+"""Largest number of cells of the shadows along an axis."""
+
 _SHADED_SLOPE = 0.5
 """Least vertical component of the normal of a face on which shadows fall."""
 
@@ -37,6 +43,15 @@ _SAMPLES = 2
 
 _BATCH = 500_000
 """Samples that are computed at a time, for the memory."""
+
+_MAX_BAND_PIXELS = 1_000_000
+"""Pixels that are drawn at a time, for the memory."""
+
+_CREASE = 50.0
+"""Angle between two faces from which on their edge is drawn sharp [deg]."""
+
+_MAX_NEIGHBOURS = 20_000_000
+"""Pairs of corners at one vertex in a surface whose edges may be sharp."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +93,8 @@ class Strip:
         top: upper edge, from the origin [m].
         floor: range of the floor towards the viewer [m]; None for none.
         scale: pixels per metre.
+        floor_height: height of the floor [m].
+        floor_thickness: seen where the view is level [m].
     """
 
     view: View
@@ -88,10 +105,99 @@ class Strip:
     top: float
     floor: tuple[float, float] | None = (-0.8, 0.8)
     scale: float = 150.0
+    floor_height: float = 0.0
+    floor_thickness: float = 0.02
 
     def width(self, count: int) -> float:
         """Width of a strip of so many moments [m]."""
         return self.right - self.left + self.spacing * (count - 1)
+
+    def shape(self, count: int) -> tuple[int, int]:
+        """Rows and columns of the picture of so many moments."""
+        return round(self.scale * (self.top - self.bottom)), round(self.scale * self.width(count))
+
+
+Poses = Mapping[str, Array]
+"""Pose of each segment in the world at a moment, shape (4, 4)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Triangles of a figure, in the axes of their segments.
+
+    Attributes:
+        segments: that have a surface.
+        owners: index of the segment of each triangle, shape (n,).
+        corners: of the triangles, counter-clockwise from outside [m], shape (n, 3, 3).
+        normals: at the corners, shape (n, 3, 3).
+        colours: of the triangles, red, green and blue from 0 to 1, shape (n, 3).
+        losses: segments that are not drawn as their files say.
+    """
+
+    segments: tuple[str, ...]
+    owners: NDArray[np.int64]
+    corners: Array
+    normals: Array
+    colours: Array
+    losses: tuple[Loss, ...]
+
+    @classmethod
+    def of_figure(cls, figure: Figure, colour: Colour | None = None) -> "Body":
+        """Return the body of a figure, in the colours of its segments or in one colour."""
+        appearances, losses = segment_appearances(figure)
+        corners = [_outward_triangles(each.surface) for each in appearances.values()]
+        counts = [len(each) for each in corners]
+        colours = [each.colour if colour is None else colour for each in appearances.values()]
+        return cls(
+            segments=tuple(appearances),
+            owners=np.repeat(np.arange(len(counts)), counts),
+            corners=np.concatenate([np.empty((0, 3, 3)), *corners]),
+            normals=np.concatenate([np.empty((0, 3, 3)), *map(_corner_normals, corners)]),
+            colours=np.repeat(np.array(colours).reshape(-1, 3), counts, axis=0),
+            losses=losses,
+        )
+
+    def place(self, poses: Poses) -> tuple[Array, Array]:
+        """Return the corners and the normals in the world, shape (n, 3, 3) each."""
+        if not self.segments:
+            return self.corners, self.normals
+        each = np.array([poses[name] for name in self.segments])[self.owners]
+        turns = np.swapaxes(each[:, :3, :3], 1, 2)
+        return self.corners @ turns + each[:, None, :3, 3], self.normals @ turns
+
+
+def _outward_triangles(surface: Surface) -> Array:
+    """Triangles of the faces, counter-clockwise from outside; of an open surface on both sides."""
+    corners, _ = triangulate(surface)
+    flipped = corners[:, ::-1]
+    edges = build_edges(surface)
+    if len(edges.boundary) or edges.same_direction.any():
+        return np.concatenate([corners, flipped])
+    return flipped if build_tetrahedra(surface).volume < 0.0 else corners
+
+
+def _corner_normals(triangles: Array) -> Array:
+    """Unit normals at the corners of triangles, shape (n, 3, 3), equal across smooth edges."""
+    areas = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    units = areas / np.maximum(np.linalg.norm(areas, axis=1), 1e-300)[:, None]
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    _, vertex = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    order = np.argsort(vertex, kind="stable")
+    counts = np.bincount(vertex)
+    if int(counts @ counts) > _MAX_NEIGHBOURS:
+        return np.repeat(units[:, None], 3, axis=1)
+    # Each corner with all corners at its vertex.
+    firsts, sizes = (np.cumsum(counts) - counts)[vertex], counts[vertex]
+    one = np.repeat(np.arange(len(vertex)), sizes)
+    place = np.arange(len(one)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    other = owner[order[firsts[one] + place]]
+    smooth = np.sum(units[owner[one]] * units[other], axis=1) > np.cos(np.radians(_CREASE))
+    one, other = one[smooth], other[smooth]
+    normals = np.stack(
+        [np.bincount(one, areas[other, axis], len(vertex)) for axis in range(3)], axis=-1
+    )
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    return normals.reshape(-1, 3, 3)
 
 
 @dataclass(frozen=True)
@@ -108,77 +214,66 @@ class _Triangles:
 def strip_image(
     figure: Figure, recording: Recording, frames: Sequence[int], strip: Strip, scene: Scene
 ) -> NDArray[np.uint8]:
-    """Draw frames of a motion from left to right, shape (height, width, 4), rows from above.
+    """Draw frames of a motion in one colour, as `draw_moments` does."""
+    moments = [{name: poses[frame] for name, poses in recording.poses.items()} for frame in frames]
+    return draw_moments(Body.of_figure(figure, SKIN[:3]), moments, strip, scene)
 
-    Planes of the scene are not drawn. The floor, at the height zero, is as wide as the picture.
-    What is above the floor or a box casts a shadow straight down.
+
+def draw_moments(
+    body: Body, moments: Sequence[Poses], strip: Strip, scene: Scene
+) -> NDArray[np.uint8]:
+    """Draw moments from left to right, shape (height, width, 4), rows from above.
+
+    Planes of the scene are not drawn. The floor is as wide as the picture. What is above the floor
+    or a box casts a shadow straight down.
     """
     view, fine = strip.view, _SAMPLES * strip.scale
-    height = round(strip.scale * (strip.top - strip.bottom))
-    width = round(strip.scale * strip.width(len(frames)))
+    height, width = strip.shape(len(moments))
     boxes = [prop.shape for prop in scene.props if isinstance(prop.shape, Box)]
     parts: list[_Triangles] = []
-    for place, frame in enumerate(frames):
+    for place, poses in enumerate(moments):
         shift = place * strip.spacing * view.axes[0]
+        corners, normals = body.place(poses)
         for part in (
-            _figure_triangles(figure, recording, frame, view),
-            *(_box_triangles(box, view) for box in boxes),
+            _Triangles(corners, _lit(normals, body.colours[:, None], 0.0, view)),
+            *(_box_triangles(box, PROP, view) for box in boxes),
         ):
             parts.append(_Triangles(part.corners + shift, part.colours))
-    solids = np.concatenate([part.corners for part in parts])
+    shades = _Shades.below(np.concatenate([part.corners for part in parts]))
     if strip.floor is not None:
-        parts.append(_floor_triangles(strip, len(frames)))
+        parts.append(_floor_triangles(strip, len(moments)))
     corners = np.concatenate([part.corners for part in parts])
     colours = np.concatenate([part.colours for part in parts])
     shift = np.array([strip.left, strip.bottom, 0.0])
     screen = (corners @ view.axes.T - shift) * np.array([fine, fine, 1.0])
     towards = np.cross(screen[:, 1] - screen[:, 0], screen[:, 2] - screen[:, 0])[:, 2] > 0.0
-    shape = (height * _SAMPLES, width * _SAMPLES)
-    depth, picture = rasterize(screen[towards], colours[towards], shape)
-    row, column = np.nonzero(picture[..., 3])
-    world = np.stack([column / fine, row / fine, depth[row, column]], axis=-1) + shift
-    picture[row, column, :3] *= _shadows(solids, world @ view.axes)[:, None]
-    picture[..., 3] = np.isfinite(depth)
-    pixels = picture.reshape(height, _SAMPLES, width, _SAMPLES, 4).mean(axis=(1, 3))
-    pixels[..., :3] /= np.maximum(pixels[..., 3:], 1e-9)
-    return np.asarray(np.round(255.0 * pixels[::-1]), dtype=np.uint8)
+    screen, colours = screen[towards], colours[towards]
+    rows = max(1, _MAX_BAND_PIXELS // width)
+    bands: list[NDArray[np.uint8]] = []
+    for low in range(0, height, rows):
+        count, start = min(rows, height - low), np.array([0.0, _SAMPLES * low, 0.0])
+        depth, picture = rasterize(screen - start, colours, (count * _SAMPLES, width * _SAMPLES))
+        row, column = np.nonzero(picture[..., 3])
+        level = row + _SAMPLES * low
+        world = np.stack([column / fine, level / fine, depth[row, column]], axis=-1) + shift
+        picture[row, column, :3] *= shades.brightness(world @ view.axes)[:, None]
+        picture[..., 3] = np.isfinite(depth)
+        pixels = picture.reshape(count, _SAMPLES, width, _SAMPLES, 4).mean(axis=(1, 3))
+        pixels[..., :3] /= np.maximum(pixels[..., 3:], 1e-9)
+        bands.append(np.asarray(np.round(255.0 * pixels), dtype=np.uint8))
+    return np.concatenate(bands)[::-1]
 
 
-def _lit(normals: Array, colour: tuple[float, ...], view: View) -> Array:
-    """Colours of surfaces by their normals, shape (..., 4)."""
+def _lit(normals: Array, colours: Array, shaded: float, view: View) -> Array:
+    """Colours of surfaces by their normals, shape (..., 4); shadows fall where `shaded` is 1."""
     lamp = (_LIGHT / np.linalg.norm(_LIGHT)) @ view.axes
     brightness = _AMBIENT + (1.0 - _AMBIENT) * (0.5 + 0.5 * normals @ lamp) ** 1.3
     return np.concatenate(
-        [
-            brightness[..., None] * np.array(colour[:3]),
-            np.full((*brightness.shape, 1), colour[3]),
-        ],
-        axis=-1,
+        [brightness[..., None] * colours, np.full((*brightness.shape, 1), shaded)], axis=-1
     )
 
 
-def _figure_triangles(figure: Figure, recording: Recording, frame: int, view: View) -> _Triangles:
-    """Triangles of all segments that have a surface, at a frame."""
-    corners, colours = [np.empty((0, 3, 3))], [np.empty((0, 3, 4))]
-    for name, segment in figure.segments.items():
-        if segment.psurf is None:
-            continue
-        surface = read_segment_surface(figure, segment)
-        pose = recording.poses[name][frame]
-        vertices = surface.vertices @ pose[:3, :3].T + pose[:3, 3]
-        fans = ([(f[0], f[k], f[k + 1]) for k in range(1, len(f) - 1)] for f in surface.faces)
-        indices = np.array(list(chain.from_iterable(fans)))
-        triangles = vertices[indices]
-        areas = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        normals = np.zeros_like(vertices)
-        np.add.at(normals, indices, areas[:, None])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-12)[:, None]
-        corners.append(triangles)
-        colours.append(_lit(normals, SKIN, view)[indices])
-    return _Triangles(np.concatenate(corners), np.concatenate(colours))
-
-
-def _box_triangles(box: Box, view: View) -> _Triangles:
+def _box_triangles(box: Box, colour: tuple[float, ...], view: View) -> _Triangles:
     """Two triangles of each face of a box."""
     corners: list[Array] = []
     colours: list[Array] = []
@@ -192,20 +287,24 @@ def _box_triangles(box: Box, view: View) -> _Triangles:
         placed = local @ box.pose[:3, :3].T + box.pose[:3, 3]
         corners += [placed[[0, 1, 2]], placed[[0, 2, 3]]]
         outward = box.pose[:3, :3] @ normal
-        colour = _lit(outward, PROP, view)
-        colour[3] = float(outward[1] > _SHADED_SLOPE)
-        colours += [np.tile(colour, (3, 1))] * 2
+        shaded = float(outward[1] > _SHADED_SLOPE)
+        colours += [np.tile(_lit(outward, np.array(colour[:3]), shaded, view), (3, 1))] * 2
     return _Triangles(np.array(corners), np.array(colours))
 
 
 def _floor_triangles(strip: Strip, count: int) -> _Triangles:
-    """Two triangles from edge to edge of the strip."""
-    right, near = strip.view.axes[0], np.cross(strip.view.axes[0], (0.0, 1.0, 0.0))
-    start, stop = strip.left, strip.left + strip.width(count)
+    """Top and sides of a slab from edge to edge of the strip."""
+    view, width = strip.view, strip.width(count)
     back, front = strip.floor or (0.0, 0.0)
-    square = ((start, front), (stop, front), (stop, back), (start, back))
-    corners = np.array([across * right + along * near for across, along in square])
-    return _Triangles(corners[[[0, 1, 2], [0, 2, 3]]], np.tile(np.array(GROUND), (2, 3, 1)))
+    right, near = view.axes[0], np.cross(view.axes[0], (0.0, 1.0, 0.0))
+    centre = (strip.left + 0.5 * width) * right + 0.5 * (back + front) * near
+    x, _, z = centre.tolist()
+    middle = (x, strip.floor_height - 0.5 * strip.floor_thickness, z)
+    size = (width, strip.floor_thickness, front - back)
+    slab = _box_triangles(Box(middle, size, (0.0, view.turn, 0.0)), GROUND, view)
+    top = slab.colours[..., 3] == 1.0
+    slab.colours[top] = GROUND
+    return slab
 
 
 def rasterize(corners: Array, values: Array, shape: tuple[int, int]) -> tuple[Array, Array]:
@@ -249,14 +348,39 @@ def rasterize(corners: Array, values: Array, shape: tuple[int, int]) -> tuple[Ar
     return depth, picture
 
 
-def _shadows(solids: Array, points: Array) -> Array:
-    """Brightness of points in the world below solids, shape of `points` without its last axis."""
-    low = solids.min(axis=(0, 1))
-    cells = np.ceil((solids.max(axis=(0, 1)) - low) / _SHADOW_CELL).astype(int) + 1
-    above = (solids[..., [0, 2, 1]] - low[[0, 2, 1]]) / np.array([_SHADOW_CELL, _SHADOW_CELL, 1.0])
-    heights, _ = rasterize(above, above[..., :0], (cells[2], cells[0]))
-    column, row = (((points[:, k] - low[k]) / _SHADOW_CELL).round().astype(int) for k in (0, 2))
-    inside = (column >= 0) & (column < cells[0]) & (row >= 0) & (row < cells[2])
-    found = np.full(len(points), -np.inf)
-    found[inside] = heights[row[inside], column[inside]] + low[1]
-    return np.where(found > points[:, 1] + _SHADOW_GAP, _SHADOW, 1.0)
+@dataclass(frozen=True, eq=False)
+class _Shades:
+    """Height of the uppermost solid over each cell of a level grid.
+
+    Attributes:
+        low: x, y and z at the lowest corner of all solids [m].
+        cell: edge of a cell [m].
+        heights: above `low` [m], -inf without a solid, rows along z, columns along x.
+    """
+
+    low: Array
+    cell: float
+    heights: Array
+
+    @classmethod
+    def below(cls, solids: Array) -> "_Shades":
+        """Return the shades of triangles, shape (n, 3, 3)."""
+        if not len(solids):
+            return cls(np.zeros(3), _SHADOW_CELL, np.full((1, 1), -np.inf))
+        low, size = solids.min(axis=(0, 1)), np.ptp(solids, axis=(0, 1))
+        cell = max(_SHADOW_CELL, float(size.max()) / _MAX_SHADOW_CELLS)
+        cells = np.ceil(size / cell).astype(int) + 1
+        above = (solids[..., [0, 2, 1]] - low[[0, 2, 1]]) / np.array([cell, cell, 1.0])
+        heights, _ = rasterize(above, above[..., :0], (int(cells[2]), int(cells[0])))
+        return cls(low, cell, heights)
+
+    def brightness(self, points: Array) -> Array:
+        """Brightness of points in the world, shape of `points` without its last axis."""
+        rows, columns = self.heights.shape
+        column, row = (
+            ((points[:, k] - self.low[k]) / self.cell).round().astype(int) for k in (0, 2)
+        )
+        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        found = np.full(len(points), -np.inf)
+        found[inside] = self.heights[row[inside], column[inside]] + self.low[1]
+        return np.where(found > points[:, 1] + _SHADOW_GAP, _SHADOW, 1.0)

@@ -117,6 +117,10 @@ COMMANDS = {
         "plots.commands:plots",
         "Draw curves and motions, and check the claims about them.",
     ),
+    "picture": (
+        "plots.commands:picture",
+        "Draw shaded pictures of a figure, a pose or a motion, and videos.",
+    ),
 }
 """The function of each command and the first line of its help, in the order of the help."""
 

@@ -1,0 +1,593 @@
+"""`mover picture`: shaded pictures of a figure, a pose or moments of a motion, and videos."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from math import isfinite, radians
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generator.cli.answer import CommandResult, format_count
+from generator.cli.inputs import (
+    changed_figure_warnings,
+    check_chains,
+    check_segment_distances,
+    load_figure,
+    placement_from_options,
+)
+from generator.cli.outputs import (
+    OutputWriter,
+    check_distinct_paths,
+    check_writable,
+    suffix_fault,
+    write_all_or_none,
+)
+from generator.cli.progress import ItemMonitor, no_item_monitor
+from generator.conversion import READABLE_SUFFIXES, read_motion
+from generator.diagnostics import Diagnostic, MoverError, UsageError
+from generator.input_files.pose import POSE_SUFFIX
+from generator.input_files.scene import read_scene
+from generator.kinematics.placement import Placement, batched_placements
+from generator.losses import Losses
+from generator.motion_files import MOTION_FORMATS, FigureMotion
+from generator.rotations import Array
+from generator.scene import Box, Plane, Scene
+from generator.text_io import write_atomic
+from plots.figure_image import Body, Poses, Strip, View, draw_moments
+from plots.video import VIDEO_FORMATS, Film
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+IMAGE_FORMATS = (".png", ".svg", ".pdf")
+
+VIEWS: Mapping[str, tuple[float, float]] = {
+    "front": (0.0, 0.0),
+    "side": (-90.0, 0.0),
+    "back": (180.0, 0.0),
+    "top": (-90.0, 90.0),
+    "three-quarter": (-50.0, 12.0),
+}
+"""Turn and tilt of the viewer by name [deg], for a figure that faces +z."""
+
+DEFAULT_FPS = 30.0
+DEFAULT_SIZE = (1600, 600)
+"""Largest width and height of a picture whose size is not asked for [pixels]."""
+
+MAX_PIXELS = 50_000_000
+
+SCREEN_DPI, PRINT_DPI = 100.0, 300.0
+"""Default resolution of pictures with a width in pixels, and in units of length [dots/inch]."""
+
+_UNITS: Mapping[str, float] = {"cm": 1.0 / 2.54, "mm": 0.1 / 2.54, "in": 1.0}
+"""Units of length of a width [inch]."""
+
+_MARGIN, _GAP, _FLOOR_MARGIN = 0.03, 0.08, 0.15
+"""Margin of a picture, gap between moments, and margin of the floor, relative to the extent."""
+
+_FLOOR_THICKNESS = 0.012
+"""Of the floor, relative to the extent of what stands on it."""
+
+_FONT_SIZE, _LABEL_HEIGHT = 9.0, 2.0
+"""Size of the labels [points], and height of their line relative to it."""
+
+_LABEL_LENGTH = 4.5
+"""Width of a label with its gap, relative to its size."""
+
+_LABEL_GREY = "#808080"
+"""Colour of the labels on a transparent background: readable on white and on black."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A figure at moments.
+
+    Attributes:
+        body: that is drawn.
+        placement: of a figure in one pose; None for a motion.
+        motion: None for a pose.
+        inputs: files that the command reads.
+        warnings: of reading.
+    """
+
+    body: Body
+    placement: Placement | None
+    motion: FigureMotion | None
+    inputs: tuple[str | Path | None, ...]
+    warnings: tuple[Diagnostic, ...]
+
+    def moments(self, times: Sequence[float]) -> list[Poses]:
+        """Poses at times of the motion [s], or the pose once."""
+        return [self.placement.poses] if self.placement else list(self._interpolate(times))
+
+    def _interpolate(self, times: Sequence[float]) -> Iterator[Poses]:
+        assert self.motion is not None, "a subject has a pose or a motion"
+        motion = self.motion
+        rows = {
+            name: _interpolated(np.array(times), motion.times, values)
+            for name, values in motion.displacements.items()
+        }
+        for placement in batched_placements(motion.tree, rows):
+            check_segment_distances(placement)
+            stacked = np.broadcast_arrays(*placement.poses.values())
+            for poses in zip(*(each.reshape(-1, 4, 4) for each in stacked), strict=True):
+                yield dict(zip(placement.poses, poses, strict=True))
+
+
+def _interpolated(times: Array, sampled: Array, values: Array) -> Array:
+    """Values at times between samples, shape (times, columns)."""
+    result = np.empty((len(times), values.shape[1]))
+    for column in range(values.shape[1]):
+        result[:, column] = np.interp(times, sampled, values[:, column])
+    return result
+
+
+@dataclass(frozen=True)
+class Size:
+    """Size of a picture.
+
+    Attributes:
+        width: [pixels]; None for the largest that fits `DEFAULT_SIZE`.
+        scale: [pixels/m]; None for that of the width.
+        dpi: [dots/inch].
+    """
+
+    width: int | None = None
+    scale: float | None = None
+    dpi: float = SCREEN_DPI
+
+    def pixels_per_metre(self, width: float, height: float) -> float:
+        """Scale of a picture of a width and a height [m]. Raises UsageError if it is too large."""
+        scale = self.scale
+        if scale is None and self.width is not None:
+            scale = self.width / width
+        if scale is None:
+            scale = min(DEFAULT_SIZE[0] / width, DEFAULT_SIZE[1] / height)
+        if not 1.0 <= scale * scale * width * height <= MAX_PIXELS:
+            shape = f"{scale * width:.0f} x {scale * height:.0f} pixels"
+            raise UsageError(
+                f"the picture would have {shape}; at most {MAX_PIXELS:,} pixels are drawn"
+            )
+        return scale
+
+
+_WIDTH = re.compile(r"\s*([0-9]*\.?[0-9]+)\s*([a-z]*)\s*")
+
+
+def size_from_options(width: str | None, scale: float | None, dpi: float | None) -> Size:
+    """Parse the size of a picture. Raises UsageError."""
+    if width is not None and scale is not None:
+        raise UsageError("--width and --scale exclude each other")
+    if scale is not None and not (isfinite(scale) and scale > 0.0):
+        raise UsageError(f"--scale {scale:g}: expected pixels per metre, above zero")
+    if dpi is not None and not 10.0 <= dpi <= 2400.0:
+        raise UsageError(f"--dpi {dpi:g}: expected 10 to 2400 dots per inch")
+    if width is None:
+        return Size(None, scale, dpi or SCREEN_DPI)
+    match = _WIDTH.fullmatch(width)
+    if match is None or match[2] not in ("", "px", *_UNITS):
+        raise UsageError(f"--width {width}: expected a width such as 640, 8cm, 85mm or 3.3in")
+    number = float(match[1])
+    if match[2] in _UNITS:
+        dpi = dpi or PRINT_DPI
+        number *= _UNITS[match[2]] * dpi
+    if not 1.0 <= number <= MAX_PIXELS:
+        raise UsageError(f"--width {width}: expected 1 pixel or more")
+    return Size(round(number), None, dpi or SCREEN_DPI)
+
+
+def view_from_options(name: str, turn: float | None, tilt: float | None) -> View:
+    """View of a name, with another turn or tilt [deg]."""
+    own_turn, own_tilt = VIEWS[name]
+    return View(
+        radians(own_turn if turn is None else turn), radians(own_tilt if tilt is None else tilt)
+    )
+
+
+def floor_height(scene: Scene, floor: bool) -> float | None:
+    """Height of the floor [m]: that of a level plane of the scene, or zero; None without one."""
+    for prop in scene.props:
+        if isinstance(prop.shape, Plane) and prop.shape.pose[1, 1] > 1.0 - 1e-9:
+            return float(prop.shape.point[1])
+    return 0.0 if floor else None
+
+
+def bounds(body: Body, poses: Poses, scene: Scene, view: View) -> Array:
+    """Least and largest coordinates of a body and the boxes of a scene, shape (2, 3) [m].
+
+    Along the right and the upper direction of the view, and level towards the viewer. Raises
+    MoverError if there is nothing to draw.
+    """
+    right, up, _ = view.axes
+    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    points = [body.place(poses)[0].reshape(-1, 3)]
+    for prop in scene.props:
+        if isinstance(prop.shape, Box):
+            pose = prop.shape.pose
+            points.append((corners * prop.shape.size) @ pose[:3, :3].T + pose[:3, 3])
+    seen = np.concatenate(points) @ np.stack([right, up, np.cross(right, (0.0, 1.0, 0.0))]).T
+    if not len(seen):
+        raise MoverError("there is nothing to draw: no segment has a psurf or two sites")
+    return np.stack([seen.min(axis=0), seen.max(axis=0)])
+
+
+def frame_moments(moments: Sequence[Array], view: View, floor: float | None) -> Strip:
+    """Return the arrangement that shows all moments whole, without overlap; its scale is 1.
+
+    Each moment stands at an equal distance from the one before, so that travel is seen.
+
+    Args:
+        moments: bounds of each.
+        view: of every moment.
+        floor: height of the floor [m]; None for none.
+    """
+    low, high = np.array([each[0] for each in moments]), np.array([each[1] for each in moments])
+    extent = float(max((high - low)[:, :2].max(), 1e-6))
+    spacing = 0.0
+    if len(moments) > 1:
+        spacing = max(float((high[:-1, 0] - low[1:, 0]).max()) + _GAP * extent, 0.0)
+    shifts = spacing * np.arange(len(moments))
+    margin = _MARGIN * extent
+    bottom, top = float(low[:, 1].min()), float(high[:, 1].max())
+    ground: tuple[float, float] | None = None
+    thickness = _FLOOR_THICKNESS * extent
+    if floor is not None:
+        room = _FLOOR_MARGIN * extent
+        ground = float(low[:, 2].min()) - room, float(high[:, 2].max()) + room
+        margin = max(margin, 0.5 * room)
+        edges = [floor * np.cos(view.tilt) - along * np.sin(view.tilt) for along in ground]
+        bottom = min(bottom, min(edges) - thickness * np.cos(view.tilt))
+        top = max(top, *edges)
+    return Strip(
+        view,
+        spacing,
+        left=float((low[:, 0] + shifts).min()) - margin,
+        right=float((high[:, 0] + shifts).max()) - float(shifts[-1]) + margin,
+        bottom=bottom - _MARGIN * extent,
+        top=top + _MARGIN * extent,
+        floor=ground,
+        scale=1.0,
+        floor_height=floor or 0.0,
+        floor_thickness=thickness,
+    )
+
+
+def scaled(strip: Strip, count: int, size: Size) -> Strip:
+    """Return the arrangement of so many moments at the scale of a size. Raises UsageError."""
+    scale = size.pixels_per_metre(strip.width(count), strip.top - strip.bottom)
+    return replace(strip, scale=scale)
+
+
+def time_labels(times: Sequence[float]) -> list[str]:
+    """Labels of times [s], with as many decimals, up to three, as they all need."""
+    for digits in range(3):
+        if all(abs(round(time, digits) - time) < 1e-6 for time in times):
+            break
+    else:
+        steps = np.diff(sorted(times))
+        digits = 2 if not len(steps) or steps.min() > 0.02 else 3
+    return [f"{round(time, digits) + 0.0:.{digits}f} s" for time in times]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Moments side by side, with labels.
+
+    Attributes:
+        image: shape (rows, columns, 4), rows from above.
+        labels: column of the middle, and text.
+        dpi: [dots/inch].
+        transparent: whether there is no background.
+    """
+
+    image: NDArray[np.uint8]
+    labels: Sequence[tuple[float, str]]
+    dpi: float
+    transparent: bool
+
+    @cached_property
+    def font_size(self) -> float:
+        """Size of the labels, which must not overlap [points]."""
+        middles = [column for column, _ in self.labels]
+        widths = [self.image.shape[1], *np.diff(middles).tolist()]
+        return min(_FONT_SIZE, min(widths) * 72.0 / self.dpi / _LABEL_LENGTH)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Columns and rows with the labels [pixels]."""
+        rows, columns = self.image.shape[:2]
+        line = round(_LABEL_HEIGHT * self.font_size * self.dpi / 72.0) if self.labels else 0
+        return columns, rows + line
+
+    def write(self, path: Path, kind: str) -> Losses:
+        """Write the picture as png, svg or pdf. The last two hold pixels, and labels as outlines.
+
+        Raises OSError if the file cannot be written.
+        """
+        from plots.canvas import render_figure  # matplotlib is slow to import
+
+        write_atomic(path, render_figure(self._canvas(), kind, self.dpi))
+        return Losses(kind)
+
+    def _canvas(self) -> "Canvas":
+        from matplotlib.figure import Figure
+
+        from plots.canvas import plot_style
+
+        columns, rows = self.shape
+        height = self.image.shape[0]
+        with plot_style():
+            # Matplotlib rounds the number of pixels down.
+            size = ((columns + 0.01) / self.dpi, (rows + 0.01) / self.dpi)
+            canvas = Figure(figsize=size, dpi=self.dpi)
+            canvas.patch.set_facecolor("none" if self.transparent else "white")
+            box = (0.0, 1.0 - height / rows, 1.0, height / rows)
+            axes = canvas.add_axes(box)
+            axes.set_axis_off()
+            image = self.image if self.transparent else on_white(self.image)
+            axes.imshow(image, interpolation="none", aspect="auto", resample=False)
+            for column, text in self.labels:
+                canvas.text(
+                    column / columns,
+                    0.5 * (1.0 - height / rows),
+                    text,
+                    fontsize=self.font_size,
+                    ha="center",
+                    va="center",
+                    color=_LABEL_GREY if self.transparent else "black",
+                )
+        return canvas
+
+
+def on_white(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a picture on a white background, shape (rows, columns, 3)."""
+    alpha = image[..., 3:] / 255.0
+    mixed = alpha * image[..., :3] + 255.0 * (1.0 - alpha)
+    return np.asarray(np.round(mixed), dtype=np.uint8)
+
+
+def draw_picture(
+    subject: Subject,
+    times: Sequence[float],
+    view: View,
+    scene: Scene,
+    floor: float | None,
+    size: Size,
+    *,
+    labelled: bool,
+    transparent: bool,
+) -> Picture:
+    """Draw a pose, or moments of a motion [s]. Raises UsageError and MoverError."""
+    moments = subject.moments(times)
+    limits = [bounds(subject.body, poses, scene, view) for poses in moments]
+    strip = scaled(frame_moments(limits, view, floor), len(moments), size)
+    labels: list[tuple[float, str]] = []
+    if labelled:
+        for place, text in enumerate(time_labels(times)):
+            own = bounds(subject.body, moments[place], Scene(), view)
+            middle = 0.5 * float(own[0, 0] + own[1, 0]) + place * strip.spacing
+            labels.append((strip.scale * (middle - strip.left), text))
+    image = draw_moments(subject.body, moments, strip, scene)
+    return Picture(image, labels, size.dpi, transparent)
+
+
+def film_times(times: Array, fps: float) -> list[float]:
+    """Times of the frames of a video, from the first time of a motion to the last [s]."""
+    count = int((times[-1] - times[0]) * fps + 1e-6) + 1
+    return [min(float(times[0]) + k / fps, float(times[-1])) for k in range(count)]
+
+
+def make_film(
+    subject: Subject,
+    view: View,
+    scene: Scene,
+    floor: float | None,
+    size: Size,
+    fps: float,
+) -> Film:
+    """Return the video of a motion; its frames show what moves whole. Raises UsageError."""
+    assert subject.motion is not None, "a video needs a motion"
+    times = film_times(subject.motion.times, fps)
+    moments = subject.moments(times)
+    limits = np.array([bounds(subject.body, poses, scene, view) for poses in moments])
+    whole = np.stack([limits[:, 0].min(axis=0), limits[:, 1].max(axis=0)])
+    strip = scaled(frame_moments([whole], view, floor), 1, size)
+
+    def draw(frame: int) -> NDArray[np.uint8]:
+        image = on_white(draw_moments(subject.body, [moments[frame]], strip, scene))
+        # Encoders need even numbers of rows and columns.
+        rows, columns = image.shape[0] % 2, image.shape[1] % 2
+        return np.pad(image, ((rows, 0), (0, columns), (0, 0)), mode="edge")
+
+    return Film(len(times), fps, draw)
+
+
+def read_subject(
+    source: str, figure_name: str | None, pose: Path | None, sets: Sequence[str]
+) -> Subject:
+    """Read what is drawn: a figure, a pose of one, or a motion.
+
+    Raises:
+        UsageError: options do not fit the source.
+        InputError: a file is wrong.
+        MoverError: loops cannot be closed, or the motion is of another figure.
+    """
+    path = Path(source)
+    suffix = path.suffix.lower()
+    if suffix in MOTION_FORMATS:
+        return _read_moving(path, figure_name, pose, sets)
+    if suffix == POSE_SUFFIX:
+        if figure_name is None:
+            raise UsageError(f"{path} is a pose: name its figure with --figure")
+        if pose is not None:
+            raise UsageError(f"{path} is a pose; leave out --pose")
+        figure, warnings = load_figure(figure_name)
+        pose = path
+    elif figure_name is not None:
+        raise UsageError(f"{source} is a figure; --figure is for poses and motions")
+    else:
+        figure, warnings = load_figure(source)
+    placement, more = placement_from_options(figure, pose, sets)
+    return Subject(Body.of_figure(figure), placement, None, (figure.path, pose), (*warnings, *more))
+
+
+def _read_moving(
+    path: Path, figure_name: str | None, pose: Path | None, sets: Sequence[str]
+) -> Subject:
+    """Read a motion; raises as `read_subject`."""
+    if path.suffix.lower() not in READABLE_SUFFIXES:
+        known = ", ".join(READABLE_SUFFIXES)
+        raise UsageError(f"{path}: motions are read from {known}, not from other formats")
+    if pose is not None or sets:
+        raise UsageError(f"{path} is a motion; --pose and --set are for figures")
+    chosen, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
+    motion = read_motion(path, chosen)
+    figure = motion.figure
+    check_chains(figure)
+    warnings += changed_figure_warnings(figure, motion.header, path)
+    return Subject(Body.of_figure(figure), None, motion, (figure.path, path), warnings)
+
+
+def times_from_options(at: str | None, strip: int | None, motion: FigureMotion) -> list[float]:
+    """Times of the moments of a picture [s]. Raises UsageError."""
+    first, last = float(motion.times[0]), float(motion.times[-1])
+    if at is not None and strip is not None:
+        raise UsageError("--at and --strip exclude each other")
+    if strip is not None:
+        return np.linspace(first, last, strip).tolist()
+    if at is None:
+        return [first]
+    try:
+        times = [float(part) for part in at.split(",")]
+    except ValueError:
+        raise UsageError(f"--at {at}: expected times in s such as 0.5 or 0,0.5,1") from None
+    for time in times:
+        if not first - 1e-9 <= time <= last + 1e-9:
+            raise UsageError(f"--at {at}: the motion lasts from {first:g} to {last:g} s")
+    return times
+
+
+def _check_options(
+    outputs: Sequence[Path],
+    subject: Subject,
+    at: str | None,
+    strip: int | None,
+    fps: float | None,
+    transparent: bool,
+) -> None:
+    """Raise UsageError for options that exclude each other."""
+    videos = [path for path in outputs if path.suffix.lower() in VIDEO_FORMATS]
+    if subject.motion is None:
+        if (at, strip, fps) != (None, None, None):
+            raise UsageError("--at, --strip and --fps are for motions")
+        if videos:
+            raise UsageError(f"-o {videos[0]}: a video needs a motion, not a pose")
+    if fps is not None and not videos:
+        raise UsageError(f"--fps is for videos: add -o FILE{VIDEO_FORMATS[0]}")
+    if len(videos) == len(outputs) and (at is not None or strip is not None):
+        raise UsageError("--at and --strip are for pictures; a video shows the whole motion")
+    if videos and transparent:
+        raise UsageError(f"-o {videos[0]}: a video has a white background; omit --transparent")
+
+
+def _check_outputs(outputs: Sequence[Path]) -> None:
+    """Raise UsageError for missing, repeated or unknown outputs, or missing libraries."""
+    if not outputs:
+        raise UsageError("no output file: add -o FILE.png")
+    known = (*IMAGE_FORMATS, *VIDEO_FORMATS)
+    for path in outputs:
+        if path.suffix.lower() not in known:
+            raise UsageError(f"-o {path}: {suffix_fault(path)}; known are {', '.join(known)}")
+    check_distinct_paths(outputs)
+    for path in outputs:
+        if path.suffix.lower() in VIDEO_FORMATS:
+            Film.require_encoder(path.suffix.lower())
+
+
+def picture(
+    source: str,
+    outputs: Sequence[Path],
+    *,
+    figure: str | None = None,
+    pose: Path | None = None,
+    sets: Sequence[str] = (),
+    at: str | None = None,
+    strip: int | None = None,
+    view: View,
+    scene: str | None = None,
+    floor: bool = False,
+    size: Size,
+    transparent: bool = False,
+    labels: bool = True,
+    fps: float | None = None,
+    progress: ItemMonitor = no_item_monitor,
+) -> CommandResult:
+    """Draw pictures and videos, and write them: all of them or none.
+
+    Raises:
+        UsageError: options do not fit each other or the source.
+        InputError: a file is wrong or cannot be written.
+        MoverError: there is nothing to draw.
+    """
+    _check_outputs(outputs)
+    subject = read_subject(source, figure, pose, sets)
+    _check_options(outputs, subject, at, strip, fps, transparent)
+    check_writable(outputs, (*subject.inputs, scene))
+    props = Scene() if scene is None else read_scene(scene)
+    ground = floor_height(props, floor)
+    times = [] if subject.motion is None else times_from_options(at, strip, subject.motion)
+    writers: list[tuple[Path, OutputWriter]] = []
+    sizes: dict[str, list[int]] = {}
+    images = [path for path in outputs if path.suffix.lower() in IMAGE_FORMATS]
+    if images:
+        drawn = draw_picture(
+            subject,
+            times,
+            view,
+            props,
+            ground,
+            size,
+            labelled=labels and len(times) > 1,
+            transparent=transparent,
+        )
+        sizes |= {str(path): list(drawn.shape) for path in images}
+        writers += [
+            (path, partial(drawn.write, kind=path.suffix.lower().removeprefix(".")))
+            for path in images
+        ]
+    frames = 0
+    if len(images) < len(outputs):
+        film = make_film(subject, view, props, ground, size, fps or DEFAULT_FPS)
+        frames = film.count
+        for path in outputs:
+            if path not in images:
+                writers.append(
+                    (path, partial(film.write, kind=path.suffix.lower(), progress=progress))
+                )
+    write_all_or_none(writers)
+    lines = [*map(str, subject.body.losses)]
+    for path in outputs:
+        if path in images:
+            columns, rows = sizes[str(path)]
+            lines.append(f"wrote {path}, {columns} x {rows} pixels")
+        else:
+            lines.append(f"wrote {path}, {format_count(frames, 'frame')}")
+    return CommandResult(
+        text="\n".join(lines),
+        data={
+            "source": source,
+            "times_s": times,
+            "files": [str(path) for path in outputs],
+            "sizes": sizes,
+            "frames": frames,
+            "losses": [str(loss) for loss in subject.body.losses],
+        },
+        diagnostics=subject.warnings,
+    )

@@ -1,0 +1,121 @@
+"""Videos of frames that are drawn one after the other: .mp4 by ffmpeg, .gif by Pillow."""
+
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generator.cli.progress import ItemMonitor, no_item_monitor
+from generator.diagnostics import MoverError, UsageError
+from generator.losses import Losses
+
+VIDEO_FORMATS = (".mp4", ".gif")
+
+_QUALITY = 18
+"""Constant rate factor of H.264: smaller is better, 18 is hardly to be told from the original."""
+
+_PALETTE_FRAMES = 5
+"""Frames from which the colours of a .gif are chosen."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """Frames at a constant rate.
+
+    Attributes:
+        count: number of frames.
+        fps: frames per second.
+        draw: a frame, shape (rows, columns, 3), with even numbers of rows and columns.
+    """
+
+    count: int
+    fps: float
+    draw: Callable[[int], NDArray[np.uint8]]
+
+    @staticmethod
+    def require_encoder(suffix: str) -> None:
+        """Raise UsageError unless the library of a format is installed."""
+        if suffix != ".mp4":
+            return
+        try:
+            _ffmpeg().get_ffmpeg_exe()
+        except (ImportError, RuntimeError):
+            message = "a .mp4 needs ffmpeg: pip install 'exudyn-mover[video]'"
+            raise UsageError(message) from None
+
+    def write(self, path: Path, kind: str, progress: ItemMonitor = no_item_monitor) -> Losses:
+        """Write a video as `.mp4` or `.gif`, whatever the suffix of the path.
+
+        Raises:
+            OSError: the file cannot be written.
+            MoverError: the encoder fails.
+        """
+        with progress(self.count, "frames") as done:
+            frames = self._frames(done)
+            if kind == ".gif":
+                self._write_gif(path, frames)
+            else:
+                self._write_mp4(path, frames)
+        return Losses(kind)
+
+    def _frames(self, done: Callable[[str], None]) -> Iterator[NDArray[np.uint8]]:
+        for k in range(self.count):
+            yield self.draw(k)
+            done("")
+
+    def _write_mp4(self, path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
+        first = next(frames)
+        path.touch()  # ffmpeg says less about a folder that cannot be written
+        encoder = _ffmpeg().write_frames(
+            str(path),
+            (first.shape[1], first.shape[0]),
+            fps=self.fps,
+            codec="libx264",
+            quality=None,
+            macro_block_size=2,
+            ffmpeg_log_level="error",
+            output_params=["-crf", str(_QUALITY), "-f", "mp4", "-movflags", "+faststart"],
+        )
+        with closing(encoder):
+            encoder.send(None)
+            try:
+                encoder.send(np.ascontiguousarray(first))
+                for frame in frames:
+                    encoder.send(np.ascontiguousarray(frame))
+            except OSError as failure:
+                message = " ".join(str(failure).split())
+                raise MoverError(f"ffmpeg failed: {message}") from None
+
+    def _write_gif(self, path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
+        from PIL import Image
+
+        chosen = np.linspace(0, self.count - 1, _PALETTE_FRAMES).round().astype(int)
+        sample = np.concatenate([self.draw(int(k)) for k in np.unique(chosen)])
+        palette = Image.fromarray(sample).quantize(256, dither=Image.Dither.NONE)
+        # Times in a .gif are multiples of 10 ms.
+        ends = np.round(np.arange(self.count + 1) * 100.0 / self.fps)
+        durations = [int(10 * each) for each in np.diff(ends)]
+        images = (
+            Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+            for frame in frames
+        )
+        first = next(images)
+        first.save(
+            path,
+            "GIF",
+            save_all=True,
+            append_images=images,
+            duration=durations,
+            loop=0,
+            optimize=False,
+        )
+
+
+def _ffmpeg() -> Any:
+    """Return the module that imageio writes videos with, which declares no types."""
+    return import_module("imageio_ffmpeg")
