@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from generator.viewer.pose_panel import PosePanel
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from generator.viewer.viewer import Panel, Viewer
 
-PANELS: "Sequence[Callable[[Viewer], Panel]]" = ()
+PANELS: "Sequence[Callable[[Viewer], Panel]]" = (PosePanel,)
