@@ -1,11 +1,11 @@
 """Editing a pose: one coordinate, a limb, an arm or a whole side at a time, with undo and redo."""
 
 import itertools
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from math import degrees, inf, isfinite, pi
+from math import ceil, degrees, inf, isfinite, pi, radians
 from typing import assert_never
 
 import numpy as np
@@ -36,6 +36,9 @@ MAX_UNDO_STEPS = 200
 
 DEFAULT_TRANSLATION_RANGE = 0.5
 """Range of a translation without limits, to both sides [m]."""
+
+SLIDER_MARGIN = radians(15.0)
+"""Angle by which a slider without limits goes beyond the normal range and the dead zone [rad]."""
 
 MAX_DISPLACEMENT = 1e3
 """Largest displacement that is set [rad or m]."""
@@ -389,29 +392,18 @@ def coordinate_range(joint: Joint, index: int, springs: SpringSet) -> Coordinate
         dead_zone, measured = spring_dead_zone(spring), _measured_range(spring)
         if sign < 0:
             normal, dead_zone, measured = map(mirror_range, (normal, dead_zone, measured))
-    first, last = normal or (-inf, inf)
-    marks = [end for each in (dead_zone, measured) for end in each or () if abs(end) <= pi]
-    low, high = lower, upper
-    if not isfinite(low):
-        low = (
-            min(_outwards(first, -1.0), *marks)
-            if isfinite(first) and marks
-            else (_outwards(first, -1.0))
-        )
-    if not isfinite(high):
-        high = (
-            max(_outwards(last, 1.0), *marks)
-            if isfinite(last) and marks
-            else (_outwards(last, 1.0))
-        )
+    known = [end for each in (normal, dead_zone, measured) for end in each or ()]
+    low = lower if isfinite(lower) else _slider_end(normal and normal[0], known, -1.0)
+    high = upper if isfinite(upper) else _slider_end(normal and normal[1], known, 1.0)
     return CoordinateRange(low, high, limits, normal, dead_zone, measured, motion, sign)
 
 
-def _outwards(end: float, sign: float) -> float:
-    """Return the end of a range rounded outwards to 5 deg, or half a turn if it is infinite."""
-    if not isfinite(end):
+def _slider_end(normal: float | None, known: Sequence[float], sign: float) -> float:
+    """Return the end of a slider without a limit: beyond all that is known, else half a turn."""
+    if normal is None or not isfinite(normal):
         return sign * pi
-    return float(np.radians(5.0 * sign * np.ceil(sign * degrees(end) / 5.0 - 1e-9)))
+    farthest = max(sign * end for end in known if isfinite(end))
+    return sign * min(radians(5.0 * ceil(degrees(farthest + SLIDER_MARGIN) / 5.0 - 1e-9)), pi)
 
 
 def _spring_about(
