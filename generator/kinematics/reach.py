@@ -46,8 +46,10 @@ CLOSE_ENOUGH = 1e-7
 MIN_GRADIENT = 1e-9
 """Slope of the squared distance at which a pose counts as the nearest one [m2/rad]."""
 
-_FIRST_DAMPING, _MIN_DAMPING, _MAX_DAMPING = 1e-4, 1e-10, 1e3
-"""Damping added to the curvature of the squared distance [m2]."""
+FIRST_DAMPING, MIN_DAMPING = 1e-4, 1e-9
+"""Damping added to the curvature of half the squared distance, at first and at last [m2]."""
+
+_MIN_STEP = 1e-10
 
 _ESCAPE_STEP = 0.03
 """Step along a direction of negative curvature where the gradient is zero [rad or m]."""
@@ -324,28 +326,40 @@ class _Search:
 
     def run(self) -> Placement:
         """Return the placement at the end of the descent."""
-        damping = _FIRST_DAMPING
-        basis = self.space.basis
-        if not basis.size or not self.order.size:
+        if not self.space.basis.size or not self.order.size:
             return self.placement
+        longest, damping = MAX_STEP, FIRST_DAMPING
         slope, curvature, constraints = self._model()
         for _ in range(MAX_ITERATIONS):
-            error = self._distance(self.placement)
-            if error <= CLOSE_ENOUGH:
+            distance = self._distance(self.placement)
+            if distance <= CLOSE_ENOUGH or longest < _MIN_STEP:
                 break
-            changes = self._changes(slope, curvature, constraints, damping)
-            placements = (self._placement_after(change, constraints) for change in changes)
-            nearer = (one for one in placements if one and self._distance(one) < error)
-            trial = next(nearer, None)
-            if trial is None:
-                if len(changes) != 1 or damping >= _MAX_DAMPING:
-                    break
-                damping *= 10.0
-                continue
-            damping = max(0.1 * damping, _MIN_DAMPING)
-            self.placement = trial
-            self.values = self.space.tree.kinematics.displacement_vector(trial.displacements)
-            slope, curvature, constraints = self._model()
+            changes = self._changes(slope, curvature, constraints, damping, longest)
+            if not changes:
+                break
+            gain = expected = 0.0
+            for change in changes:
+                step = self._cut(change, constraints)
+                placement = self._placement_after(step, constraints)
+                if placement is not None:
+                    gain = 0.5 * (distance**2 - self._distance(placement) ** 2)
+                    expected = float(slope @ step - 0.5 * step @ curvature @ step)
+                    if gain > 0.0:
+                        self.placement = placement
+                        break
+            if len(changes) == 1:
+                # The size of steps in which the quadratic model is good (a trust region).
+                if gain < 0.25 * expected or gain <= 0.0:
+                    longest = 0.3 * min(longest, float(np.max(np.abs(changes[0]))))
+                elif gain > 0.7 * expected:
+                    longest = min(2.0 * longest, MAX_STEP)
+            elif gain <= 0.0:
+                break
+            if gain > 0.0:
+                damping = max(0.1 * damping, MIN_DAMPING)
+                displacements = self.placement.displacements
+                self.values = self.space.tree.kinematics.displacement_vector(displacements)
+                slope, curvature, constraints = self._model()
         return self.placement
 
     def _distance(self, placement: Placement) -> float:
@@ -376,7 +390,12 @@ class _Search:
         return slope, curvature, closed
 
     def _changes(
-        self, slope: Array, curvature: Array, constraints: Constraints | None, damping: float
+        self,
+        slope: Array,
+        curvature: Array,
+        constraints: Constraints | None,
+        damping: float,
+        longest: float,
     ) -> list[Array]:
         """Return the step (k,) of the independent displacements; at a saddle two, out of it.
 
@@ -395,7 +414,7 @@ class _Search:
             at_closing_low = constraints.closing <= self.closing_lower + _AT_LIMIT
             at_closing_high = constraints.closing >= self.closing_upper - _AT_LIMIT
         while True:
-            step, escape = _newton_step(slope, curvature, rows, free, damping)
+            step, escape = _newton_step(slope, curvature, rows, free, damping, longest)
             out = free & ((at_low & (step < 0.0)) | (at_high & (step > 0.0)))
             rates = closing @ step
             stopped = (at_closing_low & (rates < -1e-12)) | (at_closing_high & (rates > 1e-12))
@@ -416,26 +435,25 @@ class _Search:
         rises = np.any((low & (basis < 0.0)) | (high & (basis > 0.0)), axis=0)
         return falls, rises
 
-    def _placement_after(self, step: Array, constraints: Constraints | None) -> Placement | None:
-        """Return the placement after a step, cut at the limits; None if loops do not close."""
-        space = self.space
-        step = step * min(1.0, MAX_STEP / float(np.max(np.abs(step))))
-        low, high = self._room()
-        step = np.clip(step, low, high)
+    def _cut(self, step: Array, constraints: Constraints | None) -> Array:
+        """Return a step cut where the first limits are met."""
+        step = np.clip(step, *self._room())
         if constraints is None:
-            values = np.clip(self.values + space.basis @ step, self.lower, self.upper)
-            return space.place(values, self.placement.displacements)
-        rates = constraints.closing_rates @ space.basis @ step
+            return step
+        rates = constraints.closing_rates @ self.space.basis @ step
         room = np.where(rates > 0.0, self.closing_upper, self.closing_lower) - constraints.closing
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shares = np.where(np.abs(rates) > 1e-12, 0.95 * room / rates, inf)
-        away = np.abs(room) > _AT_LIMIT
-        step = step * min(1.0, float(np.min(shares[away], initial=inf)))
+        moves = (np.abs(rates) > 1e-12) & (np.abs(room) > _AT_LIMIT)
+        return step * min(1.0, float(np.min(0.95 * room[moves] / rates[moves], initial=inf)))
+
+    def _placement_after(self, step: Array, constraints: Constraints | None) -> Placement | None:
+        """Return the placement after a step within the limits; None if loops do not close."""
+        space = self.space
         values = np.clip(self.values + space.basis @ step, self.lower, self.upper)
-        low, high = self._room()
-        may_change = (low < step) & (step < high)
         placed = space.place(values, self.placement.displacements)
-        closed = space.project(placed, may_change, self.start)
+        if constraints is None:
+            return placed
+        low, high = self._room()
+        closed = space.project(placed, (low < step) & (step < high), self.start)
         return closed if closed is not None and self._within_limits(closed) else None
 
     def _room(self) -> tuple[Array, Array]:
@@ -460,7 +478,12 @@ class _Search:
 
 
 def _newton_step(
-    slope: Array, curvature: Array, rows: Array, free: NDArray[np.bool_], damping: float
+    slope: Array,
+    curvature: Array,
+    rows: Array,
+    free: NDArray[np.bool_],
+    damping: float,
+    longest: float,
 ) -> tuple[Array, Array | None]:
     """Return the damped step (k,), and a direction of negative curvature where the slope is zero.
 
@@ -469,7 +492,8 @@ def _newton_step(
         curvature: of half the squared distance, shape (k, k).
         rows: constraints that the step keeps, shape (c, k).
         free: displacements that may change, shape (k,).
-        damping: [m2].
+        damping: at least [m2].
+        longest: change of a displacement, to which more damping restricts the step [rad or m].
     """
     step = np.zeros_like(slope)
     places = np.flatnonzero(free)
@@ -491,8 +515,12 @@ def _newton_step(
         escape = np.zeros_like(slope)
         escape[places] = span @ directions[:, 0]
         return step, escape
-    step[places] = span @ (directions @ (along / (np.abs(sizes) + damping)))
-    return step, None
+    directions = span @ directions
+    while True:
+        step[places] = directions @ (along / (np.abs(sizes) + damping))
+        if np.max(np.abs(step)) <= longest:
+            return step, None
+        damping *= 3.0
 
 
 def _limits(joints: "tuple[Joint, ...] | list[Joint]", end: str) -> Array:

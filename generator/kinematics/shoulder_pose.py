@@ -115,6 +115,17 @@ def pose_arm(
     )
 
 
+def arm_latitude_and_longitude(placement: Placement, side: Side) -> tuple[float, float]:
+    """Latitude and longitude of an elbow in the torso's frame [rad], as `pose_arm` takes them.
+
+    Raises ModelError when the figure has no such arm.
+    """
+    arm = _find_arm(placement.tree.figure, side)
+    ahead, left, up = _elbow_direction(placement, arm)
+    outwards = left if side is Side.LEFT else -left
+    return float(np.arccos(np.clip(up, -1.0, 1.0))), float(np.arctan2(outwards, ahead))
+
+
 def _elbow_direction(placement: Placement, arm: _Arm) -> Array:
     def at(ref: SiteRef) -> Array:
         pose = placement.poses[ref.segment]

@@ -4,10 +4,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from generator.viewer.body_panel import BodyPanel
+from generator.viewer.pose_panel import PosePanel
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from generator.viewer.viewer import Panel, Viewer
 
-PANELS: "Sequence[Callable[[Viewer], Panel]]" = (BodyPanel,)
+PANELS: "Sequence[Callable[[Viewer], Panel]]" = (
+    PosePanel,
+    BodyPanel,
+)

@@ -1,0 +1,592 @@
+"""The tab in which the figure is posed: sliders, a dragged segment, arms, mirror, undo, files."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import degrees, isfinite, radians
+from typing import Any
+
+import numpy as np
+import viser
+
+from generator.diagnostics import MoverError, UsageError
+from generator.figure import AxisKind, Joint
+from generator.input_files.pose import POSE_SUFFIX
+from generator.kinematics.links import Coordinate
+from generator.kinematics.reach import Target
+from generator.kinematics.shoulder import Side
+from generator.rotations import Array, matrix_from_rotation_vector, quaternion_from_matrix
+from generator.text_io import os_error_reason, write_atomic
+from generator.viewer.folder import names_in_folder, path_in_folder
+from generator.viewer.pose_editor import (
+    CoordinateRange,
+    Mirroring,
+    PoseEditor,
+    axis_label,
+    coordinate_range,
+    drag_point,
+    end_segments,
+    limb_joints,
+    readable_name,
+)
+from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
+from springs import SpringSet
+
+MAX_OPEN_FOLDERS = 8
+"""Joints up to which all folders are expanded at first."""
+
+MAX_FOLDERS = 24
+"""Joints up to which each has a folder; of a larger figure the sliders of one joint are shown."""
+
+FOLLOW_INTERVAL = 0.2
+"""Shortest time between two updates of sliders that follow the figure [s]."""
+
+TOUCH_TIME = 0.5
+"""Time after a user's change during which a slider is not set by the program [s]."""
+
+GROUP_TIME = 1.0
+"""Pause after which the next change of a slider is undone alone [s]."""
+
+FILES_INTERVAL = 2.0
+"""Time between two looks into the folder of the page [s]."""
+
+NO_SEGMENT = "none"
+
+LIMB, WHOLE_FIGURE = "limb", "whole figure"
+
+UNDO, REDO, RESET = "Undo", "Redo", "Reset"
+
+_GIZMO = "/pose drag"
+
+_LEGEND = "Marks: L limit, N normal range, D edge of the dead zone, M measured range of the law"
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A control's value when the user changed it: later the program may have set another."""
+
+    client: Any
+    value: Any
+
+
+def with_value(control: Any) -> Callable[[Callable[[Any], Any]], Any]:
+    """Return a function that registers a callback of a control's changes, for `Viewer.listen`."""
+
+    def register(notify: Callable[[Any], Any]) -> None:
+        async def first(event: Any) -> None:
+            await notify(_Change(event.client, event.target.value))
+
+        control.on_update(first)
+
+    return register
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """An event of the gizmo with its pose at that time."""
+
+    client: Any
+    client_id: int
+    phase: str
+    position: Array
+    wxyz: Array
+
+
+@dataclass
+class _Row:
+    """The slider of a displacement.
+
+    Attributes:
+        handle: of the slider.
+        coordinate: that it shows.
+        scale: of a displacement [rad or m] to the slider [deg or cm].
+        known: its range and marks.
+        touched: time of the user's last change [s].
+    """
+
+    handle: Any
+    coordinate: Coordinate
+    scale: float
+    known: CoordinateRange
+    touched: float = -1e9
+
+
+@dataclass
+class _Drag:
+    """The segment that is dragged.
+
+    Attributes:
+        segment: its name; "" for none.
+        point: in its frame [m], shape (3,).
+        handle: the gizmo.
+        clients: who drag it.
+        target: to which it was dragged last; None when that has been done.
+    """
+
+    segment: str = ""
+    point: Array = field(default_factory=lambda: np.zeros(3))
+    handle: viser.TransformControlsHandle | None = None
+    clients: set[int] = field(default_factory=set[int])
+    target: Target | None = None
+
+
+class PosePanel(Panel):
+    """Controls of the pose."""
+
+    title = "Pose"
+
+    def __init__(self, viewer: Viewer) -> None:
+        """Begin with the first pose of the page."""
+        super().__init__(viewer)
+        self.editor = PoseEditor(viewer.content.placement)
+        self._rows: dict[Coordinate, _Row] = {}
+        self._folders: dict[str, Any] = {}
+        self._arms: dict[Side, tuple[Any, Any]] = {}
+        self._arm_touched = -1e9
+        self._drag = _Drag()
+        self._now = 0.0
+        self._is_stale, self._synced = True, -1e9
+        self._changed = -1e9
+        self._files: tuple[str, ...] | None = None
+        self._files_read = -1e9
+        self._told = ("", -1e9)
+        self._stale_joints: set[str] = set()
+
+    # -- controls
+
+    def build(self) -> None:
+        """Add the controls."""
+        gui, listen = self.viewer.server.gui, self.viewer.listen
+        history = gui.add_button_group("Pose", (UNDO, REDO, RESET))
+        listen(history.on_click, lambda event: self._history(event.target.value))
+        if self.editor.can_mirror:
+            mirror = gui.add_button_group(
+                "Mirror",
+                tuple(each.value.capitalize() for each in Mirroring),
+                hint="Mirror the pose in the plane x = 0",
+            )
+            listen(mirror.on_click, lambda event: self._mirror(event.target.value))
+        self._build_drag()
+        self._build_arms()
+        self._build_joints()
+        self._build_files()
+
+    def _build_drag(self) -> None:
+        gui, listen = self.viewer.server.gui, self.viewer.listen
+        ends = end_segments(self.editor.tree)
+        if not ends:
+            return
+        with gui.add_folder("Drag"):
+            self._segments = gui.add_dropdown(
+                "Segment", (NO_SEGMENT, *ends), hint="Segment that gets arrows to drag it by"
+            )
+            self._moving = gui.add_dropdown(
+                "Moving joints", (LIMB, WHOLE_FIGURE), hint="Joints that follow the drag"
+            )
+            self._turning = gui.add_checkbox(
+                "With orientation", False, hint="Rotate the segment by the rings of the arrows"
+            )
+        for control in (self._segments, self._turning):
+            listen(control.on_update, lambda _: self._choose_segment())
+
+    def _build_arms(self) -> None:
+        gui = self.viewer.server.gui
+        sides = [side for side in Side if self.editor.arm_direction(side) is not None]
+        if not sides:
+            return
+        with gui.add_folder("Shoulder", expand_by_default=False):
+            for side in sides:
+                name = side.value.capitalize()
+                self._arms[side] = (
+                    gui.add_slider(
+                        f"{name} latitude [deg]", 0.0, 180.0, 0.5, 180.0,
+                        marks=((0.0, "overhead"), (90.0, "level"), (180.0, "hanging")),
+                    ),
+                    gui.add_slider(
+                        f"{name} longitude [deg]", -180.0, 180.0, 0.5, 0.0,
+                        marks=((-90.0, "inward"), (0.0, "ahead"), (90.0, "outward")),
+                    ),
+                )  # fmt: skip
+                for handle in self._arms[side]:
+                    self.viewer.listen(
+                        handle.on_update, lambda _, side=side: self._pose_arm(side), f"arm {side}"
+                    )
+
+    def _build_joints(self) -> None:
+        gui = self.viewer.server.gui
+        self._moved = {name: j for name, j in self.viewer.figure.joints.items() if j.chain}
+        self._all_folders = len(self._moved) <= MAX_FOLDERS
+        if not self._moved:
+            gui.add_html(html_lines(["This figure has no joint that moves."]))
+            return
+        self._joints_folder = gui.add_folder("Joints")
+        with self._joints_folder:
+            gui.add_html(html_lines([_LEGEND]))
+            if not self._all_folders:
+                self._choice = gui.add_dropdown("Joint", tuple(self._moved))
+                self.viewer.listen(
+                    with_value(self._choice),
+                    lambda event: self.viewer.select_joint(event.value),
+                )
+                self._show_joint(next(iter(self._moved)), expanded=True)
+                return
+        for name in self._moved:
+            self._show_joint(name, expanded=len(self._moved) <= MAX_OPEN_FOLDERS)
+
+    def _show_joint(self, name: str, *, expanded: bool) -> None:
+        """Add the folder of a joint with its sliders, in place of the one before."""
+        if not self._all_folders:
+            for other in list(self._folders):
+                self._remove_joint(other)
+        self._remove_joint(name)
+        joint, gui = self._moved[name], self.viewer.server.gui
+        order = float(list(self._moved).index(name) + 1e6)
+        with self._joints_folder:
+            self._folders[name] = gui.add_folder(
+                readable_name(name), expand_by_default=expanded, order=order
+            )
+            with self._folders[name]:
+                for k in range(len(joint.chain)):
+                    self._add_slider(joint, k)
+        self._is_stale, self._synced = True, -1e9
+
+    def _remove_joint(self, name: str) -> None:
+        folder = self._folders.pop(name, None)
+        if folder is not None:
+            folder.remove()
+            for coordinate in [each for each in self._rows if each.joint == name]:
+                del self._rows[coordinate]
+
+    def _add_slider(self, joint: Joint, index: int) -> None:
+        factor, coordinate = joint.chain[index], Coordinate(joint.name, index)
+        known = coordinate_range(joint, index, self.viewer.springs)
+        is_rotation = factor.kind is AxisKind.ROTATION
+        scale, unit = (degrees(1.0), "deg") if is_rotation else (100.0, "cm")
+        if known.motion:
+            sense = "" if known.sign > 0 else " (negative)"
+            label = f"{readable_name(known.motion)}{sense} [{unit}]"
+        else:
+            label = f"{'About' if is_rotation else 'Along'} {axis_label(factor)} [{unit}]"
+        value = self._value(coordinate) * scale
+        low, high = (scale * end for end in (known.low, known.high))
+        handle = self.viewer.server.gui.add_slider(
+            label,
+            min(low, value),
+            max(high, value),
+            0.1,
+            value,
+            marks=_marks(known, scale) or None,
+            hint=_hint(known, scale, unit),
+        )
+        self._rows[coordinate] = _Row(handle, coordinate, scale, known)
+        self.viewer.listen(
+            with_value(handle),
+            lambda event: self._move_slider(coordinate, event.value),
+            f"slider {coordinate}",
+        )
+
+    def _build_files(self) -> None:
+        gui, listen = self.viewer.server.gui, self.viewer.listen
+        with gui.add_folder("File"):
+            self._name = gui.add_text(
+                "Save as", f"new{POSE_SUFFIX}", hint="In the folder of the page"
+            )
+            buttons = gui.add_button_group("Pose file", ("Save", "Load"))
+            self._list = gui.add_html("")
+        listen(
+            buttons.on_click,
+            lambda event: (self._save if event.target.value == "Save" else self._load)(),
+        )
+
+    # -- changes by the user
+
+    def _begin(self) -> None:
+        """Take over the pose that a motion or a simulation shows."""
+        if self.viewer.shown.driver is not Driver.POSE:
+            self.editor.adopt(self.viewer.shown.displacements)
+
+    def _show(self) -> None:
+        """Show the editor's pose."""
+        self._changed = self._now
+        placement = self.editor.placement
+        self.viewer.show(Shown(Driver.POSE, placement.displacements, placement.poses))
+
+    def _history(self, command: str) -> None:
+        match command:
+            case "Undo":
+                self.editor.undo()
+            case "Redo":
+                self.editor.redo()
+            case _:
+                self.editor.reset()
+        self._synced = -1e9
+        self._show()
+
+    def _mirror(self, label: str) -> None:
+        self._begin()
+        self.editor.mirror(Mirroring(label.lower()))
+        self._synced = -1e9
+        self._show()
+
+    def _move_slider(self, coordinate: Coordinate, value: float) -> None:
+        row = self._rows.get(coordinate)
+        if row is None:  # the slider was removed meanwhile
+            return
+        row.touched = self._now
+        self._is_stale = True
+        self._begin()
+        try:
+            self.editor.set_coordinate(coordinate, value / row.scale)
+        except MoverError as failure:
+            row.touched = -1e9
+            self._tell_once(failure)
+        else:
+            self._show()
+
+    def _pose_arm(self, side: Side) -> None:
+        latitude, longitude = (float(handle.value) for handle in self._arms[side])
+        self._arm_touched = self._now
+        self._begin()
+        try:
+            self.editor.pose_arm(side, radians(latitude), radians(longitude))
+        except MoverError as failure:
+            self._tell_once(failure)
+        else:
+            self._show()
+
+    def _save(self) -> None:
+        path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_SUFFIX,))
+        self._begin()
+        try:
+            write_atomic(path, self.editor.text())
+        except OSError as failure:
+            raise UsageError(f"`{path.name}` cannot be saved: {os_error_reason(failure)}") from None
+        self._files_read = -1e9
+        self.viewer.tell("Pose saved", path.name)
+
+    def _load(self) -> None:
+        path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_SUFFIX,))
+        self._begin()
+        self.editor.load(str(path))
+        self._synced = -1e9
+        self._show()
+
+    def _tell_once(self, failure: MoverError) -> None:
+        """Show an error, but not again while it goes on."""
+        text, when = self._told
+        if str(failure) != text or self._now - when > 3.0:
+            self.viewer.tell_error(failure)
+        self._told = (str(failure), self._now)
+
+    # -- the dragged segment
+
+    def _choose_segment(self) -> None:
+        """Move the gizmo to the chosen segment."""
+        if self._drag.handle is not None:
+            self._drag.handle.remove()
+            self.editor.end_group()
+        self._drag = _Drag()
+        if self._segments.value == NO_SEGMENT:
+            return
+        segment, turning = self._segments.value, bool(self._turning.value)
+        point = drag_point(self.editor.tree, segment)
+        position, wxyz = self._gizmo_pose(segment, point)
+        handle = self.viewer.server.scene.add_transform_controls(
+            _GIZMO,
+            scale=0.2,
+            disable_rotations=not turning,
+            depth_test=False,
+            position=position,
+            wxyz=wxyz,
+        )
+        self._drag = _Drag(segment, point, handle)
+
+        def register(notify: Callable[[Any], Any]) -> None:
+            async def first(event: Any) -> None:
+                gizmo = event.target
+                position, wxyz = np.array(gizmo.position), np.array(gizmo.wxyz)
+                await notify(_Pull(event.client, event.client_id, event.phase, position, wxyz))
+
+            handle.on_update(first)
+
+        drag = self._drag
+        self.viewer.listen(register, lambda event: self._pull(drag, event))
+
+    def _gizmo_pose(self, segment: str, point: Array) -> tuple[Array, Array]:
+        """Position and quaternion of the gizmo at the segment's present pose."""
+        pose = self.viewer.shown.poses[segment]
+        turn = pose[:3, :3] if self._turning.value else np.eye(3)
+        return pose[:3, :3] @ point + pose[:3, 3], quaternion_from_matrix(turn)
+
+    def _pull(self, drag: _Drag, event: _Pull) -> None:
+        """Note where a user drags the segment; `tick` moves it."""
+        if drag is not self._drag:
+            return
+        if event.phase == "end":
+            drag.clients.discard(event.client_id)
+            return
+        drag.clients.add(event.client_id)
+        if event.phase == "update":
+            turn = _matrix_from_quaternion(event.wxyz) if self._turning.value else None
+            drag.target = Target(drag.segment, drag.point, event.position, turn)
+
+    def _move_dragged(self) -> None:
+        """Move the limb towards the last target, and the gizmo back when nobody drags it."""
+        drag = self._drag
+        if drag.handle is None:
+            return
+        drag.clients &= self.viewer.server.get_clients().keys()  # one may have left
+        if drag.target is not None:
+            target, drag.target = drag.target, None
+            self._begin()
+            tree = self.editor.tree
+            moving = tree.figure.joints.keys()
+            if self._moving.value == LIMB:
+                moving = set(limb_joints(tree, drag.segment)) | {j.name for j in tree.closures}
+            try:
+                self.editor.drag(target, frozenset(tree.figure.joints.keys() - moving))
+            except MoverError as failure:
+                self._tell_once(failure)
+            else:
+                self._show()
+
+    def _follow_gizmo(self) -> None:
+        """Put the gizmo to the segment, unless somebody drags it."""
+        drag = self._drag
+        if drag.handle is None or drag.clients:
+            return
+        position, wxyz = self._gizmo_pose(drag.segment, drag.point)
+        if np.max(np.abs(drag.handle.position - position)) > 1e-6:
+            drag.handle.position = position
+        if np.max(np.abs(drag.handle.wxyz - wxyz)) > 1e-6:
+            drag.handle.wxyz = wxyz
+
+    # -- changes by others
+
+    def shown_changed(self, shown: Shown) -> None:
+        """Let the sliders follow."""
+        self._is_stale = True
+        if shown.driver is Driver.POSE and shown.displacements is not self.editor.displacements:
+            self.editor.adopt(shown.displacements)
+
+    def springs_changed(self, springs: SpringSet) -> None:
+        """Renew the marks of the joints whose ranges have changed."""
+        for row in self._rows.values():
+            name, index = row.coordinate.joint, row.coordinate.index
+            if coordinate_range(self._moved[name], index, springs) != row.known:
+                self._stale_joints.add(name)
+
+    def selection_changed(self, segment: str | None, joint: str | None) -> None:
+        """Show the sliders of the selected joint."""
+        if joint is None or joint not in self._moved:
+            return
+        if not self._all_folders:
+            if joint not in self._folders:
+                self._choice.value = joint
+                self._show_joint(joint, expanded=True)
+        elif len(self._moved) > MAX_OPEN_FOLDERS:
+            self._show_joint(joint, expanded=True)
+
+    def tick(self, now: float) -> None:
+        """Move the dragged segment, and let controls follow at a moderate rate."""
+        self._now = now
+        self._move_dragged()
+        if now - self._changed > GROUP_TIME and not self._drag.clients:
+            self.editor.end_group()
+        if now - self._synced >= FOLLOW_INTERVAL:
+            if self._stale_joints:
+                name = self._stale_joints.pop()
+                if name in self._folders:
+                    self._show_joint(name, expanded=True)
+            if self._is_stale:
+                self._synced = now
+                self._is_stale = False
+                self._follow()
+            self._follow_gizmo()
+        if now - self._files_read >= FILES_INTERVAL:
+            self._files_read = now
+            self._list_files()
+
+    def _follow(self) -> None:
+        """Set the sliders to what the page shows, but not one that the user moves."""
+        for row in self._rows.values():
+            if self._now - row.touched < TOUCH_TIME:
+                self._is_stale = True
+                continue
+            shown = self.viewer.shown.displacements.get(row.coordinate.joint)
+            is_known = shown is not None and row.coordinate.index < len(shown)
+            if row.handle.disabled is is_known:
+                row.handle.disabled = not is_known
+            _set_slider(row.handle, row.scale * self._value(row.coordinate))
+        if not self._arms or self.viewer.shown.driver is not Driver.POSE:
+            return
+        if self._now - self._arm_touched < TOUCH_TIME:
+            self._is_stale = True
+            return
+        for side, handles in self._arms.items():
+            direction = self.editor.arm_direction(side)
+            for handle, angle in zip(handles, direction or (), strict=False):
+                _set_slider(handle, degrees(angle))
+
+    def _value(self, coordinate: Coordinate) -> float:
+        """The displacement that the page shows [rad or m], or that of the editor."""
+        for source in (self.viewer.shown.displacements, self.editor.displacements):
+            values = source.get(coordinate.joint)
+            if values is not None and coordinate.index < len(values):
+                return float(values[coordinate.index])
+        return 0.0
+
+    def _list_files(self) -> None:
+        names = names_in_folder(self.viewer.content.folder, POSE_SUFFIX)
+        if names != self._files:
+            self._files = names
+            text = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+            self._list.content = html_lines([f"In the folder: {text}" if names else
+                                             "The folder has no pose file yet."])  # fmt: skip
+
+
+def _matrix_from_quaternion(wxyz: Array) -> Array:
+    """Return the rotation matrix (3, 3) of a unit quaternion, scalar first."""
+    sine = float(np.linalg.norm(wxyz[1:]))
+    angle = 2.0 * np.arctan2(sine, wxyz[0])
+    return matrix_from_rotation_vector(angle / sine * wxyz[1:] if sine else np.zeros(3))
+
+
+def _set_slider(handle: Any, value: float) -> None:
+    """Set a slider if it differs, and widen it to contain the value."""
+    if not isfinite(value) or abs(handle.value - value) < 1e-6:
+        return
+    if value < handle.min:
+        handle.min = value
+    if value > handle.max:
+        handle.max = value
+    handle.value = value
+
+
+def _marks(known: CoordinateRange, scale: float) -> tuple[tuple[float, str], ...]:
+    """Return places and letters of the marks of a slider; letters at one place are joined."""
+    letters: dict[float, str] = {}
+    sources = (
+        ("L", known.limits), ("N", known.normal), ("D", known.dead_zone), ("M", known.measured)
+    )  # fmt: skip
+    for letter, ends in sources:
+        for end in ends or ():
+            if isfinite(end) and known.low <= end <= known.high:
+                place = round(scale * end, 1)
+                letters[place] = letters.get(place, "") + letter
+    return tuple(sorted(letters.items()))
+
+
+def _hint(known: CoordinateRange, scale: float, unit: str) -> str | None:
+    """Return the ranges of a slider in words."""
+    parts = [
+        f"{name} {scale * ends[0]:.4g} to {scale * ends[1]:.4g} {unit}"
+        for name, ends in (
+            ("limits", known.limits),
+            ("normal range", known.normal),
+            ("dead zone", known.dead_zone),
+            ("measured", known.measured),
+        )
+        if ends is not None
+    ]
+    text = "; ".join(parts)
+    return text[:1].upper() + text[1:] if text else None
