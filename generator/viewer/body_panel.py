@@ -45,8 +45,8 @@ class BalanceNodes:
         """Add the nodes for a figure of a size [m], hidden."""
         self._scene, self._size = scene, size
         self._root = scene.add_frame("/balance", show_axes=False, visible=False)
-        self._centre = scene.add_icosphere("/balance/centre", 0.018 * size, UNBALANCED_COLOUR)
-        self._foot = scene.add_icosphere("/balance/foot", 0.007 * size, UNBALANCED_COLOUR)
+        self._centre = scene.add_icosphere("/balance/centre", 0.012 * size, UNBALANCED_COLOUR)
+        self._foot = scene.add_icosphere("/balance/foot", 0.006 * size, UNBALANCED_COLOUR)
         self._plumb = self._lines("plumb", 1, _LINE_COLOUR, 0.004)
         self._make_support(_FIRST_CORNERS)
 

@@ -173,9 +173,12 @@ def camera_position(points: Array, aspect: float, covered: float) -> tuple[Array
     right /= np.linalg.norm(right)
     axes = np.array([right, np.cross(VIEW_DIRECTION, right)])
     half = np.tan(0.5 * VIEW_ANGLE)
+    shift = np.array([covered * aspect * half, 0.0])  # of the camera, for each metre of distance
     slopes = FILL * half * np.array([aspect * (1.0 - covered), 1.0])
     arms = points - centre
-    distances = arms @ VIEW_DIRECTION + np.max(np.abs(arms @ axes.T) / slopes, axis=1)
-    distance = max(float(distances.max()), 1e-2)
-    centre = centre + covered * aspect * half * distance * right
+    nearness = arms @ VIEW_DIRECTION
+    places = arms @ axes.T - nearness[:, None] * shift
+    distances = nearness + np.max(np.abs(places) / slopes, axis=1)
+    distance = max(float(distances.max()), 0.5 * float(np.linalg.norm(high - low)), 1e-2)
+    centre = centre + distance * shift[0] * right
     return centre + distance * VIEW_DIRECTION, centre
