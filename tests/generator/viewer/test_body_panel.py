@@ -12,7 +12,8 @@ from tests.generator.viewer.conftest import wait_until
 
 NODE_COLOUR = """name => { let found = null;
 window.__viserMutable.nodeRefFromName[name]?.traverse(part => {
-    if (part.isMesh && part.material.color && !found) found = part.material.color.getHex(); }); return found; }"""
+    if (part.isMesh && part.material.color && !found)
+        found = part.material.color.getHex(); }); return found; }"""
 NODE_VISIBLE = "name => window.__viserMutable.nodeRefFromName[name]?.visible === true"
 
 

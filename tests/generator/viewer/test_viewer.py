@@ -183,7 +183,7 @@ def test_two_browsers_show_one_pose_and_ask_no_other_host(run_viewer, browser):
                     and np.abs(found - pose).max() < 1e-6
                 )
             )
-    context.pages[0].close()  # a browser that leaves does not disturb the other
+    pages[0].close()  # a browser that leaves does not disturb the other
     running.call(lambda: viewer.show(first))
     node = node_name("left_lower_leg")
     wait_until(
