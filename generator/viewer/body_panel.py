@@ -149,6 +149,8 @@ class BodyPanel(Panel):
         self._joints_box = gui.add_checkbox("Joint frames", False)
         self._dark_box = gui.add_checkbox("Dark", False)
         camera = gui.add_button("Frame the figure")
+        if viewer.scene.losses:
+            gui.add_html(html_lines([f"Note: {loss}" for loss in viewer.scene.losses]))
         self._nodes = BalanceNodes(scene, self._size)
         self._sites = FrameAxes(viewer.server, "/site_frames", site_frames(viewer.figure))
         self._joints = FrameAxes(viewer.server, "/joint_frames", joint_frames(viewer.figure))
@@ -277,8 +279,6 @@ class BodyPanel(Panel):
                 lines.append(balance_text(state))
                 lowest = round(100.0 * state.height, 1) + 0.0
                 lines.append(f"Height of the lowest point: {lowest:.1f} cm")
-        for loss in self.viewer.scene.losses:
-            lines.append(f"{loss.what[:1].upper()}{loss.what[1:]}: {', '.join(loss.where)}")
         content = html_lines(lines)
         if self._body_text.content != content:
             self._body_text.content = content
