@@ -45,7 +45,7 @@ def launch_browser() -> Iterator[Any]:
 def node_pose(page: Any, name: str) -> Array | None:
     """Return the pose in its parent that the browser has for a node, shape (4, 4), or None."""
     found = page.evaluate(
-        """name => { const node = window.__viserMutable.nodeRefFromName[name];
+        """name => { const node = window.__viserMutable?.nodeRefFromName?.[name];
         return node ? [node.position.toArray(), node.quaternion.toArray()] : null; }""",
         name,
     )

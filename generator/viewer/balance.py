@@ -103,6 +103,12 @@ class BalanceModel:
         return BalanceState(centre, lowest, stability(centre, points))
 
 
+def margin_text(state: BalanceState) -> str:
+    """Return the margin in cm, negative outside the support; empty without support."""
+    margin = state.stability.margin
+    return f"{round(100.0 * margin, 1) + 0.0:.1f} cm" if np.isfinite(margin) else ""
+
+
 def balance_text(state: BalanceState) -> str:
     """Return a sentence on the balance, with the margin in cm."""
     found = state.stability

@@ -9,7 +9,7 @@ import viser
 
 from generator.diagnostics import InputError, MoverError
 from generator.rotations import Array
-from generator.viewer.balance import BalanceModel, BalanceState, balance_text
+from generator.viewer.balance import BalanceModel, BalanceState, balance_text, margin_text
 from generator.viewer.scene import node_name, points_in_world
 from generator.viewer.segment_mass import (
     SegmentVolume,
@@ -39,21 +39,32 @@ _NO_SEGMENT = "(none)"
 
 
 class BalanceNodes:
-    """Centre of mass, plumb line and support in the scene, in the colour of the balance."""
+    """Centre of mass, plumb line and support in the scene, in the colour of the balance.
+
+    Attributes:
+        centre: ball at the centre of mass.
+        foot: ball below it, on the plane of support.
+        plumb: line between both.
+        area: of the support.
+        outline: of the support.
+        edge: over which the figure tips.
+        margin: text beside the foot.
+    """
 
     def __init__(self, scene: viser.SceneApi, size: float) -> None:
         """Add the nodes for a figure of a size [m], hidden."""
         self._scene, self._size = scene, size
         self._root = scene.add_frame("/balance", show_axes=False, visible=False)
-        self._centre = scene.add_icosphere("/balance/centre", 0.018 * size, UNBALANCED_COLOUR)
-        self._foot = scene.add_icosphere("/balance/foot", 0.007 * size, UNBALANCED_COLOUR)
-        self._plumb = self._lines("plumb", 1, _LINE_COLOUR, 0.004)
+        self.centre = scene.add_icosphere("/balance/centre", 0.012 * size, UNBALANCED_COLOUR)
+        self.foot = scene.add_icosphere("/balance/foot", 0.006 * size, UNBALANCED_COLOUR)
+        self.plumb = self._lines("plumb", 1, _LINE_COLOUR, 0.004)
+        self.margin = scene.add_label("/balance/margin", "", anchor="center-left")
         self._make_support(_FIRST_CORNERS)
 
     def _make_support(self, count: int) -> None:
         self._count = count
         fan = np.stack([np.zeros(count - 2), np.arange(1, count - 1), np.arange(2, count)], axis=1)
-        self._area = self._scene.add_mesh_simple(
+        self.area = self._scene.add_mesh_simple(
             "/balance/support",
             np.zeros((count, 3)),
             fan.astype(np.int64),
@@ -63,8 +74,8 @@ class BalanceNodes:
             cast_shadow=False,
             receive_shadow=False,
         )
-        self._outline = self._lines("outline", count, UNBALANCED_COLOUR, 0.003)
-        self._edge = self._lines("edge", 1, _EDGE_COLOUR, 0.008)
+        self.outline = self._lines("outline", count, UNBALANCED_COLOUR, 0.003)
+        self.edge = self._lines("edge", 1, _EDGE_COLOUR, 0.008)
 
     def _lines(
         self, name: str, count: int, colour: tuple[int, int, int], thickness: float
@@ -81,19 +92,22 @@ class BalanceNodes:
             self._make_support(2 * len(corners))
         if len(corners):
             ring = np.append(corners, np.repeat(corners[-1:], self._count - len(corners), 0), 0)
-            self._area.vertices = ring.astype(np.float32)
+            self.area.vertices = ring.astype(np.float32)
             outline = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
-            self._outline.points = outline.astype(np.float32)
-            self._edge.points = state.pivot[None].astype(np.float32)
-        for node in (self._area, self._outline, self._edge):
+            self.outline.points = outline.astype(np.float32)
+            self.edge.points = state.pivot[None].astype(np.float32)
+        for node in (self.area, self.outline, self.edge):
             node.visible = bool(len(corners))
         colour = BALANCED_COLOUR if state.is_balanced else UNBALANCED_COLOUR
-        if self._area.color != colour:
-            self._area.color = self._centre.color = self._foot.color = colour
-            self._outline.colors = np.array(colour, dtype=np.uint8)
-        self._centre.position = state.centre
-        self._foot.position = foot
-        self._plumb.points = np.array([[state.centre, foot]], dtype=np.float32)
+        if self.area.color != colour:
+            self.area.color = self.centre.color = self.foot.color = colour
+            self.outline.colors = np.array(colour, dtype=np.uint8)
+        self.centre.position = state.centre
+        self.foot.position = foot
+        self.margin.position = foot + np.array([0.03 * self._size, 0.0, 0.0])
+        if self.margin.text != (text := margin_text(state)):
+            self.margin.text = text
+        self.plumb.points = np.array([[state.centre, foot]], dtype=np.float32)
         self._root.visible = True
 
     def hide(self) -> None:
@@ -149,6 +163,8 @@ class BodyPanel(Panel):
         self._joints_box = gui.add_checkbox("Joint frames", False)
         self._dark_box = gui.add_checkbox("Dark", False)
         camera = gui.add_button("Frame the figure")
+        if viewer.scene.losses:
+            gui.add_html(html_lines([f"Note: {loss}" for loss in viewer.scene.losses]))
         self._nodes = BalanceNodes(scene, self._size)
         self._sites = FrameAxes(viewer.server, "/site_frames", site_frames(viewer.figure))
         self._joints = FrameAxes(viewer.server, "/joint_frames", joint_frames(viewer.figure))
@@ -271,14 +287,12 @@ class BodyPanel(Panel):
         else:
             state = self._model.state(self.viewer.shown.poses)
             height = 100.0 * float(state.centre[1])
-            lines.append(f"Mass: {self._model.masses.total:.4g} kg")
+            lines.append(f"Mass of the figure: {self._model.masses.total:.4g} kg")
             lines.append(f"Height of the centre of mass: {height:.1f} cm")
             if self._balance_box.value:
                 lines.append(balance_text(state))
                 lowest = round(100.0 * state.height, 1) + 0.0
                 lines.append(f"Height of the lowest point: {lowest:.1f} cm")
-        for loss in self.viewer.scene.losses:
-            lines.append(f"{loss.what[:1].upper()}{loss.what[1:]}: {', '.join(loss.where)}")
         content = html_lines(lines)
         if self._body_text.content != content:
             self._body_text.content = content

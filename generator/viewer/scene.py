@@ -73,10 +73,12 @@ class FigureScene:
 
     def move(self, poses: Mapping[str, Array]) -> None:
         """Move the meshes to the poses of their segments in the world, shape (4, 4)."""
-        for name, mesh in self.meshes.items():
-            pose = poses[name]
-            mesh.position = pose[:3, 3]
-            mesh.wxyz = quaternion_from_matrix(pose[:3, :3])
+        if not self.meshes:
+            return
+        stack = np.array([poses[name] for name in self.meshes])
+        turns = quaternion_from_matrix(stack[:, :3, :3])
+        for mesh, pose, turn in zip(self.meshes.values(), stack, turns, strict=True):
+            _move_node(mesh, pose[:3, 3], turn)
 
     def select(self, segment: str | None) -> None:
         """Draw a segment in the colour of the selection, and the one before in its own."""
@@ -97,6 +99,16 @@ class FigureScene:
     def remove(self) -> None:
         """Remove the meshes from the scene."""
         self.root.remove()
+
+
+def _move_node(node: viser.SceneNodeHandle, position: Array, quaternion: Array) -> None:
+    """Move a node by however little: viser itself does not send changes below 1e-5."""
+    if not np.array_equal(node.position, position):
+        node.position.fill(np.nan)
+        node.position = position
+    if not np.array_equal(node.wxyz, quaternion):
+        node.wxyz.fill(np.nan)
+        node.wxyz = quaternion
 
 
 def mesh_with_creases(surface: Surface) -> tuple[Array, Indices]:
@@ -173,9 +185,12 @@ def camera_position(points: Array, aspect: float, covered: float) -> tuple[Array
     right /= np.linalg.norm(right)
     axes = np.array([right, np.cross(VIEW_DIRECTION, right)])
     half = np.tan(0.5 * VIEW_ANGLE)
+    shift = np.array([covered * aspect * half, 0.0])  # of the camera, for each metre of distance
     slopes = FILL * half * np.array([aspect * (1.0 - covered), 1.0])
     arms = points - centre
-    distances = arms @ VIEW_DIRECTION + np.max(np.abs(arms @ axes.T) / slopes, axis=1)
-    distance = max(float(distances.max()), 1e-2)
-    centre = centre + covered * aspect * half * distance * right
+    nearness = arms @ VIEW_DIRECTION
+    places = arms @ axes.T - nearness[:, None] * shift
+    distances = nearness + np.max(np.abs(places) / slopes, axis=1)
+    distance = max(float(distances.max()), 0.5 * float(np.linalg.norm(high - low)), 1e-2)
+    centre = centre + distance * shift[0] * right
     return centre + distance * VIEW_DIRECTION, centre

@@ -1,5 +1,6 @@
 """The server of the page: viser on the loopback address, without a way to the outside."""
 
+import errno
 import io
 import socket
 from contextlib import redirect_stdout
@@ -19,6 +20,10 @@ CONTROLS_WIDTH = 400
 
 _PORTS_TRIED = 100
 """Ports that are tried, from the default one."""
+
+
+_NO_ADDRESS = (errno.EADDRNOTAVAIL, socket.EAI_NONAME, socket.EAI_AGAIN, socket.EAI_FAIL)
+"""Errors of a name that has no address, or of an address of another machine."""
 
 
 class PageServer(viser.ViserServer):
@@ -59,9 +64,9 @@ def find_port(host: str, port: int | None) -> int:
                 return candidate
         except OverflowError:
             raise UsageError(f"--port {candidate}: ports are 1 to 65535") from None
-        except socket.gaierror:
-            raise UsageError(f"--host {host}: not an address of this machine") from None
         except OSError as failure:
+            if failure.errno in _NO_ADDRESS:
+                raise UsageError(f"--host {host}: not an address of this machine") from None
             reason = os_error_reason(failure)
     if port is None:
         raise UsageError(f"--host {host}: no port from {ports[0]} to {ports[-1]} is free: {reason}")

@@ -70,7 +70,7 @@ class FrameAxes:
         """Show the axes, of a length [m], or move them."""
         placed = [poses[name] @ frames for name, frames in self._frames.items()]
         every = np.concatenate([np.zeros((0, 4, 4)), *placed])
-        turns = np.array([quaternion_from_matrix(pose[:3, :3]) for pose in every]).reshape(-1, 4)
+        turns = quaternion_from_matrix(every[:, :3, :3])
         if self._node is None:
             self._node = self._server.scene.add_batched_axes(
                 self._name,

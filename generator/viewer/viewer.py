@@ -90,7 +90,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Content:
-    """What a page begins with.
+    """Figure, springs and state that a page begins with.
 
     Attributes:
         figure: in the pose of its file.

@@ -1,0 +1,124 @@
+"""The server of the page: its port, its address, and that it stays on this machine."""
+
+import inspect
+import socket
+from collections.abc import Iterator
+
+import pytest
+
+from generator.cli.view import view
+from generator.diagnostics import UsageError
+from generator.viewer.panels import PANELS
+from generator.viewer.server import (
+    DEFAULT_PORT,
+    LOOPBACK,
+    PageServer,
+    address,
+    close_server,
+    find_port,
+    is_loopback,
+    open_server,
+)
+from generator.viewer.viewer import Viewer
+from tests.generator.viewer.conftest import content_of
+
+
+@pytest.fixture
+def server() -> Iterator[PageServer]:
+    opened = open_server(LOOPBACK, find_port(LOOPBACK, None), "title")
+    yield opened
+    close_server(opened)
+
+
+@pytest.fixture
+def used_port() -> Iterator[int]:
+    """A port of the loopback address at which another program listens."""
+    with socket.create_server((LOOPBACK, 0)) as listening:
+        yield listening.getsockname()[1]
+
+
+@pytest.mark.parametrize(
+    ("host", "answer"),
+    [
+        ("127.0.0.1", True),
+        ("127.8.0.1", True),
+        ("::1", True),
+        ("localhost", True),
+        ("0.0.0.0", False),
+        ("192.0.2.1", False),
+        ("localhost.example", False),
+        ("", False),
+    ],
+)
+def test_addresses_of_this_machine_only(host: str, answer: bool):
+    assert is_loopback(host) is answer
+
+
+def test_the_page_is_on_the_loopback_address_by_default():
+    default = inspect.signature(view).parameters["host"].default
+    assert default == LOOPBACK
+    assert is_loopback(default)
+
+
+def test_a_port_in_use_is_refused_and_another_one_is_found(used_port: int):
+    with pytest.raises(UsageError, match=rf"--port {used_port} .*cannot be used.*without --port"):
+        find_port(LOOPBACK, used_port)
+    assert find_port(LOOPBACK, None) >= DEFAULT_PORT
+
+
+def test_the_first_free_port_is_found(monkeypatch: pytest.MonkeyPatch, used_port: int):
+    monkeypatch.setattr("generator.viewer.server.DEFAULT_PORT", used_port)
+    assert find_port(LOOPBACK, None) > used_port
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "sentence"),
+    [
+        (LOOPBACK, 70000, "--port 70000: ports are 1 to 65535"),
+        ("192.0.2.1", None, "--host 192.0.2.1: not an address of this machine"),
+        ("192.0.2.1", 8080, "--host 192.0.2.1: not an address of this machine"),
+        ("no such host.invalid", 8080, "not an address of this machine"),
+    ],
+)
+def test_a_wrong_port_or_host_is_refused(host: str, port: int | None, sentence: str):
+    with pytest.raises(UsageError, match=sentence):
+        find_port(host, port)
+
+
+def test_a_server_of_the_loopback_address_is_not_reached_at_others(server: PageServer):
+    port = server.get_port()
+    with socket.create_connection((LOOPBACK, port), timeout=5.0):
+        pass
+    with pytest.raises(ConnectionRefusedError):  # which a server of all addresses would accept
+        socket.create_connection(("127.0.0.2", port), timeout=5.0)
+
+
+def test_a_page_is_never_shared(server: PageServer):
+    assert server.request_share_url() is None
+
+
+def test_no_connection_to_another_host(tmp_path, monkeypatch: pytest.MonkeyPatch):
+    """A server, its viewer and all panels connect to nothing but this machine."""
+    asked: list[object] = []
+
+    def connect(self: socket.socket, where: object) -> None:
+        asked.append(where)
+        raise OSError("no network")
+
+    monkeypatch.setattr(socket.socket, "connect", connect)
+    monkeypatch.setattr(socket.socket, "connect_ex", connect)
+    opened = open_server(LOOPBACK, find_port(LOOPBACK, None), "title")
+    viewer = Viewer(opened, content_of("fourbar", tmp_path), PANELS)
+    viewer.run_once(0.0)
+    assert opened.request_share_url() is None
+    viewer.close()
+    close_server(opened)
+    assert not asked
+
+
+@pytest.mark.parametrize(
+    ("host", "name"),
+    [("127.0.0.1", "127.0.0.1"), ("0.0.0.0", "127.0.0.1"), ("::", "[::1]"), ("::1", "[::1]")],
+)
+def test_the_address_is_one_that_a_browser_opens(server: PageServer, host: str, name: str):
+    assert address(server, host) == f"http://{name}:{server.get_port()}"

@@ -1,0 +1,27 @@
+"""Frames of sites and joints, and the surroundings of a figure."""
+
+import numpy as np
+
+from generator import read_figure
+from generator.viewer.surroundings import joint_frames, site_frames
+
+
+def test_frames_of_sites_are_those_of_the_figure():
+    figure = read_figure("clavicles")
+    frames = site_frames(figure)
+    assert sum(map(len, frames.values())) == sum(
+        len(each.sites) for each in figure.segments.values()
+    )
+    segment = figure.segments["left_upper_arm"]
+    for site, frame in zip(segment.sites.values(), frames["left_upper_arm"], strict=True):
+        assert np.array_equal(frame, site.pose_in_segment)
+
+
+def test_frames_of_joints_are_those_of_both_sites():
+    figure = read_figure("fourbar")
+    frames = joint_frames(figure)
+    assert sum(map(len, frames.values())) == 8
+    crank = figure.segments["crank"].sites
+    assert np.array_equal(
+        frames["crank"], [crank["near"].pose_in_segment, crank["far"].pose_in_segment]
+    )

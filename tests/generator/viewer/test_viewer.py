@@ -1,0 +1,221 @@
+"""The loop of the viewer and its errors; two browsers; text that is not markup."""
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import UsageError
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.rotations import matrix_from_rotation_vector, pose_matrix
+from generator.viewer.panels import PANELS
+from generator.viewer.scene import node_name
+from generator.viewer.viewer import Content, Driver, Panel, Shown, Viewer, html_lines
+from springs import SpringSet
+from tests.browser import WAIT, node_pose
+from tests.chains import BALL, body, figure, ground, joint
+from tests.generator.viewer.conftest import wait_until
+
+MARKUP = '<img src="x" onerror="window.injected = 1">'
+
+
+def append_all(running: Any, keys: str) -> list[int]:
+    """Post an action with each key while the loop waits; return the numbers of those it took.
+
+    A key is a letter, or a dot for none.
+    """
+    taken: list[int] = []
+    entered, release = threading.Event(), threading.Event()
+
+    def wait() -> None:
+        entered.set()
+        assert release.wait(WAIT)
+
+    running.viewer.post(wait)
+    assert entered.wait(WAIT)
+    for number, key in enumerate(keys):
+        running.viewer.post(lambda number=number: taken.append(number), None if key == "." else key)
+    release.set()
+    running.call(lambda: None)
+    return taken
+
+
+def test_of_consecutive_actions_with_one_key_the_last_is_taken(run_viewer):
+    running = run_viewer("fourbar", ())
+    assert append_all(running, "aaab..aba") == [2, 3, 4, 5, 6, 7, 8]
+    assert append_all(running, "a" * 1000) == [999]
+    assert append_all(running, "....") == [0, 1, 2, 3]
+
+
+class Messages:
+    """What a viewer tells."""
+
+    def __init__(self, viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.texts: list[tuple[str, str, bool]] = []
+        monkeypatch.setattr(viewer, "tell", self.tell)
+
+    def tell(self, title: str, text: str, *, is_error: bool = False) -> None:
+        self.texts.append((title, text, is_error))
+
+
+def fail(failure: Exception) -> None:
+    raise failure
+
+
+def test_an_error_is_told_and_the_loop_goes_on(run_viewer, monkeypatch, capfd):
+    running = run_viewer("fourbar", ())
+    messages = Messages(running.viewer, monkeypatch)
+    running.viewer.post(lambda: fail(UsageError("the file is missing")))
+    running.viewer.post(lambda: fail(ZeroDivisionError("by zero")))
+    assert running.call(lambda: 7) == 7
+    assert messages.texts == [
+        ("That did not work", "the file is missing", True),
+        ("Internal error", "ZeroDivisionError: by zero", True),
+    ]
+    error = capfd.readouterr().err
+    assert "Traceback" in error
+    assert "the file is missing" not in error
+
+
+class FailingPanel(Panel):
+    """A panel whose tick fails once."""
+
+    title = "Failing"
+    failures = 1
+
+    def tick(self, now: float) -> None:
+        if self.failures:
+            self.failures -= 1
+            raise UsageError("the tick failed")
+
+
+class CountingPanel(Panel):
+    """A panel that counts its ticks and follows the rest."""
+
+    title = "Counting"
+    ticks = 0
+
+    def build(self) -> None:
+        self.selections: list[tuple[str | None, str | None]] = []
+        self.springs: list[SpringSet] = []
+
+    def selection_changed(self, segment: str | None, joint: str | None) -> None:
+        self.selections.append((segment, joint))
+
+    def springs_changed(self, springs: SpringSet) -> None:
+        self.springs.append(springs)
+
+    def tick(self, now: float) -> None:
+        self.ticks += 1
+
+
+def test_a_panel_that_fails_does_not_stop_the_others(run_viewer, monkeypatch):
+    monkeypatch.setattr(Viewer, "tell", lambda *_args, **_named: None)
+    running = run_viewer("fourbar", (FailingPanel, CountingPanel))
+    failing, counting = running.viewer.panels
+    wait_until(lambda: failing.failures == 0 and counting.ticks > 3)
+
+
+def test_panels_follow_selections_and_springs(run_viewer):
+    running = run_viewer("prototype", (CountingPanel,))
+    viewer, (panel,) = running.viewer, running.viewer.panels
+    running.call(lambda: viewer.select_segment("left_lower_leg"))
+    running.call(lambda: viewer.select_joint("right_elbow"))
+    running.call(viewer.deselect)
+    assert panel.selections == [
+        ("left_lower_leg", "left_knee"),
+        (viewer.figure.joints["right_elbow"].child.segment, "right_elbow"),
+        (None, "right_elbow"),
+    ]
+    springs = replace(viewer.springs)
+    running.call(lambda: viewer.set_springs(springs))
+    assert panel.springs == [springs]
+    assert viewer.springs is springs
+
+
+def test_a_value_that_the_program_sets_is_not_an_event(run_viewer):
+    running = run_viewer("fourbar", ())
+    callbacks: list[Any] = []
+    events: list[Any] = []
+    running.viewer.listen(callbacks.append, events.append)
+    (notify,) = callbacks
+    by_user = SimpleNamespace(client=object())
+    for event in (SimpleNamespace(client=None), by_user):
+        with pytest.raises(StopIteration):  # a coroutine that waits for nothing
+            notify(event).send(None)
+    running.call(lambda: None)
+    assert events == [by_user]
+
+
+@given(lines=st.lists(st.text(), min_size=1, max_size=3))
+def test_lines_as_html_have_no_markup_of_their_own(lines: list[str]):
+    inner = html_lines(lines).removesuffix("</div>").split(">", 1)[1]
+    assert "<" not in inner.replace("<br>", "")
+    assert inner.count("<br>") == len(lines) - 1
+
+
+def test_two_browsers_show_one_pose_and_ask_no_other_host(run_viewer, browser):
+    running = run_viewer("prototype")
+    requests: list[str] = []
+    context = browser.new_context(viewport={"width": 600, "height": 400})
+    context.on("request", lambda request: requests.append(request.url))
+    pages = [context.new_page() for _ in range(2)]
+    for page in pages:
+        page.on("websocket", lambda opened: requests.append(opened.url))
+        page.goto(running.address)
+    viewer, first = running.viewer, running.viewer.shown
+    turn = pose_matrix(matrix_from_rotation_vector(np.array([0.1, 0.4, -0.2])), np.ones(3))
+    poses = {name: turn @ pose for name, pose in first.poses.items()}
+    running.call(lambda: viewer.show(Shown(Driver.POSE, first.displacements, poses)))
+    for page in pages:
+        for segment in viewer.scene.meshes:
+            node, pose = node_name(segment), poses[segment]
+            wait_until(
+                lambda page=page, node=node, pose=pose: (
+                    (found := node_pose(page, node)) is not None
+                    and np.abs(found - pose).max() < 1e-6
+                )
+            )
+    pages[0].close()  # a browser that leaves does not disturb the other
+    running.call(lambda: viewer.show(first))
+    node = node_name("left_lower_leg")
+    wait_until(
+        lambda: np.abs(node_pose(pages[1], node) - first.poses["left_lower_leg"]).max() < 1e-6
+    )
+    port = running.server.get_port()
+    own = (f"http://127.0.0.1:{port}", f"ws://127.0.0.1:{port}", "data:", "blob:")
+    assert len(requests) >= 4
+    assert [url for url in requests if not url.startswith(own)] == []
+    context.close()
+
+
+def content_with_markup(folder: Path) -> Content:
+    """The content of a page of which all names are markup."""
+    link = replace(body("link"), name=MARKUP)
+    pin = joint("pin", "ground.base", "link.near", BALL)
+    pin = replace(pin, name=MARKUP, child=replace(pin.child, segment=MARKUP))
+    made = replace(figure([ground(), link], [pin]), name=MARKUP)
+    tree = build_tree(made)
+    placement = forward_kinematics(tree, initial_displacements(tree))
+    return Content(made, SpringSet({}), placement, folder, title=MARKUP)
+
+
+def test_names_of_files_are_not_markup(run_viewer, open_page, tmp_path):
+    running = run_viewer(content_with_markup(tmp_path), PANELS)
+    page = open_page(running)
+    viewer = running.viewer
+    wait_until(lambda: node_pose(page, node_name(MARKUP)) is not None)
+    running.call(lambda: viewer.select_segment(MARKUP))
+    running.call(lambda: viewer.select_joint(MARKUP))
+    running.call(lambda: viewer.tell(MARKUP, MARKUP))
+    running.call(lambda: viewer.tell_error(UsageError(MARKUP)))
+    page.get_by_text(MARKUP).first.wait_for()
+    assert page.locator("img[onerror]").count() == 0
+    assert page.evaluate("window.injected") is None
