@@ -75,7 +75,7 @@ class PassiveCurve:
         chain: of the joint.
         laws: those of the spring, and of laws over several joints at the present values of the
             other angles.
-        held: angles of other joints of which the curve depends, by coordinate [rad].
+        held_angles: angles of other joints on which the curve depends, by coordinate [rad].
         angles: increasing, shape (n,) [rad].
         torques: of all laws on the child, shape (n,) [N m].
         normal_ends: ends of the normal range of motion; None where one is not known.
@@ -86,7 +86,7 @@ class PassiveCurve:
     spring: AxisSpring
     chain: Chain
     laws: tuple[Elastic, ...]
-    held: Mapping[str, float]
+    held_angles: Mapping[str, float]
     angles: Array
     torques: Array
     normal_ends: tuple[RangeEnd | None, RangeEnd | None]
@@ -206,12 +206,12 @@ def passive_curve(
     displacements: Displacements,
 ) -> PassiveCurve:
     """Return the curve of one of the `axis_springs` of a joint in a pose; see `passive_curves`."""
-    laws, held = list(spring.elastic), dict[str, float]()
+    laws, held_angles = list(spring.elastic), dict[str, float]()
     for coupled, k, sign in _coupled_about(springs, joint, spring):
         others = _other_angles(figure, coupled, k, displacements)
         law = coupled.law.single_angle_law(coupled.law.coordinates[k], others)
         laws.append(law if sign > 0 else law.mirrored())
-        held |= others
+        held_angles |= others
     ends = normal_range(joint, spring.motion)
     angles = _sampled_angles(figure.joints[joint], spring, laws, lint_range(*ends))
     return PassiveCurve(
@@ -219,7 +219,7 @@ def passive_curve(
         spring,
         build_chain(figure.joints[joint].chain),
         tuple(laws),
-        held,
+        held_angles,
         angles,
         np.asarray(total_torque(laws, angles)) + np.zeros_like(angles),
         ends,
