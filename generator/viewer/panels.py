@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from generator.viewer.body_panel import BodyPanel
+from generator.viewer.curve_panel import CurvePanel
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from generator.viewer.viewer import Panel, Viewer
 
-PANELS: "Sequence[Callable[[Viewer], Panel]]" = (BodyPanel,)
+PANELS: "Sequence[Callable[[Viewer], Panel]]" = (BodyPanel, CurvePanel)

@@ -66,7 +66,7 @@ def test_the_knee_has_the_dead_zone_of_the_thesis_and_the_literature():
     knee = curve_of("left_knee", "flexion")
     assert knee.label == "Left knee flexion"
     assert knee.dead_zone == pytest.approx((0.0, 1.553))
-    assert knee.published[0].label == "silder 2007, knee hip 0 ankle 20"
+    assert knee.published[0].label == "Silder 2007, knee hip 0 ankle 20"
     obstacles = [bool(one.row.obstacle) for one in knee.published]
     assert obstacles == sorted(obstacles)
     for one in knee.published:
