@@ -6,7 +6,7 @@ of the rotation vector.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import radians
+from math import degrees, radians
 
 import numpy as np
 
@@ -61,8 +61,10 @@ class PublishedTorques:
 
     @property
     def label(self) -> str:
-        """Publication and curve in words."""
-        return self.key.replace("/", ", ").replace("_", " ")
+        """Publication and curve in words ("Silder 2007, knee hip 0 ankle 20")."""
+        source, _, name = self.key.partition("/")
+        words = (word.capitalize() for word in source.split("_"))
+        return f"{' '.join(words)}, {name.replace('_', ' ')}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,7 @@ class PassiveCurve:
         chain: of the joint.
         laws: those of the spring, and of laws over several joints at the present values of the
             other angles.
-        held: angles of other joints of which the curve depends, by coordinate [rad].
+        held_angles: angles of other joints on which the curve depends, by coordinate [rad].
         angles: increasing, shape (n,) [rad].
         torques: of all laws on the child, shape (n,) [N m].
         normal_ends: ends of the normal range of motion; None where one is not known.
@@ -86,7 +88,7 @@ class PassiveCurve:
     spring: AxisSpring
     chain: Chain
     laws: tuple[Elastic, ...]
-    held: Mapping[str, float]
+    held_angles: Mapping[str, float]
     angles: Array
     torques: Array
     normal_ends: tuple[RangeEnd | None, RangeEnd | None]
@@ -130,6 +132,28 @@ class PassiveCurve:
         at = np.asarray(angle, dtype=float)
         return np.asarray(total_torque(self.laws, at)) + np.zeros_like(at)
 
+    def describe(self, angle: float) -> tuple[str, ...]:
+        """Return the moment at an angle [rad] and what holds there, a sentence each."""
+        moment, at = float(self.moment_at(angle)), f"{degrees(angle):.1f} deg"
+        zone, known = self.dead_zone, self.valid_range
+        if zone is not None and zone[0] <= angle <= zone[1]:
+            lines = [f"0.0 N m at {at}", f"In the dead zone, {_format_range(zone)}"]
+        else:
+            drives = "back" if moment * angle < 0.0 else "on"
+            lines = [f"{moment:.1f} N m at {at}" + (f" (drives {drives})" if moment else "")]
+        if known is not None and not known[0] <= angle <= known[1]:
+            lines.append(f"Extrapolated: the curve is known for {_format_range(known)} only")
+        for end, side in zip(self.normal_ends, (-1.0, 1.0), strict=True):
+            if end is not None and side * (angle - end.angle) > 0.0:
+                normal = f"{abs(degrees(end.angle)):.0f} deg"
+                lines.append(
+                    f"Beyond the normal range: {end.motion} ends at {normal} ({end.sample})"
+                )
+        if self.held_angles:
+            others = (f"{name} at {degrees(a):.1f} deg" for name, a in self.held_angles.items())
+            lines.append(f"A law over several joints, drawn with {' and '.join(others)}")
+        return tuple(lines)
+
     def torque_limits(self) -> Range:
         """Limits that show measurements, and the curve as far as `LARGEST_TORQUE` [N m]."""
         low, high = self.checked_range
@@ -144,8 +168,8 @@ class PassiveCurve:
         return -TORQUE_MARGIN * largest, TORQUE_MARGIN * largest
 
 
-LARGEST_TORQUE = 80.0
-"""Torque up to which a curve is drawn [N m]; measurements end at 64 N m."""
+LARGEST_TORQUE = 40.0
+"""Torque of a law up to which it is drawn [N m], so that measurements below it remain legible."""
 
 _SMALLEST_TORQUE = 1e-6
 """Torque of a curve that is zero everywhere, for the limits of its drawing [N m]."""
@@ -206,12 +230,12 @@ def passive_curve(
     displacements: Displacements,
 ) -> PassiveCurve:
     """Return the curve of one of the `axis_springs` of a joint in a pose; see `passive_curves`."""
-    laws, held = list(spring.elastic), dict[str, float]()
+    laws, held_angles = list(spring.elastic), dict[str, float]()
     for coupled, k, sign in _coupled_about(springs, joint, spring):
         others = _other_angles(figure, coupled, k, displacements)
         law = coupled.law.single_angle_law(coupled.law.coordinates[k], others)
         laws.append(law if sign > 0 else law.mirrored())
-        held |= others
+        held_angles |= others
     ends = normal_range(joint, spring.motion)
     angles = _sampled_angles(figure.joints[joint], spring, laws, lint_range(*ends))
     return PassiveCurve(
@@ -219,7 +243,7 @@ def passive_curve(
         spring,
         build_chain(figure.joints[joint].chain),
         tuple(laws),
-        held,
+        held_angles,
         angles,
         np.asarray(total_torque(laws, angles)) + np.zeros_like(angles),
         ends,
@@ -294,6 +318,11 @@ def axis_name(direction: Direction) -> str:
     if (-x, -y, -z) in names:
         return f"about -{names[-x, -y, -z]}"
     return f"about ({x:.3g}, {y:.3g}, {z:.3g})"
+
+
+def _format_range(ends: Range) -> str:
+    low, high = (degrees(end) + 0.0 for end in ends)
+    return f"{low:.1f} to {high:.1f} deg"
 
 
 def _sampled_angles(

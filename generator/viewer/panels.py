@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from generator.viewer.body_panel import BodyPanel
+from generator.viewer.curve_panel import CurvePanel
 from generator.viewer.pose_panel import PosePanel
 
 if TYPE_CHECKING:
@@ -14,4 +15,5 @@ if TYPE_CHECKING:
 PANELS: "Sequence[Callable[[Viewer], Panel]]" = (
     PosePanel,
     BodyPanel,
+    CurvePanel,
 )

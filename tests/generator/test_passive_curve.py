@@ -66,7 +66,7 @@ def test_the_knee_has_the_dead_zone_of_the_thesis_and_the_literature():
     knee = curve_of("left_knee", "flexion")
     assert knee.label == "Left knee flexion"
     assert knee.dead_zone == pytest.approx((0.0, 1.553))
-    assert knee.published[0].label == "silder 2007, knee hip 0 ankle 20"
+    assert knee.published[0].label == "Silder 2007, knee hip 0 ankle 20"
     obstacles = [bool(one.row.obstacle) for one in knee.published]
     assert obstacles == sorted(obstacles)
     for one in knee.published:
@@ -146,8 +146,8 @@ def test_a_coupled_law_is_taken_at_the_present_angles_of_the_others():
     bent = REST | {"left_hip_joint": hip_flexed(radians(60.0))}
     straight = curve_of("left_knee", "flexion", passive_curves(FIGURE, COUPLED))
     flexed = curve_of("left_knee", "flexion", passive_curves(FIGURE, COUPLED, bent))
-    assert straight.held == {"hip flexion": 0.0}
-    assert flexed.held["hip flexion"] == pytest.approx(radians(60.0))
+    assert straight.held_angles == {"hip flexion": 0.0}
+    assert flexed.held_angles["hip flexion"] == pytest.approx(radians(60.0))
     assert straight.valid_range == pytest.approx((0.0, radians(135.0)))
     coupled = next(one for one in COUPLED.coupled if one.axes[1].joint == "left_knee")
     for curve, hip in ((straight, 0.0), (flexed, radians(60.0))):

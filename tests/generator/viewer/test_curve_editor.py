@@ -1,0 +1,162 @@
+"""Changes of curves on the page, and the chart of a curve, without a browser."""
+
+from dataclasses import replace
+from math import degrees, radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.diagnostics import ModelError, UsageError
+from generator.passive_curve import initial_angles
+from generator.springs_file.read import read_springs
+from generator.viewer.curve_editor import (
+    PUBLISHED_COLOURS,
+    CurveEditor,
+    angle_limits,
+    chart_bands,
+    chart_data,
+    chart_series,
+    legend_html,
+    moment_html,
+    sources_html,
+    torque_limit,
+)
+from springs import total_torque
+
+FIGURE = read_figure("prototype")
+SPRINGS = read_springs(None, FIGURE)
+AT = initial_angles(FIGURE)
+POINT, LAW, BELOW, LOADED = -1, -2, -4, -5
+
+
+@pytest.fixture
+def editor(tmp_path: Path) -> CurveEditor:
+    return CurveEditor(FIGURE, SPRINGS, tmp_path, None)
+
+
+def knee_key(editor: CurveEditor):
+    return "left_knee", editor.motions("left_knee")["flexion"]
+
+
+def test_joints_and_motions_are_offered_by_their_names(editor: CurveEditor):
+    assert editor.joints["Left hip"] == "left_hip_joint"
+    assert set(editor.joints.values()) == set(SPRINGS.joints)
+    assert set(editor.motions("left_shoulder")) == {"flexion", "abduction", "medial rotation"}
+    assert "knee" in editor.best_known_joint or "hip" in editor.best_known_joint
+
+
+def test_a_change_and_its_undoing(editor: CurveEditor, tmp_path: Path):
+    key = knee_key(editor)
+    springs = editor.change(replace(editor.edit(key), scale=2.0), both_sides=False)
+    assert springs.joints["right_knee"] == SPRINGS.joints["right_knee"]
+    (left,), (before,) = (one.joints["left_knee"].axes for one in (springs, SPRINGS))
+    at = np.radians(np.linspace(-20.0, 140.0, 50))
+    doubled = 2.0 * np.asarray(total_torque(before.elastic, at))
+    assert np.array_equal(np.asarray(total_torque(left.elastic, at)), doubled)
+    path = tmp_path / "mine.springs.toml"
+    path.write_text(editor.text(path), encoding="utf-8")
+    assert read_springs(path, FIGURE).joints == springs.joints
+    editor.change(replace(editor.edit(key), scale=1.0), both_sides=False)
+    assert (editor.edits, editor.springs) == ({}, SPRINGS)
+    with pytest.raises(UsageError, match="nothing to save"):
+        editor.text(path)
+
+
+def test_both_sides_are_changed_together(editor: CurveEditor):
+    key = knee_key(editor)
+    editor.change(replace(editor.edit(key), viscous=1.0), both_sides=True)
+    assert {joint for joint, _ in editor.edits} == {"left_knee", "right_knee"}
+    assert editor.other_side(key) in editor.edits
+    waist = "waist", editor.motions("waist")["flexion"]
+    assert editor.other_side(waist) is None
+
+
+def test_values_as_loaded_are_not_a_change(editor: CurveEditor):
+    key = knee_key(editor)
+    viscous = editor.loaded_spring(key).damping.viscous
+    editor.change(replace(editor.edit(key), viscous=viscous), both_sides=False)
+    assert editor.edits == {}
+
+
+def test_nothing_changes_on_an_error(editor: CurveEditor):
+    key = knee_key(editor)
+    editor.change(replace(editor.edit(key), scale=2.0), both_sides=False)
+    edits, springs = dict(editor.edits), editor.springs
+    with pytest.raises(ModelError, match="stiffness"):
+        editor.change(replace(editor.edit(key), stiffness=2.0), both_sides=False)
+    assert (editor.edits, editor.springs) == (edits, springs)
+
+
+def test_every_column_of_the_chart_has_a_series(editor: CurveEditor):
+    for joint in editor.joints.values():
+        for direction in editor.motions(joint).values():
+            curve = editor.curve(SPRINGS, (joint, direction), AT)
+            assert curve is not None
+            for angle in (0.0, radians(40.0), radians(250.0)):
+                columns = chart_data(curve, curve, angle)
+                assert len(columns) == len(chart_series())
+                assert len({len(column) for column in columns}) == 1
+                assert np.all(np.diff(columns[0]) > 0.0)
+                (place,) = np.flatnonzero(np.isfinite(columns[POINT]))
+                assert columns[0][place] == pytest.approx(degrees(angle))
+                assert columns[POINT][place] == pytest.approx(float(curve.moment_at(angle)))
+                low, high = angle_limits(curve, curve, angle)
+                assert low <= columns[0][0]
+                assert columns[0][-1] <= high
+                moment = float(curve.moment_at(angle))
+                assert abs(moment) <= torque_limit(curve, moment)
+    for band in chart_bands():
+        assert max(band["series"]) < len(chart_series())
+
+
+def test_a_series_joins_nothing_across_a_gap(editor: CurveEditor):
+    coupled = read_springs("coupled", FIGURE)
+    editor = CurveEditor(FIGURE, coupled, Path(), "coupled")
+    for joint in ("left_hip_joint", "left_knee", "left_elbow"):
+        key = joint, editor.motions(joint)["flexion"]
+        curve = editor.curve(coupled, key, AT)
+        assert curve is not None
+        for column in chart_data(curve, curve, 0.3)[:POINT]:
+            assert np.count_nonzero(np.diff(np.isfinite(column).astype(int)) != 0) <= 2
+        known = curve.valid_range
+        columns = chart_data(curve, curve, 0.3)
+        drawn = np.isfinite(columns[LAW])
+        if known is not None:
+            assert np.radians(columns[0][drawn]).min() >= known[0] - 1e-9
+            assert np.isfinite(columns[BELOW]).any()
+        else:
+            assert drawn.all()
+
+
+def test_the_law_as_loaded_is_drawn_when_it_was_changed(editor: CurveEditor):
+    key = knee_key(editor)
+    before = editor.curve(SPRINGS, key, AT)
+    after = editor.curve(
+        editor.change(replace(editor.edit(key), scale=2.0), both_sides=False), key, AT
+    )
+    assert before is not None
+    assert after is not None
+    assert not np.isfinite(chart_data(before, before, 0.0)[LOADED]).any()
+    columns = chart_data(after, before, 0.0)
+    assert np.array_equal(columns[LAW], 2.0 * columns[LOADED])
+    assert "As loaded" in legend_html(after, is_changed=True)
+    assert "As loaded" not in legend_html(before, is_changed=False)
+
+
+def test_texts_are_never_markup(editor: CurveEditor):
+    curve = editor.curve(SPRINGS, knee_key(editor), AT)
+    assert curve is not None
+    bad = "<img src=x onerror=alert(1)>"
+    spring = replace(curve.spring, motion=bad, reference=bad, why=bad)
+    evil = replace(curve, spring=spring, joint=bad)
+    for html in (
+        legend_html(evil, is_changed=True),
+        sources_html(evil),
+        moment_html(bad, [bad]),
+    ):
+        assert "<img" not in html
+        assert "&lt;img" in html
+    assert all(colour in legend_html(curve, is_changed=False) for colour in PUBLISHED_COLOURS)
+    assert "20 living subjects" in sources_html(curve)
