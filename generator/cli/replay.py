@@ -66,7 +66,7 @@ def replay_live(
             update(Progress(1, log.start.frame, time))
             check()
 
-        recording = replay(figure, log, watch).recording()
+        recording = replay(figure, log, watch, path.parent).recording()
         written = write_motion(motion_from_recording(recording, figure), files)
     return CommandResult(
         text=_summary(log, recording, files),

@@ -48,7 +48,10 @@ def view(
     figure, warnings = load_figure(name)
     spring_set, more = springs_from_option(figure, springs, law)
     placement, others = placement_from_options(figure, None, ())
-    content = Content(figure, spring_set, placement, Path.cwd(), title=figure.name or name)
+    title = figure.name or name
+    content = Content(
+        figure, spring_set, placement, Path.cwd(), title=title, springs_choice=springs
+    )
     server = page_server.open_server(host, page_server.find_port(host, port), content.title)
     where = page_server.address(server, host)
     viewer = Viewer(server, content, PANELS)

@@ -133,7 +133,7 @@ class SetForce:
 
 @dataclass(frozen=True)
 class SetSprings:
-    """Other springs: the text of a springs file, as if it stood beside the figure."""
+    """Other springs: the text of a springs file in the folder; "" for those of the start."""
 
     text: str
 

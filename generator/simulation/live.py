@@ -11,11 +11,10 @@ poses, and the reactions at the free joints are what held the root.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from generator.diagnostics import Diagnostic, InputError, ModelError, Source, Span, format_count
+from generator.diagnostics import ModelError, format_count
 from generator.figure import Figure, Location, Site, SiteRef
 from generator.input_files.live import (
     MAX_FRAMES,
@@ -52,9 +51,9 @@ from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from generator.simulation.stepper import Stepper
 from generator.simulation.stepper_state import Setting, evaluate
+from generator.springs_file.edit import springs_from_text
 from generator.springs_file.parse import SPRINGS_SUFFIX
-from generator.springs_file.read import load_springs, read_springs
-from generator.text_io import write_atomic
+from generator.springs_file.read import read_springs
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
 
@@ -66,30 +65,6 @@ def floor_scene(height: float | None) -> Scene:
     if height is None:
         return Scene()
     return Scene((Prop(FLOOR, Plane((0.0, height, 0.0), _UP), DEFAULT_SURFACE),))
-
-
-def springs_of_text(figure: Figure, text: str) -> SpringSet:
-    """Return the springs of the text of a springs file, as if it stood beside the figure.
-
-    Raises InputError with all diagnostics.
-    """
-    folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
-    with TemporaryDirectory() as temporary:
-        path = Path(temporary) / f"live{SPRINGS_SUFFIX}"
-        write_atomic(path, text)
-        parsed = load_springs(figure, folder, stem, path)
-    if parsed.value is None:
-        raise InputError(map(_named_springs, parsed.diagnostics))
-    return replace(parsed.value.springs, origin=f"changed {parsed.value.springs.origin}")
-
-
-def _named_springs(fault: Diagnostic) -> Diagnostic:
-    """Return the same diagnostic of a text called `springs`."""
-    span = fault.span
-    if span is None:
-        return fault
-    source = Source("springs", span.source.text)
-    return replace(fault, span=Span(source, span.start, span.end))
 
 
 def plan_of_start(figure: Figure, start: LiveStart) -> Plan:
@@ -131,12 +106,19 @@ class LiveRun:
         last_outcome: of the last call of `advance`.
     """
 
-    def __init__(self, figure: Figure, start: LiveStart) -> None:
+    def __init__(self, figure: Figure, start: LiveStart, folder: Path | None = None) -> None:
         """Compile the equations at the start.
 
-        Raises MoverError: the figure or the start cannot be simulated step by step.
+        Args:
+            figure: with its file.
+            start: before the first frame.
+            folder: of springs files that changed springs extend; None for the present one.
+
+        Raises:
+            MoverError: the figure or the start cannot be simulated step by step.
         """
         self.figure, self.start = figure, start
+        self._springs_file = (folder or Path()) / f"changed{SPRINGS_SUFFIX}"
         self._plan = plan_of_start(figure, start)
         self._stepper = Stepper(figure, self._plan, start.tolerance)
         self._log: list[LoggedChange] = []
@@ -172,6 +154,11 @@ class LiveRun:
         return dict(self._frames[-1].energy)
 
     @property
+    def springs(self) -> SpringSet:
+        """Springs of the joints, before their scales."""
+        return self._stepper.springs
+
+    @property
     def has_free_root(self) -> bool:
         """Return whether the root moves freely."""
         free = free_joints(self._stepper.figure)
@@ -203,7 +190,11 @@ class LiveRun:
             case SetForce():
                 stepper.set_force(change.segment, change.force, change.point)
             case SetSprings():
-                stepper.set_springs(springs_of_text(self.figure, change.text))
+                springs = self._plan.springs
+                if change.text:
+                    springs = springs_from_text(change.text, self.figure, self._springs_file)
+                assert springs is not None
+                stepper.set_springs(springs)
             case StopMotion():
                 stepper.stop()
 
@@ -258,18 +249,24 @@ class LiveRun:
         )
 
 
-def replay(figure: Figure, log: LiveLog, watch: Callable[[float], None] | None = None) -> LiveRun:
+def replay(
+    figure: Figure,
+    log: LiveLog,
+    watch: Callable[[float], None] | None = None,
+    folder: Path | None = None,
+) -> LiveRun:
     """Compute a live simulation again.
 
     Args:
         figure: that the log is of.
         log: its start and changes.
         watch: called with the time after each frame.
+        folder: as for a `LiveRun`.
 
     Raises:
         MoverError: the figure is another one, or a change cannot be made, or the motion stops.
     """
-    run, changes = LiveRun(figure, log.start), list(log.changes)
+    run, changes = LiveRun(figure, log.start, folder), list(log.changes)
     while True:
         while changes and changes[0].frame == run.frame:
             run.apply(changes.pop(0).change)

@@ -100,6 +100,7 @@ class Content:
         motion: to play, or None.
         ghost: a second motion, or None.
         title: of the page.
+        springs_choice: of the springs, as for `read_springs`.
     """
 
     figure: Figure
@@ -109,6 +110,7 @@ class Content:
     motion: FigureMotion | None = None
     ghost: FigureMotion | None = None
     title: str = "mover"
+    springs_choice: str | Path | None = None
 
 
 class Viewer:
