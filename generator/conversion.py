@@ -39,14 +39,22 @@ def find_motion_figure(header: Header, motion: Path) -> Path:
 
     A file with the checksum in the motion has precedence. Raises InputError without any.
     """
-    beside = motion.parent / header.figure
-    shipped = {each.name: each for each in shipped_figures().values()}.get(header.figure)
+    return find_named_figure(header.figure, header.sha256, motion)
+
+
+def find_named_figure(figure: str, sha256: str | None, motion: Path) -> Path:
+    """Return the file of a figure of this name: beside a motion, or shipped.
+
+    A file with the checksum has precedence. Raises InputError without any.
+    """
+    beside = motion.parent / figure
+    shipped = {each.name: each for each in shipped_figures().values()}.get(figure)
     digests = {each: file_sha256(each) for each in (beside, shipped) if each is not None}
     found = [each for each, digest in digests.items() if digest is not None]
     if not found:
-        message = f"`{motion}` is a motion of `{header.figure}`, which is not beside it"
+        message = f"`{motion}` is a motion of `{figure}`, which is not beside it"
         raise InputError([error(message, hint="name the figure with --figure")])
-    return next((each for each in found if digests[each] == header.sha256), found[0])
+    return next((each for each in found if digests[each] == sha256), found[0])
 
 
 def convert(

@@ -51,6 +51,15 @@ FigureName = Annotated[
         autocompletion=complete_figure_name,
     ),
 ]
+OptionalFigureName = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="FIGURE",
+        help="A figure file, or the name of a shipped figure; not needed with --replay.",
+        autocompletion=complete_figure_name,
+        show_default=False,
+    ),
+]
 SpringsChoice = Annotated[
     str | None,
     typer.Option(

@@ -43,12 +43,12 @@ from generator.cli.inputs import (
 )
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.options import (
-    FigureName,
     Gravity,
     JoiningLaw,
     JointValues,
     LinksFile,
     LockedJoints,
+    OptionalFigureName,
     PoseFile,
     SpringsChoice,
     vector_from_option,
@@ -88,7 +88,7 @@ MAX_FRAMES = 1_000_000
 
 
 def simulate(
-    name: FigureName,
+    name: OptionalFigureName = None,
     stop: Annotated[float | None, typer.Option(help="End time [s]. [default: 1]")] = None,
     start: Annotated[float | None, typer.Option(help="Start time [s]. [default: 0]")] = None,
     frame: Annotated[float | None, typer.Option(help="Frame interval [s]. [default: 0.02]")] = None,
@@ -148,6 +148,10 @@ def simulate(
     wall_limit: Annotated[
         float | None, typer.Option(help="Limit of computing time [s]. [default: 600]")
     ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.live.toml", help="Compute a live simulation of the page again."),
+    ] = None,
     outputs: Annotated[
         list[Path] | None,
         typer.Option(
@@ -164,7 +168,15 @@ def simulate(
 
     The options --set, --velocity, --lock, --driven and -o may be repeated.
     """
+    options: dict[str, Any] = dict(locals())
     files = outputs or []
+    if replay is not None:
+        from generator.cli.replay import check_only_replay, replay_live
+
+        check_only_replay(options)
+        return replay_live(replay, name, files, show_progress=show_progress)
+    if name is None:
+        raise UsageError("Missing argument 'FIGURE'.")
     if step is not None and tolerance is not None:
         raise UsageError(
             "--step and --tolerance exclude each other: a fixed step has no error control"
@@ -178,7 +190,7 @@ def simulate(
         "wall_limit": wall_limit,
         "height": height,
     }
-    options: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
+    options = {name: value for name, value in numbers.items() if value is not None}
     for option, value in options.items():
         if not isfinite(value):
             raise UsageError(f"--{option.replace('_', '-')} {value}: the number must be finite")

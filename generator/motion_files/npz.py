@@ -7,7 +7,7 @@ writing.
 
 import json
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from io import BytesIO
 from math import prod
 from pathlib import Path
@@ -306,8 +306,14 @@ def _chains(chains: Mapping[str, list[list[Any]]]) -> Chains:
     }
 
 
+def _energy_kinds(names: Container[str]) -> tuple[str, ...]:
+    """Kinds of energy of a run; live simulations have those of contact without its record."""
+    kinds = [kind for kind in CONTACT_ENERGY_KINDS if f"{ENERGY_FIELD}/{kind}" in names]
+    return (*ENERGY_KINDS, *(CONTACT_ENERGY_KINDS if kinds else ()))
+
+
 def _shapes(
-    chains: Chains, contact: Mapping[str, Any] | None, count: int
+    chains: Chains, contact: Mapping[str, Any] | None, kinds: Iterable[str], count: int
 ) -> dict[str, tuple[int, ...]]:
     """The shape of every array but those of the segments."""
     widths = {"rotation_vectors": 3, "reactions": 6, "passive_torques": 3}
@@ -316,9 +322,8 @@ def _shapes(
         for field in JOINT_FIELDS
         for name, chain in chains.items()
     }
-    kinds = ENERGY_KINDS
     if contact is not None:
-        kinds += CONTACT_ENERGY_KINDS
+        kinds = ENERGY_KINDS + CONTACT_ENERGY_KINDS
         shapes |= {f"{CONTACT_FORCE_FIELD}/{name}": (count, 3) for name in contact["segments"]}
         shapes |= {f"{CONTACT_DEPTH_FIELD}/{name}": (count,) for name in contact["segments"]}
         shapes[GROUND_REACTION_FIELD] = (count, 6)
@@ -336,7 +341,7 @@ def _structure_errors(
     count: int,
 ) -> Iterable[str]:
     """Yield errors of missing arrays and wrong shapes."""
-    shapes = _shapes(chains, contact, count)
+    shapes = _shapes(chains, contact, _energy_kinds(arrays), count)
     segments = _names(arrays, POSE_FIELD)
     shapes |= {f"{POSE_FIELD}/{name}": (count, 4, 4) for name in segments}
     for name in _names(arrays, DRIVE_TORQUE_FIELD):
@@ -404,7 +409,6 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         arrays[FRAME_ERROR_FIELD],
     )
     contact = _contact(arrays, run.get("contact"))
-    kinds = ENERGY_KINDS if contact is None else ENERGY_KINDS + CONTACT_ENERGY_KINDS
     return Recording(
         times=arrays["times"],
         poses=_arrays_in_field(arrays, POSE_FIELD, _names(arrays, POSE_FIELD)),
@@ -415,7 +419,7 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         reactions=joints["reactions"],
         passive_torques=joints["passive_torques"],
         centre_of_mass=arrays["centre_of_mass"],
-        energy=_arrays_in_field(arrays, ENERGY_FIELD, kinds),
+        energy=_arrays_in_field(arrays, ENERGY_FIELD, _energy_kinds(arrays)),
         outcome=outcome,
         accuracy=accuracy,
         constraint_drift=float(run["constraint_drift"]),

@@ -32,7 +32,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array
-from generator.scene import Scene, deepest_start
+from generator.scene import Penetration, Scene, deepest_start
 from generator.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.simulation.bodies import (
     add_bodies,
@@ -159,7 +159,7 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
-    spheres, capsules = _contact_geometry(figure, plan)
+    spheres, capsules = contact_geometry(figure, plan)
     if plan.height is not None:
         up = np.array(plan.up)
         lowest = (
@@ -179,7 +179,7 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     return InitialState(placement, imposed, prescribed, spheres, pairs)
 
 
-def _contact_geometry(
+def contact_geometry(
     figure: Figure, plan: Plan
 ) -> tuple[dict[str, tuple[ContactSphere, ...]], dict[str, Capsule]]:
     """Return the contact spheres of the moving segments, and their capsules.
@@ -211,18 +211,31 @@ _MAX_START_DEPTH = 1e-6
 """Depth of a contact sphere in a prop up to which it counts as touching [m]."""
 
 
+def deepest_sphere(
+    poses: Mapping[str, Array], scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]]
+) -> Penetration | None:
+    """Return the contact sphere that is deepest in a prop; None without spheres or props.
+
+    Args:
+        poses: of the segments in the world, shape (4, 4).
+        scene: with the props.
+        spheres: of each segment that has some.
+    """
+    names = [name for name, some in spheres.items() for _ in some]
+    radii = np.array([sphere.radius for some in spheres.values() for sphere in some])
+    centres = [
+        (poses[name] @ np.append(sphere.centre, 1.0))[:3]
+        for name, some in spheres.items()
+        for sphere in some
+    ]
+    return deepest_start(scene, np.array(centres), radii, names) if names else None
+
+
 def _check_start_outside(
     placement: Placement, scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]]
 ) -> None:
     """Raise ModelError if a contact sphere starts inside a prop."""
-    names = [name for name, some in spheres.items() for _ in some]
-    radii = np.array([sphere.radius for some in spheres.values() for sphere in some])
-    centres = [
-        (placement.poses[name] @ np.append(sphere.centre, 1.0))[:3]
-        for name, some in spheres.items()
-        for sphere in some
-    ]
-    deepest = deepest_start(scene, np.array(centres), radii, names) if names else None
+    deepest = deepest_sphere(placement.poses, scene, spheres)
     if deepest is not None and deepest.depth > _MAX_START_DEPTH:
         raise ModelError(
             f"segment {deepest.segment} starts {100.0 * deepest.depth:.3g} cm inside "

@@ -10,7 +10,8 @@ impact, and velocities that are still possible stay. The kinetic energy that is 
 dissipated; the potential energy that a change adds counts as work.
 
 With props in the plan the figure touches them by its contact spheres, also where a change has
-freed its root. No change moves a segment, so the energy of contact stays as it is.
+freed its root. No change moves a segment, so the energy of contact stays as it is where the props
+stay.
 """
 
 from collections.abc import Mapping, Sequence
@@ -56,6 +57,8 @@ from generator.simulation.integrate import (
 from generator.simulation.model import (
     InitialState,
     build_model,
+    contact_geometry,
+    deepest_sphere,
     fitting_springs,
     initial_state,
     require_defined_torques,
@@ -75,6 +78,9 @@ from springs import SpringSet
 
 DEFAULT_STEP_TOLERANCE = 1e-4
 """Error of a step of the integrator, relative to 1 + the size of each number of the state."""
+
+MAX_CHANGED_DEPTH = 0.01
+"""Depth of a contact sphere in a prop up to which the prop may be put there [m]."""
 
 _STEPS_PER_CALL = 500
 """Steps between two checks for Ctrl-C."""
@@ -368,15 +374,32 @@ class Stepper:
         self._rebuild(replace(self._state.setting, springs=springs))
 
     def set_scene(self, scene: Scene) -> None:
-        """Replace the props: other places, shapes or surfaces.
+        """Replace the props: others, other places, shapes or surfaces; or remove them.
+
+        The segments do not touch each other any more where all props have been removed before.
 
         Raises:
-            ModelError: the figure had no props at the start, or it would have none.
+            ModelError: a contact sphere would be deeper in a prop than it is now, and than
+                `MAX_CHANGED_DEPTH`; or the figure has no contact sphere.
+            InputError: a psurf cannot be read.
         """
-        contacts = self._state.setting.contacts
-        if contacts is None or not scene.props:
-            raise ModelError("props can be replaced only by props: start with a scene")
-        self._rebuild(replace(self._state.setting, contacts=replace(contacts, scene=scene)))
+        setting = self._state.setting
+        if not scene.props:
+            self._rebuild(replace(setting, contacts=None))
+            return
+        contacts = setting.contacts
+        if contacts is None:
+            plan = replace(self._plan, scene=scene, self_contact=False)
+            contacts = ContactModel(Scene(), contact_geometry(self._figure, plan)[0])
+        deepest = deepest_sphere(self.poses, scene, contacts.spheres)
+        present = deepest_sphere(self.poses, contacts.scene, contacts.spheres)
+        allowed = max(MAX_CHANGED_DEPTH, 0.0 if present is None else present.depth)
+        if deepest is not None and deepest.depth > allowed:
+            raise ModelError(
+                f"segment {deepest.segment} is {100.0 * deepest.depth:.3g} cm inside "
+                f"{deepest.prop}: raise the figure, or move the prop"
+            )
+        self._rebuild(replace(setting, contacts=replace(contacts, scene=scene)))
 
     def lock(self, *joints: str) -> None:
         """Lock joints at their present displacements, as by an inelastic impact."""
@@ -460,19 +483,20 @@ class Stepper:
         rates = np.zeros(setting.tree.kinematics.size)
         model = self._compile(setting, placement, rates, prescribed, time)
         if np.array_equal(model.mechanism.links, old.model.mechanism.links):
-            values = old.progress.state
+            values = np.concatenate(
+                [old.progress.state[: -old.model.integrals], old.integrals_for(model)]
+            )
         else:
             values = model.initial_state.copy()
-            integrals = old.progress.state[-model.integrals :]
             speeds = weighted_velocities(old.model, old.bodies, old.links)
             state = StepperState.start(setting, model, values, time, placement)
             project_velocities(model, state.bodies, time, values, speeds)
-            values[-model.integrals :] = integrals
+            values[-model.integrals :] = old.integrals_for(model)
         self._state = StepperState.start(setting, model, values, time, placement)
         after, powers = self._state.energy, self._state.progress.state[-POWERS:]
-        stored = [kind for kind in ("gravity", "spring", "contact") if kind in after]
         powers[DISSIPATION] += before["kinetic"] - after["kinetic"]
-        powers[EXTERNAL] += sum(after[kind] - before[kind] for kind in stored)
+        stored = ("gravity", "spring", "contact")
+        powers[EXTERNAL] += sum(after.get(kind, 0.0) - before.get(kind, 0.0) for kind in stored)
 
     def _compile(
         self,

@@ -228,6 +228,14 @@ class StepperState:
             rates[name] = rate
         return rates
 
+    def integrals_for(self, model: CompiledModel) -> Array:
+        """Return the integrals of powers, and those of contact forces if a model has the same."""
+        if model.touching == self.model.touching:
+            return self.progress.state[-model.integrals :]
+        integrals = np.zeros(model.integrals)
+        integrals[-POWERS:] = self.progress.state[-POWERS:]
+        return integrals
+
     def _places(self, name: str) -> dict[int, tuple[int, int]]:
         """Places in the state of those displacements of a joint that it holds, and of their rates.
 
@@ -260,8 +268,9 @@ class StepperState:
 
     @property
     def energy(self) -> dict[str, float]:
-        """Energy by kind [J]; see `ENERGY_KINDS` and, with props, `CONTACT_ENERGY_KINDS`."""
+        """Energy by kind [J]: `ENERGY_KINDS`; with props, or after, `CONTACT_ENERGY_KINDS`."""
         powers, contact = self.progress.state[-POWERS:], self.contact
+        losses = powers[[IMPACT, FRICTION]].tolist()
         energy = {
             "kinetic": self.kinetic_energy,
             "gravity": self.gravity_energy,
@@ -269,9 +278,9 @@ class StepperState:
             "dissipated": float(powers[DISSIPATION]),
             "work": float(powers[EXTERNAL]),
         }
-        if contact is not None:
-            stored, lost = float(contact.energy[0]), powers[[IMPACT, FRICTION]].tolist()
-            energy.update(zip(CONTACT_ENERGY_KINDS, (stored, *lost), strict=True))
+        if contact is not None or any(losses):
+            stored = 0.0 if contact is None else float(contact.energy[0])
+            energy.update(zip(CONTACT_ENERGY_KINDS, (stored, *losses), strict=True))
         return energy
 
     @property

@@ -398,7 +398,29 @@ def edited_springs(
         ModelError: a springs file cannot state the change.
         InputError: the text cannot be read, as with a cubic that restores in no sense.
     """
-    changed = apply_edits(springs, edits)
+    return springs_and_text(figure, springs, apply_edits(springs, edits), file, choice)
+
+
+def springs_and_text(
+    figure: Figure,
+    springs: SpringSet,
+    changed: SpringSet,
+    file: Path,
+    choice: str | Path | None = None,
+) -> tuple[SpringSet, str]:
+    """Return changed springs as a springs file gives them, and this file.
+
+    Args:
+        figure: the figure.
+        springs: of the choice.
+        changed: the same springs with changes of those about axes.
+        file: path of the springs file; it need not exist.
+        choice: of the springs, as for `read_springs`.
+
+    Raises:
+        ModelError: a springs file cannot state the change.
+        InputError: the text cannot be read, as with a cubic that restores in no sense.
+    """
     if changed == springs:
         return springs, ""
     if str(choice) == PRINTED_SPRINGS:

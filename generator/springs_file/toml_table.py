@@ -256,7 +256,10 @@ _POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of documen
 
 
 def parse_document(
-    source: Source, file_kind: str, diagnostics: Diagnostics
+    source: Source,
+    file_kind: str,
+    diagnostics: Diagnostics,
+    max_length: int = MAX_TEXT_LENGTH,
 ) -> Mapping[str, Any] | None:
     """Parse a text as TOML, bounded in size; None with the fault noted.
 
@@ -264,13 +267,14 @@ def parse_document(
         source: the text.
         file_kind: for messages ("links file").
         diagnostics: for faults.
+        max_length: of the text, in characters.
     """
-    place = _find_excess(source)
+    place = _find_excess(source, max_length)
     if place is not None:
         diagnostics.error(
             f"this is too long for a {file_kind}",
             place,
-            f"at most {MAX_TEXT_LENGTH:,} characters in all and {MAX_LINE_LENGTH:,} in a line",
+            f"at most {max_length:,} characters in all and {MAX_LINE_LENGTH:,} in a line",
         )
         return None
     try:
@@ -285,10 +289,10 @@ def parse_document(
     return None
 
 
-def _find_excess(source: Source) -> Span | None:
+def _find_excess(source: Source, max_length: int) -> Span | None:
     """Span of the first character beyond the size limits."""
-    if len(source.text) > MAX_TEXT_LENGTH:
-        return Span(source, MAX_TEXT_LENGTH, MAX_TEXT_LENGTH + 1)
+    if len(source.text) > max_length:
+        return Span(source, max_length, max_length + 1)
     start = 0
     for line in source.text.split("\n"):
         if len(line) > MAX_LINE_LENGTH:
@@ -383,3 +387,9 @@ def quote_long_toml(text: str) -> str:
             lines.append("")
         lines[-1] += word
     return '"""\\\n' + "\\\n".join(filter(None, lines)) + '"""'
+
+
+def text_to_toml(text: str) -> str:
+    """A text of several lines as a string of several lines."""
+    lines = (quote_toml(line)[1:-1] for line in text.split("\n"))
+    return '"""\n' + "\n".join(lines) + '"""'

@@ -707,7 +707,37 @@ def test_other_props_keep_the_figure_and_the_balance(spheres):
     assert stepper.agreement_with_exudyn() < 1e-11
     stepper.advance(0.3)
     assert balance(stepper) == pytest.approx(start, abs=1e-6)
-    with pytest.raises(ModelError, match="only by props"):
-        stepper.set_scene(Scene())
-    with pytest.raises(ModelError, match="start with a scene"):
-        Stepper(spheres).set_scene(FLOOR)
+    higher = Prop("higher", Plane((0.0, 0.05, 0.0), Y), Surface())
+    with pytest.raises(ModelError, match=r"segment bar. is .* cm inside higher"):
+        stepper.set_scene(Scene((higher,)))
+    assert balance(stepper) == pytest.approx(start, abs=1e-6)
+
+
+def test_a_floor_is_removed_and_put_back(spheres):
+    floor = Scene((Prop("low", Plane((0.0, -0.8, 0.0), Y), Surface()),))
+    stepper, planned = (
+        Stepper(spheres, Plan(scene=scene, free_root=True), TOLERANCE) for scene in (Scene(), floor)
+    )
+    start = balance(stepper)
+    stepper.advance(0.1)
+    assert "contact" not in stepper.energy
+    stepper.set_scene(floor)
+    stepper.advance(0.7)
+    planned.advance(0.1)
+    planned.advance(0.7)
+    assert difference(stepper.displacements, planned.displacements) < 1e-6
+    assert stepper.energy["friction"] > 0.01
+    assert balance(stepper) == pytest.approx(start, abs=1e-5)
+    assert stepper.agreement_with_exudyn() < 1e-11
+    lost, poses = stepper.energy["friction"], stepper.poses
+    stepper.set_scene(Scene())
+    assert difference(stepper.poses, poses) < 1e-14
+    assert stepper.contact_forces == {}
+    stepper.advance(0.3)
+    assert stepper.energy["friction"] == lost
+    assert stepper.energy["contact"] == 0.0
+    assert balance(stepper) == pytest.approx(start, abs=1e-5)
+    assert stepper.agreement_with_exudyn() < 1e-11
+    with pytest.raises(ModelError, match=r"segment bar. is .* cm inside low: raise the figure"):
+        stepper.set_scene(floor)
+    assert stepper.contact_forces == {}

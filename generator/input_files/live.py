@@ -1,0 +1,446 @@
+"""Live simulations in files, `NAME.live.toml`: a start, and the log of what was changed when.
+
+`[start]` is the figure before the first frame. Each `[[change]]` was made at a frame, after this
+frame was recorded and before the next one was computed. Poses and springs are texts of files of
+their own kinds. The unit of a number is part of its key.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, assert_never, cast
+
+from generator.diagnostics import Diagnostics, Parsed, Source, select_errors
+from generator.springs_file.toml_spans import TomlSpans, locate_keys
+from generator.springs_file.toml_table import (
+    TableReader,
+    number_to_toml,
+    numbers_to_toml,
+    parse_document,
+    quote_toml,
+    text_to_toml,
+)
+from generator.text_io import parse_file, parse_text
+from springs import Joining
+
+LIVE_SUFFIX = ".live.toml"
+
+Vector = tuple[float, float, float]
+
+DEFAULT_FRAME = 1.0 / 60.0
+"""Interval between the frames of a live simulation [s]."""
+
+DEFAULT_TOLERANCE = 1e-4
+"""Error of a step of the integrator, relative to 1 + the size of each number of the state."""
+
+MAX_FRAMES = 216_000
+"""Most frames of a live simulation: an hour of 60 a second."""
+
+MAX_LENGTH = 16_000_000
+"""Most characters of a file."""
+
+MAX_SIZE = 1e3
+"""Largest coordinate [m], component of gravity [m/s2] and scale in a file."""
+
+MAX_FORCE = 1e6
+"""Largest component of a force [N]."""
+
+_FILE_KIND = "live file"
+_HEADER, _START, _CHANGE = "", "start", "change"
+_HEADER_KEYS = ("figure", "sha256", "end_frame", _START, _CHANGE)
+_START_KEYS = (
+    "springs",
+    "law",
+    "gravity_m_s2",
+    "floor_height_m",
+    "root",
+    "tolerance",
+    "frame_s",
+    "pose",
+)
+_FREE, _HELD = "free", "held"
+_NO_FLOOR = "none"
+
+
+@dataclass(frozen=True)
+class LiveStart:
+    """The start of a live simulation.
+
+    Attributes:
+        springs: as `--springs` takes them; None for those beside the figure.
+        law: that joins the axes of spherical joints; None for that of the springs.
+        gravity: in world axes [m/s2].
+        floor: height of the floor [m]; None without a floor.
+        free_root: whether the joints to the ground are removed.
+        tolerance: error of a step, as for a `Stepper`.
+        frame: interval between frames [s].
+        pose: text of a pose file; "" for the pose of the figure's file.
+    """
+
+    springs: str | None = None
+    law: Joining | None = None
+    gravity: Vector = (0.0, -9.81, 0.0)
+    floor: float | None = None
+    free_root: bool = False
+    tolerance: float = DEFAULT_TOLERANCE
+    frame: float = DEFAULT_FRAME
+    pose: str = ""
+
+
+@dataclass(frozen=True)
+class SetGravity:
+    """Another gravity, in world axes [m/s2]."""
+
+    gravity: Vector
+
+
+@dataclass(frozen=True)
+class SetScales:
+    """Other factors of the torques of springs, and of damping and friction."""
+
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class SetFloor:
+    """A floor at a height [m], or none."""
+
+    height: float | None
+
+
+@dataclass(frozen=True)
+class SetRoot:
+    """A root that is free, or held in its present pose."""
+
+    is_free: bool
+
+
+@dataclass(frozen=True)
+class SetForce:
+    """A force on a point of a segment, until it is replaced; a zero force removes it.
+
+    Attributes:
+        segment: a moving one.
+        point: in its frame [m].
+        force: in world axes [N].
+    """
+
+    segment: str
+    point: Vector
+    force: Vector
+
+
+@dataclass(frozen=True)
+class SetSprings:
+    """Other springs: the text of a springs file in the folder; "" for those of the start."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class StopMotion:
+    """A stop of all segments where they are."""
+
+
+LiveChange = SetGravity | SetScales | SetFloor | SetRoot | SetForce | SetSprings | StopMotion
+
+
+@dataclass(frozen=True)
+class LoggedChange:
+    """A change and the number of the frame at which it was made; 0 is the start."""
+
+    frame: int
+    change: LiveChange
+
+
+@dataclass(frozen=True)
+class LiveLog:
+    """A live simulation: all that is needed to compute its motion again.
+
+    Attributes:
+        figure: name of the figure's file.
+        sha256: of the bytes of this file, in hexadecimal; None when it is in no file.
+        start: before the first frame.
+        changes: in the order in which they were made.
+        end_frame: number of the last frame.
+    """
+
+    figure: str
+    sha256: str | None
+    start: LiveStart
+    changes: tuple[LoggedChange, ...] = ()
+    end_frame: int = 0
+
+
+def read_live(path: str | Path) -> LiveLog:
+    """The live simulation in a file.
+
+    Raises InputError with all diagnostics on any error. Warnings pass.
+    """
+    return parse_live_file(path).require_value()
+
+
+def parse_live_file(path: str | Path) -> Parsed[LiveLog]:
+    """The live simulation in a file, with all diagnostics; bad input raises nothing."""
+    return parse_file(path, parse_live_source)
+
+
+def parse_live(text: str, name: str = "<text>") -> Parsed[LiveLog]:
+    """The live simulation that `text` describes, with all diagnostics, which call it `name`."""
+    return parse_text(text, parse_live_source, name)
+
+
+def parse_live_source(source: Source, diagnostics: Diagnostics) -> LiveLog | None:
+    """The live simulation of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
+    document = parse_document(source, _FILE_KIND, diagnostics, MAX_LENGTH)
+    return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
+
+
+def _parse_content(
+    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
+) -> LiveLog | None:
+    top = TableReader(document, _HEADER, 0, spans, diagnostics)
+    top.reject_unknown_keys(_HEADER_KEYS, _FILE_KIND)
+    figure, digest = _required_text(top, "figure", '"prototype.fig"'), top.text("sha256")
+    end_frame = _frame_number(top, "end_frame")
+    start = _parse_start(top)
+    changes = [_parse_change(table) for table in _change_tables(top)]
+    last = 0
+    for index, logged in enumerate(changes):
+        if logged is None:
+            continue
+        span = spans.value(_CHANGE, index, "frame")
+        if end_frame is not None and logged.frame > end_frame:
+            diagnostics.error("this change is after the end", span, f"`end_frame` is {end_frame}")
+        elif logged.frame < last:
+            diagnostics.error("this change is before the one above it", span, "in order of frames")
+        last = max(last, logged.frame)
+    if diagnostics.has_errors or figure is None or end_frame is None:
+        return None
+    return LiveLog(figure, digest, start, tuple(each for each in changes if each), end_frame)
+
+
+def _required_text(table: TableReader, key: str, example: str) -> str | None:
+    """A text that must be there; None with an error noted."""
+    if key not in table.content:
+        message, hint = f"there is no `{key}`", f"write `{key} = {example}`"
+        table.diagnostics.error(message, table.header_span, hint)
+    return table.text(key)
+
+
+def _frame_number(table: TableReader, key: str) -> int | None:
+    """The number of a frame; None with an error noted."""
+    if key not in table.content:
+        table.diagnostics.error(f"there is no `{key}`", table.header_span, f"write `{key} = 60`")
+        return None
+    value = table.content[key]
+    if type(value) is int and 0 <= value <= MAX_FRAMES:
+        return value
+    table.error(key, f"`{key}` must be a whole number", f"from 0 to {MAX_FRAMES:,}")
+    return None
+
+
+def _bounded(
+    table: TableReader, key: str, least: float = -MAX_SIZE, largest: float = MAX_SIZE
+) -> float | None:
+    """A number in a range; None if it is absent or, with an error noted, wrong."""
+    value = table.number(key)
+    if value is None or least <= value <= largest:
+        return value
+    table.error(key, f"`{key}` must be from {least:g} to {largest:g}, not {value:g}")
+    return None
+
+
+def _vector(table: TableReader, key: str, largest: float = MAX_SIZE) -> Vector | None:
+    """Three numbers; None if they are absent or, with an error noted, wrong."""
+    values = table.numbers(key, 3)
+    for k, value in enumerate(values or ()):
+        if abs(value) > largest:
+            table.error(key, "this number is too large", f"at most {largest:g}", k)
+            return None
+    return cast("Vector | None", values)
+
+
+def _parse_start(top: TableReader) -> LiveStart:
+    """The table `[start]`; what is wrong there has its default."""
+    content: Any = top.content.get(_START, {})
+    if not isinstance(content, dict):
+        top.error(_START, f"`{_START}` must be a table", f"write `[{_START}]`")
+        return LiveStart()
+    table = TableReader(cast("Mapping[str, Any]", content), _START, 0, top.spans, top.diagnostics)
+    table.reject_unknown_keys(_START_KEYS, "start")
+    law, default = table.choice("law", tuple(each.value for each in Joining)), LiveStart()
+    gravity = _vector(table, "gravity_m_s2")
+    tolerance, frame = _bounded(table, "tolerance", 1e-12, 0.1), _bounded(table, "frame_s", 1e-4, 1)
+    return LiveStart(
+        table.text("springs"),
+        None if law is None else Joining(law),
+        default.gravity if gravity is None else gravity,
+        _bounded(table, "floor_height_m"),
+        table.choice("root", (_FREE, _HELD)) == _FREE,
+        default.tolerance if tolerance is None else tolerance,
+        default.frame if frame is None else frame,
+        table.text("pose") or "",
+    )
+
+
+def _change_tables(top: TableReader) -> list[TableReader]:
+    """Return the readers of all changes."""
+    tables: Any = top.content.get(_CHANGE, [])
+    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
+        top.error(_CHANGE, "changes are tables", f"write `[[{_CHANGE}]]` above each")
+        return []
+    return [
+        TableReader(table, _CHANGE, index, top.spans, top.diagnostics)
+        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
+    ]
+
+
+def _parse_gravity(table: TableReader) -> SetGravity | None:
+    gravity = _vector(table, "gravity_m_s2")
+    return None if gravity is None else SetGravity(gravity)
+
+
+def _parse_scales(table: TableReader) -> SetScales | None:
+    scales = table.numbers("scales", 2)
+    for k, scale in enumerate(scales or ()):
+        if not 0.0 <= scale <= MAX_SIZE:
+            table.error("scales", "this scale is out of range", f"from 0 to {MAX_SIZE:g}", k)
+            return None
+    return None if scales is None else SetScales(*scales)
+
+
+def _parse_floor(table: TableReader) -> SetFloor | None:
+    if table.content["floor_height_m"] == _NO_FLOOR:
+        return SetFloor(None)
+    height = _bounded(table, "floor_height_m")
+    return None if height is None else SetFloor(height)
+
+
+def _parse_root(table: TableReader) -> SetRoot | None:
+    root = table.choice("root", (_FREE, _HELD))
+    return None if root is None else SetRoot(root == _FREE)
+
+
+def _parse_force(table: TableReader) -> SetForce | None:
+    segment = _required_text(table, "segment", '"head"')
+    force = _vector(table, "force_N", MAX_FORCE)
+    point = _vector(table, "point_m") if "point_m" in table.content else (0.0, 0.0, 0.0)
+    return None if segment is None or force is None or point is None else SetForce(
+        segment, point, force
+    )  # fmt: skip
+
+
+def _parse_springs(table: TableReader) -> SetSprings | None:
+    text = table.text("springs")
+    return None if text is None else SetSprings(text)
+
+
+def _parse_stop(table: TableReader) -> StopMotion | None:
+    if table.content["stop"] is True:
+        return StopMotion()
+    table.error("stop", "`stop` can only be `true`")
+    return None
+
+
+@dataclass(frozen=True)
+class _ChangeForm:
+    """Reader of a kind of change, and the keys that may stand beside the key that makes it."""
+
+    parse: Callable[[TableReader], LiveChange | None]
+    others: tuple[str, ...] = ()
+
+
+_CHANGE_FORMS: Mapping[str, _ChangeForm] = {
+    "gravity_m_s2": _ChangeForm(_parse_gravity),
+    "scales": _ChangeForm(_parse_scales),
+    "floor_height_m": _ChangeForm(_parse_floor),
+    "root": _ChangeForm(_parse_root),
+    "force_N": _ChangeForm(_parse_force, ("segment", "point_m")),
+    "springs": _ChangeForm(_parse_springs),
+    "stop": _ChangeForm(_parse_stop),
+}
+
+
+def _parse_change(table: TableReader) -> LoggedChange | None:
+    """One `[[change]]`; None, with an error noted, if it is wrong."""
+    frame = _frame_number(table, "frame")
+    present = [key for key in _CHANGE_FORMS if key in table.content]
+    form = _CHANGE_FORMS[present[0]] if present else None
+    known = ("frame", "segment", "point_m", *_CHANGE_FORMS)
+    table.reject_unknown_keys(known, _CHANGE)
+    if form is None:
+        hint = f"one of: {', '.join(_CHANGE_FORMS)}"
+        table.diagnostics.error("this change changes nothing", table.header_span, hint)
+        return None
+    for key in table.content:
+        if key in known and key not in ("frame", present[0], *form.others):
+            message = f"`{key}` does not belong to a change of `{present[0]}`"
+            table.error(key, message, f"write another `[[{_CHANGE}]]`")
+    change = form.parse(table)
+    return None if frame is None or change is None else LoggedChange(frame, change)
+
+
+def write_live(log: LiveLog, comment: str = "") -> str:
+    """Return the text of a live file; reading it returns an equal log, bit for bit.
+
+    Args:
+        log: to write.
+        comment: one or more lines above it.
+
+    Raises:
+        ValueError: for what the reader refuses, such as a change after the end.
+    """
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines.append(f"figure = {quote_toml(log.figure)}")
+    if log.sha256 is not None:
+        lines.append(f"sha256 = {quote_toml(log.sha256)}")
+    lines += [f"end_frame = {log.end_frame}", "", f"[{_START}]", *_start_lines(log.start)]
+    for logged in log.changes:
+        lines += ["", f"[[{_CHANGE}]]", f"frame = {logged.frame}", *_change_lines(logged.change)]
+    text = "\n".join([*lines, ""])
+    errors = select_errors(parse_live(text).diagnostics)
+    if errors:
+        raise ValueError(f"a {_FILE_KIND} cannot hold this simulation: {errors[0].message}")
+    return text
+
+
+def _start_lines(start: LiveStart) -> Iterator[str]:
+    if start.springs is not None:
+        yield f"springs = {quote_toml(start.springs)}"
+    if start.law is not None:
+        yield f"law = {quote_toml(start.law.value)}"
+    yield f"gravity_m_s2 = {numbers_to_toml(start.gravity)}"
+    if start.floor is not None:
+        yield f"floor_height_m = {number_to_toml(start.floor)}"
+    yield f"root = {quote_toml(_FREE if start.free_root else _HELD)}"
+    yield f"tolerance = {number_to_toml(start.tolerance)}"
+    yield f"frame_s = {number_to_toml(start.frame)}"
+    if start.pose:
+        yield f"pose = {text_to_toml(start.pose)}"
+
+
+def _change_lines(change: LiveChange) -> Iterator[str]:
+    match change:
+        case SetGravity():
+            yield f"gravity_m_s2 = {numbers_to_toml(change.gravity)}"
+        case SetScales():
+            yield f"scales = {numbers_to_toml((change.stiffness, change.damping))}"
+        case SetFloor():
+            height = quote_toml(_NO_FLOOR)
+            if change.height is not None:
+                height = number_to_toml(change.height)
+            yield f"floor_height_m = {height}"
+        case SetRoot():
+            yield f"root = {quote_toml(_FREE if change.is_free else _HELD)}"
+        case SetForce():
+            yield f"segment = {quote_toml(change.segment)}"
+            yield f"point_m = {numbers_to_toml(change.point)}"
+            yield f"force_N = {numbers_to_toml(change.force)}"
+        case SetSprings():
+            yield f"springs = {text_to_toml(change.text)}"
+        case StopMotion():
+            yield "stop = true"
+        case _:
+            assert_never(change)
