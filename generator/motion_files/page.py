@@ -228,6 +228,7 @@ def _curve_row(motion: FigureMotion, frames: Frames, curve: PassiveCurve) -> dic
             "moments": encode_floats(curve.moment_at(angles)),
             "limits": list(curve.torque_limits()),
             "held": _held_angles(curve),
+            "source": curve.spring.reference or "without a reference",
             "published": [_published(one) for one in curve.published],
         },
     }
@@ -243,14 +244,23 @@ def _held_angles(curve: PassiveCurve) -> str:
     return f"at {', '.join(angles)}" if angles else ""
 
 
-def _published(one: PublishedTorques) -> dict[str, str]:
-    row = {
+def _published(one: PublishedTorques) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "label": _authors(one.key),
+        "measured": not one.row.obstacle,
         "text": _citation(one),
         "values": encode_floats(one.torques),
     }
     if one.band is not None:
         row["low"], row["high"] = map(encode_floats, one.band)
     return row
+
+
+def _authors(key: str) -> str:
+    """Return authors and year of a key ("Silder 2007" of "silder_2007/knee_flexion")."""
+    *names, year = key.partition("/")[0].split("_")
+    first, last = ", ".join(map(str.capitalize, names[:-1])), names[-1:]
+    return f"{' & '.join(filter(None, [first, *map(str.capitalize, last)]))} {year}".strip()
 
 
 def _citation(one: PublishedTorques) -> str:

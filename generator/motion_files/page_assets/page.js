@@ -147,6 +147,7 @@
     figure.traverse((object) => {
       if (!object.isMesh) return;
       object.material = object.material.clone(); // to highlight one segment only
+      object.userData.colour = object.material.color.clone();
       object.castShadow = object.receiveShadow = true;
       object.geometry.computeBoundingBox();
       meshes.push(object);
@@ -181,9 +182,13 @@
       aim(target);
     }
 
-    // The body over the whole motion, from some of its frames.
+    // The body over the whole motion, from some of its frames: boxes, and the corners of the segments' boxes.
     const whole = new THREE.Box3();
     const first = new THREE.Box3();
+    let corners = [];
+    const cornersOf = ({ geometry: { boundingBox: { min, max } }, matrixWorld }) =>
+      Array.from({ length: 8 }, (_, k) =>
+        new THREE.Vector3((k & 1 ? min : max).x, (k & 2 ? min : max).y, (k & 4 ? min : max).z).applyMatrix4(matrixWorld));
     const count = Math.min(times.length, 80);
     for (let k = count - 1; k >= 0; k--) {
       const frame = Math.round((k * (times.length - 1)) / Math.max(count - 1, 1));
@@ -191,12 +196,14 @@
         node[path === "rotation" ? "quaternion" : "position"].fromArray(values, (path === "rotation" ? 4 : 3) * frame);
       figure.updateMatrixWorld();
       grow(whole);
+      corners.push(...meshes.flatMap(cornersOf));
       if (k === 0) grow(first);
     }
     const size = Math.max(first.getSize(new THREE.Vector3()).length(), 1e-3);
     const isFar = whole.getSize(new THREE.Vector3()).length() > 4 * size;
     byId("follow").checked = isFar;
     const framed = isFar ? first : whole;
+    if (isFar) corners = meshes.flatMap(cornersOf);
 
     // Light from above the left shoulder, with a shadow that covers what is framed.
     const radius = framed.getSize(new THREE.Vector3()).length();
@@ -239,20 +246,25 @@
       draw();
     }
 
-    /** Frame the body from a direction: all corners of its box are inside the picture. */
+    /** Frame the body from a direction: all corners of its segments' boxes are inside the picture. */
     function view(direction) {
       const back = new THREE.Vector3(...direction).normalize();
       const right = new THREE.Vector3(0, 1, 0).cross(back).normalize();
       const up = back.clone().cross(right);
-      const middle = byId("follow").checked ? centre() : framed.getCenter(new THREE.Vector3());
-      const half = framed.getSize(new THREE.Vector3()).multiplyScalar(0.5);
       const tangent = Math.tan((camera.fov * Math.PI) / 360);
-      let distance = 0;
-      for (let k = 0; k < 8; k++) {
-        const corner = half.clone().multiply({ x: k & 1 ? 1 : -1, y: k & 2 ? 1 : -1, z: k & 4 ? 1 : -1 });
-        const across = Math.max(Math.abs(corner.dot(up)), Math.abs(corner.dot(right)) / camera.aspect);
-        distance = Math.max(distance, corner.dot(back) + (1.12 * across) / tangent);
+      const middle = framed.getCenter(new THREE.Vector3());
+      const extent = (along) => {
+        const values = corners.map((corner) => corner.dot(along));
+        return (values.reduce((a, b) => Math.min(a, b)) + values.reduce((a, b) => Math.max(a, b))) / 2;
+      };
+      for (const along of [right, up]) middle.addScaledVector(along, extent(along) - middle.dot(along));
+      let distance = 1e-3;
+      for (const corner of corners) {
+        const seen = corner.clone().sub(middle);
+        const across = Math.max(Math.abs(seen.dot(up)), Math.abs(seen.dot(right)) / camera.aspect);
+        distance = Math.max(distance, seen.dot(back) + (1.12 * across) / tangent);
       }
+      if (byId("follow").checked) middle.copy(centre());
       controls.target.copy(middle);
       camera.position.copy(middle).addScaledVector(back, distance);
       camera.near = distance / 100;
@@ -275,9 +287,8 @@
 
     function highlight(joint) {
       for (const mesh of meshes) {
-        const chosen = joint !== null && mesh.userData.joint === joint;
-        mesh.material.emissive.set(chosen ? mesh.material.color : 0x000000);
-        mesh.material.emissiveIntensity = 0.45;
+        mesh.material.color.copy(mesh.userData.colour);
+        if (mesh.userData.joint === joint) mesh.material.color.lerp(new THREE.Color(colour("--series-1")), 0.75);
       }
       draw();
     }
@@ -326,10 +337,12 @@
   let recordedPoint = null;
   let timeCursor = null;
 
-  const axis = (label) => ({
+  const axis = (label, size = 46) => ({
     label,
-    labelSize: 20,
-    size: 44,
+    labelSize: 18,
+    labelGap: 0,
+    size,
+    gap: 4,
     stroke: () => colour("--soft"),
     grid: { stroke: () => colour("--line"), width: 1 },
     ticks: { stroke: () => colour("--line"), width: 1, size: 4 },
@@ -362,11 +375,12 @@
     return made;
   }
 
-  function legendEntry(list, paint, text) {
-    const entry = element("li", text, list);
+  function legendEntry(list, paint, text, kind = "") {
     const swatch = document.createElement("i");
     swatch.style.background = paint;
-    entry.prepend(swatch);
+    swatch.style.setProperty("--swatch", paint);
+    swatch.className = kind;
+    element("li", text, list).prepend(swatch);
   }
 
   function showMoment(row) {
@@ -385,7 +399,8 @@
     const bands = [];
     published.forEach((one, k) => {
       data.push(withGaps(floats(one.values)));
-      lines.push({ stroke: () => series(k), width: 1.5, points: { show: false } });
+      const dash = one.measured ? undefined : [6, 4];
+      lines.push({ stroke: () => series(k), width: 1.5, dash, points: { show: false } });
       if (!one.low) return;
       data.push(withGaps(floats(one.high)), withGaps(floats(one.low)));
       const edge = { stroke: "transparent", points: { show: false } };
@@ -396,7 +411,7 @@
       byId("moment-plot"),
       {
         scales: { x: { time: false }, y: { range: limits } },
-        axes: [axis(`${row.label} [deg]`), axis("Passive moment [N m]")],
+        axes: [axis(`${row.label} [deg]`, 28), axis("Passive moment [N m]")],
         series: lines,
         bands,
       },
@@ -404,10 +419,15 @@
     );
     momentPoint = marker(momentPlot, "point");
     if (row.recorded) recordedPoint = marker(momentPlot, "point recorded");
-    legendEntry(byId("moment-legend"), colour("--ink"), `Law of the figure: ${motion.springs}${held ? ` (${held})` : ""}`);
-    published.forEach((one, k) => legendEntry(byId("moment-legend"), series(k), one.text));
-    if (row.recorded)
-      legendEntry(byId("moment-legend"), colour("--accent"), "Disc: the law at the angle; ring: the moment of the run, with damping");
+    const legend = byId("moment-legend");
+    legendEntry(legend, colour("--ink"), `this figure${held ? `, ${held}` : ""}`);
+    legendEntry(legend, colour("--accent"), "at this time", "disc");
+    if (row.recorded) legendEntry(legend, colour("--accent"), "in the run, with damping", "ring");
+    published.forEach((one, k) => legendEntry(legend, series(k), one.label, one.measured ? "" : "model"));
+    const sources = byId("sources").querySelector("ul");
+    sources.replaceChildren();
+    element("li", `this figure: ${motion.springs}; ${row.curve.source}`, sources);
+    for (const one of published) element("li", `${one.label}: ${one.text}`, sources);
   }
 
   function quantities(row) {
@@ -426,7 +446,7 @@
       byId("time-plot"),
       {
         scales: { x: { time: false } },
-        axes: [axis("Time [s]"), axis(label.slice(label.lastIndexOf("[")))],
+        axes: [axis("Time [s]", 28), axis(label.slice(label.lastIndexOf("[")))],
         series: [{}, ...lines.map((_, k) => ({ stroke: () => series(k), width: 1.5, points: { show: false } }))],
       },
       [Array.from(times), ...lines.map(([, values]) => withGaps(values))],
@@ -489,6 +509,17 @@
     showOverTime();
     body.highlight(row.joint);
     movePoints();
+  }
+
+  /** The curve over which the motion goes furthest, one with measured curves if there is any. */
+  function liveliest() {
+    const rank = ({ curve, values }) => {
+      const angles = floatsOf(values);
+      const range = angles.reduce((a, b) => Math.max(a, b)) - angles.reduce((a, b) => Math.min(a, b));
+      return curve ? range + (curve.published.some((one) => one.measured) ? 1000 : 0) : -1;
+    };
+    const ranks = motion.rows.map(rank);
+    return ranks.indexOf(Math.max(...ranks));
   }
 
   // Page
@@ -558,12 +589,13 @@
       event.preventDefault();
       actions[event.key]();
     });
-    new ResizeObserver(() => {
-      if (!motion.rows.length) return;
+    const observer = new ResizeObserver(() => {
       for (const [plot, host] of [[momentPlot, byId("moment-plot")], [timePlot, byId("time-plot")]])
         if (plot && host.clientWidth) plot.setSize({ width: host.clientWidth, height: Math.max(host.clientHeight, 80) });
       movePoints();
-    }).observe(byId("curves"));
+    });
+    observer.observe(byId("moment-plot"));
+    observer.observe(byId("time-plot"));
   }
 
   async function open() {
@@ -578,7 +610,7 @@
       notice(`The body could not be drawn: ${failure.message}`);
       throw failure;
     }
-    if (motion.rows.length) select(Math.max(0, motion.rows.findIndex((row) => row.curve)));
+    if (motion.rows.length) select(liveliest());
     seek(start);
   }
 
