@@ -9,6 +9,8 @@
   const floats = (text) => new Float32Array(bytesOf(text).buffer);
   const doubles = (text) => new Float64Array(bytesOf(text).buffer);
   const withGaps = (values) => Array.from(values, (value) => (Number.isFinite(value) ? value : null));
+  const extremes = (values) =>
+    values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const series = (k) => colour(`--series-${1 + (k % 8)}`);
@@ -182,10 +184,12 @@
       aim(target);
     }
 
-    // The body over the whole motion, from some of its frames: boxes, and the corners of the segments' boxes.
+    // The body over the whole motion, from some of its frames: boxes, and the corners of the
+    // segments' boxes, in the world and relative to the middle of the body.
     const whole = new THREE.Box3();
     const first = new THREE.Box3();
-    let corners = [];
+    const places = [];
+    const corners = [];
     const cornersOf = ({ geometry: { boundingBox: { min, max } }, matrixWorld }) =>
       Array.from({ length: 8 }, (_, k) =>
         new THREE.Vector3((k & 1 ? min : max).x, (k & 2 ? min : max).y, (k & 4 ? min : max).z).applyMatrix4(matrixWorld));
@@ -196,14 +200,17 @@
         node[path === "rotation" ? "quaternion" : "position"].fromArray(values, (path === "rotation" ? 4 : 3) * frame);
       figure.updateMatrixWorld();
       grow(whole);
-      corners.push(...meshes.flatMap(cornersOf));
+      const middle = centre();
+      for (const corner of meshes.flatMap(cornersOf)) {
+        places.push(corner);
+        corners.push(corner.clone().sub(middle));
+      }
       if (k === 0) grow(first);
     }
     const size = Math.max(first.getSize(new THREE.Vector3()).length(), 1e-3);
     const isFar = whole.getSize(new THREE.Vector3()).length() > 4 * size;
     byId("follow").checked = isFar;
     const framed = isFar ? first : whole;
-    if (isFar) corners = meshes.flatMap(cornersOf);
 
     // Light from above the left shoulder, with a shadow that covers what is framed.
     const radius = framed.getSize(new THREE.Vector3()).length();
@@ -232,7 +239,7 @@
     plane.position.y = -0.002 * size;
     plane.receiveShadow = true;
     scene.add(ground, plane);
-    byId("scale").textContent = `Grid: ${cell >= 1 ? `${cell} m` : `${(100 * cell).toPrecision(1)} cm`}, at y = 0`;
+    byId("scale").textContent = `Grid: ${cell >= 1 ? `${cell} m` : `${Number((100 * cell).toPrecision(1))} cm`}, at y = 0`;
 
     function recolour() {
       scene.background = new THREE.Color(colour("--stage"));
@@ -252,19 +259,20 @@
       const right = new THREE.Vector3(0, 1, 0).cross(back).normalize();
       const up = back.clone().cross(right);
       const tangent = Math.tan((camera.fov * Math.PI) / 360);
-      const middle = framed.getCenter(new THREE.Vector3());
-      const extent = (along) => {
-        const values = corners.map((corner) => corner.dot(along));
-        return (values.reduce((a, b) => Math.min(a, b)) + values.reduce((a, b) => Math.max(a, b))) / 2;
-      };
-      for (const along of [right, up]) middle.addScaledVector(along, extent(along) - middle.dot(along));
+      const isFollowing = byId("follow").checked;
+      const middle = isFollowing ? new THREE.Vector3() : whole.getCenter(new THREE.Vector3());
+      const points = isFollowing ? corners : places;
+      for (const along of isFollowing ? [] : [right, up]) {
+        const [low, high] = extremes(points.map((point) => point.dot(along)));
+        middle.addScaledVector(along, (low + high) / 2 - middle.dot(along));
+      }
       let distance = 1e-3;
-      for (const corner of corners) {
-        const seen = corner.clone().sub(middle);
+      for (const point of points) {
+        const seen = point.clone().sub(middle);
         const across = Math.max(Math.abs(seen.dot(up)), Math.abs(seen.dot(right)) / camera.aspect);
         distance = Math.max(distance, seen.dot(back) + (1.12 * across) / tangent);
       }
-      if (byId("follow").checked) middle.copy(centre());
+      if (isFollowing) middle.copy(centre());
       controls.target.copy(middle);
       camera.position.copy(middle).addScaledVector(back, distance);
       camera.near = distance / 100;
@@ -422,10 +430,11 @@
     const legend = byId("moment-legend");
     legendEntry(legend, colour("--ink"), `this figure${held ? `, ${held}` : ""}`);
     legendEntry(legend, colour("--accent"), "at this time", "disc");
-    if (row.recorded) legendEntry(legend, colour("--accent"), "in the run, with damping", "ring");
+    if (row.recorded) legendEntry(legend, colour("--accent"), "whole joint in the run, with damping", "ring");
     published.forEach((one, k) => legendEntry(legend, series(k), one.label, one.measured ? "" : "model"));
     const sources = byId("sources").querySelector("ul");
     sources.replaceChildren();
+    element("li", "Bands are the published scatter; dashed curves cannot be compared with joints.", sources);
     element("li", `this figure: ${motion.springs}; ${row.curve.source}`, sources);
     for (const one of published) element("li", `${one.label}: ${one.text}`, sources);
   }
@@ -484,14 +493,13 @@
   }
 
   function movePoints() {
-    if (!motion.rows.length) return;
     const [angle, moment, recorded] = point();
     if (momentPlot) {
       put(momentPoint, angle, moment);
       if (recordedPoint) put(recordedPoint, angle, recorded);
       byId("moment-reading").textContent =
         `${angle.toFixed(1)} deg: ${moment.toFixed(2)} N m` +
-        (recorded === null ? "" : `; in the run, with damping, ${recorded.toFixed(2)} N m`);
+        (recorded === null ? "" : `; whole joint in the run ${recorded.toFixed(2)} N m`);
     }
     if (timePlot) timeCursor.style.left = `${timePlot.valToPos(time, "x")}px`;
   }
@@ -514,9 +522,8 @@
   /** The curve over which the motion goes furthest, one with measured curves if there is any. */
   function liveliest() {
     const rank = ({ curve, values }) => {
-      const angles = floatsOf(values);
-      const range = angles.reduce((a, b) => Math.max(a, b)) - angles.reduce((a, b) => Math.min(a, b));
-      return curve ? range + (curve.published.some((one) => one.measured) ? 1000 : 0) : -1;
+      const [low, high] = extremes(Array.from(floatsOf(values)));
+      return curve ? high - low + (curve.published.some((one) => one.measured) ? 1000 : 0) : -1;
     };
     const ranks = motion.rows.map(rank);
     return ranks.indexOf(Math.max(...ranks));
@@ -550,7 +557,6 @@
       element("option", row.label, group);
     }
     Object.assign(byId("time"), { min: start, max: stop });
-    byId("curves").hidden = !motion.rows.length;
   }
 
   function listen() {
@@ -610,7 +616,7 @@
       notice(`The body could not be drawn: ${failure.message}`);
       throw failure;
     }
-    if (motion.rows.length) select(liveliest());
+    select(liveliest());
     seek(start);
   }
 
