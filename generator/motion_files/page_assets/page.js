@@ -12,6 +12,7 @@
   const extremes = (values) =>
     values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+  const fixed = (value, digits) => (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const series = (k) => colour(`--series-${1 + (k % 8)}`);
 
@@ -323,8 +324,8 @@
       const ray = new THREE.Raycaster();
       ray.setFromCamera(place, camera);
       const [hit] = ray.intersectObjects(meshes, false);
-      const row = hit ? motion.rows.findIndex((one) => one.joint === hit.object.userData.joint) : -1;
-      if (row >= 0 && motion.rows[row].joint !== motion.rows[selected].joint) select(row);
+      const joint = hit?.object.userData.joint;
+      if (joint !== motion.rows[selected].joint && motion.rows.some((row) => row.joint === joint)) select(liveliest(joint));
     });
 
     controls.addEventListener("change", draw);
@@ -498,8 +499,8 @@
       put(momentPoint, angle, moment);
       if (recordedPoint) put(recordedPoint, angle, recorded);
       byId("moment-reading").textContent =
-        `${angle.toFixed(1)} deg: ${moment.toFixed(2)} N m` +
-        (recorded === null ? "" : `; whole joint in the run ${recorded.toFixed(2)} N m`);
+        `${fixed(angle, 1)} deg: ${fixed(moment, 2)} N m` +
+        (recorded === null ? "" : `; whole joint in the run ${fixed(recorded, 2)} N m`);
     }
     if (timePlot) timeCursor.style.left = `${timePlot.valToPos(time, "x")}px`;
   }
@@ -519,11 +520,13 @@
     movePoints();
   }
 
-  /** The curve over which the motion goes furthest, one with measured curves if there is any. */
-  function liveliest() {
-    const rank = ({ curve, values }) => {
-      const [low, high] = extremes(Array.from(floatsOf(values)));
-      return curve ? high - low + (curve.published.some((one) => one.measured) ? 1000 : 0) : -1;
+  /** The row of a joint, or of all, over which the motion goes furthest; one with measured curves if there is any. */
+  function liveliest(joint = null) {
+    const rank = (row) => {
+      if (joint !== null && row.joint !== joint) return -1;
+      const [low, high] = extremes(Array.from(floatsOf(row.values)));
+      const merit = row.curve ? (row.curve.published.some((one) => one.measured) ? 2 : 1) : 0;
+      return 1e6 * merit + (row.curve ? high - low : 0);
     };
     const ranks = motion.rows.map(rank);
     return ranks.indexOf(Math.max(...ranks));

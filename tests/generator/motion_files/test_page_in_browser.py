@@ -13,7 +13,9 @@ from generator.motion_files.page import springs_of_header, write
 from generator.passive_curve import passive_curves
 from generator.rotations import Array
 from tests.browser import WAIT, launch_browser
+from tests.generator.motion_files.test_glb import half_way
 from tests.generator.motion_files.test_page import HOSTILE, hostile_motion
+from tests.motion_readers import Page
 from tests.motions import clip
 
 WITHIN = 1e-5
@@ -96,6 +98,12 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
                 found = site_pose(page, f"{segment.name}.{name}")
                 np.testing.assert_allclose(found, expected, atol=WITHIN)
 
+    # Between two frames bones turn evenly, as another reader of the binary glTF has it.
+    page.evaluate("time => page.seek(time)", float(0.5 * (motion.times[7] + motion.times[8])))
+    for name, poses in Page(tmp_path / "fall.html").glb().poses(half_way).items():
+        if "." in name:
+            np.testing.assert_allclose(site_pose(page, name), poses[7], atol=WITHIN)
+
     # The point moves along the curve.
     springs = springs_of_header(motion.header, motion.figure)
     assert springs is not None
@@ -127,6 +135,11 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
     hand = site_pose(page, "left_lower_arm.distal")
     site = motion.figure.segments["left_lower_arm"].sites["distal"].pose_in_segment
     np.testing.assert_allclose(hand, motion.poses["left_lower_arm"][-1] @ site, atol=WITHIN)
+
+    # A click into the lower plot sets the time.
+    box = page.locator("#time-plot .u-over").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert page.evaluate("page.time") == pytest.approx(0.5 * motion.times[-1], abs=0.005)
 
     # Dark and light.
     background = "getComputedStyle(document.body).backgroundColor"
