@@ -2,9 +2,11 @@
 
 import json
 import struct
+from base64 import b64decode
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -55,7 +57,16 @@ class Glb:
     """A binary glTF 2.0 file (sections 3.5.3 and 4.4 of the specification)."""
 
     def __init__(self, path: Path) -> None:
-        data = path.read_bytes()
+        self._parse(path.read_bytes())
+
+    @classmethod
+    def of_bytes(cls, data: bytes) -> "Glb":
+        """The file of these bytes."""
+        made = cls.__new__(cls)
+        made._parse(data)
+        return made
+
+    def _parse(self, data: bytes) -> None:
         assert struct.unpack_from("<4sII", data) == (b"glTF", 2, len(data))
         size, kind = struct.unpack_from("<I4s", data, 12)
         assert (kind, size % 4) == (b"JSON", 0)
@@ -98,6 +109,66 @@ class Glb:
                 self.nodes[child]["name"]: node["name"] for child in node.get("children", ())
             }
         return compose(local, parents)
+
+
+class Page(HTMLParser):
+    """A page of a motion as an HTML parser reads it.
+
+    Attributes:
+        tags: names and attributes of all elements.
+        contents: texts within title, pre, style and script elements.
+        scripts: texts of the scripts that run.
+        data: those of the motion.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str]]] = []
+        self.contents: dict[str, list[str]] = {"title": [], "pre": [], "style": [], "script": []}
+        self._open: str | None = None
+        self._kinds: list[str | None] = []
+        self.feed(path.read_text(encoding="utf-8"))
+        self.close()
+        texts = list(zip(self._kinds, self.contents["script"], strict=True))
+        self.scripts = [text for kind, text in texts if kind is None]
+        (self.data,) = (json.loads(t) for kind, t in texts if kind == "application/json")
+        (self._glb,) = (text for kind, text in texts if kind == "text/plain")
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, {key: value or "" for key, value in attrs}))
+        if tag in self.contents:
+            self._open = tag
+            self.contents[tag].append("")
+            if tag == "script":
+                self._kinds.append(dict(attrs).get("type"))
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == self._open:
+            self._open = None
+
+    def handle_data(self, data: str) -> None:
+        if self._open is not None:
+            self.contents[self._open][-1] += data
+
+    @property
+    def policy(self) -> str:
+        (found,) = (
+            attributes["content"]
+            for _, attributes in self.tags
+            if attributes.get("http-equiv") == "Content-Security-Policy"
+        )
+        return found
+
+    def glb(self) -> Glb:
+        return Glb.of_bytes(b64decode(self._glb, validate=True))
+
+    @staticmethod
+    def floats(text: str) -> Array:
+        return np.frombuffer(b64decode(text, validate=True), "<f4").astype(float)
+
+    @staticmethod
+    def doubles(text: str) -> Array:
+        return np.frombuffer(b64decode(text, validate=True), "<f8")
 
 
 class X3d:

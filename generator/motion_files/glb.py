@@ -121,12 +121,24 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     """
     content, losses = format_glb(motion)
     write_atomic(path, content)
-    entries = [*losses, NO_MASSES, unrepresented(motion), _ROUNDED]
-    return Losses.collect("glTF", entries)
+    start = float(motion.times[0])
+    return Losses.collect(
+        "glTF",
+        [
+            *losses,
+            Loss(f"the time of the first frame, {start:g} s; the file begins at 0 s")
+            if start
+            else None,
+            Loss("displacements: the file holds orientations, without whole turns"),
+            NO_MASSES,
+            unrepresented(motion),
+            _ROUNDED,
+        ],
+    )
 
 
 def format_glb(motion: FigureMotion) -> tuple[bytes, list[Loss]]:
-    """Return the bytes of a `.glb`, and the losses of the motion and of the figure's appearance.
+    """Return the bytes of a `.glb`, and the losses of bones and surfaces.
 
     Raises:
         ModelError: the motion is of another figure.
@@ -138,12 +150,7 @@ def format_glb(motion: FigureMotion) -> tuple[bytes, list[Loss]]:
     for name, segment in motion.figure.segments.items():
         document.add_segment(segment, appearances.get(name))
     document.add_animation()
-    start = float(motion.times[0])
-    losses = [*skeleton.losses(_MIN_TRANSLATION), *unseen]
-    if start:
-        losses.append(Loss(f"the time of the first frame, {start:g} s; the file begins at 0 s"))
-    losses.append(Loss("displacements: the file holds orientations, without whole turns"))
-    return document.to_bytes(), losses
+    return document.to_bytes(), [*skeleton.losses(_MIN_TRANSLATION), *unseen]
 
 
 class _GlbBuilder:

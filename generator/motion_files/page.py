@@ -60,7 +60,8 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         "page",
         [
             _thinning_loss(motion, frames),
-            *(loss for loss in body_losses if not loss.what.startswith("the time of the first")),
+            *body_losses,
+            _displacements_loss(motion, springs),
             NO_MASSES,
             _springs_loss(motion.header, springs),
             _NO_PROPS if has_props else None,
@@ -74,7 +75,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
 def springs_of_header(header: Header, figure: Figure) -> SpringSet | None:
     """Return the springs that a motion names, from beside its figure; None if not found there."""
-    named = header.springs.partition(" ")[0]
+    named = Path(header.springs.partition(" ")[0]).name  # a motion names no other folder
     beside = [] if figure.path is None else [figure.path.parent / named]
     for choice in (NO_SPRINGS, None, *beside):
         with suppress(MoverError, OSError, ValueError):
@@ -89,6 +90,14 @@ def _springs_loss(header: Header, springs: SpringSet | None) -> Loss | None:
         return None
     where = f"`{header.springs}` is not beside the figure"
     return Loss(f"curves of passive moments: the springs of the motion are not known, {where}")
+
+
+def _displacements_loss(motion: FigureMotion, springs: SpringSet | None) -> Loss | None:
+    """Return the loss of joints of several turns whose curves are shown."""
+    curves = {} if springs is None else passive_curves(motion.figure, springs)
+    turned = [name for name in curves if len(curves[name][0].chain.rotations) > 1]
+    what = "displacements of joints with several axes; their rotation vectors are shown"
+    return Loss(what, tuple(turned)) if turned else None
 
 
 def kept_frames(count: int) -> Frames:
@@ -228,6 +237,7 @@ def _curve_row(motion: FigureMotion, frames: Frames, curve: PassiveCurve) -> dic
             "moments": encode_floats(curve.moment_at(angles)),
             "limits": list(curve.torque_limits()),
             "held": _held_angles(curve),
+            "source": curve.spring.reference or "without a reference",
             "published": [_published(one) for one in curve.published],
         },
     }
@@ -243,14 +253,23 @@ def _held_angles(curve: PassiveCurve) -> str:
     return f"at {', '.join(angles)}" if angles else ""
 
 
-def _published(one: PublishedTorques) -> dict[str, str]:
-    row = {
+def _published(one: PublishedTorques) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "label": _authors(one.key),
+        "measured": not one.row.obstacle,
         "text": _citation(one),
         "values": encode_floats(one.torques),
     }
     if one.band is not None:
         row["low"], row["high"] = map(encode_floats, one.band)
     return row
+
+
+def _authors(key: str) -> str:
+    """Return authors and year of a key ("Silder 2007" of "silder_2007/knee_flexion")."""
+    *names, year = key.partition("/")[0].split("_")
+    first, last = ", ".join(map(str.capitalize, names[:-1])), names[-1:]
+    return f"{' & '.join(filter(None, [first, *map(str.capitalize, last)]))} {year}".strip()
 
 
 def _citation(one: PublishedTorques) -> str:

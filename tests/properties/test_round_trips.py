@@ -73,7 +73,7 @@ from tests.generator.model_files.model_cases import (
     own_springs,
     posed,
 )
-from tests.motion_readers import Bvh, Glb, Table, X3d, read_table
+from tests.motion_readers import Bvh, Glb, Page, Table, X3d, read_table
 from tests.motions import MOTIONS, any_motion, clip, slides
 from tests.scenes import scenes
 
@@ -440,6 +440,19 @@ def same_sites_glb(motion: FigureMotion, back: Glb) -> None:
         close(poses[f"{segment}.{site}"], expected, 1e-6)
 
 
+def same_page(motion: FigureMotion, back: Page) -> None:
+    same_sites_glb(motion, back.glb())
+    assert same_bits(motion.times, back.doubles(back.data["times"]))
+    rows = iter(back.data["rows"])
+    for name, factors in motion.chains.items():
+        for k, factor in enumerate(factors):
+            row, in_si = next(rows), motion.displacements[name][:, k]
+            shown = np.degrees(in_si) if factor.kind is AxisKind.ROTATION else 100.0 * in_si
+            assert row["joint"] == name
+            np.testing.assert_allclose(back.floats(row["values"]), shown, rtol=1e-6, atol=1e-30)
+    assert next(rows, None) is None
+
+
 def same_sites_x3d(motion: FigureMotion, back: X3d) -> None:
     close(back.times, motion.times - motion.times[0], 1e-9)
     for (segment, site), expected in site_poses(motion).items():
@@ -550,6 +563,8 @@ MOTION_ROWS = (
     Format(".sto", write_motion(".sto"), lambda path, _: read_table(path), same_coordinates,
            each_figure_moved, MOVED),
     Format(".glb", write_motion(".glb"), lambda path, _: Glb(path), same_sites_glb,
+           each_figure_moved, MOVED),
+    Format(".html", write_motion(".html"), lambda path, _: Page(path), same_page,
            each_figure_moved, MOVED),
     Format(".x3d", write_motion(".x3d"), lambda path, _: X3d(path), same_sites_x3d,
            each_figure_moved, MOVED),

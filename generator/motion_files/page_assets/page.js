@@ -9,7 +9,10 @@
   const floats = (text) => new Float32Array(bytesOf(text).buffer);
   const doubles = (text) => new Float64Array(bytesOf(text).buffer);
   const withGaps = (values) => Array.from(values, (value) => (Number.isFinite(value) ? value : null));
+  const extremes = (values) =>
+    values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+  const fixed = (value, digits) => (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const series = (k) => colour(`--series-${1 + (k % 8)}`);
 
@@ -147,6 +150,7 @@
     figure.traverse((object) => {
       if (!object.isMesh) return;
       object.material = object.material.clone(); // to highlight one segment only
+      object.userData.colour = object.material.color.clone();
       object.castShadow = object.receiveShadow = true;
       object.geometry.computeBoundingBox();
       meshes.push(object);
@@ -181,9 +185,15 @@
       aim(target);
     }
 
-    // The body over the whole motion, from some of its frames.
+    // The body over the whole motion, from some of its frames: boxes, and the corners of the
+    // segments' boxes, in the world and relative to the middle of the body.
     const whole = new THREE.Box3();
     const first = new THREE.Box3();
+    const places = [];
+    const corners = [];
+    const cornersOf = ({ geometry: { boundingBox: { min, max } }, matrixWorld }) =>
+      Array.from({ length: 8 }, (_, k) =>
+        new THREE.Vector3((k & 1 ? min : max).x, (k & 2 ? min : max).y, (k & 4 ? min : max).z).applyMatrix4(matrixWorld));
     const count = Math.min(times.length, 80);
     for (let k = count - 1; k >= 0; k--) {
       const frame = Math.round((k * (times.length - 1)) / Math.max(count - 1, 1));
@@ -191,6 +201,11 @@
         node[path === "rotation" ? "quaternion" : "position"].fromArray(values, (path === "rotation" ? 4 : 3) * frame);
       figure.updateMatrixWorld();
       grow(whole);
+      const middle = centre();
+      for (const corner of meshes.flatMap(cornersOf)) {
+        places.push(corner);
+        corners.push(corner.clone().sub(middle));
+      }
       if (k === 0) grow(first);
     }
     const size = Math.max(first.getSize(new THREE.Vector3()).length(), 1e-3);
@@ -225,7 +240,7 @@
     plane.position.y = -0.002 * size;
     plane.receiveShadow = true;
     scene.add(ground, plane);
-    byId("scale").textContent = `Grid: ${cell >= 1 ? `${cell} m` : `${(100 * cell).toPrecision(1)} cm`}, at y = 0`;
+    byId("scale").textContent = `Grid: ${cell >= 1 ? `${cell} m` : `${Number((100 * cell).toPrecision(1))} cm`}, at y = 0`;
 
     function recolour() {
       scene.background = new THREE.Color(colour("--stage"));
@@ -239,20 +254,26 @@
       draw();
     }
 
-    /** Frame the body from a direction: all corners of its box are inside the picture. */
+    /** Frame the body from a direction: all corners of its segments' boxes are inside the picture. */
     function view(direction) {
       const back = new THREE.Vector3(...direction).normalize();
       const right = new THREE.Vector3(0, 1, 0).cross(back).normalize();
       const up = back.clone().cross(right);
-      const middle = byId("follow").checked ? centre() : framed.getCenter(new THREE.Vector3());
-      const half = framed.getSize(new THREE.Vector3()).multiplyScalar(0.5);
       const tangent = Math.tan((camera.fov * Math.PI) / 360);
-      let distance = 0;
-      for (let k = 0; k < 8; k++) {
-        const corner = half.clone().multiply({ x: k & 1 ? 1 : -1, y: k & 2 ? 1 : -1, z: k & 4 ? 1 : -1 });
-        const across = Math.max(Math.abs(corner.dot(up)), Math.abs(corner.dot(right)) / camera.aspect);
-        distance = Math.max(distance, corner.dot(back) + (1.12 * across) / tangent);
+      const isFollowing = byId("follow").checked;
+      const middle = isFollowing ? new THREE.Vector3() : whole.getCenter(new THREE.Vector3());
+      const points = isFollowing ? corners : places;
+      for (const along of isFollowing ? [] : [right, up]) {
+        const [low, high] = extremes(points.map((point) => point.dot(along)));
+        middle.addScaledVector(along, (low + high) / 2 - middle.dot(along));
       }
+      let distance = 1e-3;
+      for (const point of points) {
+        const seen = point.clone().sub(middle);
+        const across = Math.max(Math.abs(seen.dot(up)), Math.abs(seen.dot(right)) / camera.aspect);
+        distance = Math.max(distance, seen.dot(back) + (1.12 * across) / tangent);
+      }
+      if (isFollowing) middle.copy(centre());
       controls.target.copy(middle);
       camera.position.copy(middle).addScaledVector(back, distance);
       camera.near = distance / 100;
@@ -275,9 +296,8 @@
 
     function highlight(joint) {
       for (const mesh of meshes) {
-        const chosen = joint !== null && mesh.userData.joint === joint;
-        mesh.material.emissive.set(chosen ? mesh.material.color : 0x000000);
-        mesh.material.emissiveIntensity = 0.45;
+        mesh.material.color.copy(mesh.userData.colour);
+        if (mesh.userData.joint === joint) mesh.material.color.lerp(new THREE.Color(colour("--series-1")), 0.75);
       }
       draw();
     }
@@ -304,8 +324,8 @@
       const ray = new THREE.Raycaster();
       ray.setFromCamera(place, camera);
       const [hit] = ray.intersectObjects(meshes, false);
-      const row = hit ? motion.rows.findIndex((one) => one.joint === hit.object.userData.joint) : -1;
-      if (row >= 0 && motion.rows[row].joint !== motion.rows[selected].joint) select(row);
+      const joint = hit?.object.userData.joint;
+      if (joint !== motion.rows[selected].joint && motion.rows.some((row) => row.joint === joint)) select(liveliest(joint));
     });
 
     controls.addEventListener("change", draw);
@@ -326,10 +346,12 @@
   let recordedPoint = null;
   let timeCursor = null;
 
-  const axis = (label) => ({
+  const axis = (label, size = 46) => ({
     label,
-    labelSize: 20,
-    size: 44,
+    labelSize: 18,
+    labelGap: 0,
+    size,
+    gap: 4,
     stroke: () => colour("--soft"),
     grid: { stroke: () => colour("--line"), width: 1 },
     ticks: { stroke: () => colour("--line"), width: 1, size: 4 },
@@ -362,11 +384,12 @@
     return made;
   }
 
-  function legendEntry(list, paint, text) {
-    const entry = element("li", text, list);
+  function legendEntry(list, paint, text, kind = "") {
     const swatch = document.createElement("i");
     swatch.style.background = paint;
-    entry.prepend(swatch);
+    swatch.style.setProperty("--swatch", paint);
+    swatch.className = kind;
+    element("li", text, list).prepend(swatch);
   }
 
   function showMoment(row) {
@@ -385,7 +408,8 @@
     const bands = [];
     published.forEach((one, k) => {
       data.push(withGaps(floats(one.values)));
-      lines.push({ stroke: () => series(k), width: 1.5, points: { show: false } });
+      const dash = one.measured ? undefined : [6, 4];
+      lines.push({ stroke: () => series(k), width: 1.5, dash, points: { show: false } });
       if (!one.low) return;
       data.push(withGaps(floats(one.high)), withGaps(floats(one.low)));
       const edge = { stroke: "transparent", points: { show: false } };
@@ -396,7 +420,7 @@
       byId("moment-plot"),
       {
         scales: { x: { time: false }, y: { range: limits } },
-        axes: [axis(`${row.label} [deg]`), axis("Passive moment [N m]")],
+        axes: [axis(`${row.label} [deg]`, 28), axis("Passive moment [N m]")],
         series: lines,
         bands,
       },
@@ -404,10 +428,16 @@
     );
     momentPoint = marker(momentPlot, "point");
     if (row.recorded) recordedPoint = marker(momentPlot, "point recorded");
-    legendEntry(byId("moment-legend"), colour("--ink"), `Law of the figure: ${motion.springs}${held ? ` (${held})` : ""}`);
-    published.forEach((one, k) => legendEntry(byId("moment-legend"), series(k), one.text));
-    if (row.recorded)
-      legendEntry(byId("moment-legend"), colour("--accent"), "Disc: the law at the angle; ring: the moment of the run, with damping");
+    const legend = byId("moment-legend");
+    legendEntry(legend, colour("--ink"), `this figure${held ? `, ${held}` : ""}`);
+    legendEntry(legend, colour("--accent"), "at this time", "disc");
+    if (row.recorded) legendEntry(legend, colour("--accent"), "whole joint in the run, with damping", "ring");
+    published.forEach((one, k) => legendEntry(legend, series(k), one.label, one.measured ? "" : "model"));
+    const sources = byId("sources").querySelector("ul");
+    sources.replaceChildren();
+    element("li", "Bands are the published scatter; dashed curves cannot be compared with joints.", sources);
+    element("li", `this figure: ${motion.springs}; ${row.curve.source}`, sources);
+    for (const one of published) element("li", `${one.label}: ${one.text}`, sources);
   }
 
   function quantities(row) {
@@ -426,7 +456,7 @@
       byId("time-plot"),
       {
         scales: { x: { time: false } },
-        axes: [axis("Time [s]"), axis(label.slice(label.lastIndexOf("[")))],
+        axes: [axis("Time [s]", 28), axis(label.slice(label.lastIndexOf("[")))],
         series: [{}, ...lines.map((_, k) => ({ stroke: () => series(k), width: 1.5, points: { show: false } }))],
       },
       [Array.from(times), ...lines.map(([, values]) => withGaps(values))],
@@ -464,14 +494,13 @@
   }
 
   function movePoints() {
-    if (!motion.rows.length) return;
     const [angle, moment, recorded] = point();
     if (momentPlot) {
       put(momentPoint, angle, moment);
       if (recordedPoint) put(recordedPoint, angle, recorded);
       byId("moment-reading").textContent =
-        `${angle.toFixed(1)} deg: ${moment.toFixed(2)} N m` +
-        (recorded === null ? "" : `; in the run, with damping, ${recorded.toFixed(2)} N m`);
+        `${fixed(angle, 1)} deg: ${fixed(moment, 2)} N m` +
+        (recorded === null ? "" : `; whole joint in the run ${fixed(recorded, 2)} N m`);
     }
     if (timePlot) timeCursor.style.left = `${timePlot.valToPos(time, "x")}px`;
   }
@@ -489,6 +518,18 @@
     showOverTime();
     body.highlight(row.joint);
     movePoints();
+  }
+
+  /** The row of a joint, or of all, over which the motion goes furthest; one with measured curves if there is any. */
+  function liveliest(joint = null) {
+    const rank = (row) => {
+      if (joint !== null && row.joint !== joint) return -1;
+      const [low, high] = extremes(Array.from(floatsOf(row.values)));
+      const merit = row.curve ? (row.curve.published.some((one) => one.measured) ? 2 : 1) : 0;
+      return 1e6 * merit + (row.curve ? high - low : 0);
+    };
+    const ranks = motion.rows.map(rank);
+    return ranks.indexOf(Math.max(...ranks));
   }
 
   // Page
@@ -519,7 +560,6 @@
       element("option", row.label, group);
     }
     Object.assign(byId("time"), { min: start, max: stop });
-    byId("curves").hidden = !motion.rows.length;
   }
 
   function listen() {
@@ -558,12 +598,13 @@
       event.preventDefault();
       actions[event.key]();
     });
-    new ResizeObserver(() => {
-      if (!motion.rows.length) return;
+    const observer = new ResizeObserver(() => {
       for (const [plot, host] of [[momentPlot, byId("moment-plot")], [timePlot, byId("time-plot")]])
         if (plot && host.clientWidth) plot.setSize({ width: host.clientWidth, height: Math.max(host.clientHeight, 80) });
       movePoints();
-    }).observe(byId("curves"));
+    });
+    observer.observe(byId("moment-plot"));
+    observer.observe(byId("time-plot"));
   }
 
   async function open() {
@@ -578,7 +619,7 @@
       notice(`The body could not be drawn: ${failure.message}`);
       throw failure;
     }
-    if (motion.rows.length) select(Math.max(0, motion.rows.findIndex((row) => row.curve)));
+    select(liveliest());
     seek(start);
   }
 

@@ -1,0 +1,165 @@
+"""The page of a motion in a real browser, from disk and without a network."""
+
+import time
+from collections.abc import Callable, Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from generator.motion_files.page import springs_of_header, write
+from generator.passive_curve import passive_curves
+from generator.rotations import Array
+from tests.browser import WAIT, launch_browser
+from tests.generator.motion_files.test_glb import half_way
+from tests.generator.motion_files.test_page import HOSTILE, hostile_motion
+from tests.motion_readers import Page
+from tests.motions import clip
+
+WITHIN = 1e-5
+"""Numbers of the body have 24 bits."""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with launch_browser() as browser:
+        yield browser
+
+
+@pytest.fixture
+def open_file(browser: Any) -> Iterator[Callable[..., Any]]:
+    """Open a file without a network; the console stays silent, and nothing else is asked for."""
+    context = browser.new_context(viewport={"width": 1200, "height": 800}, offline=True)
+    said: list[str] = []
+    asked: list[str] = []
+
+    def open_one(path: Path, script: str = "") -> Any:
+        page = context.new_page()
+        page.on("console", lambda message: said.append(message.text))
+        page.on("pageerror", lambda failure: said.append(str(failure)))
+        page.on("dialog", lambda dialog: said.append(dialog.message))
+        page.on("request", lambda request: asked.append(request.url))
+        page.add_init_script(script)
+        page.goto(path.as_uri())
+        page.evaluate("page.ready")
+        assert asked == [path.as_uri()]
+        return page
+
+    yield open_one
+    context.close()
+    assert said == []
+    assert len(asked) == 1
+
+
+def body_fraction(page: Any) -> float:
+    """Fraction of the body's picture that is orange, the colour of the prototype."""
+    import matplotlib.image
+
+    shot = matplotlib.image.imread(BytesIO(page.locator("#stage").screenshot()))
+    red, green, blue = shot[..., 0], shot[..., 1], shot[..., 2]
+    return float(np.mean((red > 2.0 * blue) & (red > 1.3 * green)))
+
+
+def wait_for(page: Any, condition: str) -> None:
+    """Wait for a condition; Playwright's own way is against the policy of the page."""
+    end = time.monotonic() + WAIT
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, condition
+        page.wait_for_timeout(20)
+
+
+def site_pose(page: Any, name: str) -> Array:
+    return np.array(page.evaluate("name => page.pose(name)", name)).reshape(4, 4).T
+
+
+def point_left(page: Any) -> float:
+    return page.evaluate("parseFloat(document.querySelector('#moment-plot .point').style.left)")
+
+
+def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_path: Path):
+    motion = clip("prototype")
+    write(motion, tmp_path / "fall.html")
+    page = open_file(tmp_path / "fall.html")
+
+    # The body is drawn as the page opens.
+    assert page.evaluate("page.frame") == 0
+    wait_for(page, "page.triangles() > 1000")
+    assert 0.01 < body_fraction(page) < 0.6
+
+    # Poses at a time are those of the recording.
+    for frame in (0, 7, 20):
+        page.evaluate("time => page.seek(time)", float(motion.times[frame]))
+        assert page.evaluate("page.frame") == frame
+        for segment in motion.figure.segments.values():
+            for name, site in segment.sites.items():
+                expected = motion.poses[segment.name][frame] @ site.pose_in_segment
+                found = site_pose(page, f"{segment.name}.{name}")
+                np.testing.assert_allclose(found, expected, atol=WITHIN)
+
+    # Between two frames bones turn evenly, as another reader of the binary glTF has it.
+    page.evaluate("time => page.seek(time)", float(0.5 * (motion.times[7] + motion.times[8])))
+    for name, poses in Page(tmp_path / "fall.html").glb().poses(half_way).items():
+        if "." in name:
+            np.testing.assert_allclose(site_pose(page, name), poses[7], atol=WITHIN)
+
+    # The point moves along the curve.
+    springs = springs_of_header(motion.header, motion.figure)
+    assert springs is not None
+    curve = passive_curves(motion.figure, springs)["left_knee"][0]
+    angles = curve.component(motion.displacements)
+    labels = [row["label"] for row in page.evaluate("page.motion.rows")]
+    page.select_option("#row", label=curve.label)
+    places = []
+    for frame in (0, 20):
+        page.evaluate("time => page.seek(time)", float(motion.times[frame]))
+        angle, moment, _ = page.evaluate("page.point()")
+        assert angle == pytest.approx(np.degrees(angles[frame]), abs=1e-4)
+        assert moment == pytest.approx(float(curve.moment_at(angles[frame])), rel=1e-5, abs=1e-9)
+        places.append(point_left(page))
+    assert (places[1] - places[0]) * (angles[20] - angles[0]) > 0.0
+    assert curve.label in labels
+
+    # Keys.
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("page.time") == motion.times[2]
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate("page.frame") == 1
+    page.keyboard.press("Space")
+    assert page.evaluate("page.playing")
+    wait_for(page, "!page.playing")
+    assert page.evaluate("page.time") == motion.times[-1]
+    hand = site_pose(page, "left_lower_arm.distal")
+    site = motion.figure.segments["left_lower_arm"].sites["distal"].pose_in_segment
+    np.testing.assert_allclose(hand, motion.poses["left_lower_arm"][-1] @ site, atol=WITHIN)
+
+    # A click into the lower plot sets the time.
+    box = page.locator("#time-plot .u-over").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert page.evaluate("page.time") == pytest.approx(0.5 * motion.times[-1], abs=0.005)
+
+    # Dark and light.
+    background = "getComputedStyle(document.body).backgroundColor"
+    before = page.evaluate(background)
+    page.click("#theme")
+    assert page.evaluate(background) != before
+
+
+def test_names_are_text_and_a_browser_without_webgl_says_so(
+    open_file: Callable[..., Any], tmp_path: Path
+):
+    write(hostile_motion(), tmp_path / "out.html")
+    without = """const original = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+      return kind.startsWith("webgl") ? null : original.call(this, kind, ...rest); };"""
+    page = open_file(tmp_path / "out.html", without)
+    assert "no WebGL 2" in page.inner_text("#notice")
+    assert page.is_hidden("#body")
+    assert page.inner_text("#title") == HOSTILE
+    assert page.locator("img").count() == 0
+    assert HOSTILE in page.inner_text("#row")
+    page.keyboard.press("End")
+    assert page.evaluate("page.frame") == 2
