@@ -57,9 +57,16 @@ class FigureScene:
         self.appearances, self.losses = segment_appearances(figure)
         self.root = scene.add_frame(f"/{root}", show_axes=False)
         self.meshes: dict[str, viser.MeshHandle] = {}
+<<<<<<< HEAD
         self._selected: str | None = None
         for name, appearance in self.appearances.items():
             vertices, triangles = mesh_with_creases(appearance.surface)
+=======
+        self._places = np.full((1, 7), np.nan)
+        for name, appearance in appearances.items():
+            corners, _ = triangulate(appearance.surface)
+            red, green, blue = (round(255.0 * part) for part in appearance.colour)
+>>>>>>> 224f6dd (The page plays motions; mover view shows poses, motions and springs files)
             self.meshes[name] = scene.add_mesh_simple(
                 node_name(name, root),
                 vertices,
@@ -73,10 +80,17 @@ class FigureScene:
 
     def move(self, poses: Mapping[str, Array]) -> None:
         """Move the meshes to the poses of their segments in the world, shape (4, 4)."""
-        for name, mesh in self.meshes.items():
-            pose = poses[name]
-            mesh.position = pose[:3, 3]
-            mesh.wxyz = quaternion_from_matrix(pose[:3, :3])
+        if not self.meshes:
+            return
+        every = np.array([poses[name] for name in self.meshes])
+        places = np.hstack([every[:, :3, 3], quaternion_from_matrix(every[:, :3, :3])])
+        changed = np.any(places != self._places, axis=1)
+        self._places = places
+        for mesh, place, has_moved in zip(self.meshes.values(), places, changed, strict=True):
+            if has_moved:
+                # viser drops changes below a relative 1e-5 of the place that it has
+                mesh.position[:] = mesh.wxyz[:] = np.nan
+                mesh.position, mesh.wxyz = place[:3], place[3:]
 
     def select(self, segment: str | None) -> None:
         """Draw a segment in the colour of the selection, and the one before in its own."""
