@@ -4,7 +4,7 @@ import os
 import sys
 import time
 import webbrowser
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Thread
 from typing import Annotated
@@ -31,12 +31,13 @@ from generator.cli.outputs import (
     write_motion,
 )
 from generator.conversion import READABLE_SUFFIXES, is_model, read_motion
-from generator.diagnostics import Diagnostic, UsageError
+from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.placement import Placement, batched_placements
 from generator.motion_files import MOTION_FORMATS, FigureMotion
+from generator.motion_files.page import springs_of_header
 from generator.springs_file.parse import SPRINGS_SUFFIX
 from generator.springs_file.read import parse_springs_file
 from springs import Joining, SpringSet
@@ -108,7 +109,7 @@ def view(
     path = Path(name)
     _check_kind(path, figure, second, export)
     if export is not None:
-        return _export(path, figure, export)
+        return _export(path, figure, springs, law, export)
     subject = load_subject(path, figure, second, springs, law)
     return _serve(subject, name, host, port, open_browser=not no_browser)
 
@@ -184,7 +185,10 @@ def load_subject(
     else:
         figure, warnings = load_figure(figure_name or str(path))
         pose = path if path.suffix.lower() == POSE_SUFFIX else None
-    springs, of_springs = springs_from_option(figure, springs_choice, joining)
+    if motion is not None and springs_choice is None and joining is None:
+        springs, of_springs = _springs_of_motion(motion)
+    else:
+        springs, of_springs = springs_from_option(figure, springs_choice, joining)
     placement, of_pose = placement_from_options(figure, pose, ())
     every = dict.fromkeys((*warnings, *of_springs, *of_pose))
     return Subject(figure, springs, placement, motion, ghost, tuple(every))
@@ -206,6 +210,17 @@ def load_motion(path: Path, figure_name: str | None) -> tuple[FigureMotion, _War
     return motion, (*warnings, *changed_figure_warnings(motion.figure, motion.header, path))
 
 
+def _springs_of_motion(motion: FigureMotion) -> tuple[SpringSet, _Warnings]:
+    """Return the springs that a motion names, else those of its figure, with a warning."""
+    named = motion.springs or springs_of_header(motion.header, motion.figure)
+    if named is not None:
+        return named, ()
+    springs, warnings = springs_from_option(motion.figure, None)
+    message = f"the springs of the motion, `{motion.header.springs}`, are not beside its figure"
+    hint = f"the page has the springs of {springs.origin}; choose others with --springs"
+    return springs, (*warnings, warning(message, hint=hint))
+
+
 def _springs_owner(path: Path, figure_name: str | None) -> tuple[Figure, _Warnings]:
     """Return the figure of a springs file: the one of `--figure`, or the one that it names."""
     if figure_name is not None:
@@ -216,10 +231,19 @@ def _springs_owner(path: Path, figure_name: str | None) -> tuple[Figure, _Warnin
     return load_figure(str(loaded.owner.path))
 
 
-def _export(path: Path, figure_name: str | None, page: Path) -> CommandResult:
+def _export(
+    path: Path,
+    figure_name: str | None,
+    springs_choice: str | None,
+    joining: Joining | None,
+    page: Path,
+) -> CommandResult:
     """Write a motion as a page that needs no server."""
     check_motion_formats([page])
     motion, warnings = load_motion(path, figure_name)
+    if springs_choice is not None or joining is not None:
+        springs, more = springs_from_option(motion.figure, springs_choice, joining)
+        motion, warnings = replace(motion, springs=springs), (*warnings, *more)
     check_writable([page], (path, motion.figure.path))
     written = write_motion(motion, [page])
     frames = format_count(motion.times.size, "frame")

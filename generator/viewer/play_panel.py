@@ -2,7 +2,10 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from itertools import cycle
+from pathlib import Path
+from threading import Thread
 
 import numpy as np
 from viser import (
@@ -11,8 +14,11 @@ from viser import (
     uplot,
 )
 
-from generator.motion_files.motion import FigureMotion
+from generator.conversion import READABLE_SUFFIXES, read_motion
+from generator.diagnostics import MoverError, UsageError
+from generator.motion_files.motion import FigureMotion, file_sha256
 from generator.rotations import Array
+from generator.viewer.folder import names_in_folder, path_in_folder
 from generator.viewer.playback import (
     MAX_SPEED,
     MIN_SPEED,
@@ -20,6 +26,7 @@ from generator.viewer.playback import (
     MotionFrames,
     Playback,
     displacement_charts,
+    elastic_moment_chart,
     energy_chart,
     ground_reaction_chart,
     moment_chart,
@@ -29,6 +36,7 @@ from generator.viewer.playback import (
 )
 from generator.viewer.scene import FigureScene
 from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
+from springs import SpringSet
 
 READOUT_INTERVAL = 0.2
 """Shortest time between two readouts, and between two lines of the path so far [s]."""
@@ -48,6 +56,8 @@ CURSOR_COLOUR = "#888888"
 
 NO_SITE = "None"
 _NO_SITES: tuple[str, ...] = (NO_SITE,)
+NO_FILE = "No motion in the folder"
+_NO_FILES: tuple[str, ...] = (NO_FILE,)
 _NO_JOINTS: tuple[str, ...] = ("",)
 FIRST, PREVIOUS, NEXT, LAST = "First", "Previous", "Next", "Last"
 
@@ -72,7 +82,8 @@ class TimeChart:
             ),
             title=chart.title,
             scales={"x": uplot.Scale(time=False), "y": uplot.Scale(range=(low, high))},
-            height=190,
+            legend=uplot.Legend(live=False),
+            height=170,
         )
 
     def move_cursor(self, frame: int) -> None:
@@ -117,6 +128,7 @@ class PlayPanel(Panel):
         self._path: LineSegmentsHandle | None = None
         self._path_frames, self._path_points = np.zeros(0, dtype=int), np.zeros((0, 3))
         self._path_drawn = -1
+        self._chart_number = 0
         self._shown_frame = -1
         self._must_show = False
         self._was_playing: bool = False
@@ -140,6 +152,14 @@ class PlayPanel(Panel):
             self._show_ghost = gui.add_checkbox("Second motion", initial_value=True, visible=False)
             self._joint = gui.add_dropdown("Joint", _NO_JOINTS)
         self._chart_folder = gui.add_folder("Curves", visible=False)
+        with gui.add_folder("Files", expand_by_default=self.viewer.content.motion is None):
+            self._file = gui.add_dropdown("File", self._motion_names())
+            self._load = gui.add_button("Load")
+            self._load_second = gui.add_button("Load as second motion")
+            self._refresh = gui.add_button("List files again")
+        listen(self._load.on_click, lambda _: self._read(self.load))
+        listen(self._load_second.on_click, lambda _: self._read(self.load_ghost))
+        listen(self._refresh.on_click, lambda _: self._list_files())
         listen(self._play.on_click, lambda _: self._toggle())
         listen(self._slider.on_update, lambda _: self._scrub(), "play frame")
         listen(self._step.on_click, lambda _: self._go(self._step.value))
@@ -154,6 +174,40 @@ class PlayPanel(Panel):
             self.load(content.motion)
         if content.ghost is not None:
             self.load_ghost(content.ghost)
+
+    def _motion_names(self) -> tuple[str, ...]:
+        """Names of the motions in the folder of the page."""
+        folder = self.viewer.content.folder
+        names = [name for suffix in READABLE_SUFFIXES for name in names_in_folder(folder, suffix)]
+        return tuple(sorted(names)) or _NO_FILES
+
+    def _list_files(self) -> None:
+        name, names = self._file.value, self._motion_names()
+        self._file.options = names
+        self._file.value = name if name in names else names[0]
+
+    def _read(self, use: Callable[[FigureMotion], None]) -> None:
+        """Read the chosen file in a thread, and then use the motion in the loop."""
+        if self._file.value == NO_FILE:
+            raise UsageError("the folder of the page has no motion")
+        path = path_in_folder(self.viewer.content.folder, self._file.value, READABLE_SUFFIXES)
+
+        def read() -> None:
+            try:
+                motion = read_motion(path, self.viewer.figure)
+                self.viewer.post(lambda: self._use(motion, path, use))
+            except (MoverError, OSError) as failure:
+                self.viewer.post(partial(self.viewer.tell_error, failure))
+
+        Thread(target=read, daemon=True).start()
+
+    def _use(self, motion: FigureMotion, path: Path, use: Callable[[FigureMotion], None]) -> None:
+        use(motion)
+        file = motion.figure.path
+        if file is not None and motion.header.sha256 not in (None, file_sha256(file)):
+            self.viewer.tell(
+                path.name, f"This is a motion of another version of {motion.header.figure}."
+            )
 
     def load(self, motion: FigureMotion) -> None:
         """Show another motion. Raises ModelError if it is of another figure."""
@@ -304,8 +358,31 @@ class PlayPanel(Panel):
         found += [*energy_chart(motion), *ground_reaction_chart(motion)]
         with self._chart_folder:
             self._charts = [TimeChart(self.viewer, chart) for chart in found]
+        self._chart_number += 1
+        if joint and motion.recording is None:
+            self._add_elastic_moments(motion, joint)
         for chart in self._charts:
             chart.move_cursor(max(self._shown_frame, 0))
+
+    def _add_elastic_moments(self, motion: FigureMotion, joint: str) -> None:
+        """Compute the moments with the present springs in a thread, and add their chart."""
+        number, springs = self._chart_number, self.viewer.springs
+
+        def add(charts: list[Chart]) -> None:
+            if number == self._chart_number:
+                with self._chart_folder:
+                    self._charts += [TimeChart(self.viewer, chart) for chart in charts]
+
+        def compute() -> None:
+            charts = elastic_moment_chart(motion, joint, springs)
+            self.viewer.post(lambda: add(charts))
+
+        Thread(target=compute, daemon=True).start()
+
+    def springs_changed(self, springs: SpringSet) -> None:
+        """Draw the moments again, if they are computed."""
+        if self.frames is not None and self.frames.motion.recording is None:
+            self._draw_charts()
 
     def _toggle_ghost(self) -> None:
         if self._ghost_scene is not None:

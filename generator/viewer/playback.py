@@ -13,10 +13,19 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import format_count
 from generator.figure import AxisKind, JointAxis
+from generator.joint_chain import build_chain
 from generator.kinematics.placement import forward_kinematics
 from generator.motion_files.motion import NONE, FigureMotion
+from generator.passive_curve import (
+    axis_name,
+    initial_angles,
+    joint_label,
+    passive_torque,
+    rotation_vector,
+)
 from generator.recording import Accuracy, energy_kinds
-from generator.rotations import Array, unit_vector
+from generator.rotations import Array, matrix_from_rotation_vector, unit_vector
+from springs import SpringSet
 
 Frames = NDArray[np.int_]
 """Indices of frames."""
@@ -233,7 +242,7 @@ def displacement_charts(motion: FigureMotion, joint: str) -> list[Chart]:
             for k, axis in enumerate(motion.chains[joint])
             if axis.kind is kind
         ]
-        charts += _chart(motion, f"{_joint_label(joint)} {quantity} [{unit}]", frames, curves)
+        charts += _chart(motion, f"{joint_label(joint)} {quantity} [{unit}]", frames, curves)
     return charts
 
 
@@ -244,16 +253,51 @@ DISPLAY_FACTORS = {AxisKind.ROTATION: float(np.degrees(1.0)), AxisKind.TRANSLATI
 def moment_chart(motion: FigureMotion, joint: str) -> list[Chart]:
     """Return the passive moment of a joint on its child as the run recorded it; or nothing."""
     run = motion.recording
-    if run is None or joint not in run.passive_torques:
+    if run is None or joint not in motion.figure.joints:
         return []
     frames = sample_frames(len(motion.times), CHART_POINTS)
-    torques = run.passive_torques[joint][frames]
+    title = f"{joint_label(joint)} passive moment [N m]"
+    return _moments(motion, joint, title, frames, run.passive_torques[joint][frames])
+
+
+def elastic_moment_chart(motion: FigureMotion, joint: str, springs: SpringSet) -> list[Chart]:
+    """Return the elastic moment of a joint on its child with some springs; or nothing.
+
+    It takes some 0.1 s: the laws are evaluated at each frame of the chart.
+    """
+    if joint not in motion.figure.joints:
+        return []
+    frames = sample_frames(len(motion.times), ELASTIC_CHART_POINTS)
+    chain = build_chain(motion.chains[joint])
+    torques = np.zeros((len(frames), 3))
+    start = initial_angles(motion.figure)
+    for row, frame in zip(torques, frames, strict=True):
+        pose = start | {name: rows[frame] for name, rows in motion.displacements.items()}
+        half = 0.5 * rotation_vector(chain, pose[joint])
+        torque = passive_torque(motion.figure, springs, joint, pose)
+        row[:] = torque if _is_hinge(motion, joint) else matrix_from_rotation_vector(half) @ torque
+    title = f"{joint_label(joint)} elastic moment [N m]"
+    return _moments(motion, joint, title, frames, torques)
+
+
+ELASTIC_CHART_POINTS = 100
+"""Largest number of points of a curve whose values are computed."""
+
+
+def _is_hinge(motion: FigureMotion, joint: str) -> bool:
+    """Return whether a joint has one rotation."""
+    return sum(one.kind is AxisKind.ROTATION for one in motion.chains[joint]) == 1
+
+
+def _moments(
+    motion: FigureMotion, joint: str, title: str, frames: Frames, torques: Array
+) -> list[Chart]:
+    """Return the chart of torques in the parent's site axes, shape (n, 3) [N m]."""
     rotations = [one for one in motion.chains[joint] if one.kind is AxisKind.ROTATION]
     if len(rotations) == 1:
         curves = [(_axis_label(rotations[0], 0), torques @ unit_vector(rotations[0].axis))]
     else:
         curves = [(f"about {name}", torques[:, k]) for k, name in enumerate("xyz")]
-    title = f"{_joint_label(joint)} passive moment [N m]"
     return _chart(motion, title, frames, curves if rotations else [])
 
 
@@ -284,22 +328,11 @@ def _chart(
     return [Chart(title, frames, motion.times[frames], tuple(curves))] if curves else []
 
 
-def _joint_label(joint: str) -> str:
-    words = joint.replace("_", " ").strip()
-    return words[:1].upper() + words[1:]
-
-
 def _axis_label(axis: JointAxis, k: int) -> str:
     """Return a factor of a chain in words: `1: about z`, `4: along x`."""
-    names = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
-    x, y, z = (float(part) + 0.0 for part in axis.axis)
-    opposite = (-x + 0.0, -y + 0.0, -z + 0.0)
-    if opposite in names:
-        name = f"-{names[opposite]}"
-    else:
-        name = names.get((x, y, z), f"({x:.3g}, {y:.3g}, {z:.3g})")
-    preposition = "about" if axis.kind is AxisKind.ROTATION else "along"
-    return f"{k + 1}: {preposition} {name}"
+    about = axis_name(axis.axis)
+    along = axis.kind is AxisKind.TRANSLATION
+    return f"{k + 1}: {about.replace('about', 'along') if along else about}"
 
 
 def summary_lines(motion: FigureMotion) -> list[str]:
@@ -315,9 +348,7 @@ def summary_lines(motion: FigureMotion) -> list[str]:
 
 
 def _accuracy_sentence(accuracy: Accuracy) -> str:
-    if accuracy.estimate is None:
-        return f"Fixed step {accuracy.step:.3g} s: the error was not estimated"
-    if not np.isfinite(accuracy.estimate):
-        return "The error is not known: too few passes finished"
-    asked = "" if accuracy.asked is None else f" (tolerance {accuracy.asked:.1e})"
-    return f"Estimated joint-angle error {accuracy.estimate:.1e} rad{asked}"
+    steps = f"{format_count(accuracy.steps, 'step')} of at least {accuracy.step:.3g} s"
+    if accuracy.asked is None:
+        return f"{steps}; the error was not estimated"
+    return f"{steps}; within the tolerance until {accuracy.held_until:.4g} s"

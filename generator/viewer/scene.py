@@ -57,16 +57,10 @@ class FigureScene:
         self.appearances, self.losses = segment_appearances(figure)
         self.root = scene.add_frame(f"/{root}", show_axes=False)
         self.meshes: dict[str, viser.MeshHandle] = {}
-<<<<<<< HEAD
+        self._places = np.full((1, 7), np.nan)
         self._selected: str | None = None
         for name, appearance in self.appearances.items():
             vertices, triangles = mesh_with_creases(appearance.surface)
-=======
-        self._places = np.full((1, 7), np.nan)
-        for name, appearance in appearances.items():
-            corners, _ = triangulate(appearance.surface)
-            red, green, blue = (round(255.0 * part) for part in appearance.colour)
->>>>>>> 224f6dd (The page plays motions; mover view shows poses, motions and springs files)
             self.meshes[name] = scene.add_mesh_simple(
                 node_name(name, root),
                 vertices,
