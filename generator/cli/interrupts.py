@@ -85,6 +85,25 @@ def defer_interrupt() -> Generator[Callable[[], None]]:
         raise KeyboardInterrupt
 
 
+@contextmanager
+def call_on_signals(action: Callable[[], None]) -> Generator[None]:
+    """Call an action at Ctrl-C or another signal to end; a second one acts as before.
+
+    In other threads than the main one nothing changes.
+    """
+    before = {number: signal.getsignal(number) for number in _HELD_SIGNALS}
+
+    def act(number: int, frame: FrameType | None) -> None:
+        del frame
+        signal.signal(number, before[number])
+        action()
+
+    with ExitStack() as handlers:
+        for number in _HELD_SIGNALS:
+            _set_handler(handlers, number, act)
+        yield
+
+
 def _set_handler(
     stack: ExitStack, number: int, handler: Callable[[int, FrameType | None], None]
 ) -> None:

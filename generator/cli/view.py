@@ -1,17 +1,73 @@
 """`mover view`: a page in the browser to pose a figure, play a motion and let it fall."""
 
-import signal
+import os
+import sys
 import time
 import webbrowser
+from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Thread
 from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult
-from generator.cli.inputs import load_figure, placement_from_options, springs_from_option
-from generator.cli.options import JoiningLaw, SpringsChoice
-from generator.diagnostics import UsageError
+from generator.cli.answer import CommandResult, format_count
+from generator.cli.convert import format_losses
+from generator.cli.inputs import (
+    changed_figure_warnings,
+    check_chains,
+    check_segment_distances,
+    load_figure,
+    placement_from_options,
+    springs_from_option,
+)
+from generator.cli.interrupts import call_on_signals
+from generator.cli.options import JoiningLaw, SpringsChoice, complete_figure_name
+from generator.cli.outputs import (
+    check_motion_formats,
+    check_writable,
+    losses_data,
+    suffix_fault,
+    write_motion,
+)
+from generator.conversion import READABLE_SUFFIXES, is_model, read_motion
+from generator.diagnostics import Diagnostic, UsageError, warning
+from generator.figure import Figure
+from generator.figure_file.read import FIGURE_SUFFIX
+from generator.input_files.pose import POSE_SUFFIX
+from generator.kinematics.placement import Placement, batched_placements
+from generator.motion_files import MOTION_FORMATS, FigureMotion
+from generator.motion_files.page import springs_of_header
+from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.springs_file.read import parse_springs_file
+from springs import Joining, SpringSet
+
+PAGE_SUFFIX = ".html"
+
+_Warnings = tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Contents of the files that a command line names.
+
+    Attributes:
+        figure: the figure.
+        springs: of its joints.
+        springs_choice: of the springs, as for `read_springs`.
+        placement: the pose in which it appears.
+        motion: to play, or None.
+        second: the second motion, or None.
+        warnings: of all files.
+    """
+
+    figure: Figure
+    springs: SpringSet
+    springs_choice: str | None
+    placement: Placement
+    motion: FigureMotion | None
+    second: FigureMotion | None
+    warnings: _Warnings
 
 
 def view(
@@ -20,10 +76,27 @@ def view(
         typer.Argument(
             metavar="FIGURE|POSE|MOTION|SPRINGS",
             help="A figure as elsewhere, a .pose, a motion (.action or .npz) or a .springs.toml.",
+            autocompletion=complete_figure_name,
         ),
     ],
+    figure: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FIGURE", help="Figure of a pose; of motions or springs, if not the one named."
+        ),
+    ] = None,
+    second: Annotated[
+        Path | None,
+        typer.Option("--with", metavar="MOTION", help="Second motion, shown translucent."),
+    ] = None,
     springs: SpringsChoice = None,
     law: JoiningLaw = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PAGE.html", help="Write the motion as a page without a server, and end."
+        ),
+    ] = None,
     port: Annotated[
         int | None, typer.Option(help="Port of the page. [default: the first free one from 8080]")
     ] = None,
@@ -35,6 +108,165 @@ def view(
     ] = False,
 ) -> CommandResult:
     """Show a figure, a pose or a motion in the browser, and change it there."""
+    path = Path(name)
+    _check_kind(path, figure, second, export)
+    if export is not None:
+        return _export(path, figure, springs, law, export)
+    subject = load_subject(path, figure, second, springs, law)
+    return _serve(subject, name, host, port, open_browser=not no_browser)
+
+
+def is_motion(path: Path) -> bool:
+    """Return whether a path is a motion that can be read, by its suffix."""
+    return path.suffix.lower() in READABLE_SUFFIXES
+
+
+def _is_springs_file(path: Path) -> bool:
+    return path.name.endswith(SPRINGS_SUFFIX)
+
+
+def _check_kind(path: Path, figure: str | None, second: Path | None, export: Path | None) -> None:
+    """Raise UsageError for a file that cannot be shown, or options that do not fit it."""
+    for file in (path, *([] if second is None else [second])):
+        if file.suffix.lower() in MOTION_FORMATS and not is_motion(file):
+            known = ", ".join(READABLE_SUFFIXES)
+            raise UsageError(f"{file}: motions are read from {known}, not from other formats")
+    if is_model(str(path)):
+        target = f"{path.stem or 'figure'}{FIGURE_SUFFIX}"
+        raise UsageError(
+            f"{path} is a model of another program: `mover convert {path} {target}` makes a "
+            "figure of it"
+        )
+    if not is_motion(path):
+        for option, value in (("--with", second), ("--export", export)):
+            if value is not None:
+                raise UsageError(f"{option} is for motions, and {path} is not a motion")
+        if path.suffix.lower() == POSE_SUFFIX:
+            if figure is None:
+                raise UsageError(f"{path}: a pose does not name its figure; add --figure FIGURE")
+        elif figure is not None and not _is_springs_file(path):
+            raise UsageError(f"{path} is a figure; --figure is for poses, motions and springs")
+        return
+    if second is not None and not is_motion(second):
+        raise UsageError(f"--with {second}: {suffix_fault(second)}; motions are read from "
+                         f"{', '.join(READABLE_SUFFIXES)}")  # fmt: skip
+    if export is None:
+        return
+    if export.suffix.lower() != PAGE_SUFFIX:
+        raise UsageError(f"--export {export}: {suffix_fault(export)}; a page ends in {PAGE_SUFFIX}")
+    if second is not None:
+        raise UsageError("--export writes one motion: leave out --with")
+
+
+def load_subject(
+    path: Path,
+    figure_name: str | None,
+    second: Path | None,
+    springs_choice: str | None,
+    joining: Joining | None,
+) -> Subject:
+    """Read the files that a command line names.
+
+    Raises:
+        UsageError: an option does not fit them.
+        InputError: a file cannot be read or is wrong.
+        MoverError: a motion is of another figure, or a loop cannot be closed.
+    """
+    motion, ghost, pose, warnings = None, None, None, ()
+    if is_motion(path):
+        motion, warnings = load_motion(path, figure_name)
+        figure = motion.figure
+        if second is not None:
+            ghost, more = load_motion(second, figure_name)
+            warnings += more
+    elif _is_springs_file(path):
+        if springs_choice is not None:
+            raise UsageError(f"{path} is a springs file; leave out --springs")
+        figure, warnings = _springs_owner(path, figure_name)
+        springs_choice = str(path)
+    else:
+        figure, warnings = load_figure(figure_name or str(path))
+        pose = path if path.suffix.lower() == POSE_SUFFIX else None
+    if motion is not None and springs_choice is None and joining is None:
+        springs, of_springs = _springs_of_motion(motion)
+    else:
+        springs, of_springs = springs_from_option(figure, springs_choice, joining)
+    placement, of_pose = placement_from_options(figure, pose, ())
+    every = dict.fromkeys((*warnings, *of_springs, *of_pose))
+    return Subject(figure, springs, springs_choice, placement, motion, ghost, tuple(every))
+
+
+def load_motion(path: Path, figure_name: str | None) -> tuple[FigureMotion, _Warnings]:
+    """Read a motion and check that it can be drawn, with warnings.
+
+    Raises InputError, and MoverError for a motion of another figure.
+    """
+    chosen, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
+    motion = read_motion(path, chosen)
+    check_chains(motion.figure)
+    if motion.recording is None:
+        for placement in batched_placements(motion.tree, motion.displacements):
+            check_segment_distances(placement)
+    else:
+        check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
+    return motion, (*warnings, *changed_figure_warnings(motion.figure, motion.header, path))
+
+
+def _springs_of_motion(motion: FigureMotion) -> tuple[SpringSet, _Warnings]:
+    """Return the springs that a motion names, else those of its figure, with a warning."""
+    named = motion.springs or springs_of_header(motion.header, motion.figure)
+    if named is not None:
+        return named, ()
+    springs, warnings = springs_from_option(motion.figure, None)
+    message = f"the springs of the motion, `{motion.header.springs}`, are not beside its figure"
+    hint = f"the page has the springs of {springs.origin}; choose others with --springs"
+    return springs, (*warnings, warning(message, hint=hint))
+
+
+def _springs_owner(path: Path, figure_name: str | None) -> tuple[Figure, _Warnings]:
+    """Return the figure of a springs file: the one of `--figure`, or the one that it names."""
+    if figure_name is not None:
+        return load_figure(figure_name)
+    loaded = parse_springs_file(path).require_value()
+    if loaded.owner is None or loaded.owner.path is None:
+        raise UsageError(f"{path}: the figure of the springs is not known; add --figure FIGURE")
+    return load_figure(str(loaded.owner.path))
+
+
+def _export(
+    path: Path,
+    figure_name: str | None,
+    springs_choice: str | None,
+    joining: Joining | None,
+    page: Path,
+) -> CommandResult:
+    """Write a motion as a page that needs no server."""
+    check_motion_formats([page])
+    motion, warnings = load_motion(path, figure_name)
+    if springs_choice is not None or joining is not None:
+        springs, more = springs_from_option(motion.figure, springs_choice, joining)
+        motion, warnings = replace(motion, springs=springs), (*warnings, *more)
+    check_writable([page], (path, motion.figure.path))
+    written = write_motion(motion, [page])
+    frames = format_count(motion.times.size, "frame")
+    title = f"{frames} of {motion.figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
+    return CommandResult(
+        text="\n".join([title, f"wrote {page}", *format_losses(written, in_full=False)]),
+        data={
+            "source": str(path),
+            "figure": str(motion.figure.path),
+            "frames": motion.times.size,
+            "files": [str(page)],
+            "losses": losses_data(written),
+        },
+        diagnostics=warnings,
+    )
+
+
+def _serve(
+    subject: Subject, name: str, host: str, port: int | None, *, open_browser: bool
+) -> CommandResult:
+    """Serve the page until Ctrl-C."""
     try:
         from generator.viewer import server as page_server
     except ModuleNotFoundError as failure:
@@ -42,40 +274,64 @@ def view(
             raise
         message = "the page needs viser: pip install 'exudyn-mover[viewer]'"
         raise UsageError(message) from None
-    from generator.viewer.panels import PANELS
+    from generator.viewer.panels import ordered_panels
     from generator.viewer.viewer import Content, Viewer
 
-    figure, warnings = load_figure(name)
-    spring_set, more = springs_from_option(figure, springs, law)
-    placement, others = placement_from_options(figure, None, ())
-    title = figure.name or name
     content = Content(
-        figure, spring_set, placement, Path.cwd(), title=title, springs_choice=springs
+        subject.figure,
+        subject.springs,
+        subject.placement,
+        Path.cwd(),
+        subject.motion,
+        subject.second,
+        title=subject.figure.name or name,
+        springs_choice=subject.springs_choice,
     )
-    server = page_server.open_server(host, page_server.find_port(host, port), content.title)
-    where = page_server.address(server, host)
-    viewer = Viewer(server, content, PANELS)
-    typer.echo(f"{where}\nCtrl-C ends the page.", err=True)
-    if not page_server.is_loopback(host):
-        typer.echo(f"The page is open to every machine that reaches {host}.", err=True)
-    if not no_browser:
-        webbrowser.open(where)
-    began = time.monotonic()
+    free_port = page_server.find_port(host, port)
+    began, viewer, has_ended = time.monotonic(), None, False
 
-    def end(_number: int, _frame: object) -> None:
-        viewer.stop()
+    def end() -> None:
+        nonlocal has_ended
+        has_ended = True
+        if viewer is not None:
+            viewer.stop()
 
-    signal.signal(signal.SIGTERM, end)
-    try:
-        viewer.run()
-    except KeyboardInterrupt:
-        pass
-    finally:
-        viewer.close()
-        page_server.close_server(server)
+    with call_on_signals(end):
+        server = page_server.open_server(host, free_port, content.title)
+        where = page_server.address(server, host)
+        try:
+            viewer = Viewer(server, content, ordered_panels(content))
+            if not has_ended:
+                _announce(where, None if page_server.is_loopback(host) else host)
+                if open_browser and _has_display():
+                    Thread(target=webbrowser.open, args=(where,), daemon=True).start()
+                viewer.run()
+        finally:
+            if viewer is not None:
+                viewer.close()
+            page_server.close_server(server)
     seconds = time.monotonic() - began
     return CommandResult(
         text=f"The page was open for {seconds:.0f} s.",
-        data={"address": where, "open_s": seconds},
-        diagnostics=(*warnings, *more, *others),
+        data={
+            "address": where,
+            "figure": None if subject.figure.path is None else str(subject.figure.path),
+            "frames": None if subject.motion is None else subject.motion.times.size,
+            "springs": subject.springs.origin,
+            "open_s": seconds,
+        },
+        diagnostics=subject.warnings,
     )
+
+
+def _has_display() -> bool:
+    """Return whether a browser can open a window, instead of one that takes over the terminal."""
+    variables = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return sys.platform in ("win32", "darwin") or any(map(os.environ.get, variables))
+
+
+def _announce(where: str, open_host: str | None) -> None:
+    """Print the address, and a warning if other machines reach it."""
+    typer.echo(f"{where}\nCtrl-C ends the page.", err=True)
+    if open_host is not None:
+        typer.echo(f"warning: every machine that reaches {open_host} can use the page.", err=True)

@@ -1,19 +1,23 @@
 """The panels of the page, in the order of their tabs."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from generator.viewer.body_panel import BodyPanel
 from generator.viewer.curve_panel import CurvePanel
+from generator.viewer.play_panel import PlayPanel
 from generator.viewer.pose_panel import PosePanel
+from generator.viewer.viewer import Content, Panel, Viewer
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from generator.viewer.viewer import Panel, Viewer
-
-PANELS: "Sequence[Callable[[Viewer], Panel]]" = (
+PANELS: Sequence[Callable[[Viewer], Panel]] = (
     PosePanel,
     BodyPanel,
     CurvePanel,
+    PlayPanel,
 )
+
+
+def ordered_panels(content: Content) -> Sequence[Callable[[Viewer], Panel]]:
+    """Return the panels of a page; the first one is open, for a motion the one that plays it."""
+    if content.motion is None:
+        return PANELS
+    return (PlayPanel, *(panel for panel in PANELS if panel is not PlayPanel))

@@ -57,6 +57,7 @@ class FigureScene:
         self.appearances, self.losses = segment_appearances(figure)
         self.root = scene.add_frame(f"/{root}", show_axes=False)
         self.meshes: dict[str, viser.MeshHandle] = {}
+        self._places = np.full((1, 7), np.nan)
         self._selected: str | None = None
         for name, appearance in self.appearances.items():
             vertices, triangles = mesh_with_creases(appearance.surface)
@@ -75,10 +76,13 @@ class FigureScene:
         """Move the meshes to the poses of their segments in the world, shape (4, 4)."""
         if not self.meshes:
             return
-        stack = np.array([poses[name] for name in self.meshes])
-        turns = quaternion_from_matrix(stack[:, :3, :3])
-        for mesh, pose, turn in zip(self.meshes.values(), stack, turns, strict=True):
-            _move_node(mesh, pose[:3, 3], turn)
+        every = np.array([poses[name] for name in self.meshes])
+        places = np.hstack([every[:, :3, 3], quaternion_from_matrix(every[:, :3, :3])])
+        changed = np.any(places != self._places, axis=1)
+        self._places = places
+        for mesh, place, has_moved in zip(self.meshes.values(), places, changed, strict=True):
+            if has_moved:
+                _move_node(mesh, place[:3], place[3:])
 
     def select(self, segment: str | None) -> None:
         """Draw a segment in the colour of the selection, and the one before in its own."""
