@@ -251,15 +251,20 @@ def draw_moments(
     rows = max(1, _MAX_BAND_PIXELS // width)
     bands: list[NDArray[np.uint8]] = []
     for low in range(0, height, rows):
-        count, start = min(rows, height - low), np.array([0.0, _SAMPLES * low, 0.0])
+        count = min(rows, height - low)
+        start = np.array([0.5, _SAMPLES * low + 0.5, 0.0])  # samples stand in the middle
         depth, picture = rasterize(screen - start, colours, (count * _SAMPLES, width * _SAMPLES))
         row, column = np.nonzero(picture[..., 3])
-        level = row + _SAMPLES * low
-        world = np.stack([column / fine, level / fine, depth[row, column]], axis=-1) + shift
+        seen = np.stack([column, row, fine * depth[row, column]], axis=-1) + start
+        world = seen / fine + shift
         picture[row, column, :3] *= shades.brightness(world @ view.axes)[:, None]
         picture[..., 3] = np.isfinite(depth)
-        pixels = picture.reshape(count, _SAMPLES, width, _SAMPLES, 4).mean(axis=(1, 3))
+        samples = product(range(_SAMPLES), repeat=2)
+        pixels = sum(
+            (picture[i::_SAMPLES, j::_SAMPLES] for i, j in samples), np.zeros((count, width, 4))
+        )
         pixels[..., :3] /= np.maximum(pixels[..., 3:], 1e-9)
+        pixels[..., 3] /= _SAMPLES**2
         bands.append(np.asarray(np.round(255.0 * pixels), dtype=np.uint8))
     return np.concatenate(bands)[::-1]
 
@@ -325,6 +330,8 @@ def rasterize(corners: Array, values: Array, shape: tuple[int, int]) -> tuple[Ar
     doubled_area = edge[:, 0] * other[:, 1] - edge[:, 1] * other[:, 0]
     sizes = np.maximum(last - first, 0)
     counts = np.where(doubled_area != 0.0, sizes.prod(axis=1), 0)
+    heights, rises = corners[:, 0, 2], corners[:, 1:, 2] - corners[:, :1, 2]
+    slopes = values[:, 1:] - values[:, :1]
     batches = np.cumsum(counts) // _BATCH
     for batch in np.unique(batches[counts > 0]):
         which = np.flatnonzero((batches == batch) & (counts > 0))
@@ -337,14 +344,17 @@ def rasterize(corners: Array, values: Array, shape: tuple[int, int]) -> tuple[Ar
         x, y = column - flat[k, 0, 0], row - flat[k, 0, 1]
         second = (x * other[k, 1] - y * other[k, 0]) / doubled_area[k]
         third = (y * edge[k, 0] - x * edge[k, 1]) / doubled_area[k]
-        weights = np.stack([1.0 - second - third, second, third], axis=-1)
-        own = np.sum(weights * corners[k, :, 2], axis=-1)
-        front = (weights.min(axis=-1) >= -1e-9) & (own > depth[row, column])
+        inside = (second >= -1e-9) & (third >= -1e-9) & (second + third <= 1.0 + 1e-9)
+        k, row, column = k[inside], row[inside], column[inside]
+        second, third = second[inside], third[inside]
+        own = heights[k] + second * rises[k, 0] + third * rises[k, 1]
+        front = np.flatnonzero(own > depth[row, column])
         # Of several values for a pixel the last is kept.
-        order = np.flatnonzero(front)[np.argsort(own[front], kind="stable")]
+        order = front[np.argsort(own[front], kind="stable")]
         target = row[order], column[order]
         depth[target] = own[order]
-        picture[target] = np.einsum("ij,ijk->ik", weights[order], values[k[order]])
+        k, second, third = k[order], second[order, None], third[order, None]
+        picture[target] = values[k, 0] + second * slopes[k, 0] + third * slopes[k, 1]
     return depth, picture
 
 

@@ -67,12 +67,18 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
 }
 """Writers by suffix."""
 
+PICTURE_SUFFIXES = (".png", ".svg", ".pdf", ".mp4", ".gif")
+"""Formats in which motions are drawn, which are not formats of motions."""
+
 
 def motion_writer(path: Path) -> MotionWriter:
     """Return the writer for the suffix of a path. Raises UsageError."""
     try:
         return MOTION_FORMATS[path.suffix.lower()]
     except KeyError:
+        if path.suffix.lower() in PICTURE_SUFFIXES:
+            message = f"{path}: `mover picture MOTION -o {path}` draws pictures and videos"
+            raise UsageError(f"{message} of a motion") from None
         problem = (
             f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
         )
