@@ -114,7 +114,8 @@ class Strip:
 
     def shape(self, count: int) -> tuple[int, int]:
         """Rows and columns of the picture of so many moments."""
-        return round(self.scale * (self.top - self.bottom)), round(self.scale * self.width(count))
+        rows, columns = self.scale * (self.top - self.bottom), self.scale * self.width(count)
+        return max(1, round(rows)), max(1, round(columns))
 
 
 Poses = Mapping[str, Array]
@@ -256,7 +257,7 @@ def draw_moments(
         depth, picture = rasterize(screen - start, colours, (count * _SAMPLES, width * _SAMPLES))
         row, column = np.nonzero(picture[..., 3])
         seen = np.stack([column, row, fine * depth[row, column]], axis=-1) + start
-        world = seen / fine + shift
+        world: Array = seen / fine + shift
         picture[row, column, :3] *= shades.brightness(world @ view.axes)[:, None]
         picture[..., 3] = np.isfinite(depth)
         samples = product(range(_SAMPLES), repeat=2)

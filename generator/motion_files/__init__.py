@@ -76,13 +76,14 @@ def motion_writer(path: Path) -> MotionWriter:
     try:
         return MOTION_FORMATS[path.suffix.lower()]
     except KeyError:
-        if path.suffix.lower() in PICTURE_SUFFIXES:
-            message = f"{path}: `mover picture MOTION -o {path}` draws pictures and videos"
-            raise UsageError(f"{message} of a motion") from None
         problem = (
             f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
         )
-        raise UsageError(f"{path}: {problem}; known are {', '.join(MOTION_FORMATS)}") from None
+        hint = ""
+        if path.suffix.lower() in PICTURE_SUFFIXES:
+            hint = f"; `mover picture MOTION -o FILE{path.suffix}` draws a motion"
+        message = f"{path}: {problem}; known are {', '.join(MOTION_FORMATS)}{hint}"
+        raise UsageError(message) from None
 
 
 def write_recording(recording: Recording, figure: Figure, path: str | Path) -> Losses:

@@ -12,12 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from generator.diagnostics import UsageError
 from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics
-from generator.motion_files import FigureMotion, motion_writer
+from generator.motion_files import PICTURE_SUFFIXES, FigureMotion, motion_writer
 from generator.scene import Box, Plane, Prop, Scene
 from plots.figure_image import Body, Strip, View, draw_moments
 from plots.picture import (
+    IMAGE_FORMATS,
     VIEWS,
     Size,
     Subject,
@@ -33,6 +35,7 @@ from plots.picture import (
     time_labels,
     view_from_options,
 )
+from plots.video import VIDEO_FORMATS
 from springs.contact import DEFAULT_SURFACE
 from tests.command import answer, mover, run
 from tests.motions import any_motion, shipped
@@ -386,6 +389,13 @@ def test_an_interrupted_video_leaves_no_file(
     assert result.exit_code == 3
     assert "interrupted before anything was written" in result.stderr
     assert set(tmp_path.iterdir()) == before
+
+
+def test_commands_that_write_motions_name_this_one(tmp_path: Path):
+    assert set(PICTURE_SUFFIXES) == {*IMAGE_FORMATS, *VIDEO_FORMATS}
+    for suffix in PICTURE_SUFFIXES:
+        with pytest.raises(UsageError, match=rf"`mover picture MOTION -o FILE\{suffix}` draws"):
+            motion_writer(tmp_path / f"fall{suffix}")
 
 
 def test_a_missing_encoder_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -93,11 +93,23 @@ def test_a_failure_of_the_encoder_is_a_sentence(tmp_path: Path, monkeypatch: pyt
         @staticmethod
         def write_frames(*_: object, **__: object):
             yield
-            raise OSError("broken\npipe")
+            raise OSError("broken pipe\n\nFFMPEG COMMAND: ...")
 
     monkeypatch.setattr(video, "_ffmpeg", lambda: Encoder)
-    with pytest.raises(MoverError, match="ffmpeg failed: broken pipe"):
+    with pytest.raises(MoverError, match=r"ffmpeg failed: broken pipe$"):
         film().write(tmp_path / "film", ".mp4")
+
+
+def test_frames_that_ffmpeg_left_out_are_noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    encoder = pytest.importorskip("imageio_ffmpeg")
+    for answer in (lambda _: (6, 0.2), no_video):
+        monkeypatch.setattr(encoder, "count_frames_and_secs", answer)
+        with pytest.raises(MoverError, match=r"it wrote [06] of 7 frames"):
+            film().write(tmp_path / "film", ".mp4")
+
+
+def no_video(_: str) -> tuple[int, float]:
+    raise RuntimeError("moov atom not found")
 
 
 def test_a_folder_that_is_missing_is_an_error_of_the_system(tmp_path: Path):
