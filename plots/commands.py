@@ -232,8 +232,6 @@ def picture(
     tilt: Annotated[
         float | None,
         typer.Option(
-            min=-90.0,
-            max=90.0,
             help="Angle by which the viewer looks down, in place of the view's [deg].",
         ),
     ] = None,

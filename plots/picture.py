@@ -150,10 +150,11 @@ class Size:
             scale = self.width / width
         if scale is None:
             scale = min(DEFAULT_SIZE[0] / width, DEFAULT_SIZE[1] / height)
-        if not 1.0 <= scale * scale * width * height <= MAX_PIXELS:
-            shape = f"{scale * width:.0f} x {scale * height:.0f} pixels"
+        columns, rows = scale * width, scale * height
+        if not (min(columns, rows) >= 0.5 and columns * rows <= MAX_PIXELS):
             raise UsageError(
-                f"the picture would have {shape}; at most {MAX_PIXELS:,} pixels are drawn"
+                f"the picture would have {columns:.0f} x {rows:.0f} pixels; "
+                f"it can have 1 to {MAX_PIXELS:,}"
             )
         return scale
 
@@ -184,7 +185,10 @@ def size_from_options(width: str | None, scale: float | None, dpi: float | None)
 
 
 def view_from_options(name: str, turn: float | None, tilt: float | None) -> View:
-    """View of a name, with another turn or tilt [deg]."""
+    """View of a name, with another turn or tilt [deg]. Raises UsageError."""
+    for option, angle, largest in (("--turn", turn, 360.0), ("--tilt", tilt, 90.0)):
+        if angle is not None and not abs(angle) <= largest:
+            raise UsageError(f"{option} {angle:g}: expected -{largest:g} to {largest:g} deg")
     own_turn, own_tilt = VIEWS[name]
     return View(
         radians(own_turn if turn is None else turn), radians(own_tilt if tilt is None else tilt)

@@ -88,8 +88,13 @@ class Film:
                 for frame in frames:
                     encoder.send(np.ascontiguousarray(frame))
             except OSError as failure:
-                message = " ".join(str(failure).split())
-                raise MoverError(f"ffmpeg failed: {message}") from None
+                raise MoverError(f"ffmpeg failed: {str(failure).partition(chr(10))[0]}") from None
+        try:  # ffmpeg does not say that it failed at the end
+            written, _ = _ffmpeg().count_frames_and_secs(str(path))
+        except RuntimeError:
+            written = 0
+        if written != self.count:
+            raise MoverError(f"ffmpeg failed: it wrote {written} of {self.count} frames")
 
     def _write_gif(self, path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
         from PIL import Image

@@ -75,6 +75,9 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
 }
 """Writers by suffix."""
 
+PICTURE_SUFFIXES = (".png", ".svg", ".pdf", ".mp4", ".gif")
+"""Formats in which motions are drawn, which are not formats of motions."""
+
 
 def motion_writer(path: Path) -> MotionWriter:
     """Return the writer for the suffix of a path. Raises UsageError."""
@@ -84,7 +87,11 @@ def motion_writer(path: Path) -> MotionWriter:
         problem = (
             f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
         )
-        raise UsageError(f"{path}: {problem}; known are {', '.join(MOTION_FORMATS)}") from None
+        hint = ""
+        if path.suffix.lower() in PICTURE_SUFFIXES:
+            hint = f"; `mover picture MOTION -o FILE{path.suffix}` draws a motion"
+        message = f"{path}: {problem}; known are {', '.join(MOTION_FORMATS)}{hint}"
+        raise UsageError(message) from None
 
 
 def write_recording(

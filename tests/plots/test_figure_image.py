@@ -1,5 +1,6 @@
 """Shaded pictures of moments: projection, what hides what, shadows, size."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from math import radians
@@ -11,8 +12,20 @@ from hypothesis import strategies as st
 
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure
+from generator.geometry.surface import Surface
+from generator.motion_files.appearance import Appearance
 from generator.scene import Box, Prop, Scene
-from plots.figure_image import GROUND, SKIN, Strip, View, rasterize, strip_image
+from plots import figure_image
+from plots.figure_image import (
+    GROUND,
+    SKIN,
+    Body,
+    Strip,
+    View,
+    draw_moments,
+    rasterize,
+    strip_image,
+)
 from springs.contact import DEFAULT_SURFACE
 
 FRONT = View(turn=0.0, tilt=radians(15.0))
@@ -114,12 +127,79 @@ def test_moments_stand_side_by_side() -> None:
     assert np.mean(np.abs(two[:, :width] - two[:, shift:])) < 1.0
 
 
-def test_segments_without_a_surface_are_not_drawn() -> None:
+def test_segments_without_a_psurf_are_drawn_between_their_sites() -> None:
     figure, recording = motion()
     bare = replace(
         figure,
         segments={name: replace(each, psurf=None) for name, each in figure.segments.items()},
     )
-    box = Scene((Prop("box", Box((0.0, 0.5, 0.0), (0.2, 1.0, 0.2)), DEFAULT_SURFACE),))
-    image = strip_image(bare, recording, (0,), STRIP, box)
-    assert not any(is_skin(each) for each in image[image[..., 3] > 0].astype(float))
+    image = strip_image(bare, recording, (0,), STRIP, Scene())
+    elbow = bare.segments["left_upper_arm"].sites["distal"].pose_in_segment[:3, 3]
+    x, y, z = (recording.poses["left_upper_arm"][0] @ [*(0.2 * elbow), 1.0])[:3]
+    assert is_skin(pixel(image, (x, y, z)))
+
+
+def test_a_picture_in_bands_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = picture()
+    monkeypatch.setattr(figure_image, "_MAX_BAND_PIXELS", 7 * whole.shape[1])
+    assert picture() == pytest.approx(whole, abs=1.0)
+
+
+def surface(vertices: np.ndarray, faces: Sequence[Sequence[int]]) -> Surface:
+    return Surface.from_faces(np.array(vertices, dtype=float), [tuple(f) for f in faces], "test")
+
+
+CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+CUBE_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+
+
+def appearing(shape: Surface) -> Body:
+    """The body of a figure that has one segment of this shape."""
+    figure, _ = motion()
+    made = Appearance(shape, (0.2, 0.4, 0.6))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figure_image, "segment_appearances", lambda _: ({"bone": made}, ()))
+        return Body.of_figure(figure)
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+def test_edges_of_a_cube_are_sharp_and_its_faces_look_outwards(flipped: bool) -> None:
+    faces = [face[::-1] if flipped else face for face in CUBE_FACES]
+    body = appearing(surface(CUBE, faces))
+    assert len(body.corners) == 12
+    outward = body.corners.mean(axis=1) - 0.5
+    axis = np.abs(outward).argmax(axis=1)
+    expected = np.zeros((12, 3))
+    expected[np.arange(12), axis] = np.sign(outward[np.arange(12), axis])
+    assert body.normals == pytest.approx(np.repeat(expected[:, None], 3, axis=1))
+    assert body.colours == pytest.approx(np.tile((0.2, 0.4, 0.6), (12, 1)))
+
+
+def test_smooth_edges_have_one_normal() -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    rings = [np.array([(np.cos(a), y, np.sin(a)) for a in angles]) for y in (0.0, 1.0)]
+    sides = [((k + 1) % 12, k, 12 + k, 12 + (k + 1) % 12) for k in range(12)]
+    lids = [tuple(range(12)), tuple(range(23, 11, -1))]
+    body = appearing(surface(np.concatenate(rings), [*sides, *lids]))
+    on_side = np.abs(body.normals[..., 1]) < 0.5
+    radial = body.corners * (1.0, 0.0, 1.0)
+    assert body.normals[on_side] == pytest.approx(radial[on_side], abs=0.15)
+    assert np.abs(body.normals[~on_side][:, 1]) == pytest.approx(1.0)
+
+
+def test_an_open_surface_is_seen_from_both_sides() -> None:
+    body = appearing(surface(CUBE, CUBE_FACES[:1]))
+    for turn in (radians(-90.0), radians(90.0)):
+        strip = Strip(View(turn, 0.0), 0.0, left=-1.5, right=1.5, bottom=-0.5, top=1.5, floor=None)
+        image = draw_moments(body, [{"bone": np.eye(4)}], strip, Scene())
+        assert np.count_nonzero(image[..., 3] == 255) == pytest.approx(150**2, rel=0.03)
+
+
+def test_the_floor_has_a_height_and_is_seen_from_its_level() -> None:
+    level = replace(STRIP, view=View(0.3, 0.0), floor_height=0.5, floor_thickness=0.1)
+    image = picture(strip=level)
+    right, _, towards = level.view.axes
+    assert pixel(image, tuple(0.6 * right + (0.0, 0.45, 0.0)), level)[3] == 255.0
+    for height in (0.35, 0.55):
+        assert pixel(image, tuple(0.6 * right + (0.0, height, 0.0)), level)[3] == 0.0
+    assert towards[1] == 0.0

@@ -1,0 +1,408 @@
+"""`mover picture`: framing, labels, sizes, files, and what is refused."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from math import pi, radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from generator.diagnostics import UsageError
+from generator.figure import Figure
+from generator.kinematics.placement import forward_kinematics
+from generator.motion_files import PICTURE_SUFFIXES, FigureMotion, motion_writer
+from generator.scene import Box, Plane, Prop, Scene
+from plots.figure_image import Body, Strip, View, draw_moments
+from plots.picture import (
+    IMAGE_FORMATS,
+    VIEWS,
+    Size,
+    Subject,
+    bounds,
+    film_times,
+    floor_height,
+    frame_moments,
+    make_film,
+    on_white,
+    read_subject,
+    scaled,
+    size_from_options,
+    time_labels,
+    view_from_options,
+)
+from plots.video import VIDEO_FORMATS
+from springs.contact import DEFAULT_SURFACE
+from tests.command import answer, mover, run
+from tests.motions import any_motion, shipped
+
+NO_SCENE = Scene()
+angles = st.floats(-pi, pi)
+tilts = st.floats(-1.5, 1.5)
+
+
+@cache
+def standing(name: str = "prototype") -> Subject:
+    return read_subject(name, None, None, ())
+
+
+@cache
+def swing() -> FigureMotion:
+    return any_motion(shipped("pendulum"), np.linspace(0.1, 0.5, 9))
+
+
+def moving() -> Subject:
+    motion = swing()
+    return Subject(Body.of_figure(motion.figure), None, motion, (), ())
+
+
+def motion_file(folder: Path) -> Path:
+    path = folder / "swing.action"
+    motion_writer(path)(swing(), path)
+    return path
+
+
+def view_of(name: str) -> View:
+    return view_from_options(name, None, None)
+
+
+def drawn(subject: Subject, view: View, floor: float | None = None) -> np.ndarray:
+    (poses,) = subject.moments(())
+    strip = frame_moments([bounds(subject.body, poses, NO_SCENE, view)], view, floor)
+    return draw_moments(subject.body, [poses], scaled(strip, 1, Size(120)), NO_SCENE)
+
+
+def screen(subject: Subject, poses: dict[str, np.ndarray], strip: Strip, place: int) -> np.ndarray:
+    """Columns and heights of all corners in the picture [m], shape (n, 2)."""
+    corners, _ = subject.body.place(poses)
+    seen = corners.reshape(-1, 3) @ strip.view.axes[:2].T
+    return seen + np.array([place * strip.spacing, 0.0])
+
+
+@given(angles, tilts, st.sampled_from([None, -0.3, 0.0, 2.5]))
+def test_a_strip_contains_every_moment_without_overlap(
+    turn: float, tilt: float, floor: float | None
+):
+    subject, view = moving(), View(turn, tilt)
+    moments = subject.moments([0.1, 0.2, 0.37, 0.5])
+    limits = [bounds(subject.body, poses, NO_SCENE, view) for poses in moments]
+    strip = frame_moments(limits, view, floor)
+    seen = [screen(subject, poses, strip, k) for k, poses in enumerate(moments)]
+    for points in seen:
+        assert np.all(points > (strip.left, strip.bottom))
+        assert np.all(points < (strip.left + strip.width(len(moments)), strip.top))
+    for one, other in pairwise(seen):
+        assert one[:, 0].max() < other[:, 0].min()
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("figure", ["prototype", "pendulum", "clavicles"])
+def test_a_picture_ends_outside_the_body(name: str, figure: str):
+    image = drawn(standing(figure), view_of(name))
+    alpha = image[..., 3]
+    assert not np.any(alpha[[0, -1]])
+    assert not np.any(alpha[:, [0, -1]])
+    rows, columns = (np.flatnonzero(alpha.any(axis=axis)) for axis in (1, 0))
+    widest = max(alpha.shape)
+    assert min(rows[0], columns[0]) < 0.06 * widest + 2
+    assert alpha.shape[0] - rows[-1] < 0.06 * widest + 2
+    assert alpha.shape[1] - columns[-1] < 0.06 * widest + 2
+
+
+@pytest.mark.parametrize("name", ["front", "back"])
+def test_a_symmetric_pose_has_a_symmetric_front(name: str):
+    alpha = drawn(standing(), view_of(name))[..., 3].astype(float)
+    assert np.mean(np.abs(alpha - alpha[:, ::-1])) < 2.0
+    side = drawn(standing(), view_of("side"))[..., 3].astype(float)
+    assert np.mean(np.abs(side - side[:, ::-1])) > 20.0
+
+
+def test_the_named_views_show_what_they_say():
+    forwards, left, up = np.array([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    seen = {name: view_of(name).axes for name in VIEWS}
+    assert seen["front"] @ left == pytest.approx([1.0, 0.0, 0.0])
+    assert seen["front"] @ forwards == pytest.approx([0.0, 0.0, 1.0])
+    assert seen["back"] @ left == pytest.approx([-1.0, 0.0, 0.0])
+    assert seen["side"] @ forwards == pytest.approx([1.0, 0.0, 0.0])
+    assert seen["top"] @ up == pytest.approx([0.0, 0.0, 1.0])
+    assert seen["top"] @ forwards == pytest.approx([1.0, 0.0, 0.0])
+    assert min(seen["three-quarter"][2] @ forwards, seen["three-quarter"][2] @ up) > 0.0
+    turned = view_from_options("side", None, 30.0)
+    assert (turned.turn, turned.tilt) == pytest.approx((radians(-90.0), radians(30.0)))
+
+
+def box_scene(centre: tuple[float, float, float]) -> Scene:
+    return Scene((Prop("box", Box(centre, (1.0, 2.2, 0.2)), DEFAULT_SURFACE),))
+
+
+def test_a_nearer_box_hides_the_body_and_a_farther_one_does_not():
+    subject = standing()
+    (poses,) = subject.moments(())
+    orange = []
+    for z in (1.0, -1.0):
+        scene, view = box_scene((0.0, 1.0, z)), view_of("front")
+        strip = scaled(
+            frame_moments([bounds(subject.body, poses, scene, view)], view, None), 1, Size(100)
+        )
+        image = draw_moments(subject.body, [poses], strip, scene).astype(int)
+        orange.append(np.count_nonzero(image[..., 0] > image[..., 2] + 50))
+        assert not np.any(image[[0, -1], :, 3]), "the box is in the picture"
+    assert orange[0] == 0
+    assert orange[1] > 500
+
+
+def test_the_floor_is_that_of_the_scene():
+    level = Prop("ground", Plane((3.0, 0.25, 1.0), (0.0, 2.0, 0.0)), DEFAULT_SURFACE)
+    ramp = Prop("ramp", Plane((0.0, 0.0, 0.0), (0.0, 1.0, 1.0)), DEFAULT_SURFACE)
+    assert floor_height(NO_SCENE, False) is None
+    assert floor_height(NO_SCENE, True) == 0.0
+    assert floor_height(Scene((ramp,)), False) is None
+    assert floor_height(Scene((ramp, level)), True) == 0.25
+
+
+def test_the_floor_reaches_both_edges():
+    image = drawn(standing(), view_of("three-quarter"), floor=0.0)
+    alpha = image[..., 3]
+    assert np.any(alpha[:, 0] == 255)
+    assert np.any(alpha[:, -1] == 255)
+    assert not np.any(alpha[[0, -1]])
+
+
+def test_moments_between_frames_are_interpolated():
+    subject, motion = moving(), swing()
+    times = motion.times
+    at_frames = subject.moments(times.tolist())
+    for k, poses in enumerate(at_frames):
+        for name, pose in poses.items():
+            assert pose == pytest.approx(motion.poses[name][k], abs=1e-12)
+    (between,) = subject.moments([0.5 * float(times[3] + times[4])])
+    rows = {name: 0.5 * (v[3] + v[4]) for name, v in motion.displacements.items()}
+    expected = forward_kinematics(motion.tree, rows).poses
+    for name, pose in between.items():
+        assert pose == pytest.approx(expected[name], abs=1e-12)
+
+
+def test_travel_is_seen_in_a_strip():
+    view = view_of("side")
+    low, high = np.array([-0.2, 0.0, -0.2]), np.array([0.2, 1.0, 0.2])
+    there = np.stack([low, high])
+    moments = [there + np.array([shift, 0.0, 0.0]) for shift in (0.0, 0.3, 0.4)]
+    strip = frame_moments(moments, view, None)
+    edges = [each[:, 0] + k * strip.spacing for k, each in enumerate(moments)]
+    gaps = [later[0] - earlier[1] for earlier, later in pairwise(edges)]
+    assert gaps[0] - gaps[1] == pytest.approx(0.2)
+    assert min(gaps) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("times", "labels"),
+    [
+        ([0.0, 1.0, 2.0], ["0 s", "1 s", "2 s"]),
+        ([0.0, 0.4, 0.8], ["0.0 s", "0.4 s", "0.8 s"]),
+        ([0.35], ["0.35 s"]),
+        ([-0.0000001, 1 / 3, 2 / 3], ["0.00 s", "0.33 s", "0.67 s"]),
+        ([0.001, 0.0025], ["0.001 s", "0.003 s"]),
+    ],
+)
+def test_labels_have_the_digits_they_need(times: list[float], labels: list[str]):
+    assert time_labels(times) == pytest.approx(labels)
+
+
+@given(st.lists(st.floats(0.0, 5.0), min_size=1, max_size=6))
+def test_labels_are_near_their_times(times: list[float]):
+    labels = time_labels(times)
+    assert len({len(label.partition(".")[2]) for label in labels}) == 1
+    for label, time in zip(labels, times, strict=True):
+        assert float(label.removesuffix(" s")) == pytest.approx(time, abs=0.0051)
+
+
+@pytest.mark.parametrize(
+    ("options", "size"),
+    [
+        ((None, None, None), Size(None, None, 100.0)),
+        (("640", None, None), Size(640, None, 100.0)),
+        (("640px", None, 150.0), Size(640, None, 150.0)),
+        (("8cm", None, None), Size(945, None, 300.0)),
+        (("8 cm", None, 300.0), Size(945, None, 300.0)),
+        (("85mm", None, 100.0), Size(335, None, 100.0)),
+        (("2.5in", None, None), Size(750, None, 300.0)),
+        ((None, 200.0, None), Size(None, 200.0, 100.0)),
+    ],
+)
+def test_the_size_of_options(options: tuple[str | None, float | None, float | None], size: Size):
+    assert size_from_options(*options) == size
+
+
+@pytest.mark.parametrize("fps", [1.0, 24.0, 30.0, 100.0])
+def test_a_film_lasts_as_long_as_its_motion(fps: float):
+    times = film_times(np.array([0.5, 0.7, 2.5]), fps)
+    assert len(times) == round(2.0 * fps) + 1
+    assert times[0] == 0.5
+    assert times[-1] == pytest.approx(2.5)
+    assert np.diff(times) == pytest.approx(1.0 / fps)
+
+
+@given(st.integers(100, 140))
+def test_frames_of_a_film_have_even_sizes(width: int):
+    film = make_film(moving(), view_of("front"), NO_SCENE, None, Size(width), 10.0)
+    image = film.draw(2)
+    assert (image.shape[0] % 2, image.shape[1] % 2, image.shape[2]) == (0, 0, 3)
+    assert 0 <= image.shape[1] - width <= 1
+    assert film.count == 5
+
+
+def test_a_film_contains_its_motion():
+    film = make_film(moving(), view_of("three-quarter"), NO_SCENE, None, Size(100), 10.0)
+    frames = [film.draw(k) for k in range(film.count)]
+    for image in frames:
+        assert np.all(image[[0, -1]] == 255)
+        assert np.all(image[:, [0, -1]] == 255)
+        assert np.any(image < 200)
+    assert any(np.any(frames[0] != image) for image in frames[1:])
+
+
+def test_a_figure_without_anything_to_draw_is_refused(tmp_path: Path):
+    figure: Figure = shipped("prototype")
+    bare = {name: replace(each, psurf=None, sites={}) for name, each in figure.segments.items()}
+    empty = Body.of_figure(replace(figure, joints={}, segments=bare))
+    assert empty.segments == ()
+    poses = standing().moments(())[0]
+    with pytest.raises(Exception, match="nothing to draw"):
+        bounds(empty, poses, NO_SCENE, view_of("front"))
+
+
+def test_pictures_of_a_figure(tmp_path: Path):
+    said = answer(
+        *("picture", "prototype", "--view", "front", "--width", "8cm", "--dpi", "100"),
+        *("-o", tmp_path / "a.png", "-o", tmp_path / "a.svg", "-o", tmp_path / "a.pdf"),
+    )
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.size == (315, said["sizes"][str(tmp_path / "a.png")][1])
+        assert image.info["dpi"] == pytest.approx((100.0, 100.0), abs=0.1)
+        pixels = np.array(image.convert("RGBA"))
+    assert np.all(pixels[..., 3] == 255)
+    assert pixels[0, 0].tolist() == [255, 255, 255, 255]
+    assert "<svg" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_pixels_are_those_of_the_renderer(tmp_path: Path):
+    run("picture", "prototype", "--view", "front", "--width", 120, "-o", tmp_path / "a.png")
+    with Image.open(tmp_path / "a.png") as image:
+        pixels = np.array(image.convert("RGB"))
+    assert np.array_equal(pixels, on_white(drawn(standing(), view_of("front"))))
+
+
+def test_a_transparent_picture_has_no_background(tmp_path: Path):
+    run("picture", "pendulum", "--transparent", "-o", tmp_path / "a.png")
+    with Image.open(tmp_path / "a.png") as image:
+        alpha = np.array(image.convert("RGBA"))[..., 3]
+    assert alpha[0, 0] == 0
+    assert alpha.max() == 255
+
+
+def test_a_strip_has_its_times_below(tmp_path: Path):
+    path = motion_file(tmp_path)
+    line = ["picture", path, "--figure", "pendulum", "--strip", "3", "--width", "300"]
+    said = answer(*line, "-o", tmp_path / "a.svg", "-o", tmp_path / "a.png")
+    assert said["times_s"] == pytest.approx([0.1, 0.3, 0.5])
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert all(f"<!-- {label} -->" in text for label in ("0.1 s", "0.3 s", "0.5 s"))
+    assert "<image" in text
+    bare = answer(*line, "--no-labels", "-o", tmp_path / "b.png")
+    heights = [said["sizes"][str(tmp_path / "a.png")][1], bare["sizes"][str(tmp_path / "b.png")][1]]
+    assert heights[0] > heights[1] + 5
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.size == (300, heights[0])
+        below = np.array(image.convert("L"))[heights[1] :]
+    columns = np.flatnonzero((below < 128).any(axis=0))
+    assert columns[0] < 100
+    assert columns[-1] > 200
+
+
+def test_moments_at_times(tmp_path: Path):
+    path = motion_file(tmp_path)
+    line = ("picture", path, "--figure", "pendulum", "--width", 80)
+    for at in ("0.1", "0.37"):
+        run(*line, "--at", at, "-o", tmp_path / f"{at}.png")
+    run(*line, "-o", tmp_path / "first.png")
+    first, default, later = (
+        (tmp_path / f"{name}.png").read_bytes() for name in ("0.1", "first", "0.37")
+    )
+    assert first == default
+    assert first != later
+
+
+def test_a_pose_file_is_drawn_as_its_displacements(tmp_path: Path):
+    pose = tmp_path / "bent.pose"
+    run("pose", "prototype", "--set", "left_knee=60", "-o", pose)
+    small = ("--width", 60)
+    run("picture", pose, "--figure", "prototype", *small, "-o", tmp_path / "a.png")
+    run("picture", "prototype", "--set", "left_knee=60", *small, "-o", tmp_path / "b.png")
+    run("picture", "prototype", "--pose", pose, *small, "-o", tmp_path / "c.png")
+    run("picture", "prototype", *small, "-o", tmp_path / "d.png")
+    a, b, c, d = ((tmp_path / f"{name}.png").read_bytes() for name in "abcd")
+    assert a == b == c != d
+
+
+def test_segments_without_a_psurf_are_listed(tmp_path: Path):
+    said = answer("picture", "fourbar", "--view", "front", "-o", tmp_path / "a.png")
+    assert any("crank" in loss for loss in said["losses"])
+
+
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_a_video_of_a_motion(tmp_path: Path, kind: str):
+    reader = pytest.importorskip("imageio.v3")
+    target = tmp_path / f"swing.{kind}"
+    line = ("picture", motion_file(tmp_path), "--figure", "pendulum", "--fps", 20, "--width", 80)
+    said = answer(*line, "-o", target)
+    assert said["frames"] == 9
+    frames = reader.imread(target)
+    assert frames.shape[0] == 9
+    assert frames.shape[2] == 80
+    assert np.abs(frames[0].astype(int) - frames[4]).max() > 50
+
+
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_an_interrupted_video_leaves_no_file(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+):
+    if kind == "mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    path, count = motion_file(tmp_path), 0
+
+    def draw(*details: object) -> np.ndarray:
+        nonlocal count
+        count += 1
+        if count > 7:
+            raise KeyboardInterrupt
+        return draw_moments(*details)
+
+    monkeypatch.setattr("plots.picture.draw_moments", draw)
+    before = set(tmp_path.iterdir())
+    line = ("picture", path, "--figure", "pendulum", "--fps", 20, "--width", 80)
+    result = mover(*line, "-o", tmp_path / "still.png", "-o", tmp_path / f"swing.{kind}")
+    assert result.exit_code == 3
+    assert "interrupted before anything was written" in result.stderr
+    assert set(tmp_path.iterdir()) == before
+
+
+def test_commands_that_write_motions_name_this_one(tmp_path: Path):
+    assert set(PICTURE_SUFFIXES) == {*IMAGE_FORMATS, *VIDEO_FORMATS}
+    for suffix in PICTURE_SUFFIXES:
+        with pytest.raises(UsageError, match=rf"`mover picture MOTION -o FILE\{suffix}` draws"):
+            motion_writer(tmp_path / f"fall{suffix}")
+
+
+def test_a_missing_encoder_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def missing():
+        raise ModuleNotFoundError("imageio_ffmpeg")
+
+    monkeypatch.setattr("plots.video._ffmpeg", missing)
+    result = mover("picture", "gone.npz", "-o", tmp_path / "fall.mp4")
+    assert result.exit_code == 2
+    assert "a .mp4 needs ffmpeg: pip install 'exudyn-mover[video]'" in result.stderr
