@@ -249,7 +249,7 @@ def _curve_row(motion: FigureMotion, frames: Frames, curve: PassiveCurve) -> dic
 
 def _held_angles(curve: PassiveCurve) -> str:
     """Return the angles at which laws over several joints are drawn, as a phrase, or ""."""
-    angles = [f"{name} {np.degrees(angle):.0f} deg" for name, angle in curve.held.items()]
+    angles = [f"{name} {np.degrees(angle):.0f} deg" for name, angle in curve.held_angles.items()]
     return f"at {', '.join(angles)}" if angles else ""
 
 
