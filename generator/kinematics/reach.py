@@ -403,8 +403,10 @@ class _Search:
         """
         space = self.space
         size = len(slope)
-        free = np.ones(size, bool)
         at_low, at_high = self._at_limits()
+        free = np.ones(size, bool)
+        if constraints is None:
+            free = ~((at_low & (slope < 0.0)) | (at_high & (slope > 0.0)))
         rows = np.zeros((0, size))
         closing = np.zeros((0, size))
         at_closing_low = at_closing_high = np.zeros(0, bool)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from math import ceil, degrees, inf, isfinite, pi, radians
+from pathlib import Path
 from typing import assert_never
 
 import numpy as np
@@ -233,7 +234,7 @@ class PoseEditor:
                 images[name] = found
         return images
 
-    def load(self, path: str) -> None:
+    def load(self, path: Path) -> None:
         """Take over the pose in a file; joints that it does not name stay.
 
         Raises:

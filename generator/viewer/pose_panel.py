@@ -366,7 +366,7 @@ class PosePanel(Panel):
     def _load(self) -> None:
         path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_SUFFIX,))
         self._begin()
-        self.editor.load(str(path))
+        self.editor.load(path)
         self._synced = -1e9
         self._show()
 

@@ -96,7 +96,7 @@ def within_limits(placement: Placement) -> bool:
     )
 
 
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(FIGURES, SEEDS, SEEDS)
 def test_a_reachable_target_is_reached_or_no_displacement_leads_nearer(name, start, goal) -> None:
     tree, segment = TREES[name], TIPS[name]
@@ -118,7 +118,7 @@ def test_nearly_all_reachable_targets_are_reached() -> None:
     assert missed <= 3
 
 
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(SEEDS, st.floats(0.8, 50.0), st.tuples(*[st.floats(-1.0, 1.0)] * 3))
 def test_a_target_out_of_reach_stretches_the_chain_towards_it(seed, far, direction) -> None:
     """Three bars of 0.3 m on ball joints, without limits."""
@@ -215,7 +215,7 @@ LINKS = Links(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.floats(-0.9, 0.9), st.floats(-0.9, 0.9))
 def test_followers_follow_and_keep_their_own_limits(seed, x, y) -> None:
     tree = build_tree(limited(row(4, (chain("Rz"),)), -0.8, 0.9))
@@ -237,7 +237,7 @@ def test_a_locked_follower_locks_its_control() -> None:
     assert end.displacements == begin.displacements
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.floats(-np.pi, np.pi), st.floats(-0.5, 0.5), st.floats(-0.3, 0.7))
 def test_loops_stay_closed(crank, x, y) -> None:
     start = initial_displacements(FOURBAR) | {"crank_bearing": np.array([crank])}
