@@ -104,6 +104,7 @@ class LiveRun:
         figure: as its file describes it.
         start: before the first frame.
         last_outcome: of the last call of `advance`.
+        floor: its height [m]; None without a floor.
     """
 
     def __init__(self, figure: Figure, start: LiveStart, folder: Path | None = None) -> None:
@@ -117,7 +118,7 @@ class LiveRun:
         Raises:
             MoverError: the figure or the start cannot be simulated step by step.
         """
-        self.figure, self.start = figure, start
+        self.figure, self.start, self.floor = figure, start, start.floor
         self._springs_file = (folder or Path()) / f"changed{SPRINGS_SUFFIX}"
         self._plan = plan_of_start(figure, start)
         self._stepper = Stepper(figure, self._plan, start.tolerance)
@@ -182,6 +183,7 @@ class LiveRun:
                 stepper.set_scales(change.stiffness, change.damping)
             case SetFloor():
                 stepper.set_scene(floor_scene(change.height))
+                self.floor = change.height
             case SetRoot():
                 if change.is_free and not self.has_free_root:
                     stepper.free_root()

@@ -21,7 +21,7 @@ from time import monotonic
 import numpy as np
 
 from generator.diagnostics import MoverError
-from generator.figure import Figure
+from generator.figure import Figure, Segment
 from generator.input_files.live import (
     LIVE_SUFFIX,
     LiveChange,
@@ -44,8 +44,8 @@ RATE_SPAN = 1.0
 MAX_LAG = 0.1
 """Lag behind real time that is still caught up [s]."""
 
-PULL_FREQUENCY = 2.0
-"""Natural frequency of a pulled segment on its spring, were it a point mass [Hz]."""
+PULL_FREQUENCY = 4.0
+"""Natural frequency of a pulled segment on the spring of the pull, without its joints [Hz]."""
 
 PULL_DAMPING = 0.5
 """Damping ratio of this spring."""
@@ -101,11 +101,30 @@ def format_rate(rate: float | None) -> str:
     return "real time" if rate >= REAL_TIME_RATE else f"{rate:.2f} x real time"
 
 
+def effective_mass(segment: Segment, point: Vector) -> float:
+    """Least mass of a free segment at a point: force there over the acceleration of the point [kg].
+
+    Its inverse is the largest eigenvalue of 1 / m - [r] J^-1 [r], where r is the arm from the
+    centre of mass, [r] its cross-product matrix, and J the tensor of inertia.
+
+    Args:
+        segment: with mass, centre of mass and moments of inertia.
+        point: in its frame [m].
+    """
+    assert segment.mass is not None
+    assert segment.centre_of_mass is not None
+    x, y, z = np.array(point) - segment.centre_of_mass
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    mobility = np.eye(3) / segment.mass
+    mobility -= cross @ np.diag(1.0 / np.asarray(segment.inertia, dtype=float)) @ cross
+    return 1.0 / float(np.linalg.eigvalsh(mobility)[-1])
+
+
 def pull_force(mass: float, weight: float, point: Array, velocity: Array, target: Array) -> Vector:
     """Force of a damped spring from a point of a segment to a target, world axes, (3,) [N].
 
     Args:
-        mass: of the segment [kg].
+        mass: of the segment at the point, as `effective_mass` returns it [kg].
         weight: of the figure [N]; the force is at most `MAX_PULL` times as large.
         point: shape (3,) [m].
         velocity: of the point, shape (3,) [m/s].
@@ -192,6 +211,8 @@ class LiveFrame:
         energy: by kind [J].
         rate: simulated over wall time; None while it is paused.
         is_running: whether frames follow.
+        floor: height of the floor [m]; None without a floor.
+        has_free_root: whether the root moves freely.
         pulled: pulled point in the world, shape (3,) [m]; None without one.
     """
 
@@ -203,6 +224,8 @@ class LiveFrame:
     energy: Mapping[str, float]
     rate: float | None
     is_running: bool
+    floor: float | None
+    has_free_root: bool
     pulled: Array | None = None
 
     def poses_by_segment(self, figure: Figure) -> dict[str, Array]:
@@ -271,8 +294,7 @@ class Engine:
         self._pull: Pull | None = None
         self._point_before: Array | None = None
         self.is_running = False
-        masses = {name: body.mass or 0.0 for name, body in figure.bodies.items()}
-        self._masses, self._weight = masses, 9.81 * sum(masses.values())
+        self._weight = 9.81 * sum(body.mass or 0.0 for body in figure.bodies.values())
         self.pace = Pace(1.0)
 
     def carry_out(self, command: Command, now: float) -> list[Answer]:
@@ -368,9 +390,8 @@ class Engine:
         point = self._pulled_point(pull)
         before, self._point_before = self._point_before, point
         velocity = np.zeros(3) if before is None else (point - before) / self.pace.interval
-        force = pull_force(
-            self._masses[pull.segment], self._weight, point, velocity, np.array(pull.target)
-        )
+        mass = effective_mass(self._figure.segments[pull.segment], pull.point)
+        force = pull_force(mass, self._weight, point, velocity, np.array(pull.target))
         self._run.apply(SetForce(pull.segment, pull.point, force))
 
     def _frame(self) -> LiveFrame:
@@ -386,6 +407,8 @@ class Engine:
             run.energy,
             self.pace.rate if self.is_running else None,
             self.is_running,
+            run.floor,
+            run.has_free_root,
             None if self._pull is None else self._pulled_point(self._pull),
         )
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 from generator.viewer.body_panel import BodyPanel
 from generator.viewer.curve_panel import CurvePanel
+from generator.viewer.live_panel import LivePanel
 from generator.viewer.play_panel import PlayPanel
 from generator.viewer.pose_panel import PosePanel
 from generator.viewer.viewer import Content, Panel, Viewer
@@ -12,6 +13,7 @@ PANELS: Sequence[Callable[[Viewer], Panel]] = (
     PosePanel,
     BodyPanel,
     CurvePanel,
+    LivePanel,
     PlayPanel,
 )
 

@@ -1,0 +1,434 @@
+"""The tab of the live simulation: a figure that falls while it is changed."""
+
+import signal
+from collections.abc import Mapping
+from math import floor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from generator.diagnostics import UsageError
+from generator.figure import Figure
+from generator.figure_file.write import write_pose
+from generator.input_files.live import (
+    LIVE_SUFFIX,
+    LiveChange,
+    LiveStart,
+    SetFloor,
+    SetGravity,
+    SetRoot,
+    SetScales,
+    SetSprings,
+    Vector,
+)
+from generator.kinematics.tree import build_tree
+from generator.motion_files import MOTION_FORMATS
+from generator.rotations import Array, inverse_pose
+from generator.simulation.preconditions import model_obstacles
+from generator.springs_file.edit import springs_and_text
+from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.viewer.folder import path_in_folder
+from generator.viewer.live_process import (
+    Answer,
+    Begin,
+    Change,
+    Died,
+    LiveFrame,
+    LiveProcess,
+    OneFrame,
+    Paused,
+    Pull,
+    Refused,
+    Run,
+    Save,
+    Saved,
+    format_rate,
+)
+from generator.viewer.scene import points_in_world
+from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
+from springs import SpringSet
+
+TEXT_INTERVAL = 0.2
+"""Shortest time between two updates of the texts [s]."""
+
+STANDARD_GRAVITY, MAX_GRAVITY, MAX_SCALE = 9.81, 20.0, 4.0
+
+FLOOR_GAP = 0.005
+"""Distance of the floor below the lowest vertex of the figure at a reset [m]."""
+
+FLOOR_SIZE, FLOOR_THICKNESS = 6.0, 0.01
+"""Of the drawn floor [m]."""
+
+FLOOR_COLOUR, PULL_COLOUR = (150, 165, 185), (235, 120, 20)
+
+_GRAVITY_DIGITS, _POINT_DIGITS = 6, 5
+"""Decimal digits of numbers of the log: gravity [m/s2] and pulled points [m]."""
+
+
+def live_obstacle(figure: Figure, springs: SpringSet) -> str | None:
+    """Return why a figure cannot be simulated live; None where nothing is known against it."""
+    if build_tree(figure).closures:
+        return "the figure has closed loops, which only `mover simulate` supports"
+    return next((each.message for each in model_obstacles(figure, springs)), None)
+
+
+def pose_text(figure: Figure, displacements: Mapping[str, Array]) -> str:
+    """Return the text of a pose file of those displacements that are of joints of the figure."""
+    own = {
+        name: [float(value) for value in displacements[name]]
+        for name, joint in figure.joints.items()
+        if joint.chain and len(displacements.get(name, ())) == len(joint.chain)
+    }
+    return write_pose(figure, own)
+
+
+def floor_height(points: Array) -> float:
+    """Height of a floor below points, shape (n, 3) [m], in whole millimetres."""
+    return floor(1000.0 * (float(points[:, 1].min()) - FLOOR_GAP)) / 1000.0
+
+
+def point_in_segment(pose: Array, point: Array) -> Vector:
+    """Return a point of the world in the frame of a segment with a pose (4, 4), rounded [m]."""
+    x, y, z = (inverse_pose(pose) @ np.append(point, 1.0))[:3]
+    return round(x, _POINT_DIGITS), round(y, _POINT_DIGITS), round(z, _POINT_DIGITS)
+
+
+def live_path(folder: Path, text: str) -> Path:
+    """Return the path of a file of a motion or of a live simulation. Raises UsageError."""
+    path = path_in_folder(folder, text, (*MOTION_FORMATS, ".toml"))
+    if path.suffix.lower() == ".toml" and not path.name.endswith(LIVE_SUFFIX):
+        raise UsageError(f"`{path.name}` must end in {LIVE_SUFFIX}: it holds a live simulation")
+    return path
+
+
+def clock_text(frame: LiveFrame | None, *, is_compiling: bool) -> str:
+    """Describe the time of a simulation and its rate."""
+    if is_compiling:
+        return "Compiling the equations; the first time on a machine this takes some 15 s."
+    if frame is None:
+        return "Not started."
+    if not frame.is_running:
+        return f"{frame.time:.2f} s, paused"
+    rate = format_rate(frame.rate)
+    return f"{frame.time:.2f} s, {rate}" if rate else f"{frame.time:.2f} s"
+
+
+def energy_lines(energy: Mapping[str, float]) -> list[str]:
+    """Describe the energies in lines."""
+    return [f"{kind.capitalize()} energy {value:.2f} J" for kind, value in energy.items()]
+
+
+def death_text(exit_code: int | None) -> str:
+    """Describe the end of a process that nobody asked for."""
+    how = "ended unexpectedly"
+    if exit_code is not None and exit_code < 0:
+        try:
+            how = f"was ended by {signal.Signals(-exit_code).name}"
+        except ValueError:
+            how = f"was ended by signal {-exit_code}"
+    elif exit_code:
+        how = f"ended with code {exit_code}"
+    return f"The process of the simulation {how}. Start begins again from the same start."
+
+
+class LivePanel(Panel):
+    """Start and pause of a live simulation, and what is changed while it runs."""
+
+    title = "Live"
+
+    def __init__(self, viewer: Viewer) -> None:
+        """Start nothing yet."""
+        super().__init__(viewer)
+        self.process = LiveProcess(viewer.figure, viewer.content.folder)
+        self._obstacle = live_obstacle(viewer.figure, viewer.content.springs)
+        self._generation = 0
+        self._start_shown = viewer.shown
+        self._frame: LiveFrame | None = None
+        self._is_begun = self._is_compiling = self._is_running = False
+        self._notice = ""
+        self._is_own_height = False
+        self._pulled: tuple[str, Vector] | None = None
+        self._texts: dict[str, str] = {}
+        self._next_text = 0.0
+
+    def build(self) -> None:
+        """Add the controls."""
+        viewer, gui, scene = self.viewer, self.viewer.server.gui, self.viewer.server.scene
+        self._clock = gui.add_html("")
+        disabled = self._obstacle is not None
+        self._start = gui.add_button("Start", disabled=disabled)
+        self._step = gui.add_button("Step", disabled=disabled, hint="One frame of 1/60 s")
+        self._reset = gui.add_button(
+            "Reset", disabled=disabled, hint="Start from the pose that the page shows"
+        )
+        self._gravity = gui.add_slider(
+            "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, STANDARD_GRAVITY, disabled=disabled
+        )
+        self._stiffness = gui.add_slider(
+            "Stiffness x", 0.0, MAX_SCALE, 0.05, 1.0, disabled=disabled, hint="Torques of springs"
+        )
+        self._damping = gui.add_slider(
+            "Damping x", 0.0, MAX_SCALE, 0.05, 1.0, disabled=disabled, hint="Damping and friction"
+        )
+        self._floor = gui.add_checkbox("Floor", False, disabled=disabled)
+        self._height = gui.add_number("Floor height [cm]", 0.0, step=0.1, disabled=disabled)
+        self._free = gui.add_checkbox(
+            "Free root", False, disabled=disabled, hint="Without the joints to the ground"
+        )
+        self._energy = gui.add_html("")
+        self._file = gui.add_text("File", f"fall{LIVE_SUFFIX}", disabled=disabled)
+        suffixes = " ".join((LIVE_SUFFIX, *MOTION_FORMATS))
+        self._save = gui.add_button("Save as", disabled=disabled, hint=suffixes)
+        gui.add_html(html_lines(["Shift and drag a segment with the left button to pull it."]))
+        self._floor_box = scene.add_box(
+            "/live_floor",
+            dimensions=(FLOOR_SIZE, FLOOR_THICKNESS, FLOOR_SIZE),
+            color=FLOOR_COLOUR,
+            opacity=0.5,
+            visible=False,
+        )
+        self._line = scene.add_line_segments(
+            "/live_pull", np.zeros((1, 2, 3)), PULL_COLOUR, thickness=0.01, visible=False
+        )
+        self._set_default_height(self._start_shown)
+        listen = viewer.listen
+        listen(self._start.on_click, lambda _: self._toggle())
+        listen(self._step.on_click, lambda _: self._take_step())
+        listen(self._reset.on_click, lambda _: self.reset())
+        listen(self._gravity.on_update, lambda _: self._change(self._gravity_change()), "gravity")
+        for slider in (self._stiffness, self._damping):
+            listen(slider.on_update, lambda _: self._change(self._scales_change()), "scales")
+        listen(self._floor.on_update, lambda _: self._change_floor())
+        listen(self._height.on_update, lambda _: self._change_height(), "floor height")
+        listen(self._free.on_update, lambda _: self._change(SetRoot(self._free.value)))
+        listen(self._save.on_click, lambda _: self._save_file())
+        if not disabled:
+            for name in viewer.figure.bodies:
+                if name in viewer.scene.meshes:
+                    listen(
+                        viewer.scene.meshes[name].on_drag("left", modifier="shift"),
+                        lambda event, name=name: self._drag(name, event),
+                        "pull",
+                    )
+        self._show_texts()
+
+    # Commands
+
+    def _toggle(self) -> None:
+        if self._is_begun and self._is_running:
+            self._is_running = False
+            self.process.send(Run(is_running=False))
+        else:
+            if not self._is_begun:
+                self._begin()
+            self._is_running = True
+            self.process.send(Run(is_running=True))
+        self._label_start()
+
+    def _take_step(self) -> None:
+        if not self._is_begun:
+            self._begin()
+        self._is_running = False
+        self.process.send(OneFrame())
+        self._label_start()
+
+    def reset(self) -> None:
+        """Go to the start: the pose that the page shows, or from which the simulation began."""
+        if self.viewer.shown.driver is not Driver.LIVE:
+            self._start_shown = self.viewer.shown
+        if not self._is_own_height:
+            self._set_default_height(self._start_shown)
+        self._is_running = False
+        self._begin()
+        self._label_start()
+
+    def _begin(self) -> None:
+        """Compile, from the pose that the page shows, or the former start where it shows a run."""
+        if self.viewer.shown.driver is not Driver.LIVE:
+            self._start_shown = self.viewer.shown
+        figure, content = self.viewer.figure, self.viewer.content
+        start = LiveStart(
+            springs=None if content.springs_choice is None else str(content.springs_choice),
+            law=content.springs.joining,
+            gravity=self._gravity_change().gravity,
+            free_root=self._free.value,
+            pose=pose_text(figure, self._start_shown.displacements),
+        )
+        changes: list[LiveChange] = []
+        if self.viewer.springs != content.springs:
+            changes.append(self._springs_change())
+        if (self._stiffness.value, self._damping.value) != (1.0, 1.0):
+            changes.append(self._scales_change())
+        if self._floor.value:
+            changes.append(SetFloor(self._floor_height()))
+        self._generation += 1
+        self._frame, self._notice, self._pulled = None, "", None
+        self._is_begun = self._is_compiling = True
+        self.process.send(Begin(self._generation, start, tuple(changes)))
+        self._draw_floor()
+
+    def _change(self, change: LiveChange) -> None:
+        """Make a change in the simulation, if there is one; else it is part of the next start."""
+        if self._is_begun:
+            self.process.send(Change(change))
+
+    def _gravity_change(self) -> SetGravity:
+        return SetGravity((0.0, -round(float(self._gravity.value), _GRAVITY_DIGITS), 0.0))
+
+    def _scales_change(self) -> SetScales:
+        return SetScales(float(self._stiffness.value), float(self._damping.value))
+
+    def _springs_change(self) -> SetSprings:
+        content = self.viewer.content
+        _, text = springs_and_text(
+            content.figure,
+            content.springs,
+            self.viewer.springs,
+            content.folder / f"changed{SPRINGS_SUFFIX}",
+            content.springs_choice,
+        )
+        return SetSprings(text)
+
+    def _floor_height(self) -> float | None:
+        """Height of the floor of the controls [m]; None without a floor."""
+        return (
+            round(float(self._height.value) / 100.0, _POINT_DIGITS) if self._floor.value else None
+        )
+
+    def _change_floor(self) -> None:
+        self._change(SetFloor(self._floor_height()))
+        self._draw_floor()
+
+    def _change_height(self) -> None:
+        self._is_own_height = True
+        if self._floor.value:
+            self._change_floor()
+
+    def _set_default_height(self, shown: Shown) -> None:
+        points = points_in_world(self.viewer.scene, shown.poses)
+        self._height.value = 100.0 * floor_height(points)
+
+    def _draw_floor(self) -> None:
+        height = self._floor_height()
+        self._floor_box.visible = height is not None
+        if height is not None:
+            self._floor_box.position = np.array([0.0, height - 0.5 * FLOOR_THICKNESS, 0.0])
+
+    def _drag(self, segment: str, event: Any) -> None:
+        """Pull a segment towards the pointer."""
+        if event.phase == "end" or self._frame is None:
+            if self._pulled is not None:
+                self.process.send(Pull(*self._pulled, target=None))
+            self._pulled = None
+            self._line.visible = False
+            return
+        if self._pulled is None or self._pulled[0] != segment:
+            pose = self.viewer.shown.poses[segment]
+            self._pulled = segment, point_in_segment(pose, np.array(event.start_position))
+        x, y, z = (float(part) for part in event.end_position)
+        self._target = np.array([x, y, z])
+        self.process.send(Pull(*self._pulled, target=(x, y, z)))
+
+    def _save_file(self) -> None:
+        if self._frame is None:
+            raise UsageError("there is no simulation to save: press Start first")
+        self.process.send(Save(live_path(self.viewer.content.folder, self._file.value)))
+
+    # Answers
+
+    def tick(self, now: float) -> None:
+        """Show what the process has sent."""
+        for answer in self.process.take():
+            self._follow(answer)
+        if now >= self._next_text:
+            self._next_text = now + TEXT_INTERVAL
+            self._show_texts()
+
+    def _follow(self, answer: Answer) -> None:
+        match answer:
+            case LiveFrame():
+                if answer.generation == self._generation:
+                    self._show_frame(answer)
+            case Paused():
+                if answer.generation == self._generation:
+                    self._notice = answer.sentence
+                    self.viewer.tell("Paused", answer.sentence, is_error=True)
+            case Refused():
+                self._return_controls(answer)
+                self.viewer.tell("That did not work", answer.sentence, is_error=True)
+            case Saved():
+                self.viewer.tell("Saved", answer.sentence)
+            case Died():
+                self._is_begun = self._is_compiling = self._is_running = False
+                self._frame, self._pulled = None, None
+                self._line.visible = False
+                self._notice = death_text(answer.exit_code)
+                self.viewer.tell("Simulation ended", self._notice, is_error=True)
+                self._label_start()
+
+    def _show_frame(self, frame: LiveFrame) -> None:
+        self._is_compiling = False
+        self._frame, self._is_running = frame, frame.is_running
+        if frame.is_running:
+            self._notice = ""
+        self._label_start()
+        poses = frame.poses_by_segment(self.viewer.figure)
+        self._line.visible = frame.pulled is not None and self._pulled is not None
+        if frame.pulled is not None and self._pulled is not None:
+            self._line.points = np.array([[frame.pulled, self._target]], dtype=np.float32)
+        self.viewer.show(Shown(Driver.LIVE, frame.displacements, poses, frame.time))
+
+    def _return_controls(self, refused: Refused) -> None:
+        """Set floor and root to what is in force."""
+        command = refused.command
+        if isinstance(command, Begin):
+            self._is_begun = self._is_compiling = self._is_running = False
+            self._notice = refused.sentence
+            self._label_start()
+        elif isinstance(command, Change) and self._frame is not None:
+            self._floor.value = self._frame.floor is not None
+            if self._frame.floor is not None:
+                self._height.value = 100.0 * self._frame.floor
+            self._free.value = self._frame.has_free_root
+            self._draw_floor()
+
+    def shown_changed(self, shown: Shown) -> None:
+        """Pause where another panel moves the figure."""
+        if shown.driver is not Driver.LIVE and self._is_running:
+            self._is_running = False
+            self.process.send(Run(is_running=False))
+            self._label_start()
+
+    def springs_changed(self, springs: SpringSet) -> None:
+        """Change the springs of the simulation."""
+        if self._is_begun:
+            self.process.send(Change(self._springs_change()))
+
+    def _label_start(self) -> None:
+        label = "Pause" if self._is_running else "Start"
+        if self._start.label != label:
+            self._start.label = label
+
+    def _show_texts(self) -> None:
+        lines = [clock_text(self._frame, is_compiling=self._is_compiling)]
+        if self._obstacle is not None:
+            lines = [f"This figure cannot be simulated live: {self._obstacle}."]
+        if self._notice:
+            lines.append(self._notice)
+        elif self._frame is not None and self.viewer.shown.driver is not Driver.LIVE:
+            lines.append("The page shows another pose: Reset starts from it.")
+        self._set_text("clock", html_lines(lines))
+        lines = [] if self._frame is None else energy_lines(self._frame.energy)
+        self._set_text("energy", html_lines(lines))
+
+    def _set_text(self, name: str, content: str) -> None:
+        """Send a text to the page if it differs from the one there."""
+        if self._texts.get(name) != content:
+            self._texts[name] = content
+            node = self._clock if name == "clock" else self._energy
+            node.content = content
+
+    def close(self) -> None:
+        """End the process."""
+        self.process.close()
