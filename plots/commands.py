@@ -271,7 +271,8 @@ def picture(
     as outlines. A video shows a motion from its first time to its last.
     """
     from generator.cli.progress import item_progress_bar, no_item_monitor
-    from plots.picture import picture, size_from_options, view_from_options
+    from plots.framing import size_from_options, view_from_options
+    from plots.picture import picture
 
     return picture(
         source,

@@ -1,9 +1,5 @@
-"""`mover picture`: framing, labels, sizes, files, and what is refused."""
+"""`mover picture`: moments, labels, files, and what is refused."""
 
-from dataclasses import replace
-from functools import cache
-from itertools import pairwise
-from math import pi, radians
 from pathlib import Path
 
 import numpy as np
@@ -13,163 +9,14 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from generator.diagnostics import UsageError
-from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics
-from generator.motion_files import PICTURE_SUFFIXES, FigureMotion, motion_writer
-from generator.scene import Box, Plane, Prop, Scene
-from plots.figure_image import Body, Strip, View, draw_moments
-from plots.picture import (
-    IMAGE_FORMATS,
-    VIEWS,
-    Size,
-    Subject,
-    bounds,
-    film_times,
-    floor_height,
-    frame_moments,
-    make_film,
-    on_white,
-    read_subject,
-    scaled,
-    size_from_options,
-    time_labels,
-    view_from_options,
-)
+from generator.motion_files import PICTURE_SUFFIXES, motion_writer
+from plots.figure_image import draw_moments
+from plots.framing import Size
+from plots.picture import IMAGE_FORMATS, film_times, make_film, on_white, time_labels
 from plots.video import VIDEO_FORMATS
-from springs.contact import DEFAULT_SURFACE
 from tests.command import answer, mover, run
-from tests.motions import any_motion, shipped
-
-NO_SCENE = Scene()
-angles = st.floats(-pi, pi)
-tilts = st.floats(-1.5, 1.5)
-
-
-@cache
-def standing(name: str = "prototype") -> Subject:
-    return read_subject(name, None, None, ())
-
-
-@cache
-def swing() -> FigureMotion:
-    return any_motion(shipped("pendulum"), np.linspace(0.1, 0.5, 9))
-
-
-def moving() -> Subject:
-    motion = swing()
-    return Subject(Body.of_figure(motion.figure), None, motion, (), ())
-
-
-def motion_file(folder: Path) -> Path:
-    path = folder / "swing.action"
-    motion_writer(path)(swing(), path)
-    return path
-
-
-def view_of(name: str) -> View:
-    return view_from_options(name, None, None)
-
-
-def drawn(subject: Subject, view: View, floor: float | None = None) -> np.ndarray:
-    (poses,) = subject.moments(())
-    strip = frame_moments([bounds(subject.body, poses, NO_SCENE, view)], view, floor)
-    return draw_moments(subject.body, [poses], scaled(strip, 1, Size(120)), NO_SCENE)
-
-
-def screen(subject: Subject, poses: dict[str, np.ndarray], strip: Strip, place: int) -> np.ndarray:
-    """Columns and heights of all corners in the picture [m], shape (n, 2)."""
-    corners, _ = subject.body.place(poses)
-    seen = corners.reshape(-1, 3) @ strip.view.axes[:2].T
-    return seen + np.array([place * strip.spacing, 0.0])
-
-
-@given(angles, tilts, st.sampled_from([None, -0.3, 0.0, 2.5]))
-def test_a_strip_contains_every_moment_without_overlap(
-    turn: float, tilt: float, floor: float | None
-):
-    subject, view = moving(), View(turn, tilt)
-    moments = subject.moments([0.1, 0.2, 0.37, 0.5])
-    limits = [bounds(subject.body, poses, NO_SCENE, view) for poses in moments]
-    strip = frame_moments(limits, view, floor)
-    seen = [screen(subject, poses, strip, k) for k, poses in enumerate(moments)]
-    for points in seen:
-        assert np.all(points > (strip.left, strip.bottom))
-        assert np.all(points < (strip.left + strip.width(len(moments)), strip.top))
-    for one, other in pairwise(seen):
-        assert one[:, 0].max() < other[:, 0].min()
-
-
-@pytest.mark.parametrize("name", VIEWS)
-@pytest.mark.parametrize("figure", ["prototype", "pendulum", "clavicles"])
-def test_a_picture_ends_outside_the_body(name: str, figure: str):
-    image = drawn(standing(figure), view_of(name))
-    alpha = image[..., 3]
-    assert not np.any(alpha[[0, -1]])
-    assert not np.any(alpha[:, [0, -1]])
-    rows, columns = (np.flatnonzero(alpha.any(axis=axis)) for axis in (1, 0))
-    widest = max(alpha.shape)
-    assert min(rows[0], columns[0]) < 0.06 * widest + 2
-    assert alpha.shape[0] - rows[-1] < 0.06 * widest + 2
-    assert alpha.shape[1] - columns[-1] < 0.06 * widest + 2
-
-
-@pytest.mark.parametrize("name", ["front", "back"])
-def test_a_symmetric_pose_has_a_symmetric_front(name: str):
-    alpha = drawn(standing(), view_of(name))[..., 3].astype(float)
-    assert np.mean(np.abs(alpha - alpha[:, ::-1])) < 2.0
-    side = drawn(standing(), view_of("side"))[..., 3].astype(float)
-    assert np.mean(np.abs(side - side[:, ::-1])) > 20.0
-
-
-def test_the_named_views_show_what_they_say():
-    forwards, left, up = np.array([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-    seen = {name: view_of(name).axes for name in VIEWS}
-    assert seen["front"] @ left == pytest.approx([1.0, 0.0, 0.0])
-    assert seen["front"] @ forwards == pytest.approx([0.0, 0.0, 1.0])
-    assert seen["back"] @ left == pytest.approx([-1.0, 0.0, 0.0])
-    assert seen["side"] @ forwards == pytest.approx([1.0, 0.0, 0.0])
-    assert seen["top"] @ up == pytest.approx([0.0, 0.0, 1.0])
-    assert seen["top"] @ forwards == pytest.approx([1.0, 0.0, 0.0])
-    assert min(seen["three-quarter"][2] @ forwards, seen["three-quarter"][2] @ up) > 0.0
-    turned = view_from_options("side", None, 30.0)
-    assert (turned.turn, turned.tilt) == pytest.approx((radians(-90.0), radians(30.0)))
-
-
-def box_scene(centre: tuple[float, float, float]) -> Scene:
-    return Scene((Prop("box", Box(centre, (1.0, 2.2, 0.2)), DEFAULT_SURFACE),))
-
-
-def test_a_nearer_box_hides_the_body_and_a_farther_one_does_not():
-    subject = standing()
-    (poses,) = subject.moments(())
-    orange = []
-    for z in (1.0, -1.0):
-        scene, view = box_scene((0.0, 1.0, z)), view_of("front")
-        strip = scaled(
-            frame_moments([bounds(subject.body, poses, scene, view)], view, None), 1, Size(100)
-        )
-        image = draw_moments(subject.body, [poses], strip, scene).astype(int)
-        orange.append(np.count_nonzero(image[..., 0] > image[..., 2] + 50))
-        assert not np.any(image[[0, -1], :, 3]), "the box is in the picture"
-    assert orange[0] == 0
-    assert orange[1] > 500
-
-
-def test_the_floor_is_that_of_the_scene():
-    level = Prop("ground", Plane((3.0, 0.25, 1.0), (0.0, 2.0, 0.0)), DEFAULT_SURFACE)
-    ramp = Prop("ramp", Plane((0.0, 0.0, 0.0), (0.0, 1.0, 1.0)), DEFAULT_SURFACE)
-    assert floor_height(NO_SCENE, False) is None
-    assert floor_height(NO_SCENE, True) == 0.0
-    assert floor_height(Scene((ramp,)), False) is None
-    assert floor_height(Scene((ramp, level)), True) == 0.25
-
-
-def test_the_floor_reaches_both_edges():
-    image = drawn(standing(), view_of("three-quarter"), floor=0.0)
-    alpha = image[..., 3]
-    assert np.any(alpha[:, 0] == 255)
-    assert np.any(alpha[:, -1] == 255)
-    assert not np.any(alpha[[0, -1]])
+from tests.pictures import NO_SCENE, drawn, motion_file, moving, standing, swing, view_of
 
 
 def test_moments_between_frames_are_interpolated():
@@ -184,18 +31,6 @@ def test_moments_between_frames_are_interpolated():
     expected = forward_kinematics(motion.tree, rows).poses
     for name, pose in between.items():
         assert pose == pytest.approx(expected[name], abs=1e-12)
-
-
-def test_travel_is_seen_in_a_strip():
-    view = view_of("side")
-    low, high = np.array([-0.2, 0.0, -0.2]), np.array([0.2, 1.0, 0.2])
-    there = np.stack([low, high])
-    moments = [there + np.array([shift, 0.0, 0.0]) for shift in (0.0, 0.3, 0.4)]
-    strip = frame_moments(moments, view, None)
-    edges = [each[:, 0] + k * strip.spacing for k, each in enumerate(moments)]
-    gaps = [later[0] - earlier[1] for earlier, later in pairwise(edges)]
-    assert gaps[0] - gaps[1] == pytest.approx(0.2)
-    assert min(gaps) > 0.0
 
 
 @pytest.mark.parametrize(
@@ -218,23 +53,6 @@ def test_labels_are_near_their_times(times: list[float]):
     assert len({len(label.partition(".")[2]) for label in labels}) == 1
     for label, time in zip(labels, times, strict=True):
         assert float(label.removesuffix(" s")) == pytest.approx(time, abs=0.0051)
-
-
-@pytest.mark.parametrize(
-    ("options", "size"),
-    [
-        ((None, None, None), Size(None, None, 100.0)),
-        (("640", None, None), Size(640, None, 100.0)),
-        (("640px", None, 150.0), Size(640, None, 150.0)),
-        (("8cm", None, None), Size(945, None, 300.0)),
-        (("8 cm", None, 300.0), Size(945, None, 300.0)),
-        (("85mm", None, 100.0), Size(335, None, 100.0)),
-        (("2.5in", None, None), Size(750, None, 300.0)),
-        ((None, 200.0, None), Size(None, 200.0, 100.0)),
-    ],
-)
-def test_the_size_of_options(options: tuple[str | None, float | None, float | None], size: Size):
-    assert size_from_options(*options) == size
 
 
 @pytest.mark.parametrize("fps", [1.0, 24.0, 30.0, 100.0])
@@ -263,16 +81,6 @@ def test_a_film_contains_its_motion():
         assert np.all(image[:, [0, -1]] == 255)
         assert np.any(image < 200)
     assert any(np.any(frames[0] != image) for image in frames[1:])
-
-
-def test_a_figure_without_anything_to_draw_is_refused(tmp_path: Path):
-    figure: Figure = shipped("prototype")
-    bare = {name: replace(each, psurf=None, sites={}) for name, each in figure.segments.items()}
-    empty = Body.of_figure(replace(figure, joints={}, segments=bare))
-    assert empty.segments == ()
-    poses = standing().moments(())[0]
-    with pytest.raises(Exception, match="nothing to draw"):
-        bounds(empty, poses, NO_SCENE, view_of("front"))
 
 
 def test_pictures_of_a_figure(tmp_path: Path):
