@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from math import ceil, degrees, inf, isfinite, pi, radians
@@ -12,7 +12,7 @@ from typing import assert_never
 import numpy as np
 
 from generator.diagnostics import ModelError, UsageError
-from generator.figure import AxisKind, Joint, JointAxis
+from generator.figure import AxisKind, Figure, Joint, JointAxis
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import parse_pose_file
 from generator.kinematics.links import Coordinate, Links, mirrored_name
@@ -25,7 +25,7 @@ from generator.kinematics.placement import (
 from generator.kinematics.reach import NO_LINKS, Target, follow_and_close, reach
 from generator.kinematics.shoulder import Side
 from generator.kinematics.shoulder_pose import arm_latitude_and_longitude, pose_arm
-from generator.kinematics.tree import Tree
+from generator.kinematics.tree import Tree, build_tree
 from generator.rotations import Array, pose_matrix, unit_vector
 from generator.springs_file.axes import parallel_sign, unit_axis
 from springs import AxisSpring, SpringSet
@@ -34,6 +34,8 @@ from springs.published.range_of_motion import normal_range
 from springs.stop import Stop
 
 MAX_UNDO_STEPS = 200
+
+NO_SPRINGS = SpringSet()
 
 DEFAULT_TRANSLATION_RANGE = 0.5
 """Range of a translation without limits, to both sides [m]."""
@@ -66,8 +68,10 @@ class PoseEditor:
         placement: the present pose, with links followed and loops closed.
     """
 
-    def __init__(self, placement: Placement, links: Links = NO_LINKS) -> None:
-        """Begin with a placement, to which `reset` returns."""
+    def __init__(
+        self, placement: Placement, links: Links = NO_LINKS, springs: SpringSet = NO_SPRINGS
+    ) -> None:
+        """Begin with a placement, to which `reset` returns; the springs name the motions."""
         self.tree: Tree = placement.tree
         self.figure, self.links = self.tree.figure, links
         self.placement = placement
@@ -75,6 +79,7 @@ class PoseEditor:
         self._undo: list[Placement] = []
         self._redo: list[Placement] = []
         self._group: Hashable = None
+        self._bounded_tree = build_tree(with_normal_limits(self.figure, springs))
 
     @property
     def displacements(self) -> Displacements:
@@ -172,9 +177,13 @@ class PoseEditor:
         self.set({coordinate.joint: row}, group=group)
 
     def drag(self, target: Target, held: frozenset[str]) -> None:
-        """Move a point of a segment towards a target; joints that are `held` do not move."""
-        moved = reach(self.tree, self.displacements, target, self.links, held)
-        self.change(moved, ("drag", target.segment))
+        """Move a point of a segment towards a target; joints that are `held` do not move.
+
+        Hinges without limits stay in their normal range of motion, so that an elbow bends forwards.
+        """
+        moved = reach(self._bounded_tree, self.displacements, target, self.links, held)
+        placement = Placement(self.tree, moved.displacements, moved.poses)
+        self.change(placement, ("drag", target.segment))
 
     def pose_arm(self, side: Side, latitude: float, longitude: float) -> None:
         """Point the elbow of an arm to a latitude and longitude in the torso's frame [rad].
@@ -397,6 +406,18 @@ def coordinate_range(joint: Joint, index: int, springs: SpringSet) -> Coordinate
     low = lower if isfinite(lower) else _slider_end(normal and normal[0], known, -1.0)
     high = upper if isfinite(upper) else _slider_end(normal and normal[1], known, 1.0)
     return CoordinateRange(low, high, limits, normal, dead_zone, measured, motion, sign)
+
+
+def with_normal_limits(figure: Figure, springs: SpringSet) -> Figure:
+    """Return a figure whose hinges without limits have their normal range of motion instead."""
+    bounded: list[Joint] = []
+    for joint in figure.joints.values():
+        if len(joint.chain) == 1 and joint.lower_limit is None and joint.upper_limit is None:
+            normal = coordinate_range(joint, 0, springs).normal
+            if normal is not None:
+                low, high = normal
+                bounded.append(replace(joint, lower_limit=(low,), upper_limit=(high,)))
+    return figure.with_parts(*bounded)
 
 
 def _slider_end(normal: float | None, known: Sequence[float], sign: float) -> float:

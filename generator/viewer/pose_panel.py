@@ -1,31 +1,24 @@
 """The tab in which the figure is posed: sliders, a dragged segment, arms, mirror, undo, files."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import degrees, isfinite, radians
 from typing import Any
-
-import numpy as np
-import viser
 
 from generator.diagnostics import MoverError, UsageError
 from generator.figure import AxisKind, Joint
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.links import Coordinate
-from generator.kinematics.reach import Target
 from generator.kinematics.shoulder import Side
-from generator.rotations import Array, matrix_from_rotation_vector, quaternion_from_matrix
 from generator.text_io import os_error_reason, write_atomic
 from generator.viewer.folder import names_in_folder, path_in_folder
+from generator.viewer.limb_drag import LimbDrag
 from generator.viewer.pose_editor import (
     CoordinateRange,
     Mirroring,
     PoseEditor,
     axis_label,
     coordinate_range,
-    drag_point,
-    end_segments,
-    limb_joints,
     readable_name,
 )
 from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
@@ -49,13 +42,10 @@ GROUP_TIME = 1.0
 FILES_INTERVAL = 2.0
 """Time between two looks into the folder of the page [s]."""
 
-NO_SEGMENT = "none"
-
-LIMB, WHOLE_FIGURE = "limb", "whole figure"
+MARK_DISTANCE = 0.06
+"""Distance below which two marks share a place, as a part of the slider's range."""
 
 UNDO, REDO, RESET = "Undo", "Redo", "Reset"
-
-_GIZMO = "/pose drag"
 
 _LEGEND = "Marks: L limit, N normal range, D edge of the dead zone, M measured range of the law"
 
@@ -80,17 +70,6 @@ def with_value(control: Any) -> Callable[[Callable[[Any], Any]], Any]:
     return register
 
 
-@dataclass(frozen=True)
-class _Pull:
-    """An event of the gizmo with its pose at that time."""
-
-    client: Any
-    client_id: int
-    phase: str
-    position: Array
-    wxyz: Array
-
-
 @dataclass
 class _Row:
     """The slider of a displacement.
@@ -110,25 +89,6 @@ class _Row:
     touched: float = -1e9
 
 
-@dataclass
-class _Drag:
-    """The segment that is dragged.
-
-    Attributes:
-        segment: its name; "" for none.
-        point: in its frame [m], shape (3,).
-        handle: the gizmo.
-        clients: who drag it.
-        target: to which it was dragged last; None when that has been done.
-    """
-
-    segment: str = ""
-    point: Array = field(default_factory=lambda: np.zeros(3))
-    handle: viser.TransformControlsHandle | None = None
-    clients: set[int] = field(default_factory=set[int])
-    target: Target | None = None
-
-
 class PosePanel(Panel):
     """Controls of the pose."""
 
@@ -137,12 +97,12 @@ class PosePanel(Panel):
     def __init__(self, viewer: Viewer) -> None:
         """Begin with the first pose of the page."""
         super().__init__(viewer)
-        self.editor = PoseEditor(viewer.content.placement)
+        self.editor = PoseEditor(viewer.content.placement, springs=viewer.springs)
         self._rows: dict[Coordinate, _Row] = {}
         self._folders: dict[str, Any] = {}
         self._arms: dict[Side, tuple[Any, Any]] = {}
         self._arm_touched = -1e9
-        self._drag = _Drag()
+        self._drag = LimbDrag(viewer, self.editor)
         self._now = 0.0
         self._is_stale, self._synced = True, -1e9
         self._changed = -1e9
@@ -151,7 +111,10 @@ class PosePanel(Panel):
         self._told = ("", -1e9)
         self._stale_joints: set[str] = set()
 
-    # -- controls
+    @property
+    def is_dragged(self) -> bool:
+        """Return whether somebody drags a segment."""
+        return self._drag.is_dragged
 
     def build(self) -> None:
         """Add the controls."""
@@ -165,28 +128,10 @@ class PosePanel(Panel):
                 hint="Mirror the pose in the plane x = 0",
             )
             listen(mirror.on_click, lambda event: self._mirror(event.target.value))
-        self._build_drag()
+        self._drag.build()
         self._build_arms()
         self._build_joints()
         self._build_files()
-
-    def _build_drag(self) -> None:
-        gui, listen = self.viewer.server.gui, self.viewer.listen
-        ends = end_segments(self.editor.tree)
-        if not ends:
-            return
-        with gui.add_folder("Drag"):
-            self._segments = gui.add_dropdown(
-                "Segment", (NO_SEGMENT, *ends), hint="Segment that gets arrows to drag it by"
-            )
-            self._moving = gui.add_dropdown(
-                "Moving joints", (LIMB, WHOLE_FIGURE), hint="Joints that follow the drag"
-            )
-            self._turning = gui.add_checkbox(
-                "With orientation", False, hint="Rotate the segment by the rings of the arrows"
-            )
-        for control in (self._segments, self._turning):
-            listen(control.on_update, lambda _: self._choose_segment())
 
     def _build_arms(self) -> None:
         gui = self.viewer.server.gui
@@ -377,88 +322,18 @@ class PosePanel(Panel):
             self.viewer.tell_error(failure)
         self._told = (str(failure), self._now)
 
-    # -- the dragged segment
-
-    def _choose_segment(self) -> None:
-        """Move the gizmo to the chosen segment."""
-        if self._drag.handle is not None:
-            self._drag.handle.remove()
-            self.editor.end_group()
-        self._drag = _Drag()
-        if self._segments.value == NO_SEGMENT:
+    def _move_limb(self) -> None:
+        """Move the limb to where somebody has dragged it."""
+        pull = self._drag.take()
+        if pull is None:
             return
-        segment, turning = self._segments.value, bool(self._turning.value)
-        point = drag_point(self.editor.tree, segment)
-        position, wxyz = self._gizmo_pose(segment, point)
-        handle = self.viewer.server.scene.add_transform_controls(
-            _GIZMO,
-            scale=0.2,
-            disable_rotations=not turning,
-            depth_test=False,
-            position=position,
-            wxyz=wxyz,
-        )
-        self._drag = _Drag(segment, point, handle)
-
-        def register(notify: Callable[[Any], Any]) -> None:
-            async def first(event: Any) -> None:
-                gizmo = event.target
-                position, wxyz = np.array(gizmo.position), np.array(gizmo.wxyz)
-                await notify(_Pull(event.client, event.client_id, event.phase, position, wxyz))
-
-            handle.on_update(first)
-
-        drag = self._drag
-        self.viewer.listen(register, lambda event: self._pull(drag, event))
-
-    def _gizmo_pose(self, segment: str, point: Array) -> tuple[Array, Array]:
-        """Position and quaternion of the gizmo at the segment's present pose."""
-        pose = self.viewer.shown.poses[segment]
-        turn = pose[:3, :3] if self._turning.value else np.eye(3)
-        return pose[:3, :3] @ point + pose[:3, 3], quaternion_from_matrix(turn)
-
-    def _pull(self, drag: _Drag, event: _Pull) -> None:
-        """Note where a user drags the segment; `tick` moves it."""
-        if drag is not self._drag:
-            return
-        if event.phase == "end":
-            drag.clients.discard(event.client_id)
-            return
-        drag.clients.add(event.client_id)
-        if event.phase == "update":
-            turn = _matrix_from_quaternion(event.wxyz) if self._turning.value else None
-            drag.target = Target(drag.segment, drag.point, event.position, turn)
-
-    def _move_dragged(self) -> None:
-        """Move the limb towards the last target, and the gizmo back when nobody drags it."""
-        drag = self._drag
-        if drag.handle is None:
-            return
-        drag.clients &= self.viewer.server.get_clients().keys()  # one may have left
-        if drag.target is not None:
-            target, drag.target = drag.target, None
-            self._begin()
-            tree = self.editor.tree
-            moving = tree.figure.joints.keys()
-            if self._moving.value == LIMB:
-                moving = set(limb_joints(tree, drag.segment)) | {j.name for j in tree.closures}
-            try:
-                self.editor.drag(target, frozenset(tree.figure.joints.keys() - moving))
-            except MoverError as failure:
-                self._tell_once(failure)
-            else:
-                self._show()
-
-    def _follow_gizmo(self) -> None:
-        """Put the gizmo to the segment, unless somebody drags it."""
-        drag = self._drag
-        if drag.handle is None or drag.clients:
-            return
-        position, wxyz = self._gizmo_pose(drag.segment, drag.point)
-        if np.max(np.abs(drag.handle.position - position)) > 1e-6:
-            drag.handle.position = position
-        if np.max(np.abs(drag.handle.wxyz - wxyz)) > 1e-6:
-            drag.handle.wxyz = wxyz
+        self._begin()
+        try:
+            self.editor.drag(*pull)
+        except MoverError as failure:
+            self._tell_once(failure)
+        else:
+            self._show()
 
     # -- changes by others
 
@@ -489,8 +364,8 @@ class PosePanel(Panel):
     def tick(self, now: float) -> None:
         """Move the dragged segment, and let controls follow at a moderate rate."""
         self._now = now
-        self._move_dragged()
-        if now - self._changed > GROUP_TIME and not self._drag.clients:
+        self._move_limb()
+        if now - self._changed > GROUP_TIME and not self._drag.is_dragged:
             self.editor.end_group()
         if now - self._synced >= FOLLOW_INTERVAL:
             if self._stale_joints:
@@ -501,7 +376,7 @@ class PosePanel(Panel):
                 self._synced = now
                 self._is_stale = False
                 self._follow()
-            self._follow_gizmo()
+            self._drag.follow()
         if now - self._files_read >= FILES_INTERVAL:
             self._files_read = now
             self._list_files()
@@ -544,13 +419,6 @@ class PosePanel(Panel):
                                              "The folder has no pose file yet."])  # fmt: skip
 
 
-def _matrix_from_quaternion(wxyz: Array) -> Array:
-    """Return the rotation matrix (3, 3) of a unit quaternion, scalar first."""
-    sine = float(np.linalg.norm(wxyz[1:]))
-    angle = 2.0 * np.arctan2(sine, wxyz[0])
-    return matrix_from_rotation_vector(angle / sine * wxyz[1:] if sine else np.zeros(3))
-
-
 def _set_slider(handle: Any, value: float) -> None:
     """Set a slider if it differs, and widen it to contain the value."""
     if not isfinite(value) or abs(handle.value - value) < 1e-6:
@@ -563,17 +431,22 @@ def _set_slider(handle: Any, value: float) -> None:
 
 
 def _marks(known: CoordinateRange, scale: float) -> tuple[tuple[float, str], ...]:
-    """Return places and letters of the marks of a slider; letters at one place are joined."""
-    letters: dict[float, str] = {}
-    sources = (
-        ("L", known.limits), ("N", known.normal), ("D", known.dead_zone), ("M", known.measured)
-    )  # fmt: skip
-    for letter, ends in sources:
-        for end in ends or ():
-            if isfinite(end) and known.low <= end <= known.high:
-                place = round(scale * end, 1)
-                letters[place] = letters.get(place, "") + letter
-    return tuple(sorted(letters.items()))
+    """Return places and letters of the marks of a slider; letters of places nearby are joined."""
+    sources = (known.limits, known.normal, known.dead_zone, known.measured)
+    places = sorted(
+        (scale * end, letter)
+        for letter, ends in zip("LNDM", sources, strict=True)
+        for end in ends or ()
+        if isfinite(end) and known.low <= end <= known.high
+    )
+    marks: list[tuple[float, str]] = []
+    for place, letter in places:
+        if marks and place - marks[-1][0] < MARK_DISTANCE * scale * (known.high - known.low):
+            last, letters = marks.pop()
+            marks.append((last, "".join(dict.fromkeys(letters + letter))))
+        else:
+            marks.append((round(place, 1), letter))
+    return tuple(marks)
 
 
 def _hint(known: CoordinateRange, scale: float, unit: str) -> str | None:

@@ -1,0 +1,170 @@
+"""Arrows on a segment, by which it is dragged with the mouse, and the joints that follow."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import viser
+
+from generator.kinematics.reach import Target
+from generator.rotations import Array, matrix_from_rotation_vector, quaternion_from_matrix
+from generator.viewer.pose_editor import PoseEditor, drag_point, end_segments, limb_joints
+from generator.viewer.viewer import Viewer
+
+NO_SEGMENT = "none"
+
+LIMB, WHOLE_FIGURE = "limb", "whole figure"
+
+GIZMO = "/pose drag"
+"""Node of the arrows."""
+
+GIZMO_SIZE = 0.15
+"""Length of the arrows as a part of the figure's size."""
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """An event of the arrows, with their pose at that time."""
+
+    client: Any
+    client_id: int
+    phase: str
+    position: Array
+    wxyz: Array
+
+
+@dataclass
+class _Drag:
+    """The segment that is dragged.
+
+    Attributes:
+        segment: its name.
+        point: in its frame [m], shape (3,).
+        handle: the arrows; None without a segment.
+        clients: pages that drag it.
+        target: to which it was dragged last; None when it has been taken.
+    """
+
+    segment: str = ""
+    point: Array = field(default_factory=lambda: np.zeros(3))
+    handle: viser.TransformControlsHandle | None = None
+    clients: set[int] = field(default_factory=set[int])
+    target: Target | None = None
+
+
+class LimbDrag:
+    """Controls that choose a segment, and the arrows on it."""
+
+    def __init__(self, viewer: Viewer, editor: PoseEditor) -> None:
+        """Begin without a segment."""
+        self.viewer, self.tree = viewer, editor.tree
+        self._drag = _Drag()
+
+    @property
+    def is_dragged(self) -> bool:
+        """Return whether somebody drags the segment."""
+        return bool(self._drag.clients)
+
+    def build(self) -> None:
+        """Add the controls to the page."""
+        gui = self.viewer.server.gui
+        ends = end_segments(self.tree)
+        if not ends:
+            return
+        with gui.add_folder("Drag"):
+            self._segments = gui.add_dropdown(
+                "Segment", (NO_SEGMENT, *ends), hint="Segment that gets arrows to drag it by"
+            )
+            self._moving = gui.add_dropdown(
+                "Moving joints", (LIMB, WHOLE_FIGURE), hint="Joints that follow the drag"
+            )
+            self._turning = gui.add_checkbox(
+                "With orientation", False, hint="Rotate the segment by the rings of the arrows"
+            )
+        for control in (self._segments, self._turning):
+            self.viewer.listen(control.on_update, lambda _: self._choose())
+
+    def take(self) -> tuple[Target, frozenset[str]] | None:
+        """Return the last target, once, and the joints that do not move; None without a new one."""
+        drag = self._drag
+        drag.clients &= self.viewer.server.get_clients().keys()  # a page may be gone
+        if drag.target is None:
+            return None
+        target, drag.target = drag.target, None
+        joints = self.tree.figure.joints.keys()
+        moving = set(joints)
+        if self._moving.value == LIMB:
+            moving = set(limb_joints(self.tree, drag.segment))
+            moving |= {joint.name for joint in self.tree.closures}
+        return target, frozenset(joints - moving)
+
+    def follow(self) -> None:
+        """Put the arrows to the segment, unless somebody drags it."""
+        drag = self._drag
+        if drag.handle is None or drag.clients:
+            return
+        position, wxyz = self._gizmo_pose()
+        if np.max(np.abs(drag.handle.position - position)) > 1e-6:
+            drag.handle.position = position
+        if np.max(np.abs(drag.handle.wxyz - wxyz)) > 1e-6:
+            drag.handle.wxyz = wxyz
+
+    def _choose(self) -> None:
+        """Move the arrows to the chosen segment."""
+        if self._drag.handle is not None:
+            self._drag.handle.remove()
+        self._drag = _Drag()
+        segment = self._segments.value
+        if segment == NO_SEGMENT:
+            return
+        self._drag = drag = _Drag(segment, drag_point(self.tree, segment))
+        position, wxyz = self._gizmo_pose()
+        drag.handle = self.viewer.server.scene.add_transform_controls(
+            GIZMO,
+            scale=GIZMO_SIZE * self._figure_size(),
+            disable_rotations=not self._turning.value,
+            depth_test=False,
+            position=position,
+            wxyz=wxyz,
+        )
+        handle = drag.handle
+
+        def register(notify: Callable[[Any], Any]) -> None:
+            async def first(event: Any) -> None:
+                position, wxyz = np.array(handle.position), np.array(handle.wxyz)
+                await notify(_Pull(event.client, event.client_id, event.phase, position, wxyz))
+
+            handle.on_update(first)
+
+        self.viewer.listen(register, lambda event: self._pull(drag, event))
+
+    def _figure_size(self) -> float:
+        """Largest extent of the origins of the segments along an axis of the world [m]."""
+        origins = np.array([pose[:3, 3] for pose in self.viewer.shown.poses.values()])
+        return float(np.max(np.ptp(origins, axis=0))) or 1.0
+
+    def _pull(self, drag: _Drag, event: _Pull) -> None:
+        """Note where the segment is dragged to; `take` returns it."""
+        if drag is not self._drag:
+            return
+        if event.phase == "end":
+            drag.clients.discard(event.client_id)
+            return
+        drag.clients.add(event.client_id)
+        if event.phase == "update":
+            turn = _matrix_from_quaternion(event.wxyz) if self._turning.value else None
+            drag.target = Target(drag.segment, drag.point, event.position, turn)
+
+    def _gizmo_pose(self) -> tuple[Array, Array]:
+        """Position [m] and quaternion of the arrows at the segment's present pose."""
+        pose = self.viewer.shown.poses[self._drag.segment]
+        turn = pose[:3, :3] if self._turning.value else np.eye(3)
+        return pose[:3, :3] @ self._drag.point + pose[:3, 3], quaternion_from_matrix(turn)
+
+
+def _matrix_from_quaternion(wxyz: Array) -> Array:
+    """Return the rotation matrix (3, 3) of a unit quaternion, scalar first."""
+    sine = float(np.linalg.norm(wxyz[1:]))
+    angle = 2.0 * np.arctan2(sine, wxyz[0])
+    return matrix_from_rotation_vector(angle / sine * wxyz[1:] if sine else np.zeros(3))
