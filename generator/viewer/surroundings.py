@@ -17,13 +17,16 @@ _SECTION_COLOURS = {False: (190, 195, 203), True: (78, 82, 90)}
 GRID_CELL = 0.25
 """Width of a cell of the ground [m]."""
 
+MIN_GROUND_REACH = 4.0
+"""Least distance from the world's origin to the sides of the ground [m]."""
+
 
 class Surroundings:
     """Lights and the ground at y = 0, light or dark."""
 
-    def __init__(self, server: PageServer) -> None:
-        """Add the nodes."""
-        self._server = server
+    def __init__(self, server: PageServer, points: Array) -> None:
+        """Add the nodes, with a ground that extends beyond points of a figure, (n, 3) [m]."""
+        self._server, self._ground_width = server, ground_width(points)
         scene = server.scene
         scene.configure_default_lights(False)
         scene.add_light_hemisphere(
@@ -40,16 +43,27 @@ class Surroundings:
         self._server.scene.set_background_image(colour, format="png")
         self._server.scene.add_grid(
             "/ground",
-            infinite_grid=True,
+            self._ground_width,
+            self._ground_width,
             plane="xz",
             cell_size=GRID_CELL,
             section_size=4.0 * GRID_CELL,
             cell_color=_CELL_COLOURS[is_dark],
             section_color=_SECTION_COLOURS[is_dark],
-            fade_distance=12.0,
+            fade_distance=0.7 * self._ground_width,  # half of its diagonal
             fade_from="origin",
             shadow_opacity=0.0,
         )
+
+
+def ground_width(points: Array) -> float:
+    """Return the width of a square ground around the world's origin [m], of whole sections.
+
+    It is finite because in software rendering an infinite one takes a third of the time of a frame.
+    """
+    section = 4.0 * GRID_CELL
+    reach = max(MIN_GROUND_REACH, 2.0 * float(np.abs(points[:, [0, 2]]).max()))
+    return 2.0 * section * float(np.ceil(reach / section))
 
 
 class FrameAxes:
@@ -58,13 +72,7 @@ class FrameAxes:
     def __init__(self, server: PageServer, name: str, frames: Mapping[str, Array]) -> None:
         """Remember the frames in their segments, shape (k, 4, 4), by segment."""
         self._server, self._name, self._frames = server, name, frames
-        self._length = 0.1
         self._node = None
-
-    @property
-    def is_shown(self) -> bool:
-        """Return whether the axes are in the scene."""
-        return self._node is not None
 
     def show(self, poses: Mapping[str, Array], length: float) -> None:
         """Show the axes, of a length [m], or move them."""

@@ -137,9 +137,9 @@ class Viewer:
         self._stopped = False
         self.segment: str | None = None
         self.joint: str | None = None
-        self.surroundings = Surroundings(server)
         self.scene = FigureScene(server.scene, content.figure)
         self.shown = _shown_pose(content.placement)
+        self.surroundings = Surroundings(server, points_in_world(self.scene, self.shown.poses))
         self.scene.move(self.shown.poses)
         self.frame_camera()
         self.panels = [make(self) for make in panels]

@@ -1,9 +1,17 @@
 """Frames of sites and joints, and the surroundings of a figure."""
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.viewer.surroundings import joint_frames, site_frames
+from generator.viewer.surroundings import (
+    GRID_CELL,
+    MIN_GROUND_REACH,
+    ground_width,
+    joint_frames,
+    site_frames,
+)
 
 
 def test_frames_of_sites_are_those_of_the_figure():
@@ -25,3 +33,13 @@ def test_frames_of_joints_are_those_of_both_sites():
     assert np.array_equal(
         frames["crank"], [crank["near"].pose_in_segment, crank["far"].pose_in_segment]
     )
+
+
+@given(points=st.lists(st.tuples(*[st.floats(-50.0, 50.0)] * 3), min_size=1, max_size=4))
+def test_the_ground_has_whole_sections_and_reaches_beyond_the_figure(
+    points: list[tuple[float, float, float]],
+):
+    width = ground_width(np.array(points))
+    assert (width / (8.0 * GRID_CELL)).is_integer()
+    assert width >= 2.0 * MIN_GROUND_REACH
+    assert width >= 4.0 * np.abs(np.array(points)[:, [0, 2]]).max()
