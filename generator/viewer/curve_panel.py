@@ -233,7 +233,7 @@ class CurvePanel(Panel):
         self._save.disabled = not self.editor.edits
 
     def _change(self, field: str, value: Any) -> None:
-        """Change one property of the curve; the value as loaded is no change."""
+        """Change one property of the curve; a value as loaded undoes its change."""
         if self.key is not None:
             edit = replace(self.editor.edit(self.key), **{field: value})
             self._apply(edit)
