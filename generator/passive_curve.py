@@ -6,6 +6,7 @@ of the rotation vector.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import degrees, radians
 
 import numpy as np
@@ -247,10 +248,7 @@ def passive_curve(
         angles,
         np.asarray(total_torque(laws, angles)) + np.zeros_like(angles),
         ends,
-        tuple(
-            _published_torques(key, row, angles)
-            for key, row in curves_of_motion(joint, spring.motion)
-        ),
+        _published_curves(joint, spring.motion, tuple(angles.tolist())),
     )
 
 
@@ -341,6 +339,15 @@ def _sampled_angles(
     corners = [corner for law in laws for corner in law.breakpoints if low < corner < high]
     count = int((high - low) / _SPACING) + 2
     return np.unique([*np.linspace(low, high, count), *corners])
+
+
+@lru_cache(maxsize=64)
+def _published_curves(
+    joint: str, motion: str, angles: tuple[float, ...]
+) -> tuple[PublishedTorques, ...]:
+    """Return the published curves of a motion; a change of the springs does not change them."""
+    at = np.array(angles)
+    return tuple(_published_torques(key, row, at) for key, row in curves_of_motion(joint, motion))
 
 
 def _published_torques(key: str, row: PublishedCurve, angles: Array) -> PublishedTorques:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import degrees, radians
 from typing import Any, cast
 
@@ -163,7 +163,7 @@ class CoupledEntry:
         """Torques on the children [N m] of the coordinates [rad], in their order."""
         law = self.unmodified_law
         if self.is_nearest_conservative:
-            law = nearest_conservative_law(law, _known_ranges(law)).law
+            law = _nearest_law(law)
         return self._apply_modifiers(law)
 
     @property
@@ -425,6 +425,12 @@ def _has_nearest_conservative(table: TableReader, entry: CoupledEntry) -> bool:
         table.error("conservative", f"a nearest law is sought for at most {most}")
         return False
     return True
+
+
+@lru_cache(maxsize=16)
+def _nearest_law(law: CoupledExponential) -> CoupledExponential:
+    """Return the nearest conservative law; a fit takes longer than reading the file again."""
+    return nearest_conservative_law(law, _known_ranges(law)).law
 
 
 def _known_ranges(law: CoupledExponential) -> list[Range]:

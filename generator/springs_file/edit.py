@@ -6,7 +6,7 @@ from functools import cache
 from math import degrees
 from pathlib import Path
 
-from generator.diagnostics import ModelError, shorten
+from generator.diagnostics import ModelError, UsageError, shorten
 from generator.figure import Figure, Joint, Vector
 from generator.springs_file.axes import AXIS_NAMES, AxisError, axis_by_name, parallel_sign
 from generator.springs_file.bind import modified_law
@@ -420,13 +420,14 @@ def springs_and_text(
     Raises:
         ModelError: a springs file cannot state the change.
         InputError: the text cannot be read, as with a cubic that restores in no sense.
+        UsageError: the file is the one that it would extend.
     """
     if changed == springs:
         return springs, ""
     if str(choice) == PRINTED_SPRINGS:
         text = format_all(figure, changed)
         return springs_from_text(text, figure, file), text
-    extends = _name_of_base(figure, choice, file.parent)
+    extends = _name_of_base(figure, choice, file)
     text = format_changes(figure, springs, changed, extends)
     made = springs_from_text(text, figure, file)
     if made.joining is not springs.joining:  # another one was chosen than the base has
@@ -435,14 +436,22 @@ def springs_and_text(
     return made, text
 
 
-def _name_of_base(figure: Figure, choice: str | Path | None, folder: Path) -> str | None:
-    """Return the name by which a springs file in a folder extends the springs of a choice."""
+def _name_of_base(figure: Figure, choice: str | Path | None, file: Path) -> str | None:
+    """Return the name by which a springs file extends the springs of a choice.
+
+    Raises UsageError where the file is that of the choice, or its name that of the figure's own.
+    """
+    folder = file.parent
     if figure.path is None:
         return None if choice is None else Path(choice).resolve().as_posix()
     path, _ = find_springs_file(figure.path.parent, figure.path.stem, choice)
     own, _ = find_springs_file(figure.path.parent, figure.path.stem, None)
     if path is None:
         return None
+    if path.resolve() == file.resolve():
+        raise UsageError(
+            f"`{shorten(file.name)}` holds the springs that were changed: choose another name"
+        )
     stem, name = figure.path.stem, path.name.removesuffix(SPRINGS_SUFFIX)
     if own is not None and path.resolve() == own.resolve():
         return stem if own.name.endswith(SPRINGS_SUFFIX) else None

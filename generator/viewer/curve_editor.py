@@ -30,7 +30,7 @@ from springs.published.tables import curves_of_motion
 CurveKey = tuple[str, Direction]
 """Joint and axis of a curve."""
 
-_UNSAVED = "changes.springs.toml"
+_UNSAVED = "unsaved changes.springs.toml"
 
 
 class CurveEditor:
@@ -301,7 +301,7 @@ def moment_html(moment: str, remarks: Sequence[str]) -> str:
     """Return the present moment, and remarks below it, as HTML in which no text is markup."""
     below = "".join(f"<div>{escape(remark)}</div>" for remark in remarks)
     return (
-        '<div style="padding:0 1em"><div style="font-size:1.05em;font-weight:600">'
+        '<div style="padding:0 1em 0.4em"><div style="font-size:1.05em;font-weight:600">'
         f'{escape(moment)}</div><div style="font-size:0.8em;opacity:0.8">{below}</div></div>'
     )
 

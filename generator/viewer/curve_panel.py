@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from generator.diagnostics import UsageError
+from generator.diagnostics import MoverError, UsageError
 from generator.passive_curve import PassiveCurve, passive_torque
 from generator.springs_file.edit import SpringEdit, cubic_dead_zone, elastic_law, plain_law
 from generator.springs_file.parse import SPRINGS_SUFFIX
@@ -233,7 +233,7 @@ class CurvePanel(Panel):
         self._save.disabled = not self.editor.edits
 
     def _change(self, field: str, value: Any) -> None:
-        """Change one property of the curve; the value as loaded is no change."""
+        """Change one property of the curve; a value as loaded undoes its change."""
         if self.key is not None:
             edit = replace(self.editor.edit(self.key), **{field: value})
             self._apply(edit)
@@ -258,7 +258,12 @@ class CurvePanel(Panel):
             self._set_controls()
 
     def _apply(self, edit: SpringEdit) -> None:
-        self.viewer.set_springs(self.editor.change(edit, both_sides=self._both.value))
+        try:
+            springs = self.editor.change(edit, both_sides=self._both.value)
+        except MoverError:
+            self._set_controls()
+            raise
+        self.viewer.set_springs(springs)
         self._set_buttons()
 
     def _save_file(self) -> None:

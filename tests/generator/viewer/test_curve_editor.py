@@ -23,7 +23,7 @@ from generator.viewer.curve_editor import (
     sources_html,
     torque_limit,
 )
-from springs import total_torque
+from springs import Linear, total_torque
 
 FIGURE = read_figure("prototype")
 SPRINGS = read_springs(None, FIGURE)
@@ -87,6 +87,21 @@ def test_nothing_changes_on_an_error(editor: CurveEditor):
     with pytest.raises(ModelError, match="stiffness"):
         editor.change(replace(editor.edit(key), stiffness=2.0), both_sides=False)
     assert (editor.edits, editor.springs) == (edits, springs)
+
+
+def test_the_changed_file_is_not_overwritten(tmp_path: Path):
+    path = tmp_path / "mine.springs.toml"
+    path.write_text('[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 2\n', "utf-8")
+    editor = CurveEditor(FIGURE, read_springs(path, FIGURE), tmp_path, path)
+    key = knee_key(editor)
+    springs = editor.change(replace(editor.edit(key), stiffness=3.0), both_sides=False)
+    (axis,) = springs.joints["left_knee"].axes
+    assert axis.elastic == (Linear(3.0),)
+    with pytest.raises(UsageError, match=r"`mine\.springs\.toml` holds the springs"):
+        editor.text(path)
+    other = tmp_path / "other.springs.toml"
+    other.write_text(editor.text(other), "utf-8")
+    assert read_springs(other, FIGURE).joints == springs.joints
 
 
 def test_every_column_of_the_chart_has_a_series(editor: CurveEditor):
