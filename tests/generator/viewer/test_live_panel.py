@@ -1,0 +1,216 @@
+"""The tab of the live simulation: its texts, and the page while a figure falls."""
+
+import os
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator import read_figure
+from generator.diagnostics import UsageError
+from generator.input_files.live import SetScales, read_live
+from generator.input_files.pose import parse_pose
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.motion_files import read_action
+from generator.springs_file.read import read_springs
+from generator.viewer.live_panel import (
+    FLOOR_GAP,
+    LivePanel,
+    clock_text,
+    death_text,
+    energy_lines,
+    floor_height,
+    live_obstacle,
+    live_path,
+    point_in_segment,
+    pose_text,
+)
+from generator.viewer.live_process import LiveFrame
+from generator.viewer.viewer import Driver, Shown
+from tests.browser import node_pose
+from tests.command import run
+from tests.generator.viewer.conftest import wait_until
+
+WAIT = 120.0
+FRAME = LiveFrame(1, 90, 1.5, np.zeros((0, 3, 4)), {}, {"kinetic": 2.345}, 0.43, True, None, False)
+
+
+@pytest.mark.parametrize(
+    ("frame", "text"),
+    [
+        (None, "Not started."),
+        (FRAME, "1.50 s, 0.43 x real time"),
+        (replace(FRAME, rate=1.01), "1.50 s, real time"),
+        (replace(FRAME, rate=None), "1.50 s"),
+        (replace(FRAME, is_running=False), "1.50 s, paused"),
+    ],
+)
+def test_the_clock_is_honest(frame, text):
+    assert clock_text(frame, is_compiling=False) == text
+    assert clock_text(frame, is_compiling=True).startswith("Compiling")
+
+
+def test_texts_of_energy_and_of_the_end_of_the_process():
+    assert energy_lines({"kinetic": 2.345, "contact damping": 0.0}) == [
+        "Kinetic energy 2.35 J",
+        "Contact damping energy 0.00 J",
+    ]
+    assert "was ended by SIGKILL" in death_text(-9)
+    assert "was ended by signal 250" in death_text(-250)
+    assert "ended with code 3" in death_text(3)
+    assert "ended unexpectedly" in death_text(None)
+
+
+def test_figures_with_loops_cannot_be_simulated_live():
+    for name, reason in (("fourbar", "closed loops"), ("prototype", None)):
+        figure = read_figure(name)
+        obstacle = live_obstacle(figure, read_springs(None, figure))
+        assert (reason is None and obstacle is None) or reason in obstacle
+
+
+def test_the_text_of_a_pose_holds_the_joints_of_the_figure_bit_by_bit():
+    figure = read_figure("prototype")
+    displacements = {
+        name: np.linspace(0.1, 0.3, len(joint.chain)) / 3.0 for name, joint in figure.joints.items()
+    }
+    read = parse_pose(
+        pose_text(figure, {**displacements, "lower_torso": np.zeros(6)}), figure
+    ).require_value()
+    for name, joint in figure.joints.items():
+        if joint.chain:
+            assert np.array_equal(read[name], displacements[name])
+
+
+def test_the_floor_is_below_all_points():
+    points = np.array([[0.0, 0.5004, 0.0], [1.0, -0.2497, 2.0]])
+    height = floor_height(points)
+    assert height == -0.255
+    assert points[:, 1].min() - height >= FLOOR_GAP
+
+
+def test_pulled_points_are_in_the_segment():
+    pose = np.eye(4)
+    pose[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    pose[:3, 3] = 1.0, 2.0, 3.0
+    assert point_in_segment(pose, np.array([1.0, 2.5, 3.123456])) == (0.5, 0.0, 0.12346)
+
+
+def test_files_stay_in_the_folder(tmp_path: Path):
+    assert live_path(tmp_path, "a.live.toml") == tmp_path / "a.live.toml"
+    assert live_path(tmp_path, "a.action") == tmp_path / "a.action"
+    for name in ("a.toml", "a.txt", "../a.action", "a"):
+        with pytest.raises(UsageError):
+            live_path(tmp_path, name)
+
+
+def type_into(page, label: str, text: str) -> None:
+    """Type into the first field after a label: of a slider, the one beside it."""
+    field = page.get_by_text(label, exact=True).locator(
+        "xpath=following::input[not(@type='hidden')][1]"
+    )
+    field.fill(text)
+    field.press("Enter")
+
+
+def panel_of(running) -> LivePanel:
+    return next(each for each in running.viewer.panels if isinstance(each, LivePanel))
+
+
+def test_a_figure_with_loops_has_no_start(run_viewer):
+    running = run_viewer("fourbar", (LivePanel,))
+    panel = panel_of(running)
+    assert panel._start.disabled
+    wait_until(lambda: "closed loops" in panel._clock.content)
+
+
+def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, tmp_path):
+    running = run_viewer("prototype", (LivePanel,))
+    page, panel = open_page(running), panel_of(running)
+    page.get_by_text("Start", exact=True).click()
+    wait_until(lambda: panel._frame is not None and panel._frame.time > 0.5, WAIT)
+    type_into(page, "Stiffness x", "2")
+    wait_until(lambda: panel._stiffness.value == 2.0, WAIT)
+    wait_until(lambda: panel._frame.time > 2.0, WAIT)
+    page.get_by_text("Pause", exact=True).click()
+    wait_until(lambda: not panel._frame.is_running, WAIT)
+    frame = panel._frame
+    name = next(iter(running.viewer.figure.bodies))
+    pose = frame.poses_by_segment(running.viewer.figure)[name]
+    wait_until(lambda: np.abs(node_pose(page, f"/figure/{name}") - pose).max() < 1e-6)
+    for file in ("fall.live.toml", "fall.action"):
+        type_into(page, "File", file)
+        wait_until(lambda file=file: panel._file.value == file)
+        page.get_by_text("Save as", exact=True).click()
+        wait_until(lambda file=file: (tmp_path / file).exists(), WAIT)
+    log = read_live(tmp_path / "fall.live.toml")
+    assert [each.change for each in log.changes] == [SetScales(2.0, 1.0)]
+    assert log.end_frame == frame.number
+    again = tmp_path / "again.action"
+    run("simulate", "--replay", tmp_path / "fall.live.toml", "-o", again)
+    saved, replayed = read_action(tmp_path / "fall.action"), read_action(again)
+    assert saved.times.size == frame.number + 1
+    for joint, values in saved.displacements.items():
+        assert np.array_equal(values, replayed.displacements[joint])
+        assert np.array_equal(values[-1], frame.displacements[joint])
+
+
+def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
+    running = run_viewer("pendulum", (LivePanel,))
+    page, panel = open_page(running), panel_of(running)
+    figure = running.viewer.figure
+    bent = {"shoulder": np.array([0.1, 0.2, 0.3])}
+    placement = forward_kinematics(
+        build_tree(figure), {**initial_displacements(build_tree(figure)), **bent}
+    )
+    running.call(
+        lambda: running.viewer.show(Shown(Driver.POSE, placement.displacements, placement.poses))
+    )
+    page.get_by_text("Start", exact=True).click()
+    wait_until(lambda: panel._frame is not None and panel._frame.number > 5, WAIT)
+    os.kill(panel.process.process_id, signal.SIGKILL)
+    page.get_by_text("was ended by SIGKILL").first.wait_for()
+    assert not panel.process.is_alive
+    page.get_by_text("Start", exact=True).click()
+    wait_until(lambda: panel._frame is not None and panel._frame.number > 5, WAIT)
+    assert panel._generation == 2
+    assert np.array_equal(panel._start_shown.displacements["shoulder"], bent["shoulder"])
+    page.get_by_text("Reset", exact=True).click()
+    wait_until(lambda: panel._generation == 3 and panel._frame is not None, WAIT)
+    assert panel._frame.number == 0
+    assert np.abs(panel._frame.displacements["shoulder"] - bent["shoulder"]).max() < 1e-12
+
+
+def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
+    running = run_viewer("prototype", (LivePanel,))
+    page, panel = open_page(running), panel_of(running)
+    page.get_by_label("Floor", exact=True).click()
+    page.get_by_label("Free root").click()
+    wait_until(lambda: panel._free.value and panel._floor.value)
+    assert panel._floor_box.visible
+    page.get_by_text("Step", exact=True).click()
+    wait_until(lambda: panel._frame is not None and panel._frame.number == 1, WAIT)
+    assert panel._frame.has_free_root
+    assert panel._frame.floor == pytest.approx(0.01 * panel._height.value)
+    height = panel._frame.floor
+    type_into(page, "Floor height [cm]", f"{100.0 * height + 50.0:.1f}")
+    page.get_by_text("cm inside floor").first.wait_for()
+    wait_until(lambda: panel._height.value == pytest.approx(100.0 * height))
+    box = page.locator("canvas").first.bounding_box()
+    x, y = box["x"] + 0.36 * box["width"], box["y"] + 0.45 * box["height"]
+    page.get_by_text("Start", exact=True).click()
+    page.keyboard.down("Shift")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for k in range(8):
+        page.mouse.move(x - 12.0 * k, y - 6.0 * k)
+        page.wait_for_timeout(60)
+    wait_until(lambda: panel._pulled is not None)
+    wait_until(lambda: panel._frame.pulled is not None, WAIT)
+    assert panel._line.visible
+    page.context.close()  # the browser leaves in mid-drag
+    wait_until(lambda: panel._pulled is None)
+    wait_until(lambda: panel._frame.pulled is None, WAIT)
+    running.call(panel.close)
