@@ -624,8 +624,9 @@
   }
 
   /**
-   * Handle for scripts and tests: `ready` is a promise; times are in s, poses of segments column-major
-   * matrices in the world, `point()` the angle [deg] and the moments of law and run [N m].
+   * Handle for scripts and tests: `ready` is a promise; times are in s; `pose` is the column-major matrix in
+   * the world of a node of the body (`SEGMENT.SITE` for a site); `point` is the angle [deg] and the moments of
+   * the law and of the run [N m] on the selected row.
    */
   window.page = {
     motion,
