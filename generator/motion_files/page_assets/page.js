@@ -5,7 +5,12 @@
   const byId = (id) => document.getElementById(id);
   const motion = JSON.parse(byId("motion").textContent);
 
-  const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  function bytesOf(text) {
+    const letters = atob(text);
+    const bytes = new Uint8Array(letters.length);
+    for (let k = 0; k < bytes.length; k++) bytes[k] = letters.charCodeAt(k);
+    return bytes;
+  }
   const floats = (text) => new Float32Array(bytesOf(text).buffer);
   const doubles = (text) => new Float64Array(bytesOf(text).buffer);
   const withGaps = (values) => Array.from(values, (value) => (Number.isFinite(value) ? value : null));
