@@ -5,7 +5,12 @@
   const byId = (id) => document.getElementById(id);
   const motion = JSON.parse(byId("motion").textContent);
 
-  const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  function bytesOf(text) {
+    const letters = atob(text);
+    const bytes = new Uint8Array(letters.length);
+    for (let k = 0; k < bytes.length; k++) bytes[k] = letters.charCodeAt(k);
+    return bytes;
+  }
   const floats = (text) => new Float32Array(bytesOf(text).buffer);
   const doubles = (text) => new Float64Array(bytesOf(text).buffer);
   const withGaps = (values) => Array.from(values, (value) => (Number.isFinite(value) ? value : null));
@@ -624,8 +629,9 @@
   }
 
   /**
-   * Handle for scripts and tests: `ready` is a promise; times are in s, poses of segments column-major
-   * matrices in the world, `point()` the angle [deg] and the moments of law and run [N m].
+   * Handle for scripts and tests: `ready` is a promise; times are in s; `pose` is the column-major matrix in
+   * the world of a node of the body (`SEGMENT.SITE` for a site); `point` is the angle [deg] and the moments of
+   * the law and of the run [N m] on the selected row.
    */
   window.page = {
     motion,

@@ -142,6 +142,15 @@ def curve_rows(motion: FigureMotion) -> dict[str, dict[str, str]]:
     return {row["label"]: {**row, **row["curve"]} for row in rows if "curve" in row}
 
 
+def test_a_curve_of_a_law_over_several_joints_says_where_it_is_taken():
+    motion = any_motion(shipped("prototype"))
+    springs = read_springs("coupled", motion.figure)
+    rows = page_data(motion, kept_frames(3), springs, Losses("page"))["rows"]
+    held = {row["label"]: row["curve"]["held"] for row in rows if "curve" in row}
+    assert "at knee flexion 0 deg" in held["Left hip flexion"]
+    assert held["Waist flexion"] == ""
+
+
 @pytest.mark.parametrize(
     ("origin", "found"),
     [
