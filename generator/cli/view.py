@@ -44,6 +44,9 @@ from springs import Joining, SpringSet
 
 PAGE_SUFFIX = ".html"
 
+_OTHER_SUFFIXES = (".toml", ".optional")
+"""Suffixes of files that are inputs of other commands."""
+
 _Warnings = tuple[Diagnostic, ...]
 
 
@@ -136,6 +139,11 @@ def _check_kind(path: Path, figure: str | None, second: Path | None, export: Pat
         raise UsageError(
             f"{path} is a model of another program: `mover convert {path} {target}` makes a "
             "figure of it"
+        )
+    if path.suffix.lower() in _OTHER_SUFFIXES and not _is_springs_file(path):
+        raise UsageError(
+            f"{path} cannot be shown: the page shows figures, poses, motions and {SPRINGS_SUFFIX} "
+            "files"
         )
     if not is_motion(path):
         for option, value in (("--with", second), ("--export", export)):

@@ -63,11 +63,15 @@ FIRST, PREVIOUS, NEXT, LAST = "First", "Previous", "Next", "Last"
 
 
 class TimeChart:
-    """A chart of the panel with a cursor at the present time."""
+    """A chart of the panel with a cursor at the present time.
+
+    Attributes:
+        title: quantity and unit.
+    """
 
     def __init__(self, viewer: Viewer, chart: Chart) -> None:
         """Add the chart to the panel that is being built."""
-        self._chart = chart
+        self._chart, self.title = chart, chart.title
         self._cursor = -1
         low, high = chart.limits
         self._plot: GuiUplotHandle = viewer.server.gui.add_uplot(
@@ -112,6 +116,7 @@ class PlayPanel(Panel):
         frames: of the motion, or None before one is loaded.
         playback: its clock, likewise.
         ghost: frames of the second motion, or None.
+        charts: of the chosen joint and of the run.
     """
 
     title = "Play"
@@ -124,7 +129,7 @@ class PlayPanel(Panel):
         self.playback: Playback | None = None
         self.ghost: MotionFrames | None = None
         self._ghost_scene: FigureScene | None = None
-        self._charts: list[TimeChart] = []
+        self.charts: list[TimeChart] = []
         self._path: LineSegmentsHandle | None = None
         self._path_frames, self._path_points = np.zeros(0, dtype=int), np.zeros((0, 3))
         self._path_drawn = -1
@@ -296,7 +301,7 @@ class PlayPanel(Panel):
     def _move_cursors(self, frame: int) -> None:
         if self._slider.value != frame:
             self._slider.value = frame
-        for chart in self._charts:
+        for chart in self.charts:
             chart.move_cursor(frame)
 
     def _write_time(self, at: float) -> None:
@@ -348,20 +353,20 @@ class PlayPanel(Panel):
             self.viewer.select_joint(self._joint.value)
 
     def _draw_charts(self) -> None:
-        for chart in self._charts:
+        for chart in self.charts:
             chart.remove()
-        self._charts = []
+        self.charts = []
         if self.frames is None:
             return
         motion, joint = self.frames.motion, self._joint.value
         found = [*displacement_charts(motion, joint), *moment_chart(motion, joint)] if joint else []
         found += [*energy_chart(motion), *ground_reaction_chart(motion)]
         with self._chart_folder:
-            self._charts = [TimeChart(self.viewer, chart) for chart in found]
+            self.charts = [TimeChart(self.viewer, chart) for chart in found]
         self._chart_number += 1
         if joint and motion.recording is None:
             self._add_elastic_moments(motion, joint)
-        for chart in self._charts:
+        for chart in self.charts:
             chart.move_cursor(max(self._shown_frame, 0))
 
     def _add_elastic_moments(self, motion: FigureMotion, joint: str) -> None:
@@ -371,7 +376,7 @@ class PlayPanel(Panel):
         def add(charts: list[Chart]) -> None:
             if number == self._chart_number:
                 with self._chart_folder:
-                    self._charts += [TimeChart(self.viewer, chart) for chart in charts]
+                    self.charts += [TimeChart(self.viewer, chart) for chart in charts]
 
         def compute() -> None:
             charts = elastic_moment_chart(motion, joint, springs)

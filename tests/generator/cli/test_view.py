@@ -1,0 +1,203 @@
+"""`mover view`: what its files are, its signals and its refusals; `refusals/view.txt` has more."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+
+from generator import read_figure, read_springs
+from generator.cli.view import Subject, load_subject
+from tests.command import answer, mover, run
+from tests.motions import clip
+from tests.paths import FIGURES
+from tests.processes import ENVIRONMENT
+
+MOVER = [sys.executable, "-m", "generator.cli.app", "view"]
+
+
+def load(path: Path, **options: object) -> Subject:
+    every = {"figure_name": None, "second": None, "springs_choice": None, "joining": None}
+    return load_subject(path, **{**every, **options})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pose, a motion with and without its run, and springs."""
+    from generator.motion_files import motion_writer
+
+    folder = tmp_path_factory.mktemp("view")
+    for name in ("hang.npz", "hang.action"):
+        motion_writer(folder / name)(clip("prototype"), folder / name)
+    for name in ("fly.npz", "fly.action"):
+        motion_writer(folder / name)(clip("flying"), folder / name)
+    (folder / "bent.pose").write_text("joint left_knee { displacement = (30deg); }\n")
+    spring = '[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 7\n'
+    (folder / "stiff.springs.toml").write_text(f'figure = "prototype"\n{spring}')
+    (folder / "nameless.springs.toml").write_text(spring)
+    return folder
+
+
+def test_a_pose_is_that_of_its_file(folder: Path):
+    shown = load(folder / "bent.pose", figure_name="prototype")
+    assert shown.placement.displacements["left_knee"] == pytest.approx(np.radians([30.0]))
+    assert shown.motion is None
+
+
+@pytest.mark.parametrize("name", ["hang.npz", "hang.action", "fly.npz", "fly.action"])
+def test_a_motion_names_its_figure_and_springs(folder: Path, name: str):
+    shown = load(folder / name, second=folder / "hang.action")
+    assert shown.figure.path == FIGURES / "prototype.fig"
+    assert shown.springs == read_springs(None, shown.figure)
+    assert shown.motion is not None
+    assert (shown.motion.recording is None) == name.endswith(".action")
+    assert shown.second is not None
+    assert not shown.warnings
+
+
+def test_springs_that_are_not_found_are_replaced_with_a_warning(folder: Path, tmp_path: Path):
+    text = (folder / "hang.action").read_text(encoding="utf-8")
+    moved = tmp_path / "moved.action"
+    moved.write_text(re.sub("^springs .*$", "springs my.springs.toml", text, flags=re.MULTILINE))
+    shown = load(moved)
+    (only,) = shown.warnings
+    assert "`my.springs.toml`" in only.message
+    assert shown.springs.origin in only.hint
+    assert not load(moved, springs_choice="none").warnings
+
+
+@pytest.mark.parametrize(
+    ("name", "figure"), [("stiff.springs.toml", None), ("nameless.springs.toml", "prototype")]
+)
+def test_springs_bring_their_figure(folder: Path, name: str, figure: str | None):
+    shown = load(folder / name, figure_name=figure)
+    assert shown.figure.path == FIGURES / "prototype.fig"
+    assert shown.springs == read_springs(folder / name, shown.figure)
+
+
+def test_a_motion_of_another_version_of_its_figure_warns(folder: Path, tmp_path: Path):
+    changed = tmp_path / "prototype.fig"
+    text = (FIGURES / "prototype.fig").read_text(encoding="utf-8")
+    changed.write_text(f"{text}/* changed */\n", encoding="utf-8")
+    shown = load(folder / "hang.action", figure_name=str(changed))
+    assert any("another version" in one.message for one in shown.warnings)
+
+
+def test_a_page_is_exported_without_viser(folder: Path, tmp_path: Path):
+    (tmp_path / "viser.py").write_text("raise ModuleNotFoundError(name='viser')")
+    line = [*MOVER, folder / "hang.action", "--export", "hang.html"]
+    environment = {
+        **ENVIRONMENT,
+        "PYTHONPATH": f"{tmp_path}{os.pathsep}{ENVIRONMENT['PYTHONPATH']}",
+    }
+    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "wrote hang.html" in done.stdout
+    assert (tmp_path / "hang.html").read_text(encoding="utf-8").startswith("<!")
+    done = subprocess.run([*MOVER, "pendulum"], cwd=tmp_path, env=environment,
+                          capture_output=True, text=True)  # fmt: skip
+    expected = "error: the page needs viser: pip install 'exudyn-mover[viewer]'\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", expected)
+
+
+def test_an_export_says_what_was_written(folder: Path, tmp_path: Path):
+    page = tmp_path / "hang.html"
+    said = answer("view", folder / "hang.npz", "--export", page, "--springs", "none")
+    assert said["files"] == [str(page)]
+    assert said["frames"] == len(clip("prototype").times)
+    assert f"wrote {page}" in run("view", folder / "hang.npz", "--export", page).stdout
+
+
+class TestPage:
+    """The process with a server."""
+
+    @pytest.fixture(autouse=True)
+    def _viser(self):
+        pytest.importorskip("viser", reason="viser is missing")
+
+    def test_a_port_in_use_is_refused(self):
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            port = taken.getsockname()[1]
+            refused = mover("view", "pendulum", "--port", port)
+        assert refused.exit_code == 2
+        assert f"--port {port} of 127.0.0.1 cannot be used: address already in use" in (
+            refused.stderr.lower()
+        )
+        assert "a free one is chosen" in refused.stderr
+
+    @pytest.mark.parametrize("host", ["192.0.2.1", "-", "a..b"])
+    def test_a_host_of_elsewhere_is_refused(self, host: str):
+        refused = mover("view", "pendulum", "--host", host)
+        assert refused.exit_code == 2
+        assert refused.stderr == f"error: --host {host}: not an address of this machine\n"
+
+    def test_a_port_that_is_no_port_is_refused(self):
+        assert mover("view", "pendulum", "--port", "99999999").exit_code == 2
+
+    @pytest.mark.skipif(os.name != "posix", reason="needs signals")
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+    def test_signals_end_the_page(self, folder: Path, number: signal.Signals):
+        def end(process: subprocess.Popen[str], address: str) -> None:
+            with urlopen(address, timeout=30.0) as page:
+                assert b"<html" in page.read(2000)
+            process.send_signal(number)
+
+        code, out, rest = serve([folder / "hang.npz", "--no-browser", "--json"], end)
+        assert (code, rest) == (0, "Ctrl-C ends the page.\n")
+        assert '"frames"' in out
+        assert '"address"' in out
+
+    @pytest.mark.skipif(os.name != "posix", reason="needs signals")
+    def test_a_page_for_others_warns_and_ends_at_ctrl_c_during_its_start(self, tmp_path: Path):
+        (tmp_path / "sitecustomize.py").write_text(
+            "import os, signal, webbrowser\n"
+            "webbrowser.open = lambda _: os.kill(os.getpid(), signal.SIGINT)\n"
+        )
+        line = ["pendulum", "--host", "0.0.0.0"]
+        path = f"{tmp_path}{os.pathsep}{ENVIRONMENT['PYTHONPATH']}"
+        variables = {"PYTHONPATH": path, "BROWSER": "one"}
+        code, out, rest = serve(line, lambda *_: None, variables)
+        assert code == 0
+        assert "warning: every machine that reaches 0.0.0.0 can use the page.\n" in rest
+        assert "Traceback" not in rest
+        assert out.count("\n") == 1
+
+
+def serve(
+    line: Sequence[object],
+    act: Callable[[subprocess.Popen[str], str], None],
+    variables: dict[str, str] | None = None,
+) -> tuple[int, str, str]:
+    """Return exit code, output and the rest of the errors of a page after an action.
+
+    The action gets the process and the address.
+    """
+    process = subprocess.Popen(
+        [*MOVER, *map(str, line)],
+        env={**ENVIRONMENT, **(variables or {})},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        address = process.stderr.readline().strip()
+        assert address.startswith("http://127.0.0.1:"), address
+        act(process, address)
+        code = process.wait(60.0)
+        return code, process.stdout.read(), process.stderr.read()
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_the_figure_of_a_subject_is_the_named_one(folder: Path):
+    assert load(FIGURES / "pendulum.fig").figure == read_figure("pendulum")
