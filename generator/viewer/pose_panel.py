@@ -172,8 +172,9 @@ class PosePanel(Panel):
                     with_value(self._choice),
                     lambda event: self.viewer.select_joint(event.value),
                 )
-                self._show_joint(next(iter(self._moved)), expanded=True)
-                return
+        if not self._all_folders:
+            self._show_joint(next(iter(self._moved)), expanded=True)
+            return
         for name in self._moved:
             self._show_joint(name, expanded=len(self._moved) <= MAX_OPEN_FOLDERS)
 
