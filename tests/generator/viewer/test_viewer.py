@@ -20,7 +20,7 @@ from generator.viewer.scene import node_name
 from generator.viewer.viewer import Content, Driver, Panel, Shown, Viewer, html_lines
 from springs import SpringSet
 from tests.browser import WAIT, node_pose
-from tests.chains import BALL, body, figure, ground, joint
+from tests.chains import BALL, at, body, figure, ground, joint
 from tests.generator.viewer.conftest import wait_until
 
 MARKUP = '<img src="x" onerror="window.injected = 1">'
@@ -219,3 +219,29 @@ def test_names_of_files_are_not_markup(run_viewer, open_page, tmp_path):
     page.get_by_text(MARKUP).first.wait_for()
     assert page.locator("img[onerror]").count() == 0
     assert page.evaluate("window.injected") is None
+
+
+def long_chain(count: int, folder: Path) -> Content:
+    """The content of a page of a chain of segments without psurfs."""
+    segments, joints, before = [ground()], [], "ground.base"
+    for k in range(count):
+        sites = {"far": at(shift=(0.0, 0.1, 0.0))}
+        segments.append(body(f"s{k}", mass=0.5, centre=(0.0, 0.05, 0.0), sites=sites))
+        joints.append(joint(f"j{k}", before, f"s{k}.near", BALL, (0.02, 0.0, 0.01)))
+        before = f"s{k}.far"
+    made = figure(segments, joints)
+    tree = build_tree(made)
+    placement = forward_kinematics(tree, initial_displacements(tree))
+    return Content(made, SpringSet({}), placement, folder)
+
+
+def test_a_figure_of_160_segments_has_its_page(run_viewer, monkeypatch, tmp_path):
+    told: list[object] = []
+    monkeypatch.setattr(Viewer, "tell", lambda _viewer, *texts, **_named: told.append(texts))
+    running = run_viewer(long_chain(160, tmp_path), PANELS)
+    viewer = running.viewer
+    assert len(viewer.scene.meshes) == 160
+    running.call(lambda: viewer.select_segment("s159"))
+    running.call(lambda: viewer.show(viewer.shown))
+    running.call(lambda: None)
+    assert told == []
