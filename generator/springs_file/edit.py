@@ -366,7 +366,7 @@ def springs_from_text(
     Args:
         text: of the file, or "" for the springs that it would extend.
         figure: the figure.
-        file: its path; it need not exist.
+        file: its path; it need not exist. A file that is there may be extended by the text.
         choice: of the springs for an empty text, as for `read_springs`.
 
     Raises:
@@ -375,7 +375,25 @@ def springs_from_text(
     folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
     if not text:
         return load_springs(figure, folder, stem, choice).require_value().springs
+    file = file.with_name(f"{_UNSAVED}{file.name}")  # another name than any file that is extended
     return load_springs(figure, folder, stem, file, text=text).require_value().springs
+
+
+_UNSAVED = "unsaved "
+"""Begin of the name of a text that is not in its file yet."""
+
+
+def check_target(figure: Figure, file: Path, choice: str | Path | None) -> None:
+    """Raise UsageError for a file that holds the springs of a choice, or the figure's own."""
+    if figure.path is None:
+        return
+    folder, stem = figure.path.parent, figure.path.stem
+    for each in (choice, None):
+        path, _ = find_springs_file(folder, stem, each)
+        if path is not None and path.resolve() == file.resolve():
+            raise UsageError(
+                f"`{shorten(file.name)}` holds the springs that were changed: choose another name"
+            )
 
 
 def edited_springs(
@@ -420,14 +438,13 @@ def springs_and_text(
     Raises:
         ModelError: a springs file cannot state the change.
         InputError: the text cannot be read, as with a cubic that restores in no sense.
-        UsageError: the file is the one that it would extend.
     """
     if changed == springs:
         return springs, ""
     if str(choice) == PRINTED_SPRINGS:
         text = format_all(figure, changed)
         return springs_from_text(text, figure, file), text
-    extends = _name_of_base(figure, choice, file)
+    extends = _name_of_base(figure, choice, file.parent)
     text = format_changes(figure, springs, changed, extends)
     made = springs_from_text(text, figure, file)
     if made.joining is not springs.joining:  # another one was chosen than the base has
@@ -436,22 +453,14 @@ def springs_and_text(
     return made, text
 
 
-def _name_of_base(figure: Figure, choice: str | Path | None, file: Path) -> str | None:
-    """Return the name by which a springs file extends the springs of a choice.
-
-    Raises UsageError where the file is that of the choice, or its name that of the figure's own.
-    """
-    folder = file.parent
+def _name_of_base(figure: Figure, choice: str | Path | None, folder: Path) -> str | None:
+    """Return the name by which a springs file in a folder extends the springs of a choice."""
     if figure.path is None:
         return None if choice is None else Path(choice).resolve().as_posix()
     path, _ = find_springs_file(figure.path.parent, figure.path.stem, choice)
     own, _ = find_springs_file(figure.path.parent, figure.path.stem, None)
     if path is None:
         return None
-    if path.resolve() == file.resolve():
-        raise UsageError(
-            f"`{shorten(file.name)}` holds the springs that were changed: choose another name"
-        )
     stem, name = figure.path.stem, path.name.removesuffix(SPRINGS_SUFFIX)
     if own is not None and path.resolve() == own.resolve():
         return stem if own.name.endswith(SPRINGS_SUFFIX) else None

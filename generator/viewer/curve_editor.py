@@ -21,7 +21,13 @@ from generator.passive_curve import (
 )
 from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
-from generator.springs_file.edit import SpringEdit, apply_edits, edit_of_other_side, edited_springs
+from generator.springs_file.edit import (
+    SpringEdit,
+    apply_edits,
+    check_target,
+    edit_of_other_side,
+    edited_springs,
+)
 from springs import AxisSpring, SpringSet
 from springs.elastic import Range
 from springs.joint import Direction
@@ -30,7 +36,7 @@ from springs.published.tables import curves_of_motion
 CurveKey = tuple[str, Direction]
 """Joint and axis of a curve."""
 
-_UNSAVED = "unsaved changes.springs.toml"
+_UNSAVED = "changes.springs.toml"
 
 
 class CurveEditor:
@@ -128,7 +134,11 @@ class CurveEditor:
         return self.springs
 
     def text(self, file: Path) -> str:
-        """Return the springs file with the changes. Raises UsageError where there are none."""
+        """Return the springs file with the changes.
+
+        Raises UsageError where there are none, and for the file of the springs that they change.
+        """
+        check_target(self.figure, file, self._choice)
         _, text = self._read(self.edits, file)
         if not text:
             raise UsageError("no curve was changed: there is nothing to save")

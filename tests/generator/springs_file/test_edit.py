@@ -10,10 +10,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, UsageError
+from generator.figure_file import shipped_figures
 from generator.springs_file.edit import (
     SpringEdit,
     apply_edits,
+    check_target,
     cubic_dead_zone,
     edit_of_other_side,
     edit_spring,
@@ -32,6 +34,7 @@ from tests.laws import STRATEGIES
 FIGURE = read_figure("prototype")
 SPRINGS = read_springs(None, FIGURE)
 KNEE = SPRINGS.joints["left_knee"].axes[0].direction
+OWN_FILE = shipped_figures()["prototype"].with_name("prototype.springs.toml")
 ANGLES = np.radians(np.linspace(-30.0, 150.0, 181))
 LAWS = st.one_of(*STRATEGIES.values()).filter(lambda law: not isinstance(law, Stop))
 
@@ -185,7 +188,7 @@ def test_the_saved_file_extends_the_springs_by_name(choice, tmp_path: Path):
     path.write_text(text, encoding="utf-8")
     again = load_springs(FIGURE, FIGURE.path and FIGURE.path.parent, "prototype", path)
     assert again.value is not None
-    assert again.value.springs == springs
+    assert replace(again.value.springs, origin=springs.origin) == springs
     assert springs.joining is Joining.WEIGHTED
     assert springs.coupled == base.coupled
 
@@ -208,3 +211,17 @@ def test_what_a_file_cannot_state_is_an_error():
         apply_edits(SPRINGS, [SpringEdit("left_knee", (0.6, 0.8, 0.0), scale=2.0)])
     assert format_changes(FIGURE, SPRINGS, SPRINGS) == ""
     assert "base = " in format_all(FIGURE, SPRINGS)
+
+
+def test_a_file_may_be_extended_by_changes_of_its_name_that_are_not_saved(tmp_path: Path):
+    path = tmp_path / "mine.springs.toml"
+    path.write_text('[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 2\n', "utf-8")
+    base = read_springs(path, FIGURE)
+    edit = SpringEdit("left_knee", KNEE, stiffness=3.0)
+    springs, text = edited_springs(FIGURE, base, [edit], path, path)
+    assert springs.joints["left_knee"].axes[0].elastic == (Linear(3.0),)
+    assert springs_from_text(text, FIGURE, path).joints == springs.joints
+    check_target(FIGURE, tmp_path / "other.springs.toml", path)
+    for choice, file in ((path, path), (path, OWN_FILE), (None, OWN_FILE)):
+        with pytest.raises(UsageError, match="choose another name"):
+            check_target(FIGURE, file, choice)
