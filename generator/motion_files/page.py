@@ -265,11 +265,16 @@ def _published(one: PublishedTorques) -> dict[str, Any]:
     return row
 
 
+_PARTICLES = ("van", "de", "von")
+"""Words that belong to the name behind them."""
+
+
 def _authors(key: str) -> str:
     """Return authors and year of a key ("Silder 2007" of "silder_2007/knee_flexion")."""
-    *names, year = key.partition("/")[0].split("_")
-    first, last = ", ".join(map(str.capitalize, names[:-1])), names[-1:]
-    return f"{' & '.join(filter(None, [first, *map(str.capitalize, last)]))} {year}".strip()
+    *words, year = key.partition("/")[0].split("_")
+    parts = [word if word in _PARTICLES else word.capitalize() for word in words]
+    names = re.sub(rf"\b({'|'.join(_PARTICLES)})_", r"\1 ", "_".join(parts)).split("_")
+    return f"{' & '.join(filter(None, [', '.join(names[:-1]), names[-1]]))} {year}"
 
 
 def _citation(one: PublishedTorques) -> str:

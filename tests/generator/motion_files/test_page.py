@@ -142,6 +142,14 @@ def curve_rows(motion: FigureMotion) -> dict[str, dict[str, str]]:
     return {row["label"]: {**row, **row["curve"]} for row in rows if "curve" in row}
 
 
+def test_the_legend_names_authors_and_year():
+    motion = any_motion(shipped("prototype"))
+    springs = read_springs(None, motion.figure)
+    rows = page_data(motion, kept_frames(3), springs, Losses("page"))["rows"]
+    labels = {one["label"] for row in rows if "curve" in row for one in row["curve"]["published"]}
+    assert {"van Arkel 2015", "Davy & Audu 1987", "Anderson, Madigan & Nussbaum 2007"} <= labels
+
+
 def test_a_curve_of_a_law_over_several_joints_says_where_it_is_taken():
     motion = any_motion(shipped("prototype"))
     springs = read_springs("coupled", motion.figure)
