@@ -47,6 +47,9 @@ CURSOR_INTERVAL = 0.1
 PATH_POINTS = 1000
 """Largest number of points of a path."""
 
+FRAMED_FRAMES = 6
+"""Frames of a motion that the camera sees when it is loaded."""
+
 PATH_COLOUR = (214, 90, 24)
 PATH_THICKNESS = 2.0
 """Thickness of a path on the screen."""
@@ -235,6 +238,8 @@ class PlayPanel(Panel):
         self._controls.visible = self._chart_folder.visible = True
         self._trace()
         self._draw_charts()
+        framed = sample_frames(self.frames.count, FRAMED_FRAMES)
+        self.viewer.frame_camera([self.frames.poses(int(frame)) for frame in framed])
         self._shown_frame, self._must_show = -1, True
 
     def load_ghost(self, motion: FigureMotion) -> None:

@@ -16,6 +16,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+import numpy as np
+
 from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.kinematics.placement import Placement
@@ -191,9 +193,15 @@ class Viewer:
         for panel in self.panels:
             panel.selection_changed(segment, joint)
 
-    def frame_camera(self) -> None:
-        """Move the cameras of all pages so that the figure is seen from its front left."""
-        points = points_in_world(self.scene, self.shown.poses)
+    def frame_camera(self, states: Sequence[Mapping[str, Array]] = ()) -> None:
+        """Move the cameras of all pages so that the figure is seen from its front left.
+
+        Args:
+            states: poses of the segments that are to be seen; without any, the present ones.
+        """
+        points = np.concatenate(
+            [points_in_world(self.scene, poses) for poses in states or [self.shown.poses]]
+        )
         camera = self.server.initial_camera
         camera.fov = VIEW_ANGLE
         camera.position, camera.look_at = _camera_of_page(points, *DEFAULT_PAGE)

@@ -20,7 +20,12 @@ from tests.motions import clip
 from tests.paths import FIGURES
 from tests.processes import ENVIRONMENT
 
-MOVER = [sys.executable, "-m", "generator.cli.app", "view"]
+# A background job of a shell ignores SIGINT, and its children inherit that.
+START = (
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "from generator.cli.app import main; main()"
+)
+MOVER = [sys.executable, "-c", START, "view"]
 
 
 def load(path: Path, **options: object) -> Subject:
