@@ -24,7 +24,7 @@ VIEWS: Mapping[str, tuple[float, float]] = {
 DEFAULT_SIZE = (1600, 600)
 """Largest width and height of a picture whose size is not asked for [pixels]."""
 
-MAX_PIXELS = 50_000_000
+MAX_PIXELS = 20_000_000
 
 SCREEN_DPI, PRINT_DPI = 100.0, 300.0
 """Default resolution of pictures with a width in pixels, and in units of length [dots/inch]."""

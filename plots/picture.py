@@ -185,9 +185,8 @@ class Picture:
 
 def on_white(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return a picture on a white background, shape (rows, columns, 3)."""
-    alpha = image[..., 3:] / 255.0
-    mixed = alpha * image[..., :3] + 255.0 * (1.0 - alpha)
-    return np.asarray(np.round(mixed), dtype=np.uint8)
+    alpha = image[..., 3:].astype(np.uint16)
+    return ((image[..., :3] * alpha + 255 * (255 - alpha) + 127) // 255).astype(np.uint8)
 
 
 def draw_picture(
