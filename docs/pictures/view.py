@@ -1,0 +1,154 @@
+"""Draws the pictures of the page: docs/pictures/view_*.png and docs/pictures/page.png.
+
+A real browser without a window opens the pages. Run with `python -m docs.pictures.view` in the
+project's folder, with the extras `viewer` and `test`.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Thread
+from typing import Any
+
+from generator.cli.view import load_subject
+from generator.motion_files import motion_writer
+from generator.viewer.panels import ordered_panels
+from generator.viewer.server import LOOPBACK, address, close_server, find_port, open_server
+from generator.viewer.viewer import Content, Viewer
+from tests.browser import launch_browser
+
+FOLDER = Path(__file__).parent
+SIZE = {"width": 1280, "height": 860}
+SETTLING_TIME = 2500.0
+"""Time until the page is drawn after a change [ms]."""
+
+ARMS = """figure = "prototype"
+
+[[spring]]
+joints = ["left_elbow", "right_elbow"]
+motion = "flexion"
+stiffness_Nm_rad = 230
+viscous_Nms_rad = 0.08
+"""
+
+
+def draw(
+    browser: Any, name: str, path: Path, act: Callable[[Any, Viewer], None], folder: Path
+) -> None:
+    """Open the page of a file, act on it, and take its picture."""
+    subject = load_subject(path, None, None, None, None)
+    content = Content(
+        subject.figure,
+        subject.springs,
+        subject.placement,
+        folder,
+        subject.motion,
+        title=path.name,
+        springs_choice=subject.springs_choice,
+    )
+    server = open_server(LOOPBACK, find_port(LOOPBACK, None), content.title)
+    viewer = Viewer(server, content, ordered_panels(content))
+    Thread(target=viewer.run, daemon=True).start()
+    page = browser.new_page(viewport=SIZE)
+    try:
+        page.goto(address(server, LOOPBACK))
+        page.wait_for_timeout(SETTLING_TIME)
+        page.locator(".mantine-Notification-closeButton").first.click()
+        act(page, viewer)
+        page.wait_for_timeout(SETTLING_TIME)
+        page.screenshot(path=FOLDER / f"{name}.png", timeout=120e3)
+    finally:
+        page.close()
+        viewer.stop()
+        viewer.close()
+        close_server(server)
+
+
+def open_tab(page: Any, name: str) -> None:
+    """Open a tab of the controls."""
+    page.get_by_role("tab", name=name).click()
+    page.wait_for_timeout(500.0)
+
+
+def choose(page: Any, control: str, option: str) -> None:
+    """Choose an entry of a list."""
+    page.get_by_label(control, exact=True).first.click()
+    page.get_by_role("option", name=option, exact=True).click()
+    page.wait_for_timeout(500.0)
+
+
+def tick(page: Any, control: str) -> None:
+    """Tick a box."""
+    page.get_by_role("checkbox", name=control, exact=True).click()
+    page.wait_for_timeout(500.0)
+
+
+def enter(page: Any, control: str, text: str) -> None:
+    """Type into a field."""
+    field = page.get_by_label(control).first
+    field.fill(text)
+    field.press("Enter")
+    page.wait_for_timeout(500.0)
+
+
+def show_curve(page: Any, viewer: Viewer) -> None:
+    """Mend the elbows of the tutorial."""
+    open_tab(page, "Curve")
+    choose(page, "Joint", "Left elbow")
+    tick(page, "Both sides")
+    enter(page, "Stiffness", "2.3")
+
+
+def show_balance(page: Any, viewer: Viewer) -> None:
+    """Turn the balance and an ellipsoid on, in a pose that leans."""
+    open_tab(page, "Body")
+    tick(page, "Balance")
+    choose(page, "Segment", "left_upper_leg")
+    tick(page, "Inertia ellipsoid")
+
+
+def show_fall(page: Any, viewer: Viewer) -> None:
+    """Let the figure fall and stop it before it lies."""
+    open_tab(page, "Live")
+    tick(page, "Floor")
+    tick(page, "Free root")
+    for _ in range(5):
+        page.get_by_role("button", name="Step").click()
+    page.get_by_role("button", name="Start").click()
+    end = time.monotonic() + 120.0
+    while time.monotonic() < end and (viewer.shown.time or 0.0) < 0.85:
+        time.sleep(0.01)
+    page.get_by_role("button", name="Pause").click()
+    open_tab(page, "Curve")
+    choose(page, "Joint", "Left knee")
+
+
+def show_motion(page: Any, viewer: Viewer) -> None:
+    """Stop a motion in its midst."""
+    page.get_by_role("button", name="Play").click()
+    end = time.monotonic() + 60.0
+    while time.monotonic() < end and (viewer.shown.time or 0.0) < 0.9:
+        time.sleep(0.01)
+    page.get_by_role("button", name="Pause").click()
+
+
+def main() -> None:
+    """Draw all pictures."""
+    from generator import Plan, read_figure, simulate, write_recording
+    from generator.scene import Scene
+
+    with TemporaryDirectory() as name, launch_browser() as browser:
+        folder = Path(name)
+        (folder / "arms.springs.toml").write_text(ARMS, encoding="utf-8")
+        figure = read_figure("prototype")
+        plan = Plan(stop=2.0, free_root=True, height=0.0, scene=Scene.floor())
+        write_recording(simulate(figure, plan), figure, folder / "fall.npz")
+        draw(browser, "view_curve", folder / "arms.springs.toml", show_curve, folder)
+        draw(browser, "view_balance", Path("prototype"), show_balance, folder)
+        draw(browser, "view_live", Path("prototype"), show_fall, folder)
+        draw(browser, "view_play", folder / "fall.npz", show_motion, folder)
+
+
+if __name__ == "__main__":
+    main()
