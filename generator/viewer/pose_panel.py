@@ -1,9 +1,11 @@
 """The tab in which the figure is posed: sliders, a dragged segment, arms, mirror, undo, files."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite, radians
 from typing import Any
+
+import viser
 
 from generator.diagnostics import MoverError, UsageError
 from generator.figure import AxisKind, Joint
@@ -115,6 +117,11 @@ class PosePanel(Panel):
     def is_dragged(self) -> bool:
         """Return whether somebody drags a segment."""
         return self._drag.is_dragged
+
+    @property
+    def sliders(self) -> Mapping[Coordinate, viser.GuiSliderHandle[float]]:
+        """Sliders of the displacements that have one, in degrees or cm."""
+        return {coordinate: row.handle for coordinate, row in self._rows.items()}
 
     def build(self) -> None:
         """Add the controls."""
