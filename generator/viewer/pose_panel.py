@@ -110,7 +110,7 @@ class PosePanel(Panel):
         self._changed = -1e9
         self._files: tuple[str, ...] | None = None
         self._files_read = -1e9
-        self._told = ("", -1e9)
+        self._last_error = ("", -1e9)
         self._stale_joints: set[str] = set()
 
     @property
@@ -325,10 +325,10 @@ class PosePanel(Panel):
 
     def _tell_once(self, failure: MoverError) -> None:
         """Show an error, but not again while it goes on."""
-        text, when = self._told
+        text, when = self._last_error
         if str(failure) != text or self._now - when > 3.0:
             self.viewer.tell_error(failure)
-        self._told = (str(failure), self._now)
+        self._last_error = (str(failure), self._now)
 
     def _move_limb(self) -> None:
         """Move the limb to where somebody has dragged it."""
