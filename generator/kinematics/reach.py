@@ -172,12 +172,12 @@ class _Space:
             for coordinate, k in columns.items()
             if coordinate not in followers
         }
-        held = {each for each in groups if each.joint in locked}
+        blocked = {each for each in groups if each.joint in locked}
         for link in of_tree:
             groups[link.control][columns[link.follower]] = link.factor
             if link.follower.joint in locked:
-                held.add(link.control)
-        free = [group for coordinate, group in groups.items() if coordinate not in held]
+                blocked.add(link.control)
+        free = [group for coordinate, group in groups.items() if coordinate not in blocked]
         self.basis = np.array(free).reshape(-1, len(columns)).T
         joints = [branch.joint for branch in tree.joints]
         self.lower, self.upper = (_limits(joints, end) for end in ("lower_limit", "upper_limit"))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import viser
@@ -42,6 +42,7 @@ class _Drag:
         segment: its name.
         point: in its frame [m], shape (3,).
         handle: the arrows; None without a segment.
+        limb: segments around the arrows, which take no clicks meanwhile.
         clients: pages that drag it.
         target: to which it was dragged last; None when it has been taken.
     """
@@ -49,6 +50,7 @@ class _Drag:
     segment: str = ""
     point: Array = field(default_factory=lambda: np.zeros(3))
     handle: viser.TransformControlsHandle | None = None
+    limb: tuple[str, ...] = ()
     clients: set[int] = field(default_factory=set[int])
     target: Target | None = None
 
@@ -114,6 +116,7 @@ class LimbDrag:
         """Move the arrows to the chosen segment."""
         if self._drag.handle is not None:
             self._drag.handle.remove()
+            self._take_clicks(self._drag.limb)
         self._drag = _Drag()
         segment = self._segments.value
         if segment == NO_SEGMENT:
@@ -128,6 +131,12 @@ class LimbDrag:
             position=position,
             wxyz=wxyz,
         )
+        joints = limb_joints(self.tree, segment)
+        drag.limb = tuple(b.outboard for b in self.tree.joints if b.joint.name in joints)
+        for mesh in self._meshes(drag.limb).values():
+            cast("Any", mesh).remove_click_callback(
+                "all"
+            )  # it would hide the arrows inside it from the mouse
         handle = drag.handle
 
         def register(notify: Callable[[Any], Any]) -> None:
@@ -138,6 +147,16 @@ class LimbDrag:
             handle.on_update(first)
 
         self.viewer.listen(register, lambda event: self._pull(drag, event))
+
+    def _meshes(self, segments: tuple[str, ...]) -> dict[str, viser.MeshHandle]:
+        """Return the meshes of segments that have one."""
+        meshes = self.viewer.scene.meshes
+        return {name: meshes[name] for name in segments if name in meshes}
+
+    def _take_clicks(self, segments: tuple[str, ...]) -> None:
+        """Let a click select segments again."""
+        for name, mesh in self._meshes(segments).items():
+            self.viewer.listen(mesh.on_click, lambda _, name=name: self.viewer.select_segment(name))
 
     def _figure_size(self) -> float:
         """Largest extent of the origins of the segments along an axis of the world [m]."""

@@ -176,12 +176,12 @@ class PoseEditor:
         row[coordinate.index] = value
         self.set({coordinate.joint: row}, group=group)
 
-    def drag(self, target: Target, held: frozenset[str]) -> None:
-        """Move a point of a segment towards a target; joints that are `held` do not move.
+    def drag(self, target: Target, locked: frozenset[str]) -> None:
+        """Move a point of a segment towards a target; `locked` joints do not move.
 
         Hinges without limits stay in their normal range of motion, so that an elbow bends forwards.
         """
-        moved = reach(self._bounded_tree, self.displacements, target, self.links, held)
+        moved = reach(self._bounded_tree, self.displacements, target, self.links, locked)
         placement = Placement(self.tree, moved.displacements, moved.poses)
         self.change(placement, ("drag", target.segment))
 

@@ -1,9 +1,11 @@
 """The tab in which the figure is posed: sliders, a dragged segment, arms, mirror, undo, files."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite, radians
 from typing import Any
+
+import viser
 
 from generator.diagnostics import MoverError, UsageError
 from generator.figure import AxisKind, Joint
@@ -108,13 +110,18 @@ class PosePanel(Panel):
         self._changed = -1e9
         self._files: tuple[str, ...] | None = None
         self._files_read = -1e9
-        self._told = ("", -1e9)
+        self._last_error = ("", -1e9)
         self._stale_joints: set[str] = set()
 
     @property
     def is_dragged(self) -> bool:
         """Return whether somebody drags a segment."""
         return self._drag.is_dragged
+
+    @property
+    def sliders(self) -> Mapping[Coordinate, viser.GuiSliderHandle[float]]:
+        """Sliders of the displacements that have one, in degrees or cm."""
+        return {coordinate: row.handle for coordinate, row in self._rows.items()}
 
     def build(self) -> None:
         """Add the controls."""
@@ -318,10 +325,10 @@ class PosePanel(Panel):
 
     def _tell_once(self, failure: MoverError) -> None:
         """Show an error, but not again while it goes on."""
-        text, when = self._told
+        text, when = self._last_error
         if str(failure) != text or self._now - when > 3.0:
             self.viewer.tell_error(failure)
-        self._told = (str(failure), self._now)
+        self._last_error = (str(failure), self._now)
 
     def _move_limb(self) -> None:
         """Move the limb to where somebody has dragged it."""
