@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from math import ceil, degrees, floor
+from math import ceil, degrees, floor, radians
 from pathlib import Path
 from typing import Any
 
@@ -291,9 +291,12 @@ def chart_axes(curve: PassiveCurve) -> tuple[dict[str, Any], ...]:
 def angle_limits(curve: PassiveCurve, loaded: PassiveCurve, angle: float) -> tuple[float, float]:
     """Return the angles at the edges of the chart [deg]; it shows the present angle."""
     first, last = min(curve.angles[0], loaded.angles[0]), max(curve.angles[-1], loaded.angles[-1])
-    low, high = degrees(min(first, angle)), degrees(max(last, angle))
+    low, high = degrees(min(first, angle - _ROOM)), degrees(max(last, angle + _ROOM))
     return _ANGLE_STEP * floor(low / _ANGLE_STEP), _ANGLE_STEP * ceil(high / _ANGLE_STEP)
 
+
+_ROOM = radians(3.0)
+"""Angle between the present one and the edge of the chart, at least [rad]."""
 
 _ANGLE_STEP = 10.0
 """Limits of the chart are multiples of it [deg]."""

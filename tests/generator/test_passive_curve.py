@@ -158,6 +158,41 @@ def test_a_coupled_law_is_taken_at_the_present_angles_of_the_others():
     assert float(torque) == pytest.approx(float(flexed.moment_at(0.4)))
 
 
+@given(VECTORS, VECTORS)
+def test_the_torque_of_a_coupled_joint_is_minus_the_slope_of_its_energy(vector, rate):
+    chain = build_chain(FIGURE.joints["left_hip_joint"].chain)
+    axes = COUPLED.joints["left_hip_joint"].axes
+    (coupled,) = (one for one in COUPLED.coupled if one.axes[0].joint == "left_hip_joint")
+    knee = 0.6
+
+    def turned(time: float) -> np.ndarray:
+        half = matrix_from_rotation_vector(0.5 * vector)
+        return half @ matrix_from_rotation_vector(time * rate) @ half
+
+    def energy(time: float) -> float:
+        at = rotation_vector_from_matrix(turned(time))
+        shared = coupled.law.energy([float(at @ coupled.axes[0].direction), knee])
+        return float(conservative_energy(axes, at)) + float(shared)
+
+    pose = np.eye(4)
+    pose[:3, :3] = turned(0.0)
+    knee_at = np.array([knee * sign_of("left_knee")])
+    at = REST | {"left_hip_joint": chain.displacements(pose), "left_knee": knee_at}
+    torque = passive_torque(FIGURE, COUPLED, "left_hip_joint", at)
+    step = 1e-5
+    slope = (energy(step) - energy(-step)) / (2.0 * step)
+    assert float(torque @ rate) == pytest.approx(-slope, abs=1e-3 * (1.0 + abs(slope)))
+
+
+def test_a_coupled_law_about_the_opposite_axis_is_the_same_curve():
+    (knee,) = COUPLED.joints["left_knee"].axes
+    turned = replace(COUPLED.joints["left_knee"], axes=(knee.with_opposite_axis(),))
+    opposite = replace(COUPLED, joints={**COUPLED.joints, "left_knee": turned})
+    (one,) = passive_curves(FIGURE, COUPLED)["left_knee"]
+    (other,) = passive_curves(FIGURE, opposite)["left_knee"]
+    assert np.allclose(other.moment_at(-one.angles), -one.torques)
+
+
 def sign_of(joint: str) -> float:
     axis = curve_of(joint, "flexion").spring.direction
     return float(np.dot(FIGURE.joints[joint].chain[0].axis, axis))

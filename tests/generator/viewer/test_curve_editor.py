@@ -126,6 +126,17 @@ def test_every_column_of_the_chart_has_a_series(editor: CurveEditor):
         assert max(band["series"]) < len(chart_series())
 
 
+def test_a_band_ends_with_its_curve(editor: CurveEditor):
+    curve = editor.curve(SPRINGS, knee_key(editor), AT)
+    assert curve is not None
+    columns = chart_data(curve, curve, 0.0)
+    for row, band in zip(curve.published, chart_bands(), strict=False):
+        high, low = (columns[place] for place in band["series"])
+        drawn = np.isfinite(columns[max(band["series"]) + 1])
+        assert np.array_equal(low[~drawn], high[~drawn])
+        assert np.any(high[drawn] > low[drawn]) == (row.band is not None)
+
+
 def test_a_series_joins_nothing_across_a_gap(editor: CurveEditor):
     coupled = read_springs("coupled", FIGURE)
     editor = CurveEditor(FIGURE, coupled, Path(), "coupled")
