@@ -83,6 +83,23 @@ def test_the_knee_has_the_dead_zone_of_the_thesis_and_the_literature():
     assert -low == high <= TORQUE_MARGIN * LARGEST_TORQUE
 
 
+def test_the_moment_and_what_holds_at_an_angle_in_sentences():
+    knee = curve_of("left_knee", "flexion")
+    inside = knee.describe(0.5)
+    assert inside == ("0.0 N m at 28.6 deg", "In the dead zone, 0.0 to 89.0 deg")
+    moment = float(knee.moment_at(2.6))
+    first, beyond = knee.describe(2.6)
+    assert first == f"{moment:.1f} N m at 149.0 deg (drives back)"
+    assert beyond.startswith("Beyond the normal range: knee flexion ends at ")
+    coupled = curve_of("left_knee", "flexion", passive_curves(FIGURE, COUPLED))
+    _, extrapolated, *others = coupled.describe(radians(-5.0))
+    assert extrapolated == "Extrapolated: the curve is known for 0.0 to 135.0 deg only"
+    assert others[-1] == "A law over several joints, drawn with hip flexion at 0.0 deg"
+    pendulum = read_figure("pendulum")
+    (curve, *_), *_ = passive_curves(pendulum, read_springs(None, pendulum)).values()
+    assert not curve.describe(0.3)[0].startswith("-0.0 ")
+
+
 def test_a_hinge_counts_whole_turns_about_its_own_axis():
     knee = curve_of("left_knee", "flexion")
     angle = np.array([2.5 * pi])
