@@ -141,7 +141,8 @@ class PassiveCurve:
             lines = [f"0.0 N m at {at}", f"In the dead zone, {_format_range(zone)}"]
         else:
             drives = "back" if moment * angle < 0.0 else "on"
-            lines = [f"{moment:.1f} N m at {at}" + (f" (drives {drives})" if moment else "")]
+            size = f"{moment:.1f}" if abs(moment) >= 0.1 or not moment else f"{moment:.2g}"
+            lines = [f"{size} N m at {at}" + (f" (drives {drives})" if moment else "")]
         if known is not None and not known[0] <= angle <= known[1]:
             lines.append(f"Extrapolated: the curve is known for {_format_range(known)} only")
         for end, side in zip(self.normal_ends, (-1.0, 1.0), strict=True):

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from math import ceil, degrees, floor
+from math import ceil, degrees, floor, radians
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from generator.diagnostics import UsageError
 from generator.figure import Figure
@@ -157,11 +158,8 @@ PUBLISHED_COLOURS = ("#3b82f6", "#16a34a", "#a855f7", "#d97706", "#0d9488")
 
 _BAND_OPACITY = 0.2
 
-_FIRST_PUBLISHED = 3
+_FIRST_PUBLISHED = 4
 _SERIES_PER_ROW = 3
-
-_OUTSIDE = 1e9
-"""Torque above all charts [N m]: the normal range is shaded up to it."""
 
 _EDGE = 1e-6
 """Half the width of the edge of a shaded area [rad]."""
@@ -175,7 +173,8 @@ def chart_series() -> tuple[dict[str, Any], ...]:
     hidden: dict[str, Any] = {"width": 0, "points": {"show": False}}
     series: list[dict[str, Any]] = [
         {"label": "angle"},
-        {**hidden, "fill": RANGE_COLOUR, "fillTo": -_OUTSIDE},
+        hidden,
+        hidden,
         _line(LOADED_COLOUR, 1.0),
     ]
     for colour in PUBLISHED_COLOURS:
@@ -200,8 +199,8 @@ def _line(colour: str, width: float, **more: object) -> dict[str, Any]:
 
 
 def chart_bands() -> tuple[dict[str, Any], ...]:
-    """Return the shaded scatter of the published curves."""
-    bands: list[dict[str, Any]] = []
+    """Return the shaded areas: the normal range, and the scatter of the published curves."""
+    bands: list[dict[str, Any]] = [{"series": (2, 1), "fill": RANGE_COLOUR}]
     for k, colour in enumerate(PUBLISHED_COLOURS):
         low = _FIRST_PUBLISHED + _SERIES_PER_ROW * k
         red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
@@ -210,7 +209,9 @@ def chart_bands() -> tuple[dict[str, Any], ...]:
     return tuple(bands)
 
 
-def chart_data(curve: PassiveCurve, loaded: PassiveCurve, angle: float) -> tuple[Array, ...]:
+def chart_data(
+    curve: PassiveCurve, loaded: PassiveCurve, angle: float, limit: float
+) -> tuple[Array, ...]:
     """Return the columns of the chart, angles in deg first; nan where a curve is not drawn.
 
     The chart joins what is on both sides of nan, so that each column is drawn in one range.
@@ -219,10 +220,12 @@ def chart_data(curve: PassiveCurve, loaded: PassiveCurve, angle: float) -> tuple
         curve: as it is.
         loaded: as it was loaded.
         angle: of the moving point [rad].
+        limit: torque at the edges of the chart [N m].
     """
     angles, place = _chart_angles(curve, loaded, angle)
     nothing, zero = np.full_like(angles, np.nan), np.zeros_like(angles)
-    columns = [np.degrees(angles), _normal_column(curve, angles), zero]
+    shaded = np.where(_normal_mask(curve, angles), 2.0 * limit, 0.0)
+    columns = [np.degrees(angles), -shaded, shaded, zero]
     for k in range(MAX_PUBLISHED):
         row = curve.published[k] if k < len(curve.published) else None
         columns += [zero, zero, nothing] if row is None else _published_columns(curve, row, angles)
@@ -248,17 +251,14 @@ def _chart_angles(curve: PassiveCurve, loaded: PassiveCurve, angle: float) -> tu
     return angles, int(np.searchsorted(angles, angle))
 
 
-def _normal_column(curve: PassiveCurve, angles: Array) -> Array:
-    """Return a torque above the chart in the normal range, and one below the chart elsewhere."""
-    low, high = curve.normal_ends
+def _normal_mask(curve: PassiveCurve, angles: Array) -> NDArray[np.bool_]:
+    """True within the normal range; False everywhere if it is not known at all."""
+    low, high = (None if end is None else end.angle for end in curve.normal_ends)
     if low is None and high is None:
-        return np.full_like(angles, -_OUTSIDE)
-    inside = np.ones(len(angles), dtype=bool)
-    if low is not None:
-        inside &= angles > low.angle
-    if high is not None:
-        inside &= angles < high.angle
-    return np.where(inside, _OUTSIDE, -_OUTSIDE)
+        return np.zeros(len(angles), dtype=bool)
+    return (angles > (-np.inf if low is None else low)) & (
+        angles < (np.inf if high is None else high)
+    )
 
 
 def _published_columns(curve: PassiveCurve, row: PublishedTorques, angles: Array) -> list[Array]:
@@ -291,9 +291,12 @@ def chart_axes(curve: PassiveCurve) -> tuple[dict[str, Any], ...]:
 def angle_limits(curve: PassiveCurve, loaded: PassiveCurve, angle: float) -> tuple[float, float]:
     """Return the angles at the edges of the chart [deg]; it shows the present angle."""
     first, last = min(curve.angles[0], loaded.angles[0]), max(curve.angles[-1], loaded.angles[-1])
-    low, high = degrees(min(first, angle)), degrees(max(last, angle))
+    low, high = degrees(min(first, angle - _ROOM)), degrees(max(last, angle + _ROOM))
     return _ANGLE_STEP * floor(low / _ANGLE_STEP), _ANGLE_STEP * ceil(high / _ANGLE_STEP)
 
+
+_ROOM = radians(3.0)
+"""Angle between the present one and the edge of the chart, at least [rad]."""
 
 _ANGLE_STEP = 10.0
 """Limits of the chart are multiples of it [deg]."""

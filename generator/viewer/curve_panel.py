@@ -326,7 +326,7 @@ class CurvePanel(Panel):
                     "x": {"time": False, "range": limits[:2]},
                     "y": {"range": limits[2:]},
                 }
-            self._chart.data = chart_data(curve, loaded, angle)
+            self._chart.data = chart_data(curve, loaded, angle, limit)
 
     def _draw_text(self) -> None:
         """Write the moment and the legend."""

@@ -83,6 +83,23 @@ def test_the_knee_has_the_dead_zone_of_the_thesis_and_the_literature():
     assert -low == high <= TORQUE_MARGIN * LARGEST_TORQUE
 
 
+def test_the_moment_and_what_holds_at_an_angle_in_sentences():
+    knee = curve_of("left_knee", "flexion")
+    inside = knee.describe(0.5)
+    assert inside == ("0.0 N m at 28.6 deg", "In the dead zone, 0.0 to 89.0 deg")
+    moment = float(knee.moment_at(2.6))
+    first, beyond = knee.describe(2.6)
+    assert first == f"{moment:.1f} N m at 149.0 deg (drives back)"
+    assert beyond.startswith("Beyond the normal range: knee flexion ends at ")
+    coupled = curve_of("left_knee", "flexion", passive_curves(FIGURE, COUPLED))
+    _, extrapolated, *others = coupled.describe(radians(-5.0))
+    assert extrapolated == "Extrapolated: the curve is known for 0.0 to 135.0 deg only"
+    assert others[-1] == "A law over several joints, drawn with hip flexion at 0.0 deg"
+    pendulum = read_figure("pendulum")
+    (curve, *_), *_ = passive_curves(pendulum, read_springs(None, pendulum)).values()
+    assert not curve.describe(0.3)[0].startswith("-0.0 ")
+
+
 def test_a_hinge_counts_whole_turns_about_its_own_axis():
     knee = curve_of("left_knee", "flexion")
     angle = np.array([2.5 * pi])
@@ -156,6 +173,41 @@ def test_a_coupled_law_is_taken_at_the_present_angles_of_the_others():
     at = bent | {"left_knee": np.array([0.4 * sign_of("left_knee")])}
     torque = passive_torque(FIGURE, COUPLED, "left_knee", at) @ flexed.spring.direction
     assert float(torque) == pytest.approx(float(flexed.moment_at(0.4)))
+
+
+@given(VECTORS, VECTORS)
+def test_the_torque_of_a_coupled_joint_is_minus_the_slope_of_its_energy(vector, rate):
+    chain = build_chain(FIGURE.joints["left_hip_joint"].chain)
+    axes = COUPLED.joints["left_hip_joint"].axes
+    (coupled,) = (one for one in COUPLED.coupled if one.axes[0].joint == "left_hip_joint")
+    knee = 0.6
+
+    def turned(time: float) -> np.ndarray:
+        half = matrix_from_rotation_vector(0.5 * vector)
+        return half @ matrix_from_rotation_vector(time * rate) @ half
+
+    def energy(time: float) -> float:
+        at = rotation_vector_from_matrix(turned(time))
+        shared = coupled.law.energy([float(at @ coupled.axes[0].direction), knee])
+        return float(conservative_energy(axes, at)) + float(shared)
+
+    pose = np.eye(4)
+    pose[:3, :3] = turned(0.0)
+    knee_at = np.array([knee * sign_of("left_knee")])
+    at = REST | {"left_hip_joint": chain.displacements(pose), "left_knee": knee_at}
+    torque = passive_torque(FIGURE, COUPLED, "left_hip_joint", at)
+    step = 1e-5
+    slope = (energy(step) - energy(-step)) / (2.0 * step)
+    assert float(torque @ rate) == pytest.approx(-slope, abs=1e-3 * (1.0 + abs(slope)))
+
+
+def test_a_coupled_law_about_the_opposite_axis_is_the_same_curve():
+    (knee,) = COUPLED.joints["left_knee"].axes
+    turned = replace(COUPLED.joints["left_knee"], axes=(knee.with_opposite_axis(),))
+    opposite = replace(COUPLED, joints={**COUPLED.joints, "left_knee": turned})
+    (one,) = passive_curves(FIGURE, COUPLED)["left_knee"]
+    (other,) = passive_curves(FIGURE, opposite)["left_knee"]
+    assert np.allclose(other.moment_at(-one.angles), -one.torques)
 
 
 def sign_of(joint: str) -> float:

@@ -159,6 +159,38 @@ def test_a_published_curve_is_named_in_the_file(tmp_path: Path):
     assert np.allclose(torques(spring), 3.0 * np.asarray(law.torque(ANGLES)), rtol=1e-12)
 
 
+def test_a_published_curve_does_not_bring_its_damping_back(tmp_path: Path):
+    path = tmp_path / "elbow.springs.toml"
+    path.write_text(
+        '[[spring]]\njoints = ["left_elbow"]\npublished = "saul_2015/elbow_flexion"\n'
+        "viscous_Nms_rad = 0.25\n",
+        encoding="utf-8",
+    )
+    base = read_springs(path, FIGURE)
+    assert curve("saul_2015/elbow_flexion").damping not in (None, 0.25)
+    direction = base.joints["left_elbow"].axes[0].direction
+    edit = SpringEdit("left_elbow", direction, scale=2.0)
+    springs, _ = edited_springs(FIGURE, base, [edit], tmp_path / "my.springs.toml", path)
+    assert springs.joints["left_elbow"].axes[0].damping == Damping(0.25)
+
+
+def test_a_dead_zone_is_set_at_the_angles_of_a_shifted_cubic_with_a_rest(tmp_path: Path):
+    path = tmp_path / "knee.springs.toml"
+    path.write_text(
+        '[[spring]]\njoints = ["left_knee"]\ncoefficients_Nm_rad = [0, 10, 0, 50]\n'
+        "dead_zone_deg = [-10, 20]\nrest_deg = 5\noffset_deg = 7\n",
+        encoding="utf-8",
+    )
+    (before,) = read_springs(path, FIGURE).joints["left_knee"].axes
+    assert cubic_dead_zone(before) == pytest.approx((radians(2.0), radians(32.0)))
+    zone = radians(3.0), radians(40.0)
+    spring = edit_spring(before, SpringEdit("left_knee", before.direction, dead_zone=zone))
+    assert cubic_dead_zone(spring) == pytest.approx(zone)
+    inside, outside = total_torque(spring.elastic, np.radians([[4.0, 39.0], [2.0, 41.0]]))
+    assert not np.any(inside)
+    assert np.all(outside)
+
+
 def test_the_fields_of_a_figure_stay_where_damping_is_changed(tmp_path: Path):
     text = Path(FIGURE.path or "").parent.joinpath("pendulum.fig").read_text("utf-8")
     (tmp_path / "mine.fig").write_text(text, encoding="utf-8")

@@ -110,7 +110,7 @@ def test_every_column_of_the_chart_has_a_series(editor: CurveEditor):
             curve = editor.curve(SPRINGS, (joint, direction), AT)
             assert curve is not None
             for angle in (0.0, radians(40.0), radians(250.0)):
-                columns = chart_data(curve, curve, angle)
+                columns = chart_data(curve, curve, angle, 50.0)
                 assert len(columns) == len(chart_series())
                 assert len({len(column) for column in columns}) == 1
                 assert np.all(np.diff(columns[0]) > 0.0)
@@ -126,6 +126,23 @@ def test_every_column_of_the_chart_has_a_series(editor: CurveEditor):
         assert max(band["series"]) < len(chart_series())
 
 
+def test_a_band_ends_with_its_curve(editor: CurveEditor):
+    curve = editor.curve(SPRINGS, knee_key(editor), AT)
+    assert curve is not None
+    columns = chart_data(curve, curve, 0.0, 50.0)
+    normal, *scatter = chart_bands()
+    high, low = (columns[place] for place in normal["series"])
+    low_end, high_end = (end.angle for end in curve.normal_ends if end is not None)
+    inside = (np.radians(columns[0]) > low_end) & (np.radians(columns[0]) < high_end)
+    assert np.array_equal(high > 50.0, inside)
+    assert np.array_equal(low, -high)
+    for row, band in zip(curve.published, scatter, strict=False):
+        high, low = (columns[place] for place in band["series"])
+        drawn = np.isfinite(columns[max(band["series"]) + 1])
+        assert np.array_equal(low[~drawn], high[~drawn])
+        assert np.any(high[drawn] > low[drawn]) == (row.band is not None)
+
+
 def test_a_series_joins_nothing_across_a_gap(editor: CurveEditor):
     coupled = read_springs("coupled", FIGURE)
     editor = CurveEditor(FIGURE, coupled, Path(), "coupled")
@@ -133,10 +150,10 @@ def test_a_series_joins_nothing_across_a_gap(editor: CurveEditor):
         key = joint, editor.motions(joint)["flexion"]
         curve = editor.curve(coupled, key, AT)
         assert curve is not None
-        for column in chart_data(curve, curve, 0.3)[:POINT]:
+        for column in chart_data(curve, curve, 0.3, 50.0)[:POINT]:
             assert np.count_nonzero(np.diff(np.isfinite(column).astype(int)) != 0) <= 2
         known = curve.valid_range
-        columns = chart_data(curve, curve, 0.3)
+        columns = chart_data(curve, curve, 0.3, 50.0)
         drawn = np.isfinite(columns[LAW])
         if known is not None:
             assert np.radians(columns[0][drawn]).min() >= known[0] - 1e-9
@@ -153,8 +170,8 @@ def test_the_law_as_loaded_is_drawn_when_it_was_changed(editor: CurveEditor):
     )
     assert before is not None
     assert after is not None
-    assert not np.isfinite(chart_data(before, before, 0.0)[LOADED]).any()
-    columns = chart_data(after, before, 0.0)
+    assert not np.isfinite(chart_data(before, before, 0.0, 50.0)[LOADED]).any()
+    columns = chart_data(after, before, 0.0, 50.0)
     assert np.array_equal(columns[LAW], 2.0 * columns[LOADED])
     assert "As loaded" in legend_html(after, is_changed=True)
     assert "As loaded" not in legend_html(before, is_changed=False)
