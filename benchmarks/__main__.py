@@ -23,6 +23,7 @@ PARTS = {
     "startup": "benchmarks.startup",
     "aims": "benchmarks.aims",
     "contact-cost": "benchmarks.contact_cost",
+    "live-page": "benchmarks.live_page",
     "pages": "benchmarks.pages",
     "python-share": "benchmarks.python_share",
 }

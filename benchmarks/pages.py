@@ -26,7 +26,7 @@ from plots.plates.work_precision import cheapest_wall_time
 
 FOLDER = Path(__file__).parents[1] / "docs"
 
-PAGES = ("contact.md", "speed.md", "verification.md")
+PAGES = ("contact.md", "speed.md", "verification.md", "view.md")
 
 _TABLE = re.compile(r"(?<=<!-- measured: )([\w-]+)( -->\n\n).*?(?=<!-- end -->)", re.DOTALL)
 
@@ -140,6 +140,14 @@ def _contact_costs() -> Iterator[Line]:
         yield row["fall"], row["method"], *_numbers(row, ("wall [s]", "CPU [s]", "times real time"))
 
 
+def _live_page() -> Iterator[Line]:
+    rows = read_measurements("live_page").rows
+    keys = [key for key in rows[0] if key != "page"]
+    yield "page", *keys
+    for row in rows:
+        yield row["page"], *(float(row[key]) if row[key] else "" for key in keys)
+
+
 def _engines() -> Iterator[Line]:
     yield "start", "engine", "setting", "joints", "change", "centre of mass [m]", "energy [J]"
     for row in read_measurements("verification").rows:
@@ -211,4 +219,5 @@ TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
     "engines": _engines,
     "floor-falls": _floor_falls,
     "hip-forces": _hip_forces,
+    "live-page": _live_page,
 }

@@ -58,7 +58,7 @@ _START_KEYS = (
     "frame_s",
     "pose",
 )
-_FREE, _HELD = "free", "held"
+_FREE, _ATTACHED = "free", "held"
 _NO_FLOOR = "none"
 
 
@@ -278,7 +278,7 @@ def _parse_start(top: TableReader) -> LiveStart:
         None if law is None else Joining(law),
         default.gravity if gravity is None else gravity,
         _bounded(table, "floor_height_m"),
-        table.choice("root", (_FREE, _HELD)) == _FREE,
+        table.choice("root", (_FREE, _ATTACHED)) == _FREE,
         default.tolerance if tolerance is None else tolerance,
         default.frame if frame is None else frame,
         table.text("pose") or "",
@@ -319,7 +319,7 @@ def _parse_floor(table: TableReader) -> SetFloor | None:
 
 
 def _parse_root(table: TableReader) -> SetRoot | None:
-    root = table.choice("root", (_FREE, _HELD))
+    root = table.choice("root", (_FREE, _ATTACHED))
     return None if root is None else SetRoot(root == _FREE)
 
 
@@ -414,7 +414,7 @@ def _start_lines(start: LiveStart) -> Iterator[str]:
     yield f"gravity_m_s2 = {numbers_to_toml(start.gravity)}"
     if start.floor is not None:
         yield f"floor_height_m = {number_to_toml(start.floor)}"
-    yield f"root = {quote_toml(_FREE if start.free_root else _HELD)}"
+    yield f"root = {quote_toml(_FREE if start.free_root else _ATTACHED)}"
     yield f"tolerance = {number_to_toml(start.tolerance)}"
     yield f"frame_s = {number_to_toml(start.frame)}"
     if start.pose:
@@ -433,7 +433,7 @@ def _change_lines(change: LiveChange) -> Iterator[str]:
                 height = number_to_toml(change.height)
             yield f"floor_height_m = {height}"
         case SetRoot():
-            yield f"root = {quote_toml(_FREE if change.is_free else _HELD)}"
+            yield f"root = {quote_toml(_FREE if change.is_free else _ATTACHED)}"
         case SetForce():
             yield f"segment = {quote_toml(change.segment)}"
             yield f"point_m = {numbers_to_toml(change.point)}"

@@ -37,9 +37,7 @@ from generator.loads import LoadKind, constant_load
 from generator.recording import Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
 from generator.scene import FLOOR, Plane, Prop, Scene
-from generator.simulation.compiled.layout import Mechanism
-from generator.simulation.compiled.mechanism import CompiledModel
-from generator.simulation.compiled.runge_kutta import STEPS
+from generator.simulation.compiled.runge_kutta import STEPS, TIME
 from generator.simulation.compiled_run import build_trace
 from generator.simulation.contacts import mean_position
 from generator.simulation.joint_motion import (
@@ -50,7 +48,7 @@ from generator.simulation.joint_motion import (
 from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from generator.simulation.stepper import Stepper
-from generator.simulation.stepper_state import Setting, evaluate
+from generator.simulation.stepper_state import Setting, StepperState, evaluate
 from generator.springs_file.edit import springs_from_text
 from generator.springs_file.parse import SPRINGS_SUFFIX
 from generator.springs_file.read import read_springs
@@ -87,14 +85,17 @@ def plan_of_start(figure: Figure, start: LiveStart) -> Plan:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """A recorded frame: its state and the setting that led to it."""
+    """A recorded frame.
+
+    Attributes:
+        time: [s].
+        values: of the state, shape (n,).
+        first: the first recorded state with the same setting.
+    """
 
     time: float
     values: Array
-    energy: Mapping[str, float]
-    setting: Setting
-    model: CompiledModel
-    mechanism: Mechanism
+    first: StepperState
 
 
 class LiveRun:
@@ -151,8 +152,8 @@ class LiveRun:
 
     @property
     def energy(self) -> dict[str, float]:
-        """Energy by kind in the last frame [J]."""
-        return dict(self._frames[-1].energy)
+        """Energy by kind [J]."""
+        return self._stepper.energy
 
     @property
     def springs(self) -> SpringSet:
@@ -225,12 +226,10 @@ class LiveRun:
         """Record the present state. It reads the displacements, which later ones are nearest to."""
         self._displacements = self._stepper.displacements
         state = self._stepper.snapshot()
-        last = self._frames[-1] if self._frames else None
-        if last is None or last.setting is not state.setting:
-            tables = state.setting, state.model, state.mechanism
-        else:
-            tables = last.setting, last.model, last.mechanism
-        self._frames.append(_Frame(state.time, state.progress.state, self._stepper.energy, *tables))
+        first = self._frames[-1].first if self._frames else state
+        if first.setting is not state.setting:
+            first = state
+        self._frames.append(_Frame(state.time, state.progress.state, first))
 
     def log(self, figure_name: str, sha256: str | None) -> LiveLog:
         """Return the log up to the last frame.
@@ -313,17 +312,17 @@ def _build_recording(
     """
     groups: list[list[_Frame]] = []
     for frame in frames:
-        if not groups or groups[-1][0].setting is not frame.setting:
+        if not groups or groups[-1][0].first is not frame.first:
             groups.append([])
         groups[-1].append(frame)
-    trees = {id(group[0].setting.tree): group[0].setting.tree for group in groups}
+    trees = {id(tree): tree for tree in (group[0].first.setting.tree for group in groups)}
     free = [tree for tree in trees.values() if free_joints(tree.figure)]
     builder = _SpanBuilder(plan, (free or list(trees.values()))[0], groups)
     spans: list[_Span] = []
     for group in groups:
         before = spans[-1].joints.items() if spans else ()
         spans.append(builder.build(group, {name: one.displacements[-1] for name, one in before}))
-    last, springs = frames[-1].time, frames[-1].setting.springs
+    last, springs = frames[-1].time, frames[-1].first.setting.springs
     message = f"Live simulation of {last:.4g} s with {format_count(changes, 'change')}."
     accuracy = Accuracy(None, None, last, np.nan, steps, np.full(len(frames), np.nan))
 
@@ -364,7 +363,7 @@ class _SpanBuilder:
     def __init__(self, plan: Plan, tree: Tree, groups: Sequence[Sequence[_Frame]]) -> None:
         """Add sites at the points of all forces to the figure."""
         self._plan = replace(plan, stop=groups[-1][-1].time + 1.0, scene=Scene(), free_root=False)
-        points = {point for group in groups for point in group[0].setting.forces}
+        points = {point for group in groups for point in group[0].first.setting.forces}
         self._sites = {point: f"force {k}" for k, point in enumerate(sorted(points))}
         segments = dict(tree.figure.segments)
         for (name, point), site in self._sites.items():
@@ -380,16 +379,16 @@ class _SpanBuilder:
             frames: of one setting.
             near: displacements of the frame before; empty at the start.
         """
-        model = self._model(frames[0].setting)
+        first = frames[0].first
+        model = self._model(first.setting)
         times = np.array([frame.time for frame in frames])
         states = np.array([frame.values for frame in frames])
-        links, _ = evaluate(frames[0].model, frames[0].mechanism, float(times[0]), states)
-        trace = build_trace(model, frames[0].model, times, states, links)
+        links, _ = evaluate(first.model, first.mechanism, float(times[0]), states)
+        trace = build_trace(model, first.model, times, states, links)
         motion, figure = SegmentMotion(model, trace), model.figure
         starts = near or model.placement.displacements
         joints = {name: motion.joint(each, starts[name]) for name, each in figure.joints.items()}
         passive = motion.passive_torques(joints)
-        kinds = dict.fromkeys(kind for frame in frames for kind in frame.energy)
         return _Span(
             times,
             joints,
@@ -400,10 +399,7 @@ class _SpanBuilder:
                 "rotation_vectors": {name: each.rotation_vectors for name, each in joints.items()},
                 "reactions": newton_euler_reactions(model, trace, joints, motion, passive),
                 "passive_torques": passive,
-                "energy": {
-                    kind: np.array([frame.energy.get(kind, 0.0) for frame in frames])
-                    for kind in kinds
-                },
+                "energy": _energies(frames),
             },
             mean_position(figure, trace.positions),
         )
@@ -435,3 +431,16 @@ class _SpanBuilder:
             loads=(*model.loads, *((load, -1, None) for load in loads)),
             contacts=setting.contacts,
         )
+
+
+def _energies(frames: Sequence[_Frame]) -> dict[str, Array]:
+    """Energy by kind in frames of one setting, shape (n,) each [J]."""
+    state = frames[0].first.copy()
+    rows: list[dict[str, float]] = []
+    for frame in frames:
+        state.progress.state[:] = frame.values
+        state.progress.clock[TIME] = frame.time
+        state.forget_motion()
+        rows.append(state.energy)
+    kinds = dict.fromkeys(kind for row in rows for kind in row)
+    return {kind: np.array([row.get(kind, 0.0) for row in rows]) for kind in kinds}

@@ -152,6 +152,11 @@ class LivePanel(Panel):
         self._texts: dict[str, str] = {}
         self._next_text = 0.0
 
+    @property
+    def newest(self) -> LiveFrame | None:
+        """The newest frame; None before the first one."""
+        return self._frame
+
     def build(self) -> None:
         """Add the controls."""
         viewer, gui, scene = self.viewer, self.viewer.server.gui, self.viewer.server.scene

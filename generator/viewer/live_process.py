@@ -44,6 +44,9 @@ RATE_SPAN = 1.0
 MAX_LAG = 0.1
 """Lag behind real time that is still caught up [s]."""
 
+ENERGY_INTERVAL = 12
+"""Number of frames between two computations of the energy."""
+
 PULL_FREQUENCY = 4.0
 """Natural frequency of a pulled segment on the spring of the pull, without its joints [Hz]."""
 
@@ -208,7 +211,7 @@ class LiveFrame:
         time: [s].
         poses: of all segments in the order of the figure, first three rows, shape (n, 3, 4).
         displacements: of the joints [rad or m].
-        energy: by kind [J].
+        energy: by kind [J]; while frames follow, of one of the last `ENERGY_INTERVAL` frames.
         rate: simulated over wall time; None while it is paused.
         is_running: whether frames follow.
         floor: height of the floor [m]; None without a floor.
@@ -293,6 +296,7 @@ class Engine:
         self._generation = 0
         self._pull: Pull | None = None
         self._point_before: Array | None = None
+        self._energy: Mapping[str, float] = {}
         self.is_running = False
         self._weight = 9.81 * sum(body.mass or 0.0 for body in figure.bodies.values())
         self.pace = Pace(1.0)
@@ -398,13 +402,15 @@ class Engine:
         run = self._run
         assert run is not None
         poses = run.poses
+        if not self.is_running or run.frame % ENERGY_INTERVAL == 0:
+            self._energy = run.energy
         return LiveFrame(
             self._generation,
             run.frame,
             run.time,
             np.array([poses[name][:3] for name in self._figure.segments]),
             dict(run.displacements),
-            run.energy,
+            self._energy,
             self.pace.rate if self.is_running else None,
             self.is_running,
             run.floor,

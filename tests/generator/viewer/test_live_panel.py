@@ -10,11 +10,13 @@ import pytest
 
 from generator import read_figure
 from generator.diagnostics import UsageError
-from generator.input_files.live import SetScales, read_live
+from generator.input_files.live import SetScales, SetSprings, read_live
 from generator.input_files.pose import parse_pose
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.motion_files import read_action
+from generator.simulation.live import replay
+from generator.springs_file.edit import SpringEdit, apply_edits, springs_from_text
 from generator.springs_file.read import read_springs
 from generator.viewer.live_panel import (
     FLOOR_GAP,
@@ -155,6 +157,44 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
     for joint, values in saved.displacements.items():
         assert np.array_equal(values, replayed.displacements[joint])
         assert np.array_equal(values[-1], frame.displacements[joint])
+
+
+def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path):
+    running = run_viewer("prototype", (LivePanel,))
+    viewer, panel = running.viewer, panel_of(running)
+    direction = viewer.springs.joints["left_knee"].axes[0].direction
+    edited = apply_edits(viewer.springs, [SpringEdit("left_knee", direction, scale=3.0)])
+
+    def step(number: int) -> None:
+        running.call(panel._take_step)
+        wait_until(lambda: panel.newest is not None and panel.newest.number == number, WAIT)
+
+    step(1)
+    running.call(lambda: viewer.set_springs(edited))
+    step(2)
+    running.call(lambda: viewer.set_springs(viewer.content.springs))
+    running.call(lambda: setattr(panel._file, "value", "a.live.toml"))
+    step(3)
+    running.call(panel._save_file)
+    wait_until((tmp_path / "a.live.toml").exists, WAIT)
+    log = read_live(tmp_path / "a.live.toml")
+    assert [each.frame for each in log.changes] == [1, 2]
+    first, second = (each.change for each in log.changes)
+    assert "left_knee" in first.text
+    assert second == SetSprings("")
+    again = replay(viewer.figure, log, folder=tmp_path)
+    assert again.springs == viewer.content.springs
+    for joint, values in panel.newest.displacements.items():
+        assert np.array_equal(again.displacements[joint], values)
+    changed = replace(log, changes=log.changes[:1], end_frame=1)
+    assert (
+        replay(viewer.figure, changed, folder=tmp_path).springs.joints["left_knee"]
+        == (
+            springs_from_text(first.text, viewer.figure, tmp_path / "b.springs.toml").joints[
+                "left_knee"
+            ]
+        )
+    )
 
 
 def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
