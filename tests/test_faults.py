@@ -18,6 +18,7 @@ from generator.geometry import parse_psurf_file
 from generator.geometry.validate import validate_surface
 from generator.input_files.drives import parse_drives_file
 from generator.input_files.links import parse_links_source
+from generator.input_files.live import parse_live_file
 from generator.input_files.loads import parse_loads_file
 from generator.input_files.moments import parse_moments_file
 from generator.input_files.pose import parse_pose_file
@@ -64,6 +65,7 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "optional": parse_springs,
     "links": lambda path: parse_file(path, parse_links_source),
     "scene": parse_scene_file,
+    "live": parse_live_file,
     "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),
     "model": lambda path: parse_model(
         Source(str(path), path.read_text(encoding="utf-8")), path.parent

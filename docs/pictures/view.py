@@ -73,7 +73,7 @@ def open_tab(page: Any, name: str) -> None:
 
 def choose(page: Any, control: str, option: str) -> None:
     """Choose an entry of a list."""
-    page.get_by_label(control, exact=True).first.click()
+    page.get_by_label(control, exact=True).locator("visible=true").first.click()
     page.get_by_role("option", name=option, exact=True).click()
     page.wait_for_timeout(500.0)
 
@@ -86,7 +86,7 @@ def tick(page: Any, control: str) -> None:
 
 def enter(page: Any, control: str, text: str) -> None:
     """Type into a field."""
-    field = page.get_by_label(control).first
+    field = page.get_by_label(control).locator("visible=true").first
     field.fill(text)
     field.press("Enter")
     page.wait_for_timeout(500.0)

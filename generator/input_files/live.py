@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, assert_never, cast
 
-from generator.diagnostics import Diagnostics, Parsed, Source, select_errors
+from generator.diagnostics import Diagnostics, Parsed, Source, closest_match, select_errors
 from generator.springs_file.toml_spans import TomlSpans, locate_keys
 from generator.springs_file.toml_table import (
     TableReader,
@@ -222,8 +222,10 @@ def _parse_content(
 
 
 def _required_text(table: TableReader, key: str, example: str) -> str | None:
-    """A text that must be there; None with an error noted."""
-    if key not in table.content:
+    """A text that must be there; None with an error noted, also of a slip of the key."""
+    if key not in table.content and not any(
+        closest_match(other, (key,)) for other in table.content
+    ):
         message, hint = f"there is no `{key}`", f"write `{key} = {example}`"
         table.diagnostics.error(message, table.header_span, hint)
     return table.text(key)

@@ -117,7 +117,7 @@ class CurvePanel(Panel):
                 "Scale", 0.0, MAX_SCALE, 0.05, 1.0, hint="Factor of the torque as loaded"
             )
             self._stiffness = gui.add_number(
-                "Stiffness [N m/rad]", 0.0, min=0.0, max=_LARGEST_NUMBER
+                "Stiffness [N m/rad]", 0.0, min=0.0, max=_LARGEST_NUMBER, step=0.1
             )
             self._offset = gui.add_slider(
                 "Shift [deg]", -MAX_OFFSET, MAX_OFFSET, 0.5, 0.0, hint="Towards larger angles"
