@@ -259,7 +259,7 @@ class PlayPanel(Panel):
         """Pause when something else moves the figure."""
         if shown.driver is not Driver.MOTION and self.playback is not None:
             self.playback.pause(self.clock())
-            self._shown_frame = -1
+            self._shown_frame, self._was_playing = -1, False
 
     def selection_changed(self, segment: str | None, joint: str | None) -> None:
         """Draw the curves of the selected joint."""
@@ -275,8 +275,9 @@ class PlayPanel(Panel):
         frame = self.playback.frame(now)
         if self._must_show or ((is_playing or self._was_playing) and frame != self._shown_frame):
             self._show(frame)
-        if is_playing != self._was_playing:
-            self._play.label = "Pause" if is_playing else "Play"
+        label = "Pause" if is_playing else "Play"
+        if self._play.label != label:
+            self._play.label = label
         rests = not is_playing
         if rests or now - self._cursor_time >= CURSOR_INTERVAL:
             self._cursor_time = now

@@ -71,15 +71,25 @@ def test_the_slider_scrubs(play, open_page):
     assert panel._readout.value.startswith(f"{motion.times[8]:.3f} s")
 
 
+def test_a_motion_appears_at_once(play):
+    motion = clip("prototype")
+    running, _ = play(motion)
+    wait_until(lambda: running.viewer.shown.driver is Driver.MOTION)
+    assert running.viewer.shown.time == motion.times[0]
+
+
 def test_another_driver_pauses(play):
     running, panel = play(clip("prototype"))
     viewer = running.viewer
     running.call(panel._toggle)
-    wait_until(lambda: viewer.shown.driver is Driver.MOTION)
+    running.call(lambda: panel.playback.set_speed(0.05, panel.clock()))
+    wait_until(lambda: panel._play.label == "Pause")
     pose = viewer.content.placement
     running.call(lambda: viewer.show(Shown(Driver.POSE, pose.displacements, pose.poses)))
+    running.call(lambda: None)  # after another tick
     assert not panel.playback.is_playing(panel.clock())
     assert viewer.shown.driver is Driver.POSE
+    assert panel._play.label == "Play"
     running.call(lambda: panel._go(NEXT))
     wait_until(lambda: viewer.shown.driver is Driver.MOTION)
 
@@ -97,10 +107,18 @@ def test_a_hundred_thousand_frames_are_played(play):
     count = 100_000
     motion = any_motion(shipped("prototype"), np.arange(count) * 1e-3)
     running, panel = play(motion)
-    running.call(lambda: panel._site.__setattr__("value", panel._site.options[1]))
-    running.call(panel._trace)
-    panel._slider.value = count - 1
-    running.call(panel._scrub)
+
+    def trace():
+        panel._site.value = panel._site.options[1]
+        panel._trace()
+
+    running.call(trace)
+
+    def scrub():
+        panel._slider.value = count - 1
+        panel._scrub()
+
+    running.call(scrub)
     wait_until(lambda: running.viewer.shown.time == motion.times[-1])
     for segment, pose in running.viewer.shown.poses.items():
         last = {name: rows[-1:] for name, rows in motion.displacements.items()}
@@ -121,8 +139,12 @@ def test_the_path_of_a_site_grows(play):
     assert panel._path is None
     running.call(lambda: panel.playback.step(9, panel.clock()))
     wait_until(lambda: panel._path is not None and len(panel._path.points) == 9)
-    running.call(lambda: panel._whole_path.__setattr__("value", True))
-    running.call(panel._draw_path)
+
+    def choose_whole():
+        panel._whole_path.value = True
+        panel._draw_path()
+
+    running.call(choose_whole)
     wait_until(lambda: len(panel._path.points) == len(motion.times) - 1)
 
 
