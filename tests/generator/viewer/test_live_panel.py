@@ -187,10 +187,13 @@ def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path
     for joint, values in panel.newest.displacements.items():
         assert np.array_equal(again.displacements[joint], values)
     changed = replace(log, changes=log.changes[:1], end_frame=1)
-    assert replay(viewer.figure, changed, folder=tmp_path).springs.joints["left_knee"] == (
-        springs_from_text(first.text, viewer.figure, tmp_path / "b.springs.toml").joints[
-            "left_knee"
-        ]
+    assert (
+        replay(viewer.figure, changed, folder=tmp_path).springs.joints["left_knee"]
+        == (
+            springs_from_text(first.text, viewer.figure, tmp_path / "b.springs.toml").joints[
+                "left_knee"
+            ]
+        )
     )
 
 
