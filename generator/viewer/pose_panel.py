@@ -44,6 +44,9 @@ GROUP_TIME = 1.0
 FILES_INTERVAL = 2.0
 """Time between two looks into the folder of the page [s]."""
 
+DECIMALS = 2
+"""Decimals of a displacement in its field."""
+
 MARK_DISTANCE = 0.06
 """Distance below which two marks share a place, as a part of the slider's range."""
 
@@ -151,7 +154,7 @@ class PosePanel(Panel):
                 self._arms[side] = (
                     gui.add_slider(
                         f"{name} latitude [deg]", 0.0, 180.0, 0.5, 180.0,
-                        marks=((0.0, "overhead"), (90.0, "level"), (180.0, "hanging")),
+                        marks=((0.0, "up"), (90.0, "level"), (180.0, "down")),
                     ),
                     gui.add_slider(
                         f"{name} longitude [deg]", -180.0, 180.0, 0.5, 0.0,
@@ -230,6 +233,7 @@ class PosePanel(Panel):
             marks=_marks(known, scale) or None,
             hint=_hint(known, scale, unit),
         )
+        handle.precision = DECIMALS
         self._rows[coordinate] = _Row(handle, coordinate, scale, known)
         self.viewer.listen(
             with_value(handle),
