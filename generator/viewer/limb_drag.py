@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import viser
@@ -42,7 +42,7 @@ class _Drag:
         segment: its name.
         point: in its frame [m], shape (3,).
         handle: the arrows; None without a segment.
-        limb: segments around the arrows, which take no clicks meanwhile.
+        restore: functions by which the meshes of the limb react to the mouse again.
         clients: pages that drag it.
         target: to which it was dragged last; None when it has been taken.
     """
@@ -50,18 +50,28 @@ class _Drag:
     segment: str = ""
     point: Array = field(default_factory=lambda: np.zeros(3))
     handle: viser.TransformControlsHandle | None = None
-    limb: tuple[str, ...] = ()
+    restore: list[Callable[[], None]] = field(default_factory=list[Callable[[], None]])
     clients: set[int] = field(default_factory=set[int])
     target: Target | None = None
 
 
 class LimbDrag:
-    """Controls that choose a segment, and the arrows on it."""
+    """Controls that choose a segment, and the arrows on it.
+
+    Attributes:
+        segments: list of the segments.
+        turning: whether the orientation is dragged as well.
+    """
 
     def __init__(self, viewer: Viewer, editor: PoseEditor) -> None:
         """Begin without a segment."""
         self.viewer, self.tree = viewer, editor.tree
         self._drag = _Drag()
+
+    @property
+    def arrows(self) -> viser.TransformControlsHandle | None:
+        """The arrows, if a segment is chosen."""
+        return self._drag.handle
 
     @property
     def is_dragged(self) -> bool:
@@ -75,16 +85,16 @@ class LimbDrag:
         if not ends:
             return
         with gui.add_folder("Drag"):
-            self._segments = gui.add_dropdown(
+            self.segments = gui.add_dropdown(
                 "Segment", (NO_SEGMENT, *ends), hint="Segment that gets arrows to drag it by"
             )
             self._moving = gui.add_dropdown(
                 "Moving joints", (LIMB, WHOLE_FIGURE), hint="Joints that follow the drag"
             )
-            self._turning = gui.add_checkbox(
+            self.turning = gui.add_checkbox(
                 "With orientation", False, hint="Rotate the segment by the rings of the arrows"
             )
-        for control in (self._segments, self._turning):
+        for control in (self.segments, self.turning):
             self.viewer.listen(control.on_update, lambda _: self._choose())
 
     def take(self) -> tuple[Target, frozenset[str]] | None:
@@ -116,9 +126,10 @@ class LimbDrag:
         """Move the arrows to the chosen segment."""
         if self._drag.handle is not None:
             self._drag.handle.remove()
-            self._take_clicks(self._drag.limb)
+            for restore in self._drag.restore:
+                restore()
         self._drag = _Drag()
-        segment = self._segments.value
+        segment = self.segments.value
         if segment == NO_SEGMENT:
             return
         self._drag = drag = _Drag(segment, drag_point(self.tree, segment))
@@ -126,17 +137,15 @@ class LimbDrag:
         drag.handle = self.viewer.server.scene.add_transform_controls(
             GIZMO,
             scale=GIZMO_SIZE * self._figure_size(),
-            disable_rotations=not self._turning.value,
+            disable_rotations=not self.turning.value,
             depth_test=False,
             position=position,
             wxyz=wxyz,
         )
         joints = limb_joints(self.tree, segment)
-        drag.limb = tuple(b.outboard for b in self.tree.joints if b.joint.name in joints)
-        for mesh in self._meshes(drag.limb).values():
-            cast("Any", mesh).remove_click_callback(
-                "all"
-            )  # it would hide the arrows inside it from the mouse
+        limb = [branch.outboard for branch in self.tree.joints if branch.joint.name in joints]
+        meshes = self.viewer.scene.meshes
+        drag.restore = [_ignore_mouse(meshes[name]) for name in limb if name in meshes]
         handle = drag.handle
 
         def register(notify: Callable[[Any], Any]) -> None:
@@ -147,16 +156,6 @@ class LimbDrag:
             handle.on_update(first)
 
         self.viewer.listen(register, lambda event: self._pull(drag, event))
-
-    def _meshes(self, segments: tuple[str, ...]) -> dict[str, viser.MeshHandle]:
-        """Return the meshes of segments that have one."""
-        meshes = self.viewer.scene.meshes
-        return {name: meshes[name] for name in segments if name in meshes}
-
-    def _take_clicks(self, segments: tuple[str, ...]) -> None:
-        """Let a click select segments again."""
-        for name, mesh in self._meshes(segments).items():
-            self.viewer.listen(mesh.on_click, lambda _, name=name: self.viewer.select_segment(name))
 
     def _figure_size(self) -> float:
         """Largest extent of the origins of the segments along an axis of the world [m]."""
@@ -172,14 +171,29 @@ class LimbDrag:
             return
         drag.clients.add(event.client_id)
         if event.phase == "update":
-            turn = _matrix_from_quaternion(event.wxyz) if self._turning.value else None
+            turn = _matrix_from_quaternion(event.wxyz) if self.turning.value else None
             drag.target = Target(drag.segment, drag.point, event.position, turn)
 
     def _gizmo_pose(self) -> tuple[Array, Array]:
         """Position [m] and quaternion of the arrows at the segment's present pose."""
         pose = self.viewer.shown.poses[self._drag.segment]
-        turn = pose[:3, :3] if self._turning.value else np.eye(3)
+        turn = pose[:3, :3] if self.turning.value else np.eye(3)
         return pose[:3, :3] @ self._drag.point + pose[:3, 3], quaternion_from_matrix(turn)
+
+
+def _ignore_mouse(mesh: Any) -> Callable[[], None]:
+    """Let the mouse reach the arrows inside a mesh; return a function that undoes it."""
+    clicks, drags = list(mesh._impl.click_cb), list(mesh._impl.drag_cb)
+    mesh.remove_click_callback("all")
+    mesh.remove_drag_callback("all")
+
+    def restore() -> None:
+        for entry in clicks:
+            mesh.on_click(modifier=entry.modifier)(entry.callback)
+        for entry in drags:
+            mesh.on_drag(entry.button, modifier=entry.modifier)(entry.callback)
+
+    return restore
 
 
 def _matrix_from_quaternion(wxyz: Array) -> Array:

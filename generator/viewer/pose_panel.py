@@ -44,6 +44,9 @@ GROUP_TIME = 1.0
 FILES_INTERVAL = 2.0
 """Time between two looks into the folder of the page [s]."""
 
+DECIMALS = 2
+"""Decimals of a displacement in its field."""
+
 MARK_DISTANCE = 0.06
 """Distance below which two marks share a place, as a part of the slider's range."""
 
@@ -104,7 +107,7 @@ class PosePanel(Panel):
         self._folders: dict[str, Any] = {}
         self._arms: dict[Side, tuple[Any, Any]] = {}
         self._arm_touched = -1e9
-        self._drag = LimbDrag(viewer, self.editor)
+        self.limb = LimbDrag(viewer, self.editor)
         self._now = 0.0
         self._is_stale, self._synced = True, -1e9
         self._changed = -1e9
@@ -116,7 +119,7 @@ class PosePanel(Panel):
     @property
     def is_dragged(self) -> bool:
         """Return whether somebody drags a segment."""
-        return self._drag.is_dragged
+        return self.limb.is_dragged
 
     @property
     def sliders(self) -> Mapping[Coordinate, viser.GuiSliderHandle[float]]:
@@ -135,7 +138,7 @@ class PosePanel(Panel):
                 hint="Mirror the pose in the plane x = 0",
             )
             listen(mirror.on_click, lambda event: self._mirror(event.target.value))
-        self._drag.build()
+        self.limb.build()
         self._build_arms()
         self._build_joints()
         self._build_files()
@@ -151,7 +154,7 @@ class PosePanel(Panel):
                 self._arms[side] = (
                     gui.add_slider(
                         f"{name} latitude [deg]", 0.0, 180.0, 0.5, 180.0,
-                        marks=((0.0, "overhead"), (90.0, "level"), (180.0, "hanging")),
+                        marks=((0.0, "up"), (90.0, "level"), (180.0, "down")),
                     ),
                     gui.add_slider(
                         f"{name} longitude [deg]", -180.0, 180.0, 0.5, 0.0,
@@ -230,6 +233,7 @@ class PosePanel(Panel):
             marks=_marks(known, scale) or None,
             hint=_hint(known, scale, unit),
         )
+        handle.precision = DECIMALS
         self._rows[coordinate] = _Row(handle, coordinate, scale, known)
         self.viewer.listen(
             with_value(handle),
@@ -332,7 +336,7 @@ class PosePanel(Panel):
 
     def _move_limb(self) -> None:
         """Move the limb to where somebody has dragged it."""
-        pull = self._drag.take()
+        pull = self.limb.take()
         if pull is None:
             return
         self._begin()
@@ -373,7 +377,7 @@ class PosePanel(Panel):
         """Move the dragged segment, and let controls follow at a moderate rate."""
         self._now = now
         self._move_limb()
-        if now - self._changed > GROUP_TIME and not self._drag.is_dragged:
+        if now - self._changed > GROUP_TIME and not self.limb.is_dragged:
             self.editor.end_group()
         if now - self._synced >= FOLLOW_INTERVAL:
             if self._stale_joints:
@@ -384,7 +388,7 @@ class PosePanel(Panel):
                 self._synced = now
                 self._is_stale = False
                 self._follow()
-            self._drag.follow()
+            self.limb.follow()
         if now - self._files_read >= FILES_INTERVAL:
             self._files_read = now
             self._list_files()
