@@ -12,7 +12,6 @@ from threading import Thread
 from typing import Any
 
 from generator.cli.view import load_subject
-from generator.motion_files import motion_writer
 from generator.viewer.panels import ordered_panels
 from generator.viewer.server import LOOPBACK, address, close_server, find_port, open_server
 from generator.viewer.viewer import Content, Viewer
@@ -71,6 +70,18 @@ def open_tab(page: Any, name: str) -> None:
     page.wait_for_timeout(500.0)
 
 
+def press(page: Any, name: str) -> None:
+    """Press a button, without the wait of a click for a page that stands still."""
+    page.get_by_role("button", name=name, exact=True).evaluate("button => button.click()")
+
+
+def wait_for_time(viewer: Viewer, moment: float) -> None:
+    """Wait until the page shows a moment of a motion [s]."""
+    end = time.monotonic() + 120.0
+    while time.monotonic() < end and (viewer.shown.time or 0.0) < moment:
+        time.sleep(0.005)
+
+
 def choose(page: Any, control: str, option: str) -> None:
     """Choose an entry of a list."""
     page.get_by_label(control, exact=True).locator("visible=true").first.click()
@@ -113,24 +124,19 @@ def show_fall(page: Any, viewer: Viewer) -> None:
     open_tab(page, "Live")
     tick(page, "Floor")
     tick(page, "Free root")
-    for _ in range(5):
-        page.get_by_role("button", name="Step").click()
-    page.get_by_role("button", name="Start").click()
-    end = time.monotonic() + 120.0
-    while time.monotonic() < end and (viewer.shown.time or 0.0) < 0.85:
-        time.sleep(0.01)
-    page.get_by_role("button", name="Pause").click()
+    press(page, "Start")
+    wait_for_time(viewer, 0.8)
+    press(page, "Pause")
     open_tab(page, "Curve")
     choose(page, "Joint", "Left knee")
 
 
 def show_motion(page: Any, viewer: Viewer) -> None:
     """Stop a motion in its midst."""
-    page.get_by_role("button", name="Play").click()
-    end = time.monotonic() + 60.0
-    while time.monotonic() < end and (viewer.shown.time or 0.0) < 0.9:
-        time.sleep(0.01)
-    page.get_by_role("button", name="Pause").click()
+    choose(page, "Joint", "left_hip_joint")
+    press(page, "Play")
+    wait_for_time(viewer, 0.8)
+    press(page, "Pause")
 
 
 def main() -> None:

@@ -54,6 +54,9 @@ _COUPLING_TORQUE = 0.05
 """Difference by which the other axes of a joint change its torque about one [N m]."""
 
 _LARGEST_NUMBER = 1e4
+
+_DECIMALS = 6
+"""Decimals of the fields, of which viser keeps no more than those of the step."""
 """Largest stiffness [N m/rad] and damping of the controls."""
 
 
@@ -137,6 +140,8 @@ class CurvePanel(Panel):
                 "Friction [N m]", 0.0, min=0.0, max=_LARGEST_NUMBER, step=0.01,
                 hint="Coulomb friction",
             )  # fmt: skip
+            for number in (self._stiffness, self._viscous, self._coulomb):
+                number.precision = _DECIMALS
             self._both = gui.add_checkbox(
                 "Both sides", False, hint="Also change the joint on the other side"
             )

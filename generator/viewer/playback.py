@@ -348,7 +348,10 @@ def summary_lines(motion: FigureMotion) -> list[str]:
 
 
 def _accuracy_sentence(accuracy: Accuracy) -> str:
-    steps = f"{format_count(accuracy.steps, 'step')} of at least {accuracy.step:.3g} s"
+    steps = (
+        f"{format_count(accuracy.steps, 'step')} of all passes; in the finest, "
+        f"{1000.0 * accuracy.step:.3g} ms"
+    )
     if accuracy.asked is None:
         return f"{steps}; the error was not estimated"
     return f"{steps}; within the tolerance until {accuracy.held_until:.4g} s"
