@@ -64,9 +64,9 @@ class Accuracy:
     """Error estimate of a run.
 
     Attributes:
-        estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step,
-            infinite where too few passes finished.
-        asked: the tolerance asked for [rad]; None with a fixed step.
+        estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step and
+            of a live simulation, infinite where too few passes finished.
+        asked: the tolerance asked for [rad]; None likewise.
         held_until: time up to which the estimate stays below the tolerance [s].
         step: smallest step used [s].
         steps: number of steps of all passes.

@@ -180,7 +180,7 @@ def _facts(motion: FigureMotion, frames: Frames) -> Iterator[tuple[str, str]]:
 def _accuracy(recording: Recording) -> str:
     accuracy = recording.accuracy
     if accuracy.asked is None:
-        return "not estimated: the step was fixed"
+        return "not estimated"
     asked = f"tolerance {accuracy.asked:.1e} rad"
     if accuracy.estimate is None or not isfinite(accuracy.estimate):
         return f"not estimated ({asked})"

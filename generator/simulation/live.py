@@ -324,7 +324,8 @@ def _build_recording(
         spans.append(builder.build(group, {name: one.displacements[-1] for name, one in before}))
     last, springs = frames[-1].time, frames[-1].first.setting.springs
     message = f"Live simulation of {last:.4g} s with {format_count(changes, 'change')}."
-    accuracy = Accuracy(None, None, last, np.nan, steps, np.full(len(frames), np.nan))
+    step = (last - frames[0].time) / max(steps, 1)
+    accuracy = Accuracy(None, None, last, step, steps, np.full(len(frames), np.nan))
 
     def joined(field: str) -> dict[str, Array]:
         names = dict.fromkeys(name for span in spans for name in span.columns[field])

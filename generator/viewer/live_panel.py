@@ -90,7 +90,7 @@ def floor_height(points: Array) -> float:
 
 def point_in_segment(pose: Array, point: Array) -> Vector:
     """Return a point of the world in the frame of a segment with a pose (4, 4), rounded [m]."""
-    x, y, z = (inverse_pose(pose) @ np.append(point, 1.0))[:3]
+    x, y, z = (inverse_pose(pose) @ np.append(point, 1.0))[:3].tolist()
     return round(x, _POINT_DIGITS), round(y, _POINT_DIGITS), round(z, _POINT_DIGITS)
 
 

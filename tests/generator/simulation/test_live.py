@@ -1,5 +1,6 @@
 """Live simulations: their recording, their log, and the same motion again."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,7 @@ from generator.input_files.live import (
     parse_live,
     write_live,
 )
-from generator.motion_files import motion_from_recording, motion_writer, read_npz
+from generator.motion_files import MOTION_FORMATS, motion_from_recording, motion_writer, read_npz
 from generator.simulation.live import LiveRun, floor_scene, replay
 from tests.chains import BALL, chain, one_body, row
 
@@ -179,10 +180,13 @@ def test_what_held_the_root_carries_the_figure_before_it_is_freed(bars):
 def test_recordings_are_written(bars, tmp_path):
     recording = changed_run(bars).recording()
     motion = motion_from_recording(recording, bars)
-    for suffix in (".action", ".npz", ".glb"):
+    for suffix in MOTION_FORMATS:
         motion_writer(tmp_path / f"a{suffix}")(motion, tmp_path / f"a{suffix}")
     _, read = read_npz(tmp_path / "a.npz")
     assert_same(read, recording)
+    page = (tmp_path / "a.html").read_text()
+    content = page.partition('id="motion">')[2].partition("</script>")[0]
+    json.loads(content, parse_constant=pytest.fail)
 
 
 def test_a_stop_of_the_motion_leaves_the_last_frame():

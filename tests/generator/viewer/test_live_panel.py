@@ -97,7 +97,9 @@ def test_pulled_points_are_in_the_segment():
     pose = np.eye(4)
     pose[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
     pose[:3, 3] = 1.0, 2.0, 3.0
-    assert point_in_segment(pose, np.array([1.0, 2.5, 3.123456])) == (0.5, 0.0, 0.12346)
+    point = point_in_segment(pose, np.array([1.0, 2.5, 3.123456]))
+    assert point == (0.5, 0.0, 0.12346)
+    assert {type(part) for part in point} == {float}
 
 
 def test_files_stay_in_the_folder(tmp_path: Path):
