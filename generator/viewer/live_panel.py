@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import UsageError
+from generator.diagnostics import MoverError, UsageError
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.live import (
@@ -146,6 +146,7 @@ class LivePanel(Panel):
         self._start_shown = viewer.shown
         self._frame: LiveFrame | None = None
         self._is_begun = self._is_compiling = self._is_running = False
+        self._is_covered = False
         self._notice = ""
         self._is_own_height = False
         self._pulled: tuple[str, Vector] | None = None
@@ -227,14 +228,14 @@ class LivePanel(Panel):
         else:
             if not self._is_begun:
                 self._begin()
-            self._is_running = True
+            self._is_running, self._is_covered = True, False
             self.process.send(Run(is_running=True))
         self._label_start()
 
     def _take_step(self) -> None:
         if not self._is_begun:
             self._begin()
-        self._is_running = False
+        self._is_running = self._is_covered = False
         self.process.send(OneFrame())
         self._label_start()
 
@@ -270,6 +271,7 @@ class LivePanel(Panel):
         self._generation += 1
         self._frame, self._notice, self._pulled = None, "", None
         self._is_begun = self._is_compiling = True
+        self._is_covered = False
         self.process.send(Begin(self._generation, start, tuple(changes)))
         self._draw_floor()
 
@@ -378,6 +380,8 @@ class LivePanel(Panel):
         if frame.is_running:
             self._notice = ""
         self._label_start()
+        if self._is_covered:
+            return
         poses = frame.poses_by_segment(self.viewer.figure)
         self._line.visible = frame.pulled is not None and self._pulled is not None
         if frame.pulled is not None and self._pulled is not None:
@@ -399,8 +403,11 @@ class LivePanel(Panel):
             self._draw_floor()
 
     def shown_changed(self, shown: Shown) -> None:
-        """Pause where another panel moves the figure."""
-        if shown.driver is not Driver.LIVE and self._is_running:
+        """Pause where another panel moves the figure, and leave the page to it."""
+        if shown.driver is Driver.LIVE:
+            return
+        self._is_covered = self._is_begun
+        if self._is_running:
             self._is_running = False
             self.process.send(Run(is_running=False))
             self._label_start()
@@ -408,7 +415,10 @@ class LivePanel(Panel):
     def springs_changed(self, springs: SpringSet) -> None:
         """Change the springs of the simulation."""
         if self._is_begun:
-            self.process.send(Change(self._springs_change()))
+            try:
+                self.process.send(Change(self._springs_change()))
+            except MoverError as failure:
+                self.viewer.tell_error(failure)
 
     def _label_start(self) -> None:
         label = "Pause" if self._is_running else "Start"

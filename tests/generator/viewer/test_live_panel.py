@@ -199,6 +199,23 @@ def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path
     )
 
 
+def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
+    running = run_viewer("pendulum", (LivePanel,))
+    viewer, panel = running.viewer, panel_of(running)
+    posed = viewer.shown
+    running.call(panel._toggle)
+    wait_until(lambda: panel.newest is not None and panel.newest.number > 3, WAIT)
+    assert viewer.shown.driver is Driver.LIVE
+    running.call(lambda: viewer.show(posed))
+    wait_until(lambda: not panel.newest.is_running, WAIT)
+    wait_until(lambda: "Reset starts from it" in panel._clock.content)
+    assert viewer.shown is posed
+    number = panel.newest.number
+    running.call(panel._take_step)
+    wait_until(lambda: panel.newest.number == number + 1, WAIT)
+    assert viewer.shown.driver is Driver.LIVE
+
+
 def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
     running = run_viewer("pendulum", (LivePanel,))
     page, panel = open_page(running), panel_of(running)
