@@ -14,30 +14,34 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PICTURE = Path(__file__).with_suffix(".svg")
 PACKAGES = ("plots", "generator", "springs")
-EXTERNAL = ("exudyn", "matplotlib")
+EXTERNAL = ("exudyn", "matplotlib", "viser")
 VALUES = "generator/*.py"
 
 WHAT: Mapping[str, str] = {
     "plots": "claims and pictures",
     "generator/cli": "one module a command",
+    "generator/viewer": "the page in the browser",
     "generator/conversion.py": "motions, figures and models",
     "generator/simulation": "model, steps, error control",
-    "generator/motion_files": "action csv npz glb bvh mot x3d",
+    "generator/motion_files": "action csv npz glb bvh mot html",
     "generator/model_files": "MJCF URDF OpenSim DYSPAM",
     "generator/kinematics": "tree, placement, loops, balance",
     "generator/geometry": "psurf, meshes, mass properties",
     "generator/input_files": "pose loads drives links moments",
+    "generator/passive_curve.py": "moments beside published ones",
     "generator/springs_file": "springs of a figure, bound",
     "generator/figure_file": "the figure language",
     VALUES: "figure recording rotations units",
     "springs": "torque laws, published tables",
     "exudyn": "the engine",
     "matplotlib": "drawing",
+    "viser": "pages",
 }
 COLUMN: Mapping[str, float] = {
     "plots": 0.0,
     "matplotlib": -2.1,
     "generator/cli": 0.0,
+    "generator/viewer": 0.0,
     "generator/conversion.py": 1.2,
     "generator/simulation": -2.1,
     "generator/motion_files": 2.1,
@@ -45,11 +49,13 @@ COLUMN: Mapping[str, float] = {
     "generator/kinematics": 0.6,
     "generator/input_files": -0.4,
     "generator/geometry": 1.9,
+    "generator/passive_curve.py": -2.1,
     "generator/springs_file": -0.6,
     "generator/figure_file": 0.6,
     VALUES: 0.6,
     "springs": -1.8,
     "exudyn": -2.1,
+    "viser": 2.1,
 }
 """Horizontal place of each room; the height follows from the arrows."""
 
@@ -134,9 +140,10 @@ def main() -> None:
     drawn = reduced(graph)
     rooms = sorted(graph.keys() | {target for targets in graph.values() for target in targets})
     place = {room: (COLUMN[room], float(height(graph, room))) for room in rooms}
-    for external, user in zip(EXTERNAL, ("generator/simulation", "plots"), strict=True):
+    users = ("generator/simulation", "plots", "generator/viewer")
+    for external, user in zip(EXTERNAL, users, strict=True):
         place[external] = COLUMN[external], place[user][1] - (external == "exudyn")
-    picture, axes = plt.subplots(figsize=(9.5, 7.5), dpi=72)  # as SVG is drawn
+    picture, axes = plt.subplots(figsize=(9.5, 9.0), dpi=72)  # as SVG is drawn
     boxes = {
         room: axes.text(
             x,

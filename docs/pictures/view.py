@@ -55,6 +55,7 @@ def draw(
         page.wait_for_timeout(SETTLING_TIME)
         page.locator(".mantine-Notification-closeButton").first.click()
         act(page, viewer)
+        page.mouse.move(5, 5)
         page.wait_for_timeout(SETTLING_TIME)
         page.screenshot(path=FOLDER / f"{name}.png", timeout=120e3)
     finally:

@@ -4,7 +4,7 @@ import re
 import shlex
 from collections.abc import Iterator
 from contextlib import redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from generator import read_figure, read_npz
+from generator import read_figure, read_npz, read_springs
 from generator.cli.app import app
+from generator.viewer.curve_editor import CurveEditor
 from tests.paths import DOCS, ROOT
 
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -104,6 +105,28 @@ def test_your_own_exudyn_system(reader: Reader) -> None:
     assert names["free"] == pytest.approx(20.0, abs=1.0)
     assert np.degrees(names["angle"][-1]) < names["free"] - 3.0
     assert names["left"].bodies != names["right"].bodies
+
+
+@pytest.mark.parametrize("reader", ["tutorials/stiff-elbow"], indirect=True)
+def test_why_my_elbow_does_not_bend(reader: Reader) -> None:
+    names, (command,) = reader.names, reader.shown
+    assert command == "mover view arms.springs.toml\n"
+    stiff, mended = (
+        np.degrees(np.abs(names[name].displacements["left_elbow"])).max()
+        for name in ("stiff", "mended")
+    )
+    assert f"bend by {stiff:.0f} deg at most" in reader.page
+    assert f"bends by {mended:.0f} deg" in reader.page
+    doubt = re.search(r"^    (doubt .*) \.\.\.$", reader.page, re.MULTILINE)
+    assert doubt is not None
+    assert doubt[1] in "".join(reader.answers)
+    figure, choice = read_figure("prototype"), "arms.springs.toml"
+    editor = CurveEditor(figure, read_springs(choice, figure), Path.cwd(), choice)
+    key = ("left_elbow", editor.motions("left_elbow")["flexion"])
+    editor.change(replace(editor.edit(key), stiffness=2.3), both_sides=True)
+    saved = Path("mended.springs.toml")
+    assert saved.read_text().partition("\n")[2] == editor.text(saved).rstrip("\n") + "\n"
+    assert b"<html" in Path("mended.html").read_bytes()
 
 
 @pytest.mark.parametrize("reader", ["figure-language", "api"], indirect=True)
