@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from generator import read_figure
@@ -98,6 +98,7 @@ def within_limits(placement: Placement) -> bool:
 
 @settings(max_examples=50, deadline=None)
 @given(FIGURES, SEEDS, SEEDS)
+@example("clavicles", 0, 2283973)
 def test_a_reachable_target_is_reached_or_no_displacement_leads_nearer(name, start, goal) -> None:
     tree, segment = TREES[name], TIPS[name]
     begin = random_pose(tree, start)

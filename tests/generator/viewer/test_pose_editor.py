@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from generator import read_figure
@@ -32,7 +32,8 @@ from generator.viewer.pose_editor import (
 from springs import AxisSpring, Cubic, JointSprings, SpringSet
 from springs.exponential import Exponential, ExponentialTerm
 from springs.stop import Stop
-from tests.chains import BALL, chain, joint, one_body, row
+from tests.chains import BALL, body, chain, ground, joint, one_body, row
+from tests.chains import figure as make_figure
 from tests.generator.kinematics.test_loops import gaps
 
 FIGURES = {name: read_figure(name) for name in ("prototype", "clavicles", "fourbar")}
@@ -77,6 +78,7 @@ def test_a_value_that_is_not_a_displacement_is_refused(value) -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.sampled_from(["set", "undo", "redo", "reset", "mirror"]), max_size=25), SEEDS)
+@example(["set", "set", "undo", "set", "redo"], 1)
 def test_undo_and_redo_walk_through_the_poses(actions, seed) -> None:
     """The history is compared with a list of all poses and a place in it."""
     draw = np.random.default_rng(seed)
@@ -257,6 +259,33 @@ def test_dragging_is_one_step_of_the_history() -> None:
     assert np.array_equal(made.displacements["waist"], np.zeros(3))
     made.undo()
     assert not made.can_undo
+
+
+def test_a_dragged_elbow_does_not_bend_backwards() -> None:
+    figure = FIGURES["prototype"]
+    springs = read_springs(None, figure)
+    made = PoseEditor(editor().placement, springs=springs)
+    normal = coordinate_range(figure.joints["left_elbow"], 0, springs).normal
+    assert normal is not None
+    point = drag_point(made.tree, "left_lower_arm")
+    draw = np.random.default_rng(2)
+    for _ in range(20):
+        target = Target("left_lower_arm", point, np.array([0.2, 1.2, 0.0]) + draw.normal(0, 0.2, 3))
+        made.drag(target, frozenset())
+        assert normal[0] <= made.displacements["left_elbow"][0] <= normal[1]
+
+
+def test_slides_of_two_sides_are_mirrored() -> None:
+    """A slide across goes to the other side; one along the plane goes the same way."""
+    chains = chain("Tx Ty")
+    bodies = [body("left_hand"), body("right_hand")]
+    joints = [joint(f"{side}_slide", "ground.base", f"{side}_hand.near", chains)
+              for side in ("left", "right")]  # fmt: skip
+    tree = build_tree(make_figure([ground(), *bodies], joints))
+    made = PoseEditor(forward_kinematics(tree, initial_displacements(tree)))
+    made.set({"left_slide": np.array([0.2, 0.3])})
+    made.mirror(Mirroring.LEFT_TO_RIGHT)
+    assert made.displacements["right_slide"] == pytest.approx([-0.2, 0.3])
 
 
 def test_displacements_of_a_motion_are_adopted_for_the_joints_that_the_figure_has() -> None:
