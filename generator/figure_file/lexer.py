@@ -106,17 +106,18 @@ _BLANK_LINES = re.compile(r"(?:[ \t\r\n\f\v]++|#[^\n]*+|/\*[^\n]*+)*+")
 
 _TOKEN = re.compile(
     r"""
-      (?P<number> [+-]? \.? [0-9] (?: [\w.] | (?<=[0-9.][eE]) [+-] (?=[0-9]) )*+ )
-    | (?P<name>   [^\W0-9]\w*+ )
-    | (?P<string> "[^"\n]*+" )
+      (?P<number> [+-]? \.? [0-9] (?: [\w.] | (?<=[0-9.][eE]) [+-] (?=[0-9]) )* )
+    | (?P<name>   [^\W0-9]\w* )
+    | (?P<string> "[^"\n]*" )
     | (?P<mark>   -> | [{}();,=*./] )
     | (?P<bracket> [][] )
-    | (?P<quote>  "[^\n]*+ )
-    | (?P<signed> [+-]\w++ )
-    | (?P<odd>    [^\w\s{}();,=*./"\#[\]]++ | . )
+    | (?P<quote>  "[^\n]* )
+    | (?P<signed> [+-]\w+ )
+    | (?P<odd>    [^\w\s{}();,=*./"\#[\]]+ | . )
     """,
     re.VERBOSE | re.DOTALL,
 )
+"""Without possessive repetitions: in groups, Python 3.11.2 fails on them with a SystemError."""
 
 _NUMBER = re.compile(
     r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z][A-Za-z0-9]*)?"
