@@ -1,4 +1,4 @@
-"""docs/view.md: the example of a live file is read and written again, and all its keys are named."""
+"""docs/view.md: the example of a live file is read and written again, all keys are named."""
 
 import re
 
