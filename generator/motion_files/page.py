@@ -29,7 +29,7 @@ from generator.motion_files.glb import format_glb
 from generator.motion_files.motion import NO_MASSES, FigureMotion, Header, unrepresented
 from generator.passive_curve import PassiveCurve, PublishedTorques, joint_label, passive_curves
 from generator.recording import Ending, Recording, energy_kinds
-from generator.rotations import Array
+from generator.rotations import Array, matrix_from_rotation_vector
 from generator.springs_file.read import NO_SPRINGS, read_springs
 from generator.text_io import write_atomic
 from springs import SpringSet
@@ -242,9 +242,18 @@ def _curve_row(motion: FigureMotion, frames: Frames, curve: PassiveCurve) -> dic
         },
     }
     if motion.recording is not None:
-        torques = motion.recording.passive_torques[curve.joint][frames]
-        row["recorded"] = encode_floats(torques @ np.array(curve.spring.direction))
+        row["recorded"] = encode_floats(_recorded_moments(motion.recording, curve)[frames])
     return row
+
+
+def _recorded_moments(recording: Recording, curve: PassiveCurve) -> Array:
+    """Moments of a run about the axis of a curve in the half-way frame, as the law has them, (n,).
+
+    A recording has them in the axes of the parent's site.
+    """
+    half_turns = matrix_from_rotation_vector(0.5 * recording.rotation_vectors[curve.joint])
+    axes = half_turns @ np.array(curve.spring.direction)
+    return np.sum(recording.passive_torques[curve.joint] * axes, axis=1)
 
 
 def _held_angles(curve: PassiveCurve) -> str:

@@ -13,9 +13,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator import read_springs
+from generator import Plan, read_springs, simulate
 from generator.losses import Losses
-from generator.motion_files import FigureMotion, page, write_recording
+from generator.motion_files import (
+    FigureMotion,
+    motion_from_recording,
+    page,
+    write_recording,
+)
 from generator.motion_files.page import (
     MAX_PAGE_FRAMES,
     kept_frames,
@@ -24,8 +29,8 @@ from generator.motion_files.page import (
     springs_of_header,
     write,
 )
-from generator.passive_curve import passive_curves
-from tests.chains import at, body, chain, figure, ground, joint
+from generator.passive_curve import passive_curves, passive_torque
+from tests.chains import BALL, at, body, chain, figure, ground, joint, one_body
 from tests.motion_readers import Page
 from tests.motions import any_motion, clip, shipped
 
@@ -133,6 +138,22 @@ def test_the_point_of_a_curve_is_on_its_law():
     knee = rows["Left knee flexion"]
     assert {one["label"] for one in knee["published"]} >= {"Silder 2007", "Otani 1989"}
     assert any("low" in one for one in knee["published"])
+
+
+def test_the_moment_of_the_run_is_about_the_axis_of_the_law():
+    """Without damping it is the elastic torque of all axes of the ball, in the half-way frame."""
+    made = one_body(BALL, (0.8, -0.5, 0.6), stiff=(1.0, 3.0, 6.0))
+    springs = read_springs(None, made)
+    recording = simulate(made, Plan(stop=0.2, tolerance=1e-4))
+    motion = motion_from_recording(recording, made, springs)
+    frames = kept_frames(motion.times.size)
+    rows = page_data(motion, frames, springs, Losses("page"))["rows"]
+    for curve, shown in zip(passive_curves(made, springs)["pin"], rows, strict=True):
+        poses = ({"pin": at} for at in recording.displacements["pin"])
+        torques = [passive_torque(made, springs, "pin", pose) for pose in poses]
+        expected = np.array(torques) @ curve.spring.direction
+        assert np.max(np.abs(expected)) > 0.1
+        assert np.allclose(Page.floats(shown["recorded"]), expected, rtol=1e-4, atol=1e-5)
 
 
 def curve_rows(motion: FigureMotion) -> dict[str, dict[str, str]]:
