@@ -66,8 +66,9 @@ def replay_live(
             update(Progress(1, log.start.frame, time))
             check()
 
-        recording = replay(figure, log, watch, path.parent).recording()
-        written = write_motion(motion_from_recording(recording, figure), files)
+        live = replay(figure, log, watch, path.parent)
+        recording = live.recording()
+        written = write_motion(motion_from_recording(recording, figure, live.springs), files)
     return CommandResult(
         text=_summary(log, recording, files),
         details=losses_text(written),

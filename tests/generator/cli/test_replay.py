@@ -13,12 +13,14 @@ from generator.input_files.live import (
     SetGravity,
     SetRoot,
     SetScales,
+    SetSprings,
     write_live,
 )
 from generator.motion_files import action_from_recording
 from generator.motion_files.motion import file_sha256
 from generator.simulation.live import LiveRun
 from tests.command import mover, run
+from tests.motion_readers import Page
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +60,20 @@ def test_the_motion_is_the_same(live: LiveRun, file: Path):
     assert again.displacements.keys() == expected.displacements.keys()
     for name, values in expected.displacements.items():
         assert np.array_equal(again.displacements[name], values)
+
+
+def test_a_page_of_a_replay_has_the_curves_of_changed_springs(tmp_path: Path):
+    joint = next(n for n, each in read_figure("pendulum").joints.items() if each.chain)
+    made = LiveRun(read_figure("pendulum"), LiveStart())
+    stiff = f'[[spring]]\njoints = ["{joint}"]\naxis = "x"\nstiffness_Nm_rad = 40\n'
+    made.apply(SetSprings(stiff))
+    made.advance()
+    file, page = tmp_path / "a.live.toml", tmp_path / "a.html"
+    file.write_text(write_live(made.log("pendulum.fig", None)))
+    run("simulate", "--replay", file, "-o", page)
+    curves = [row["curve"] for row in Page(page).data["rows"] if "curve" in row]
+    angles, law = (Page.floats(curves[0][key]) for key in ("angles", "law"))
+    assert np.allclose(law, -40.0 * np.radians(angles), atol=1e-4)
 
 
 def test_the_text_of_a_replay(file: Path):
