@@ -218,13 +218,6 @@ def _spring_about(axes: Iterable[AxisSpring], direction: Direction) -> AxisSprin
     return next((axis for axis in axes if parallel_sign(axis.direction, direction)), None)
 
 
-def format_edits(
-    figure: Figure, springs: SpringSet, edits: Iterable[SpringEdit], extends: str | None = None
-) -> str:
-    """Return the springs file that makes changes of springs; see `format_changes`."""
-    return format_changes(figure, springs, apply_edits(springs, edits), extends)
-
-
 def format_changes(
     figure: Figure,
     base: SpringSet,

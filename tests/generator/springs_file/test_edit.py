@@ -22,7 +22,6 @@ from generator.springs_file.edit import (
     edited_springs,
     format_all,
     format_changes,
-    format_edits,
     plain_law,
     springs_from_text,
 )
@@ -110,7 +109,7 @@ def test_equal_changes_of_both_sides_are_one_table():
     edit = SpringEdit("left_knee", KNEE, scale=2.0)
     both = edit_of_other_side(SPRINGS, edit)
     assert both is not None
-    text = format_edits(FIGURE, SPRINGS, [edit, both], "prototype")
+    text = format_changes(FIGURE, SPRINGS, apply_edits(SPRINGS, [edit, both]), "prototype")
     assert text.count("[[spring]]") == 1
     assert "scale = 2\n" in text
     assert "viscous" not in text
@@ -118,7 +117,8 @@ def test_equal_changes_of_both_sides_are_one_table():
 
 
 def test_damping_alone_does_not_restate_the_law():
-    text = format_edits(FIGURE, SPRINGS, [SpringEdit("left_knee", KNEE, viscous=0.5, coulomb=0.25)])
+    edit = SpringEdit("left_knee", KNEE, viscous=0.5, coulomb=0.25)
+    text = format_changes(FIGURE, SPRINGS, apply_edits(SPRINGS, [edit]))
     assert "coefficients" not in text
     assert "viscous_Nms_rad = 0.5\ncoulomb_Nm = 0.25\n" in text
 
