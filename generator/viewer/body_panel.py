@@ -9,7 +9,13 @@ import viser
 
 from generator.diagnostics import InputError, MoverError
 from generator.rotations import Array
-from generator.viewer.balance import BalanceModel, BalanceState, balance_text, margin_text
+from generator.viewer.balance import (
+    DEFAULT_SUPPORT_HEIGHT,
+    BalanceModel,
+    BalanceState,
+    balance_text,
+    margin_text,
+)
 from generator.viewer.scene import node_name, points_in_world
 from generator.viewer.segment_mass import (
     SegmentVolume,
@@ -146,7 +152,7 @@ class BodyPanel(Panel):
         )
         self._height = gui.add_number(
             "Support height [cm]",
-            1.0,
+            100.0 * DEFAULT_SUPPORT_HEIGHT,
             min=0.0,
             max=20.0,
             step=0.1,

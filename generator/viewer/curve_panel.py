@@ -37,12 +37,12 @@ TEXT_INTERVAL = 0.2
 """Shortest time between two updates of the text [s]."""
 
 CHART_HEIGHT = 300
-"""[pixels]"""
+"""Height of the chart [pixels]."""
 
 MAX_SCALE = 4.0
 
 MAX_OFFSET = 45.0
-"""[deg]"""
+"""Largest shift of a curve [deg]."""
 
 _MOVED = 1e-5
 """Change of an angle that the chart shows [rad]."""
@@ -54,10 +54,10 @@ _COUPLING_TORQUE = 0.05
 """Difference by which the other axes of a joint change its torque about one [N m]."""
 
 _LARGEST_NUMBER = 1e4
+"""Largest stiffness [N m/rad], damping [N m s/rad] and friction [N m] of the controls."""
 
 _DECIMALS = 6
 """Decimals of the fields, of which viser keeps no more than those of the step."""
-"""Largest stiffness [N m/rad] and damping of the controls."""
 
 
 class CurvePanel(Panel):

@@ -318,7 +318,7 @@ def ground_reaction_chart(motion: FigureMotion) -> list[Chart]:
         return []
     frames = sample_frames(len(motion.times), CHART_POINTS)
     force = run.contact.ground_reaction[frames]
-    curves = [("sideways x", force[:, 0]), ("up y", force[:, 1]), ("sideways z", force[:, 2])]
+    curves = [("x", force[:, 0]), ("y (up)", force[:, 1]), ("z", force[:, 2])]
     return _chart(motion, "Ground reaction [N]", frames, curves)
 
 
