@@ -14,7 +14,7 @@ import numpy as np
 from generator.figure import Figure, Joint
 from generator.joint_chain import Chain, build_chain
 from generator.rotations import Array, rotation_vector_from_matrix
-from generator.springs_file.axes import parallel_sign
+from generator.springs_file.axes import axis_label, parallel_sign
 from springs import (
     AxisSpring,
     CoupledSpring,
@@ -98,7 +98,7 @@ class PassiveCurve:
     @property
     def motion(self) -> str:
         """Name of a positive angle, or of the axis."""
-        return self.spring.motion or axis_name(self.spring.direction)
+        return self.spring.motion or f"about {axis_label(self.spring.direction)}"
 
     @property
     def label(self) -> str:
@@ -305,18 +305,7 @@ def joint_label(joint: str) -> str:
     """Return the name of a joint as a label ("Left hip" of `left_hip_joint`)."""
     words = joint.replace("_", " ").strip()
     shorter = words.removesuffix(" joint") or words
-    return shorter[:1].upper() + shorter[1:]
-
-
-def axis_name(direction: Direction) -> str:
-    """Return an axis of a joint's frame in words ("about x")."""
-    names = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
-    x, y, z = (part + 0.0 for part in direction)
-    if (x, y, z) in names:
-        return f"about {names[x, y, z]}"
-    if (-x, -y, -z) in names:
-        return f"about -{names[-x, -y, -z]}"
-    return f"about ({x:.3g}, {y:.3g}, {z:.3g})"
+    return shorter[:1].upper() + shorter[1:] or joint
 
 
 def _format_range(ends: Range) -> str:

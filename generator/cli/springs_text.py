@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from math import exp
 
+from generator.figure import Vector
+from generator.springs_file.axes import axis_label
 from generator.springs_file.laws import describe_law, format_range, law_data, range_in_degrees
 from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm
@@ -57,11 +59,6 @@ def _coordinate_symbols(coordinates: tuple[str, ...]) -> tuple[str, ...]:
     return first if len(set(first)) == len(first) and all(map(str.isalpha, first)) else numbered
 
 
-Vector = tuple[float, float, float]
-
-_AXIS_NAMES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
-
-
 def axis_name(spring: AxisSpring) -> str:
     """`x`, `-x`, `(0.6, 0.8, 0)`: the axis of a spring in the joint's frame; or `its axis`."""
     return direction_name(spring.direction)
@@ -69,14 +66,7 @@ def axis_name(spring: AxisSpring) -> str:
 
 def direction_name(direction: Vector) -> str:
     """The same of an axis alone."""
-    if direction == UNKNOWN_AXIS:
-        return "its axis"
-    x, y, z = (part + 0.0 for part in direction)
-    if (x, y, z) in _AXIS_NAMES:
-        return _AXIS_NAMES[x, y, z]
-    if (-x, -y, -z) in _AXIS_NAMES:
-        return f"-{_AXIS_NAMES[-x, -y, -z]}"
-    return f"({x:g}, {y:g}, {z:g})"
+    return "its axis" if direction == UNKNOWN_AXIS else axis_label(direction)
 
 
 def coupled_axis_names(spring: CoupledSpring) -> tuple[str, ...]:

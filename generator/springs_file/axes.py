@@ -45,6 +45,17 @@ def parallel_sign(direction: Vector, axis: Vector) -> int:
     return 1 if a * x + b * y + c * z > 0.0 else -1
 
 
+def axis_label(axis: Vector) -> str:
+    """Return a unit axis as text: `x`, `-y`, or its components, such as `(0.6, 0.8, 0)`."""
+    for letter in AXIS_NAMES:
+        x, y, z = (float(letter == name) for name in AXIS_NAMES)
+        sign = parallel_sign(axis, (x, y, z))
+        if sign:
+            return letter if sign > 0 else f"-{letter}"
+    x, y, z = (part + 0.0 for part in axis)
+    return f"({x:g}, {y:g}, {z:g})"
+
+
 def axis_by_name(joint: Joint, name: str | None) -> Vector:
     """Return the axis of a spring's positive angle, in the joint's frame.
 

@@ -15,13 +15,12 @@ from generator.passive_curve import (
     Displacements,
     PassiveCurve,
     PublishedTorques,
-    axis_name,
     axis_springs,
     joint_label,
     passive_curve,
 )
 from generator.rotations import Array
-from generator.springs_file.axes import parallel_sign
+from generator.springs_file.axes import axis_label, parallel_sign
 from generator.springs_file.edit import (
     SpringEdit,
     apply_edits,
@@ -71,7 +70,7 @@ class CurveEditor:
         """Axes of the curves of a joint, by the names of their motions."""
         found: dict[str, Direction] = {}
         for spring in axis_springs(self.loaded, joint):
-            axis = axis_name(spring.direction)
+            axis = f"about {axis_label(spring.direction)}"
             name = spring.motion or axis
             found[f"{name}, {axis}" if name in found else name] = spring.direction
         return found

@@ -17,7 +17,6 @@ from generator.joint_chain import build_chain
 from generator.kinematics.placement import forward_kinematics
 from generator.motion_files.motion import NONE, FigureMotion
 from generator.passive_curve import (
-    axis_name,
     initial_angles,
     joint_label,
     passive_torque,
@@ -25,6 +24,7 @@ from generator.passive_curve import (
 )
 from generator.recording import Accuracy, energy_kinds
 from generator.rotations import Array, matrix_from_rotation_vector, unit_vector
+from generator.springs_file.axes import axis_label
 from springs import SpringSet
 
 Frames = NDArray[np.int_]
@@ -330,9 +330,8 @@ def _chart(
 
 def _axis_label(axis: JointAxis, k: int) -> str:
     """Return a factor of a chain in words: `1: about z`, `4: along x`."""
-    about = axis_name(axis.axis)
-    along = axis.kind is AxisKind.TRANSLATION
-    return f"{k + 1}: {about.replace('about', 'along') if along else about}"
+    way = "about" if axis.kind is AxisKind.ROTATION else "along"
+    return f"{k + 1}: {way} {axis_label(axis.axis)}"
 
 
 def summary_lines(motion: FigureMotion) -> list[str]:

@@ -46,7 +46,7 @@ SLIDER_MARGIN = radians(15.0)
 MAX_DISPLACEMENT = 1e3
 """Largest displacement that is set [rad or m]."""
 
-_PARALLEL = 1e-9
+_PARALLEL = 1e-6
 """Largest distance between unit vectors that count as equal."""
 
 
@@ -306,7 +306,7 @@ def _image_sign(one: JointAxis, other: JointAxis, turn: Array) -> int:
     axis = unit_vector(other.axis)
     if one.kind is other.kind:
         for sign in (1, -1):
-            if np.linalg.norm(image - sign * axis) < 1e3 * _PARALLEL:
+            if np.linalg.norm(image - sign * axis) < _PARALLEL:
                 return sign
     return 0
 
@@ -457,19 +457,3 @@ def _measured_range(spring: AxisSpring) -> Range | None:
     """Return the range in which a law of a spring was measured [rad], if one states it."""
     found = (valid_range(law) for law in spring.elastic)
     return next((known for known in found if known is not None), None)
-
-
-def axis_label(factor: JointAxis) -> str:
-    """Return the name of an axis of a chain: `x`, `-y` or its components."""
-    for k, letter in enumerate("xyz"):
-        for sign, text in ((1.0, letter), (-1.0, f"-{letter}")):
-            if np.linalg.norm(sign * np.eye(3)[k] - unit_vector(factor.axis)) < _PARALLEL:
-                return text
-    x, y, z = factor.axis
-    return f"({x:.3g}, {y:.3g}, {z:.3g})"
-
-
-def readable_name(name: str) -> str:
-    """Return the name of a part as a label: `left_knee` becomes `Left knee`."""
-    text = name.replace("_", " ").strip()
-    return text[:1].upper() + text[1:] or name

@@ -12,6 +12,8 @@ from generator.figure import AxisKind, Joint
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.links import Coordinate
 from generator.kinematics.shoulder import Side
+from generator.passive_curve import joint_label
+from generator.springs_file.axes import axis_label
 from generator.text_io import os_error_reason, write_atomic
 from generator.viewer.folder import names_in_folder, path_in_folder
 from generator.viewer.limb_drag import LimbDrag
@@ -19,9 +21,7 @@ from generator.viewer.pose_editor import (
     CoordinateRange,
     Mirroring,
     PoseEditor,
-    axis_label,
     coordinate_range,
-    readable_name,
 )
 from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
 from springs import SpringSet
@@ -198,7 +198,7 @@ class PosePanel(Panel):
         order = float(list(self._moved).index(name) + 1e6)
         with self._joints_folder:
             self._folders[name] = gui.add_folder(
-                readable_name(name), expand_by_default=expanded, order=order
+                joint_label(name), expand_by_default=expanded, order=order
             )
             with self._folders[name]:
                 for k in range(len(joint.chain)):
@@ -219,9 +219,9 @@ class PosePanel(Panel):
         scale, unit = (degrees(1.0), "deg") if is_rotation else (100.0, "cm")
         if known.motion:
             sense = "" if known.sign > 0 else " (negative)"
-            label = f"{readable_name(known.motion)}{sense} [{unit}]"
+            label = f"{known.motion.capitalize()}{sense} [{unit}]"
         else:
-            label = f"{'About' if is_rotation else 'Along'} {axis_label(factor)} [{unit}]"
+            label = f"{'About' if is_rotation else 'Along'} {axis_label(factor.axis)} [{unit}]"
         value = self._value(coordinate) * scale
         low, high = (scale * end for end in (known.low, known.high))
         handle = self.viewer.server.gui.add_slider(

@@ -17,7 +17,6 @@ from generator.passive_curve import (
     TORQUE_MARGIN,
     PassiveCurve,
     angle_about,
-    axis_name,
     initial_angles,
     joint_label,
     passive_curves,
@@ -233,8 +232,13 @@ def test_an_axis_with_a_coupled_law_alone_has_a_curve():
     assert np.allclose(knee.moment_at(whole.angles), whole.torques)
 
 
-def test_names_of_joints_and_axes():
+def test_labels_of_joints_and_of_axes_without_a_motion():
     assert joint_label("left_hip_joint") == "Left hip"
     assert joint_label("joint") == "Joint"
-    assert axis_name((0.0, -1.0, 0.0)) == "about -y"
-    assert axis_name((0.6, 0.8, 0.0)) == "about (0.6, 0.8, 0)"
+    assert joint_label("_") == "_"
+    bare = {
+        name: replace(joint, axes=tuple(replace(axis, motion="") for axis in joint.axes))
+        for name, joint in SPRINGS.joints.items()
+    }
+    curves = passive_curves(FIGURE, replace(SPRINGS, joints=bare))["left_shoulder"]
+    assert {one.motion.removeprefix("about ").lstrip("-") for one in curves} == {"x", "y", "z"}

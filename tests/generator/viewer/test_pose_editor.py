@@ -21,12 +21,10 @@ from generator.springs_file.read import read_springs
 from generator.viewer.pose_editor import (
     Mirroring,
     PoseEditor,
-    axis_label,
     coordinate_range,
     drag_point,
     end_segments,
     limb_joints,
-    readable_name,
     spring_dead_zone,
 )
 from springs import AxisSpring, Cubic, JointSprings, SpringSet
@@ -367,10 +365,3 @@ def test_dead_zones_of_sums_of_laws() -> None:
     narrow = Cubic((0.0, 1.0, 0.0, 5.0), -1, (-0.1, 0.2))
     assert spring_dead_zone(AxisSpring(axis, (ZONE, narrow))) == pytest.approx((-0.1, 0.2))
     assert spring_dead_zone(AxisSpring(axis, (ZONE, Stop(-1.0, 1.0)))) == pytest.approx((-0.1, 0.5))
-
-
-def test_labels() -> None:
-    names = [axis_label(factor) for factor in chain("Rx R-y Tz Rs")]
-    assert names == ["x", "-y", "z", "(0.667, -0.333, 0.667)"]
-    assert readable_name("left_hip_joint") == "Left hip joint"
-    assert readable_name("_") == "_"
