@@ -53,7 +53,7 @@ def mass_lines(segment: Segment, found: SegmentVolume | None) -> list[str]:
     is_body = mass is not None and mass > 0.0
     if mass is None:
         lines.append("Mass: none")
-    elif not is_body:
+    elif segment.has_ground_mass:
         lines.append("Part of the ground")
     else:
         lines.append(f"Mass: {mass:.4f} kg")

@@ -61,6 +61,7 @@ def test_ground_and_missing_masses_are_stated():
     assert "Part of the ground" in lines
     assert not any("Density" in line for line in lines)
     assert "Mass: none" in mass_lines(replace(floor, mass=None), None)
+    assert "Mass: 0.0000 kg" in mass_lines(replace(floor, mass=0.0), None)
 
 
 @given(mass=st.floats(0.01, 100.0), axes=st.tuples(LENGTHS, LENGTHS, LENGTHS))
