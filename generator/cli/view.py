@@ -104,7 +104,8 @@ def view(
         int | None, typer.Option(help="Port of the page. [default: the first free one from 8080]")
     ] = None,
     host: Annotated[
-        str, typer.Option(help="Address to listen at; others than this machine may reach it.")
+        str,
+        typer.Option(help="Address to listen on; with another one, other machines reach the page."),
     ] = "127.0.0.1",
     no_browser: Annotated[
         bool, typer.Option("--no-browser", help="Print the address only.")
@@ -310,7 +311,8 @@ def _serve(
         try:
             viewer = Viewer(server, content, ordered_panels(content))
             if not has_ended:
-                _announce(where, None if page_server.is_loopback(host) else host)
+                open_host = None if page_server.is_loopback(host) else host
+                _announce(where, open_host, subject.warnings)
                 if open_browser and _has_display():
                     Thread(target=webbrowser.open, args=(where,), daemon=True).start()
                 viewer.run()
@@ -328,7 +330,6 @@ def _serve(
             "springs": subject.springs.origin,
             "open_s": seconds,
         },
-        diagnostics=subject.warnings,
     )
 
 
@@ -338,8 +339,10 @@ def _has_display() -> bool:
     return sys.platform in ("win32", "darwin") or any(map(os.environ.get, variables))
 
 
-def _announce(where: str, open_host: str | None) -> None:
-    """Print the address, and a warning if other machines reach it."""
+def _announce(where: str, open_host: str | None, warnings: _Warnings) -> None:
+    """Print the address, the warnings of the files, and one if other machines reach the page."""
     typer.echo(f"{where}\nCtrl-C ends the page.", err=True)
+    for line in dict.fromkeys(each.first_line for each in warnings):
+        typer.echo(line, err=True)
     if open_host is not None:
         typer.echo(f"warning: every machine that reaches {open_host} can use the page.", err=True)

@@ -67,10 +67,16 @@ def test_a_motion_names_its_figure_and_springs(folder: Path, name: str):
     assert not shown.warnings
 
 
-def test_springs_that_are_not_found_are_replaced_with_a_warning(folder: Path, tmp_path: Path):
+def moved_motion(folder: Path, target: Path) -> Path:
+    """Return a motion whose springs are not beside its figure."""
     text = (folder / "hang.action").read_text(encoding="utf-8")
-    moved = tmp_path / "moved.action"
+    moved = target / "moved.action"
     moved.write_text(re.sub("^springs .*$", "springs my.springs.toml", text, flags=re.MULTILINE))
+    return moved
+
+
+def test_springs_that_are_not_found_are_replaced_with_a_warning(folder: Path, tmp_path: Path):
+    moved = moved_motion(folder, tmp_path)
     shown = load(moved)
     (only,) = shown.warnings
     assert "`my.springs.toml`" in only.message
@@ -160,17 +166,20 @@ class TestPage:
         assert '"address"' in out
 
     @pytest.mark.skipif(os.name != "posix", reason="needs signals")
-    def test_a_page_for_others_warns_and_ends_at_ctrl_c_during_its_start(self, tmp_path: Path):
+    def test_a_page_for_others_warns_and_ends_at_ctrl_c_during_its_start(
+        self, folder: Path, tmp_path: Path
+    ):
         (tmp_path / "sitecustomize.py").write_text(
             "import os, signal, webbrowser\n"
             "webbrowser.open = lambda _: os.kill(os.getpid(), signal.SIGINT)\n"
         )
-        line = ["pendulum", "--host", "0.0.0.0"]
+        line = [moved_motion(folder, tmp_path), "--host", "0.0.0.0"]
         path = f"{tmp_path}{os.pathsep}{ENVIRONMENT['PYTHONPATH']}"
         variables = {"PYTHONPATH": path, "BROWSER": "one"}
         code, out, rest = serve(line, lambda *_: None, variables)
         assert code == 0
         assert "warning: every machine that reaches 0.0.0.0 can use the page.\n" in rest
+        assert rest.count("warning: the springs of the motion, `my.springs.toml`, are not") == 1
         assert "Traceback" not in rest
         assert out.count("\n") == 1
 
