@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
-from generator.cli.view import load_subject
+from generator.cli.view import load_inputs
 from generator.viewer.panels import ordered_panels
 from generator.viewer.server import LOOPBACK, address, close_server, find_port, open_server
 from generator.viewer.viewer import Content, Viewer
@@ -36,15 +36,15 @@ def draw(
     browser: Any, name: str, path: Path, act: Callable[[Any, Viewer], None], folder: Path
 ) -> None:
     """Open the page of a file, act on it, and take its picture."""
-    subject = load_subject(path, None, None, None, None)
+    inputs = load_inputs(path, None, None, None, None)
     content = Content(
-        subject.figure,
-        subject.springs,
-        subject.placement,
+        inputs.figure,
+        inputs.springs,
+        inputs.placement,
         folder,
-        subject.motion,
+        inputs.motion,
         title=path.name,
-        springs_choice=subject.springs_choice,
+        springs_choice=inputs.springs_choice,
     )
     server = open_server(LOOPBACK, find_port(LOOPBACK, None), content.title)
     viewer = Viewer(server, content, ordered_panels(content))

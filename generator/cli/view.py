@@ -51,7 +51,7 @@ _Warnings = tuple[Diagnostic, ...]
 
 
 @dataclass(frozen=True)
-class Subject:
+class ViewInputs:
     """Contents of the files that a command line names.
 
     Attributes:
@@ -116,8 +116,8 @@ def view(
     _check_kind(path, figure, second, export)
     if export is not None:
         return _export(path, figure, springs, law, export)
-    subject = load_subject(path, figure, second, springs, law)
-    return _serve(subject, name, host, port, open_browser=not no_browser)
+    inputs = load_inputs(path, figure, second, springs, law)
+    return _serve(inputs, name, host, port, open_browser=not no_browser)
 
 
 def is_motion(path: Path) -> bool:
@@ -167,13 +167,13 @@ def _check_kind(path: Path, figure: str | None, second: Path | None, export: Pat
         raise UsageError("--export writes one motion: leave out --with")
 
 
-def load_subject(
+def load_inputs(
     path: Path,
     figure_name: str | None,
     second: Path | None,
     springs_choice: str | None,
     joining: Joining | None,
-) -> Subject:
+) -> ViewInputs:
     """Read the files that a command line names.
 
     Raises:
@@ -202,7 +202,7 @@ def load_subject(
         springs, of_springs = springs_from_option(figure, springs_choice, joining)
     placement, of_pose = placement_from_options(figure, pose, ())
     every = dict.fromkeys((*warnings, *of_springs, *of_pose))
-    return Subject(figure, springs, springs_choice, placement, motion, ghost, tuple(every))
+    return ViewInputs(figure, springs, springs_choice, placement, motion, ghost, tuple(every))
 
 
 def load_motion(path: Path, figure_name: str | None) -> tuple[FigureMotion, _Warnings]:
@@ -273,7 +273,7 @@ def _export(
 
 
 def _serve(
-    subject: Subject, name: str, host: str, port: int | None, *, open_browser: bool
+    inputs: ViewInputs, name: str, host: str, port: int | None, *, open_browser: bool
 ) -> CommandResult:
     """Serve the page until Ctrl-C."""
     try:
@@ -287,14 +287,14 @@ def _serve(
     from generator.viewer.viewer import Content, Viewer
 
     content = Content(
-        subject.figure,
-        subject.springs,
-        subject.placement,
+        inputs.figure,
+        inputs.springs,
+        inputs.placement,
         Path.cwd(),
-        subject.motion,
-        subject.second,
-        title=subject.figure.name or name,
-        springs_choice=subject.springs_choice,
+        inputs.motion,
+        inputs.second,
+        title=inputs.figure.name or name,
+        springs_choice=inputs.springs_choice,
     )
     free_port = page_server.find_port(host, port)
     began, viewer, has_ended = time.monotonic(), None, False
@@ -312,7 +312,7 @@ def _serve(
             viewer = Viewer(server, content, ordered_panels(content))
             if not has_ended:
                 open_host = None if page_server.is_loopback(host) else host
-                _announce(where, open_host, subject.warnings)
+                _announce(where, open_host, inputs.warnings)
                 if open_browser and _has_display():
                     Thread(target=webbrowser.open, args=(where,), daemon=True).start()
                 viewer.run()
@@ -325,9 +325,9 @@ def _serve(
         text=f"The page was open for {seconds:.0f} s.",
         data={
             "address": where,
-            "figure": None if subject.figure.path is None else str(subject.figure.path),
-            "frames": None if subject.motion is None else subject.motion.times.size,
-            "springs": subject.springs.origin,
+            "figure": None if inputs.figure.path is None else str(inputs.figure.path),
+            "frames": None if inputs.motion is None else inputs.motion.times.size,
+            "springs": inputs.springs.origin,
             "open_s": seconds,
         },
     )

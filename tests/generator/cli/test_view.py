@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure, read_springs
-from generator.cli.view import Subject, load_subject
+from generator.cli.view import ViewInputs, load_inputs
 from tests.command import answer, mover, run
 from tests.motions import clip
 from tests.paths import FIGURES
@@ -28,9 +28,9 @@ START = (
 MOVER = [sys.executable, "-c", START, "view"]
 
 
-def load(path: Path, **options: object) -> Subject:
+def load(path: Path, **options: object) -> ViewInputs:
     every = {"figure_name": None, "second": None, "springs_choice": None, "joining": None}
-    return load_subject(path, **{**every, **options})
+    return load_inputs(path, **{**every, **options})
 
 
 @pytest.fixture(scope="module")
@@ -213,5 +213,5 @@ def serve(
         process.communicate()
 
 
-def test_the_figure_of_a_subject_is_the_named_one(folder: Path):
+def test_the_figure_is_the_named_one(folder: Path):
     assert load(FIGURES / "pendulum.fig").figure == read_figure("pendulum")
