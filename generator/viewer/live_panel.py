@@ -339,7 +339,7 @@ class LivePanel(Panel):
 
     def _save_file(self) -> None:
         if self._frame is None:
-            raise UsageError("there is no simulation to save: press Start first")
+            raise UsageError("there is no motion to save yet: press Start, and wait for the clock")
         self.process.send(Save(live_path(self.viewer.content.folder, self._file.value)))
 
     # Answers
