@@ -112,6 +112,8 @@ def view(
     ] = False,
 ) -> CommandResult:
     """Show a figure, a pose or a motion in the browser, and change it there."""
+    if not name.strip():
+        raise UsageError("the name of what to show is empty: name a figure, a pose or a motion")
     path = Path(name)
     _check_kind(path, figure, second, export)
     if export is not None:
@@ -135,6 +137,8 @@ def _check_kind(path: Path, figure: str | None, second: Path | None, export: Pat
         if file.suffix.lower() in MOTION_FORMATS and not is_motion(file):
             known = ", ".join(READABLE_SUFFIXES)
             raise UsageError(f"{file}: motions are read from {known}, not from other formats")
+        if file.is_dir():
+            raise UsageError(f"{file} is a directory: the page shows files, such as `figure.fig`")
     if is_model(str(path)):
         target = f"{path.stem or 'figure'}{FIGURE_SUFFIX}"
         raise UsageError(

@@ -147,7 +147,7 @@ class LivePanel(Panel):
         self._frame: LiveFrame | None = None
         self._is_begun = self._is_compiling = self._is_running = False
         self._is_covered = False
-        self._notice = ""
+        self._notice = self._saving = ""
         self._is_own_height = False
         self._pulled: tuple[str, Vector] | None = None
         self._texts: dict[str, str] = {}
@@ -339,8 +339,10 @@ class LivePanel(Panel):
 
     def _save_file(self) -> None:
         if self._frame is None:
-            raise UsageError("there is no simulation to save: press Start first")
-        self.process.send(Save(live_path(self.viewer.content.folder, self._file.value)))
+            raise UsageError("there is no motion to save yet: press Start, and wait for the clock")
+        path = live_path(self.viewer.content.folder, self._file.value)
+        self._saving = f"Saving {path.name}; the simulation waits meanwhile."
+        self.process.send(Save(path))
 
     # Answers
 
@@ -365,10 +367,11 @@ class LivePanel(Panel):
                 self._return_controls(answer)
                 self.viewer.tell("That did not work", answer.sentence, is_error=True)
             case Saved():
+                self._saving = ""
                 self.viewer.tell("Saved", answer.sentence)
             case Died():
                 self._is_begun = self._is_compiling = self._is_running = False
-                self._frame, self._pulled = None, None
+                self._frame, self._pulled, self._saving = None, None, ""
                 self._line.visible = False
                 self._notice = death_text(answer.exit_code)
                 self.viewer.tell("Simulation ended", self._notice, is_error=True)
@@ -395,6 +398,8 @@ class LivePanel(Panel):
             self._is_begun = self._is_compiling = self._is_running = False
             self._notice = refused.sentence
             self._label_start()
+        elif isinstance(command, Save):
+            self._saving = ""
         elif isinstance(command, Change) and self._frame is not None:
             self._floor.value = self._frame.floor is not None
             if self._frame.floor is not None:
@@ -429,6 +434,8 @@ class LivePanel(Panel):
         lines = [clock_text(self._frame, is_compiling=self._is_compiling)]
         if self._obstacle is not None:
             lines = [f"This figure cannot be simulated live: {self._obstacle}."]
+        if self._saving:
+            lines.append(self._saving)
         if self._notice:
             lines.append(self._notice)
         elif self._frame is not None and self.viewer.shown.driver is not Driver.LIVE:

@@ -16,7 +16,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from threading import Lock, Thread
+from threading import Condition, Lock, Thread
 from time import monotonic
 
 import numpy as np
@@ -309,7 +309,10 @@ class Engine:
         except MoverError as failure:
             return [Refused(self._generation, str(failure), command)]
         except OSError as failure:
-            return [Refused(self._generation, os_error_reason(failure), command)]
+            sentence = os_error_reason(failure)
+            if isinstance(command, Save):
+                sentence = f"`{command.path.name}` cannot be saved: {sentence}"
+            return [Refused(self._generation, sentence, command)]
 
     def _answers(self, command: Command, now: float) -> list[Answer]:
         if isinstance(command, Begin):
@@ -469,6 +472,44 @@ def _held_interrupt() -> Generator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+class _Outbox:
+    """Commands that wait to be sent."""
+
+    def __init__(self) -> None:
+        self._commands: deque[Command | None] = deque()
+        self._has_more = Condition()
+
+    def put(self, command: Command | None) -> None:
+        """Add a command, or None after the last one; it replaces one that it supersedes."""
+        with self._has_more:
+            if self._commands and _supersedes(command, self._commands[-1]):
+                self._commands.pop()
+            self._commands.append(command)
+            self._has_more.notify()
+
+    def send_all(self, connection: Connection) -> None:
+        """Send commands until None, or until the process has ended."""
+        while True:
+            with self._has_more:
+                self._has_more.wait_for(lambda: self._commands)
+                command = self._commands.popleft()
+            if command is None:
+                return
+            try:
+                connection.send(command)
+            except OSError:  # the process has died: the reader notices
+                return
+
+
+def _supersedes(command: Command | None, other: Command | None) -> bool:
+    """Return whether nothing remains of a command when another one follows it."""
+    if isinstance(command, Change) and isinstance(other, Change):
+        return type(command.change) is type(other.change)
+    if isinstance(command, Pull) and isinstance(other, Pull):
+        return (command.segment, command.point) == (other.segment, other.point)
+    return False
+
+
 class LiveProcess:
     """The process of a live simulation, started at the first command and again when it has died."""
 
@@ -476,7 +517,7 @@ class LiveProcess:
         """Remember the figure, and the folder of its springs files."""
         self._figure, self._folder = figure, folder
         self._process: BaseProcess | None = None
-        self._connection: Connection | None = None
+        self._outbox: _Outbox | None = None
         self._lock = Lock()
         self._answers: list[Answer] = []
 
@@ -491,15 +532,15 @@ class LiveProcess:
         return None if self._process is None else self._process.pid
 
     def send(self, command: Command) -> None:
-        """Send a command; `Begin` starts the process if it does not run."""
+        """Send a command; `Begin` starts the process if it does not run.
+
+        A thread sends it: a process that compiles does not take what it is sent. Of changes of one
+        quantity that wait in a row, and of pulls of one point, the last one is sent.
+        """
         if isinstance(command, Begin) and not self.is_alive:
             self._start()
-        if self._connection is None:
-            return
-        try:
-            self._connection.send(command)
-        except OSError:  # it has died: the reader notices
-            return
+        if self._outbox is not None:
+            self._outbox.put(command)
 
     def take(self) -> Sequence[Answer]:
         """Return the answers since the last call, in order; of all frames only the newest."""
@@ -509,10 +550,10 @@ class LiveProcess:
 
     def close(self) -> None:
         """End the process."""
-        process, connection = self._process, self._connection
-        self._process = self._connection = None
-        if connection is not None:
-            connection.close()
+        process, outbox = self._process, self._outbox
+        self._process = self._outbox = None
+        if outbox is not None:
+            outbox.put(None)
         if process is not None:
             process.terminate()
             process.join(1.0)
@@ -530,11 +571,13 @@ class LiveProcess:
         with _held_interrupt():
             process.start()
         other.close()
-        self._process, self._connection = process, connection
-        Thread(target=self._read, args=(connection, process), daemon=True).start()
+        self._process, self._outbox = process, _Outbox()
+        Thread(target=self._read, args=(connection, process, self._outbox), daemon=True).start()
 
-    def _read(self, connection: Connection, process: BaseProcess) -> None:
-        """Take what the process sends until it ends."""
+    def _read(self, connection: Connection, process: BaseProcess, outbox: _Outbox) -> None:
+        """Take what the process sends until it ends; another thread sends the commands."""
+        sender = Thread(target=outbox.send_all, args=(connection,), daemon=True)
+        sender.start()
         while True:
             try:
                 answer: Answer = connection.recv()
@@ -546,6 +589,9 @@ class LiveProcess:
                         each for each in self._answers if not isinstance(each, LiveFrame)
                     ]
                 self._answers.append(answer)
+        outbox.put(None)
+        sender.join()
+        connection.close()
         if self._process is process:  # it was not closed
             process.join(1.0)
             with self._lock:

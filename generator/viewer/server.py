@@ -56,22 +56,31 @@ def find_port(host: str, port: int | None) -> int:
     Raises:
         UsageError: the port is in use, or the host is not an address of this machine.
     """
+    family = _address_family(host)
     ports = range(DEFAULT_PORT, DEFAULT_PORT + _PORTS_TRIED) if port is None else (port,)
     reason = ""
     for candidate in ports:
         try:
-            with socket.create_server((host, candidate)):
+            with socket.create_server((host, candidate), family=family):
                 return candidate
         except OverflowError:
             raise UsageError(f"--port {candidate}: ports are 1 to 65535") from None
         except OSError as failure:
             if failure.errno in _NO_ADDRESS:
                 raise UsageError(f"--host {host}: not an address of this machine") from None
-            reason = os_error_reason(failure)
+            reason = os_error_reason(failure).split(" (while")[0]
     if port is None:
         raise UsageError(f"--host {host}: no port from {ports[0]} to {ports[-1]} is free: {reason}")
     raise UsageError(f"--port {port} of {host} cannot be used: {reason}; without --port, a free "
                      "one is chosen")  # fmt: skip
+
+
+def _address_family(host: str) -> socket.AddressFamily:
+    """Return the family of the first address of a host. Raises UsageError without one."""
+    try:
+        return socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
+    except (OSError, UnicodeError):
+        raise UsageError(f"--host {host}: not an address of this machine") from None
 
 
 def open_server(host: str, port: int, title: str) -> PageServer:

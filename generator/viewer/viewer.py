@@ -5,6 +5,7 @@ loop of the viewer takes them one after the other, so that panels need no locks.
 same key only the last one is taken: a slider that moves faster than the page is drawn.
 """
 
+import os
 import sys
 import time
 import traceback
@@ -18,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import InputError, MoverError, format_count, select_errors
 from generator.figure import Figure
 from generator.kinematics.placement import Placement
 from generator.motion_files.motion import FigureMotion
@@ -249,7 +250,7 @@ class Viewer:
 
     def tell_error(self, failure: Exception) -> None:
         """Show the sentence of an error."""
-        self.tell("That did not work", str(failure), is_error=True)
+        self.tell("That did not work", error_text(failure, self.content.folder), is_error=True)
 
     def run(self) -> None:
         """Take actions and call panels until `stop`."""
@@ -297,6 +298,24 @@ class Viewer:
         """Close all panels."""
         for panel in self.panels:
             panel.close()
+
+
+def error_text(failure: Exception, folder: Path) -> str:
+    """Return the sentence of an error; of a wrong file place, first error and hint, in one line.
+
+    Args:
+        failure: the error.
+        folder: of the page's files, left out of their names.
+    """
+    text = str(failure)
+    if isinstance(failure, InputError):
+        errors = select_errors(failure.diagnostics)
+        first, hint = errors[0], errors[0].hint
+        text = first.first_line.replace(f"{first.severity.value}: ", "", 1)
+        text += f" ({hint})" if hint else ""
+        if len(errors) > 1:
+            text += f"; {format_count(len(errors) - 1, 'more error')}"
+    return text.replace(f"{folder}{os.sep}", "")
 
 
 def _camera_of_page(points: Array, width: int, height: int) -> tuple[Array, Array]:

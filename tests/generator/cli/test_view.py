@@ -101,6 +101,16 @@ def test_a_motion_of_another_version_of_its_figure_warns(folder: Path, tmp_path:
     assert any("another version" in one.message for one in shown.warnings)
 
 
+@pytest.mark.parametrize("name", ["", ".", "a.fig", "a.pose", "a.npz", "a.springs.toml"])
+def test_a_directory_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    Path(name).mkdir(exist_ok=True)
+    refused = mover("view", name)
+    assert refused.exit_code == 2
+    expected = f"{name} is a directory" if name else "is empty"
+    assert expected in refused.stderr
+
+
 def test_a_page_is_exported_without_viser(folder: Path, tmp_path: Path):
     (tmp_path / "viser.py").write_text("raise ModuleNotFoundError(name='viser')")
     line = [*MOVER, folder / "hang.action", "--export", "hang.html"]

@@ -216,6 +216,22 @@ def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
     assert viewer.shown.driver is Driver.LIVE
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="the system has no SIGSTOP")
+def test_the_page_says_that_the_simulation_waits_for_a_file(run_viewer, tmp_path):
+    running = run_viewer("pendulum", (LivePanel,))
+    panel = panel_of(running)
+    running.call(panel._take_step)
+    wait_until(lambda: panel.newest is not None and panel.newest.number == 1, WAIT)
+    for name, is_saved in (("a.action", True), ("missing/a.action", False)):
+        os.kill(panel.process.process_id, signal.SIGSTOP)
+        running.call(lambda name=name: setattr(panel._file, "value", name))
+        running.call(panel._save_file)
+        wait_until(lambda: "Saving a.action" in panel._clock.content)
+        os.kill(panel.process.process_id, signal.SIGCONT)
+        wait_until(lambda: "Saving" not in panel._clock.content, WAIT)
+        assert (tmp_path / name).exists() is is_saved
+
+
 def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
     running = run_viewer("pendulum", (LivePanel,))
     page, panel = open_page(running), panel_of(running)

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from multiprocessing import Pipe
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from generator.input_files.live import (
     SetForce,
     SetGravity,
     SetScales,
+    SetSprings,
     read_live,
 )
 from generator.motion_files import read_action
@@ -39,6 +41,7 @@ from generator.viewer.live_process import (
     Run,
     Save,
     Saved,
+    _Outbox,
     effective_mass,
     format_rate,
     pull_force,
@@ -234,6 +237,48 @@ def test_a_process_that_is_killed_says_so_and_starts_again(tmp_path):
         process.close()
     assert not process.is_alive
     assert process.take() == []
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="the system has no SIGSTOP")
+def test_the_page_never_waits_for_a_process_that_takes_nothing():
+    process = LiveProcess(read_figure("pendulum"), Path())
+    try:
+        process.send(Begin(1, START))
+        assert process.process_id is not None
+        os.kill(process.process_id, signal.SIGSTOP)
+        for k in range(100):  # a pipe holds some 64 kB
+            process.send(Change(SetSprings(f"# {k}" + 10_000 * " ")))
+            process.send(Change(SetScales(1.0, 1.0 + k)))
+        os.kill(process.process_id, signal.SIGCONT)
+        newest(process, lambda each: isinstance(each, LiveFrame))
+    finally:
+        process.close()
+    assert not process.is_alive
+
+
+def test_of_changes_of_one_quantity_in_a_row_the_last_one_is_sent():
+    outbox, (connection, other) = _Outbox(), Pipe()
+    start, target = (0.0, 0.1, 0.2), (1.0, 1.0, 1.0)
+    kept = [
+        Begin(1, START),
+        Change(SetScales(3.0, 1.0)),
+        Change(SetFloor(0.1)),
+        Change(SetScales(1.0, 1.0)),
+        Pull("a", start, target),
+        Pull("b", start, target),
+        Run(is_running=True),
+        Run(is_running=False),
+    ]
+    for command in kept:
+        if isinstance(command, Change) and isinstance(command.change, SetScales):
+            outbox.put(Change(SetScales(9.0, 9.0)))
+        if isinstance(command, Pull):
+            outbox.put(Pull(command.segment, start, start))
+        outbox.put(command)
+    outbox.put(None)
+    outbox.send_all(connection)
+    assert [other.recv() for _ in kept] == kept
+    assert not other.poll()
 
 
 SCRIPT = """

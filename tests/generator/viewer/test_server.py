@@ -3,6 +3,7 @@
 import inspect
 import socket
 from collections.abc import Iterator
+from urllib.request import urlopen
 
 import pytest
 
@@ -64,6 +65,26 @@ def test_a_port_in_use_is_refused_and_another_one_is_found(used_port: int):
     with pytest.raises(UsageError, match=rf"--port {used_port} .*cannot be used.*without --port"):
         find_port(LOOPBACK, used_port)
     assert find_port(LOOPBACK, None) >= DEFAULT_PORT
+
+
+def test_a_page_may_have_an_address_of_version_6():
+    try:
+        with socket.create_server(("::1", 0), family=socket.AF_INET6):
+            pass
+    except OSError:
+        pytest.skip("this machine has no address of version 6")
+    server = open_server("::1", find_port("::1", None), "title")
+    try:
+        with urlopen(address(server, "::1"), timeout=30.0) as page:
+            assert page.status == 200
+    finally:
+        close_server(server)
+
+
+@pytest.mark.parametrize("host", ["", "a" * 300])
+def test_a_host_that_is_not_an_address_is_refused(host: str):
+    with pytest.raises(UsageError, match="not an address of this machine"):
+        find_port(host, None)
 
 
 def test_the_first_free_port_is_found(monkeypatch: pytest.MonkeyPatch, used_port: int):

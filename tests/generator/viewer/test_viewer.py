@@ -11,13 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import UsageError
+from generator import read_figure
+from generator.diagnostics import InputError, UsageError
+from generator.input_files.pose import parse_pose_file
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_rotation_vector, pose_matrix
 from generator.viewer.panels import PANELS
 from generator.viewer.scene import node_name
-from generator.viewer.viewer import Content, Driver, Panel, Shown, Viewer, html_lines
+from generator.viewer.viewer import Content, Driver, Panel, Shown, Viewer, error_text, html_lines
 from springs import SpringSet
 from tests.browser import WAIT, node_pose
 from tests.chains import BALL, at, body, figure, ground, joint
@@ -67,6 +69,18 @@ class Messages:
 
 def fail(failure: Exception) -> None:
     raise failure
+
+
+def test_an_error_in_a_file_is_one_line_without_the_folder(tmp_path: Path):
+    file = tmp_path / "bad.pose"
+    file.write_text("joint knee { displacement = (3deg); }\njoint hip { }\n")
+    with pytest.raises(InputError) as failure:
+        parse_pose_file(file, read_figure("prototype")).require_value()
+    text = error_text(failure.value, tmp_path)
+    assert text.startswith("bad.pose:1:7: the figure has no joint `knee`")
+    assert text.endswith("; 1 more error")
+    assert "\n" not in text
+    assert error_text(UsageError("a name is missing"), tmp_path) == "a name is missing"
 
 
 def test_an_error_is_told_and_the_loop_goes_on(run_viewer, monkeypatch, capfd):
