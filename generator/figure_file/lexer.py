@@ -99,9 +99,10 @@ class Token:
                 return f"`{shorten(self.text + self.unit)}`"
 
 
-_BLANK = re.compile(r"(?:[ \t\r\n\f\v]++|#[^\n]*+|/\*.*?\*/)*+", re.DOTALL)
+# Without possessive repetitions, on groups of which the `re` of Python 3.11.2 fails.
+_BLANK = re.compile(r"(?:[ \t\r\n\f\v]+|#[^\n]*|/\*.*?\*/)*", re.DOTALL)
 
-_BLANK_LINES = re.compile(r"(?:[ \t\r\n\f\v]++|#[^\n]*+|/\*[^\n]*+)*+")
+_BLANK_LINES = re.compile(r"(?:[ \t\r\n\f\v]+|#[^\n]*|/\*[^\n]*)*")
 """Blanks once it is known that no more comments are closed: `/*` then counts to the line's end."""
 
 _TOKEN = re.compile(
@@ -117,8 +118,6 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
-"""Without possessive repetitions: in groups, Python 3.11.2 fails on them with a SystemError."""
-
 _NUMBER = re.compile(
     r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z][A-Za-z0-9]*)?"
 )

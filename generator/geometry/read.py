@@ -29,6 +29,9 @@ GREY = (0.7, 0.7, 0.7)
 """Colour of a segment whose attributes give none."""
 
 
+_DAMAGED = "it is cut short, or holds something else"
+
+
 def read_mesh(path: str | Path, unit: Fraction) -> Surface:
     """Read the triangles in a mesh file with lengths in `unit` [m].
 
@@ -57,7 +60,8 @@ def read_mesh(path: str | Path, unit: Fraction) -> Surface:
     except Exception as failure:  # trimesh raises many types for invalid files
         raise InputError([_unreadable_file_error(path, failure)]) from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise InputError([error(f"there are no faces in `{path}`")])
+        message = f"there are no faces in `{path}`: {_DAMAGED}"
+        raise InputError([error(message)])
     vertices = np.asarray(mesh.vertices, dtype=np.float64) * float(unit)
     if not np.isfinite(vertices).all():
         raise InputError([error(f"a vertex in `{path}` is not finite")])
@@ -72,13 +76,12 @@ def read_mesh(path: str | Path, unit: Fraction) -> Surface:
 def _unreadable_file_error(path: Path, failure: Exception) -> Diagnostic:
     """Return the error of a file that trimesh does not read."""
     message = f"`{path}` cannot be read as {path.suffix.lower()[1:]}"
-    damaged = "it is cut short, or holds something else"
     if isinstance(
         failure, ImportError
     ):  # trimesh imports an encoding detector for bytes that are not text
-        return error(f"{message}: {damaged}")
+        return error(f"{message}: {_DAMAGED}")
     reason = " ".join(str(failure).split()) or type(failure).__name__
-    return error(f"{message}: {damaged}", hint=f"its reader says: {reason}")
+    return error(f"{message}: {_DAMAGED}", hint=f"its reader says: {reason}")
 
 
 def _truncation_reason(path: Path) -> str | None:

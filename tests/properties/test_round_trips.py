@@ -26,6 +26,7 @@ from generator.input_files.links import (
     parse_links_source,
     write_links,
 )
+from generator.input_files.live import read_live, write_live
 from generator.input_files.loads import read_loads
 from generator.input_files.moments import MeasuredMoments, read_moments
 from generator.input_files.pose import read_pose
@@ -73,6 +74,7 @@ from tests.generator.model_files.model_cases import (
     own_springs,
     posed,
 )
+from tests.live_logs import live_logs
 from tests.motion_readers import Bvh, Glb, Page, Table, X3d, read_table
 from tests.motions import MOTIONS, any_motion, clip, slides
 from tests.scenes import scenes
@@ -717,6 +719,8 @@ INPUTS = (
     Format("drives", write_drives, read_both_drives, same_drives, contents=driven()),
     Format("scene", lambda scene, path: path.write_text(write_scene(scene), encoding="utf-8"),
            lambda path, _: read_scene(path), assert_equal, contents=scenes(), examples=50),
+    Format("live", lambda log, path: path.write_text(write_live(log, "a log"), encoding="utf-8"),
+           lambda path, _: read_live(path), assert_equal, contents=live_logs(), examples=100),
 )  # fmt: skip
 
 

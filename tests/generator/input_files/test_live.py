@@ -102,47 +102,6 @@ LOG = LiveLog(
 )
 
 
-def numbers(largest=1e3):
-    return st.floats(-largest, largest)
-
-
-def vectors(largest=1e3):
-    return st.tuples(*[numbers(largest)] * 3)
-
-
-scales = st.floats(0.0, 1e3)
-texts = st.text(max_size=60).map(lambda text: text.replace("\r\n", "\n").replace("\r", "\n"))
-changes = st.one_of(
-    st.builds(SetGravity, vectors()),
-    st.builds(SetScales, scales, scales),
-    st.builds(SetFloor, st.none() | numbers()),
-    st.builds(SetRoot, st.booleans()),
-    st.builds(SetForce, texts, vectors(), vectors(1e6)),
-    st.builds(SetSprings, texts),
-    st.just(StopMotion()),
-)
-starts = st.builds(
-    LiveStart,
-    st.none() | texts,
-    st.none() | st.sampled_from(Joining),
-    vectors(),
-    st.none() | numbers(),
-    st.booleans(),
-    st.floats(1e-12, 0.1),
-    st.floats(1e-4, 1.0),
-    texts,
-)
-
-
-@st.composite
-def logs(draw) -> LiveLog:
-    made = draw(st.lists(changes, max_size=5))
-    frames = sorted(draw(st.lists(st.integers(0, 500), min_size=len(made), max_size=len(made))))
-    logged = tuple(map(LoggedChange, frames, made))
-    digest = draw(st.none() | st.just("0f"))
-    return LiveLog(draw(texts), digest, draw(starts), logged, draw(st.integers(500, 900)))
-
-
 def test_values_of_the_keys():
     reading = parse_live(TEXT)
     assert reading.diagnostics == ()
@@ -152,15 +111,6 @@ def test_values_of_the_keys():
 def test_what_is_left_out_has_its_default():
     log = parse_live('figure = "a.fig"\nend_frame = 0\n').require_value()
     assert log == LiveLog("a.fig", None, LiveStart())
-
-
-@given(logs(), st.text(st.characters(exclude_categories=["C"])))
-def test_what_is_written_is_read_back(log: LiveLog, comment: str):
-    text = write_live(log, comment)
-    reading = parse_live(text)
-    assert reading.diagnostics == ()
-    assert reading.value == log
-    assert write_live(reading.value, comment) == text
 
 
 @given(st.text() | st.text("[]{}=\"'\n\\a1.,# "))
