@@ -365,7 +365,7 @@ class LivePanel(Panel):
                     self.viewer.tell("Paused", answer.sentence, is_error=True)
             case Refused():
                 self._return_controls(answer)
-                self.viewer.tell("That did not work", answer.sentence, is_error=True)
+                self.viewer.tell("Error", answer.sentence, is_error=True)
             case Saved():
                 self._saving = ""
                 self.viewer.tell("Saved", answer.sentence)
