@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from math import isfinite
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class Accuracy:
             of a live simulation, infinite where too few passes finished.
         asked: the tolerance asked for [rad]; None likewise.
         held_until: time up to which the estimate stays below the tolerance [s].
-        step: smallest step used [s].
+        step: smallest step used, of a live simulation the mean one [s].
         steps: number of steps of all passes.
         by_frame: error estimate of each frame [rad], shape (n,).
     """
@@ -204,6 +205,20 @@ class Recording:
         )
         columns = ("joint", "displacement", "first", "smallest", "largest", "last", "unit")
         return html_table(str(self).strip("<>"), columns, rows)
+
+    @property
+    def accuracy_text(self) -> str:
+        """Estimate of the error, or the reason why there is none, in a phrase."""
+        accuracy = self.accuracy
+        if accuracy.asked is None:
+            return "error not estimated"
+        asked = f"tolerance {accuracy.asked:.1e} rad"
+        if self.times.size == 1:
+            return f"error not estimated: the run failed at its first frame ({asked})"
+        if accuracy.estimate is None or not isfinite(accuracy.estimate):
+            return f"error not estimated: too few passes finished ({asked})"
+        met = f"met until {accuracy.held_until:g} s"
+        return f"estimated joint-angle error {accuracy.estimate:.1e} rad ({asked}, {met})"
 
     @property
     def energy_balance(self) -> Array:

@@ -118,6 +118,18 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
 
 
+def matrix_from_quaternion(quaternion: Array) -> Array:
+    """Return the rotation of a quaternion, scalar first, of any length but zero; (4,) to (3, 3)."""
+    w, x, y, z = quaternion / np.linalg.norm(quaternion)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
 def matrix_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
     """Return the rotation by `angle` [rad] about a unit `axis`; shape of `angle` plus (3, 3)."""
     angles = np.asarray(angle, dtype=float)

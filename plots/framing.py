@@ -128,7 +128,7 @@ def bounds(body: Body, poses: Poses, scene: Scene, view: View) -> Array:
             points.append((corners * prop.shape.size) @ pose[:3, :3].T + pose[:3, 3])
     seen = np.concatenate(points) @ np.stack([right, up, np.cross(right, (0.0, 1.0, 0.0))]).T
     if not len(seen):
-        raise MoverError("there is nothing to draw: no segment has a psurf or two sites")
+        raise MoverError("there is nothing to draw: no segment has a psurf, a mass or two sites")
     return np.stack([seen.min(axis=0), seen.max(axis=0)])
 
 

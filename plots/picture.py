@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from generator.cli.answer import CommandResult, format_count
 from generator.cli.inputs import (
-    changed_figure_warnings,
-    check_chains,
     check_segment_distances,
     load_figure,
+    load_motion,
     placement_from_options,
 )
 from generator.cli.outputs import (
@@ -28,7 +27,7 @@ from generator.cli.outputs import (
     write_all_or_none,
 )
 from generator.cli.progress import ItemMonitor, no_item_monitor
-from generator.conversion import READABLE_SUFFIXES, read_motion
+from generator.conversion import READABLE_SUFFIXES
 from generator.diagnostics import Diagnostic, UsageError
 from generator.input_files.pose import POSE_SUFFIX
 from generator.input_files.scene import read_scene
@@ -261,7 +260,7 @@ def read_subject(
         return _read_moving(path, figure_name, pose, sets)
     if suffix == POSE_SUFFIX:
         if figure_name is None:
-            raise UsageError(f"{path} is a pose: name its figure with --figure")
+            raise UsageError(f"{path}: a pose does not name its figure; add --figure FIGURE")
         if pose is not None:
             raise UsageError(f"{path} is a pose; leave out --pose")
         figure, warnings = load_figure(figure_name)
@@ -283,12 +282,9 @@ def _read_moving(
         raise UsageError(f"{path}: motions are read from {known}, not from other formats")
     if pose is not None or sets:
         raise UsageError(f"{path} is a motion; --pose and --set are for figures")
-    chosen, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
-    motion = read_motion(path, chosen)
-    figure = motion.figure
-    check_chains(figure)
-    warnings += changed_figure_warnings(figure, motion.header, path)
-    return Subject(Body.of_figure(figure), None, motion, (figure.path, path), warnings)
+    motion, warnings = load_motion(path, figure_name)
+    inputs = motion.figure.path, path
+    return Subject(Body.of_figure(motion.figure), None, motion, inputs, warnings)
 
 
 def times_from_options(at: str | None, strip: int | None, motion: FigureMotion) -> list[float]:

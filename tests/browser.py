@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from generator.rotations import Array, matrix_from_rotation_vector, pose_matrix
+from generator.rotations import Array, matrix_from_quaternion, pose_matrix
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
@@ -52,7 +52,4 @@ def node_pose(page: Any, name: str) -> Array | None:
     if found is None:
         return None
     position, (x, y, z, w) = found
-    sine = float(np.linalg.norm((x, y, z)))
-    angle = 2.0 * np.arctan2(sine, w)
-    vector = np.zeros(3) if sine == 0.0 else angle / sine * np.array([x, y, z])
-    return pose_matrix(matrix_from_rotation_vector(vector), np.array(position))
+    return pose_matrix(matrix_from_quaternion(np.array([w, x, y, z])), np.array(position))

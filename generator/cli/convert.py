@@ -10,10 +10,9 @@ import typer
 
 from generator.cli.answer import CommandResult, format_count
 from generator.cli.inputs import (
-    changed_figure_warnings,
-    check_chains,
     check_segment_distances,
     load_figure,
+    load_motion,
     springs_from_option,
 )
 from generator.cli.options import SpringsChoice
@@ -30,7 +29,6 @@ from generator.cli.outputs import (
 from generator.conversion import (
     READABLE_SUFFIXES,
     is_model,
-    read_motion,
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure_file.read import FIGURE_SUFFIX
@@ -256,17 +254,14 @@ def _convert_motion(
                 f"{output} is a figure and {path} a motion; convert the figure instead"
             )
     check_motion_formats(outputs)
-    chosen, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
-    motion = read_motion(path, chosen)
+    motion, warnings = load_motion(path, figure_name)
     figure = motion.figure
     check_writable(outputs, (path, figure.path))
-    check_chains(figure)
     check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
     written = write_all_or_none([(out, partial(motion_writer(out), motion)) for out in outputs])
     frames = format_count(motion.times.size, "frame")
     title = f"{frames} of {figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
     head = {"source": source, "figure": str(figure.path), "frames": motion.times.size}
-    warnings += changed_figure_warnings(figure, motion.header, path)
     return _conversion_result(title, head, written, warnings, verbose)
 
 

@@ -47,7 +47,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.motion_files import ActionFile, read_action
 from generator.motion_files.action import display_unit
 from generator.motion_files.drives import read_drives_with_warnings
-from generator.motion_files.motion import Header
+from generator.motion_files.motion import FigureMotion, Header
 from generator.rotations import Array
 from generator.simulation.preconditions import (
     chain_obstacles,
@@ -241,6 +241,22 @@ def motion_from_options(
     return LoadedMotion(action, tree_for_motion(figure, action.chains)), changed_figure_warnings(
         figure, action.header, path
     )
+
+
+def load_motion(path: Path, figure_name: str | None) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
+    """Read a motion of the figure that it names, or of another one, with warnings.
+
+    Raises:
+        InputError: a file cannot be read, or a joint's chain is invalid.
+        MoverError: the motion is one of another figure.
+    """
+    from generator.conversion import read_motion  # imports all formats of models
+
+    figure, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
+    motion = read_motion(path, figure)
+    check_chains(motion.figure)
+    changed = changed_figure_warnings(motion.figure, motion.header, path)
+    return motion, (*warnings, *changed)
 
 
 def check_chains(figure: Figure) -> None:

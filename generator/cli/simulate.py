@@ -409,7 +409,8 @@ def summary_text(
     accuracy, outcome, wall = recording.accuracy, recording.outcome, recording.wall_time
     lines = [outcome.message]
     if not outcome.succeeded or finite_or_none(accuracy.estimate) is None:
-        lines.append(_accuracy(recording))
+        reason = ": the step was fixed" if accuracy.asked is None else ""
+        lines.append(recording.accuracy_text + reason)
     balance = recording.energy_balance
     imbalance = float(np.max(np.abs(balance - balance[0])))
     exchanged = max(float(np.ptp(values)) for values in recording.energy.values())
@@ -472,19 +473,6 @@ def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
         return None
     kept = f"the frames up to {recording.times[-1]:.4g} s were"
     return f"{recording.outcome.message}; {kept} {'written' if files else 'simulated'}"
-
-
-def _accuracy(recording: Recording) -> str:
-    accuracy = recording.accuracy
-    if accuracy.asked is None:
-        return "error not estimated: the step was fixed"
-    estimate, asked = finite_or_none(accuracy.estimate), f"{accuracy.asked:.1e} rad"
-    if len(recording.times) == 1:
-        return f"error not estimated: the run failed at its first frame (tolerance {asked})"
-    if estimate is None:
-        return f"error not estimated: too few passes finished (tolerance {asked})"
-    met = f"met until {accuracy.held_until:g} s"
-    return f"estimated joint-angle error {estimate:.1e} rad (tolerance {asked}, {met})"
 
 
 def _is_error_known(recording: Recording) -> bool:

@@ -14,10 +14,9 @@ import typer
 from generator.cli.answer import CommandResult, format_count
 from generator.cli.convert import format_losses
 from generator.cli.inputs import (
-    changed_figure_warnings,
-    check_chains,
     check_segment_distances,
     load_figure,
+    load_motion,
     placement_from_options,
     springs_from_option,
 )
@@ -30,7 +29,7 @@ from generator.cli.outputs import (
     suffix_fault,
     write_motion,
 )
-from generator.conversion import READABLE_SUFFIXES, is_model, read_motion
+from generator.conversion import READABLE_SUFFIXES, is_model
 from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
@@ -187,10 +186,10 @@ def load_inputs(
     """
     motion, ghost, pose, warnings = None, None, None, ()
     if is_motion(path):
-        motion, warnings = load_motion(path, figure_name)
+        motion, warnings = _load_drawable_motion(path, figure_name)
         figure = motion.figure
         if second is not None:
-            ghost, more = load_motion(second, figure_name)
+            ghost, more = _load_drawable_motion(second, figure_name)
             warnings += more
     elif _is_springs_file(path):
         if springs_choice is not None:
@@ -209,20 +208,15 @@ def load_inputs(
     return ViewInputs(figure, springs, springs_choice, placement, motion, ghost, tuple(every))
 
 
-def load_motion(path: Path, figure_name: str | None) -> tuple[FigureMotion, _Warnings]:
-    """Read a motion and check that it can be drawn, with warnings.
-
-    Raises InputError, and MoverError for a motion of another figure.
-    """
-    chosen, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
-    motion = read_motion(path, chosen)
-    check_chains(motion.figure)
+def _load_drawable_motion(path: Path, figure_name: str | None) -> tuple[FigureMotion, _Warnings]:
+    """Read a motion as `load_motion` does; raise MoverError if a segment is too far to be drawn."""
+    motion, warnings = load_motion(path, figure_name)
     if motion.recording is None:
         for placement in batched_placements(motion.tree, motion.displacements):
             check_segment_distances(placement)
     else:
         check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
-    return motion, (*warnings, *changed_figure_warnings(motion.figure, motion.header, path))
+    return motion, warnings
 
 
 def _springs_of_motion(motion: FigureMotion) -> tuple[SpringSet, _Warnings]:
@@ -255,7 +249,7 @@ def _export(
 ) -> CommandResult:
     """Write a motion as a page that needs no server."""
     check_motion_formats([page])
-    motion, warnings = load_motion(path, figure_name)
+    motion, warnings = _load_drawable_motion(path, figure_name)
     if springs_choice is not None or joining is not None:
         springs, more = springs_from_option(motion.figure, springs_choice, joining)
         motion, warnings = replace(motion, springs=springs), (*warnings, *more)

@@ -30,6 +30,9 @@ Vector = tuple[float, float, float]
 DEFAULT_FRAME = 1.0 / 60.0
 """Interval between the frames of a live simulation [s]."""
 
+DEFAULT_GRAVITY = 9.81
+"""Gravity of a live simulation, downwards [m/s2]."""
+
 DEFAULT_TOLERANCE = 1e-4
 """Error of a step of the integrator, relative to 1 + the size of each number of the state."""
 
@@ -79,7 +82,7 @@ class LiveStart:
 
     springs: str | None = None
     law: Joining | None = None
-    gravity: Vector = (0.0, -9.81, 0.0)
+    gravity: Vector = (0.0, -DEFAULT_GRAVITY, 0.0)
     floor: float | None = None
     free_root: bool = False
     tolerance: float = DEFAULT_TOLERANCE

@@ -8,7 +8,7 @@ distance: a target out of reach ends at the nearest pose, not in oscillations. L
 set; loops and links of closing joints are constraints, to which every step is projected.
 """
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -68,7 +68,7 @@ _MAX_PROJECTION_STEPS = 20
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """A point of a segment and where it shall be.
+    """A point of a segment and the position at which it is wanted.
 
     Attributes:
         segment: its name.
@@ -233,7 +233,7 @@ class _Space:
         """Return the placement with loops closed by the free displacements; None if none is found.
 
         Args:
-            placement: near by.
+            placement: nearby.
             free: which of the independent displacements may change, shape (k,).
             locked_at: displacements of locked closing joints [rad or m].
         """
@@ -525,7 +525,7 @@ def _newton_step(
         damping *= 3.0
 
 
-def _limits(joints: "tuple[Joint, ...] | list[Joint]", end: str) -> Array:
+def _limits(joints: Sequence[Joint], end: str) -> Array:
     """Return the limits of all displacements of joints [rad or m]; infinite where none is set."""
     none = -inf if end == "lower_limit" else inf
     rows = [getattr(joint, end) or (none,) * joint.degrees_of_freedom for joint in joints]

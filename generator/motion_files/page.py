@@ -14,7 +14,6 @@ from functools import cache
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -170,22 +169,11 @@ def _facts(motion: FigureMotion, frames: Frames) -> Iterator[tuple[str, str]]:
     yield "Outcome", f"{header.outcome.value}: {header.message}"
     yield "Time", f"{header.start:g} to {header.stop:g} s, {frames.size:,} frames"
     if recording is not None:
-        yield "Accuracy", _accuracy(recording)
+        yield "Accuracy", recording.accuracy_text
         yield "Integrator", recording.integrator.value
         balance = recording.energy_balance
         yield "Energy balance", f"constant to {np.max(np.abs(balance - balance[0])):.2g} J"
     yield "Reference axes", "y is up, the figure faces +z at rest, its left is +x"
-
-
-def _accuracy(recording: Recording) -> str:
-    accuracy = recording.accuracy
-    if accuracy.asked is None:
-        return "not estimated"
-    asked = f"tolerance {accuracy.asked:.1e} rad"
-    if accuracy.estimate is None or not isfinite(accuracy.estimate):
-        return f"not estimated ({asked})"
-    met = f"met until {accuracy.held_until:g} s"
-    return f"estimated joint-angle error {accuracy.estimate:.1e} rad ({asked}, {met})"
 
 
 def _reason_without_curve(header: Header, springs: SpringSet | None) -> str:

@@ -376,7 +376,7 @@ class Stepper:
     def set_scene(self, scene: Scene) -> None:
         """Replace the props: others, other places, shapes or surfaces; or remove them.
 
-        The segments do not touch each other any more where all props have been removed before.
+        Removing all props ends the contact between segments too, also after props are added again.
 
         Raises:
             ModelError: a contact sphere would be deeper in a prop than it is now, and than

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import viser
 
-from generator.diagnostics import MoverError, UsageError
+from generator.diagnostics import MoverError
 from generator.passive_curve import PassiveCurve, passive_torque
 from generator.springs_file.edit import SpringEdit, cubic_dead_zone, elastic_law, plain_law
 from generator.springs_file.parse import SPRINGS_SUFFIX
-from generator.text_io import os_error_reason, write_atomic
 from generator.viewer.curve_editor import (
     CurveEditor,
     CurveKey,
@@ -26,7 +25,7 @@ from generator.viewer.curve_editor import (
     sources_html,
     torque_limit,
 )
-from generator.viewer.folder import path_in_folder
+from generator.viewer.folder import path_in_folder, save_text
 from generator.viewer.viewer import Panel, Shown, Viewer, html_lines
 from springs import Linear, SpringSet
 
@@ -276,10 +275,7 @@ class CurvePanel(Panel):
         if name and not name.endswith(SPRINGS_SUFFIX):
             name = name.removesuffix(".toml") + SPRINGS_SUFFIX
         path = path_in_folder(self.viewer.content.folder, name, (".toml",))
-        try:
-            write_atomic(path, self.editor.text(path))
-        except OSError as failure:
-            raise UsageError(f"`{path.name}` cannot be saved: {os_error_reason(failure)}") from None
+        save_text(path, self.editor.text(path))
         self.viewer.tell("Springs saved", path.name)
 
     def shown_changed(self, shown: Shown) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from generator.diagnostics import UsageError, shorten
+from generator.text_io import os_error_reason, write_atomic
 
 
 def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
@@ -34,6 +35,14 @@ def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
     if path.is_absolute() or not target.is_relative_to(base):
         raise UsageError(f"`{_shown(name)}` is not in the folder of the page")
     return target
+
+
+def save_text(path: Path, text: str) -> None:
+    """Write a file, whole or not at all. Raises UsageError if it cannot be written."""
+    try:
+        write_atomic(path, text)
+    except OSError as failure:
+        raise UsageError(f"`{path.name}` cannot be saved: {os_error_reason(failure)}") from None
 
 
 def names_in_folder(folder: Path, suffix: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 import viser
 
 from generator.kinematics.reach import Target
-from generator.rotations import Array, matrix_from_rotation_vector, quaternion_from_matrix
+from generator.rotations import Array, matrix_from_quaternion, quaternion_from_matrix
 from generator.viewer.pose_editor import PoseEditor, drag_point, end_segments, limb_joints
 from generator.viewer.viewer import Viewer
 
@@ -171,7 +171,7 @@ class LimbDrag:
             return
         drag.clients.add(event.client_id)
         if event.phase == "update":
-            turn = _matrix_from_quaternion(event.wxyz) if self.turning.value else None
+            turn = matrix_from_quaternion(event.wxyz) if self.turning.value else None
             drag.target = Target(drag.segment, drag.point, event.position, turn)
 
     def _gizmo_pose(self) -> tuple[Array, Array]:
@@ -194,10 +194,3 @@ def _ignore_mouse(mesh: Any) -> Callable[[], None]:
             mesh.on_drag(entry.button, modifier=entry.modifier)(entry.callback)
 
     return restore
-
-
-def _matrix_from_quaternion(wxyz: Array) -> Array:
-    """Return the rotation matrix (3, 3) of a unit quaternion, scalar first."""
-    sine = float(np.linalg.norm(wxyz[1:]))
-    angle = 2.0 * np.arctan2(sine, wxyz[0])
-    return matrix_from_rotation_vector(angle / sine * wxyz[1:] if sine else np.zeros(3))

@@ -12,6 +12,7 @@ from generator.diagnostics import MoverError, UsageError
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.live import (
+    DEFAULT_GRAVITY,
     LIVE_SUFFIX,
     LiveChange,
     LiveStart,
@@ -52,7 +53,8 @@ from springs import SpringSet
 TEXT_INTERVAL = 0.2
 """Shortest time between two updates of the texts [s]."""
 
-STANDARD_GRAVITY, MAX_GRAVITY, MAX_SCALE = 9.81, 20.0, 4.0
+MAX_GRAVITY, MAX_SCALE = 20.0, 4.0
+"""Largest gravity [m/s2], and largest factor of stiffness and damping, of the sliders."""
 
 FLOOR_GAP = 0.005
 """Distance of the floor below the lowest vertex of the figure at a reset [m]."""
@@ -169,7 +171,7 @@ class LivePanel(Panel):
             "Reset", disabled=disabled, hint="Start from the pose that the page shows"
         )
         self._gravity = gui.add_slider(
-            "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, STANDARD_GRAVITY, disabled=disabled
+            "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, DEFAULT_GRAVITY, disabled=disabled
         )
         self._stiffness = gui.add_slider(
             "Stiffness x", 0.0, MAX_SCALE, 0.05, 1.0, disabled=disabled, hint="Torques of springs"
@@ -365,7 +367,7 @@ class LivePanel(Panel):
                     self.viewer.tell("Paused", answer.sentence, is_error=True)
             case Refused():
                 self._return_controls(answer)
-                self.viewer.tell("That did not work", answer.sentence, is_error=True)
+                self.viewer.tell("Error", answer.sentence, is_error=True)
             case Saved():
                 self._saving = ""
                 self.viewer.tell("Saved", answer.sentence)

@@ -24,6 +24,7 @@ import numpy as np
 from generator.diagnostics import MoverError
 from generator.figure import Figure, Segment
 from generator.input_files.live import (
+    DEFAULT_GRAVITY,
     LIVE_SUFFIX,
     LiveChange,
     LiveStart,
@@ -55,7 +56,7 @@ PULL_DAMPING = 0.5
 """Damping ratio of this spring."""
 
 MAX_PULL = 3.0
-"""Largest force of a pull over the weight of the figure at 9.81 m/s2."""
+"""Largest force of a pull over the weight of the figure at `DEFAULT_GRAVITY`."""
 
 _ROUNDED_DIGITS = 3
 """Decimal digits of the forces of a pull [N]: the log stays short, and the replay exact."""
@@ -299,7 +300,7 @@ class Engine:
         self._point_before: Array | None = None
         self._energy: Mapping[str, float] = {}
         self.is_running = False
-        self._weight = 9.81 * sum(body.mass or 0.0 for body in figure.bodies.values())
+        self._weight = DEFAULT_GRAVITY * sum(body.mass or 0.0 for body in figure.bodies.values())
         self.pace = Pace(1.0)
 
     def carry_out(self, command: Command, now: float) -> list[Answer]:

@@ -41,6 +41,9 @@ from springs import SpringSet
 READOUT_INTERVAL = 0.2
 """Shortest time between two readouts, and between two lines of the path so far [s]."""
 
+CHART_INTERVAL = 0.5
+"""Shortest time between two computations of the moments with changed springs [s]."""
+
 CURSOR_INTERVAL = 0.1
 """Shortest time between two positions of the slider and of the cursors in the charts [s]."""
 
@@ -141,7 +144,8 @@ class PlayPanel(Panel):
         self._must_show = False
         self._was_playing: bool = False
         self._sites: dict[str, tuple[str, str]] = {}
-        self._readout_time = self._cursor_time = -np.inf
+        self._readout_time = self._cursor_time = self._chart_time = -np.inf
+        self._has_other_springs = False
 
     def build(self) -> None:
         """Add the controls; a motion of the page appears at the first tick."""
@@ -286,6 +290,9 @@ class PlayPanel(Panel):
             self._readout_time = now
             self._write_time(self.playback.time(now))
             self._draw_path(frame)
+        if self._has_other_springs and now - self._chart_time >= CHART_INTERVAL:
+            self._has_other_springs, self._chart_time = False, now
+            self._draw_charts()
         self._was_playing, self._must_show = is_playing, False
 
     def _show(self, frame: int) -> None:
@@ -391,9 +398,8 @@ class PlayPanel(Panel):
         Thread(target=compute, daemon=True).start()
 
     def springs_changed(self, springs: SpringSet) -> None:
-        """Draw the moments again, if they are computed."""
-        if self.frames is not None and self.frames.motion.recording is None:
-            self._draw_charts()
+        """Draw the moments again in a tick, if they are computed."""
+        self._has_other_springs = self.frames is not None and self.frames.motion.recording is None
 
     def _toggle_ghost(self) -> None:
         if self._ghost_scene is not None:

@@ -22,7 +22,7 @@ from generator.passive_curve import (
     passive_torque,
     rotation_vector,
 )
-from generator.recording import Accuracy, energy_kinds
+from generator.recording import energy_kinds
 from generator.rotations import Array, matrix_from_rotation_vector, unit_vector
 from generator.springs_file.axes import axis_label
 from springs import SpringSet
@@ -340,17 +340,8 @@ def summary_lines(motion: FigureMotion) -> list[str]:
     lines = [f"{format_count(len(motion.times), 'frame')} of {header.figure}", header.message]
     if header.springs != NONE:
         lines.append(f"Springs: {header.springs}")
-    accuracy = None if motion.recording is None else motion.recording.accuracy
-    if accuracy is not None:
-        lines.append(_accuracy_sentence(accuracy))
+    run = motion.recording
+    if run is not None:
+        text, steps = run.accuracy_text, format_count(run.accuracy.steps, "step")
+        lines.append(f"{text[:1].upper()}{text[1:]}; {steps} in all passes")
     return [line for line in lines if line and line != NONE]
-
-
-def _accuracy_sentence(accuracy: Accuracy) -> str:
-    steps = (
-        f"{format_count(accuracy.steps, 'step')} of all passes; in the finest, "
-        f"{1000.0 * accuracy.step:.3g} ms"
-    )
-    if accuracy.asked is None:
-        return f"{steps}; the error was not estimated"
-    return f"{steps}; within the tolerance until {accuracy.held_until:.4g} s"

@@ -268,7 +268,8 @@ class _Image:
         joint: name of the image.
         source: name of the joint.
         signs: of the displacements; None for the general case of three rotations.
-        turn: matrix (3, 3) from the axis of a rotation to that of its image.
+        turn: matrix (3, 3) from the axis of a rotation to that of its image; a rotation, or minus
+            one where the parent of only one of both joints is nearer to the root.
     """
 
     joint: str
@@ -282,7 +283,10 @@ class _Image:
         if self.signs is not None:
             return self.signs * values
         rotation = tree.chains[self.source].pose(values)[:3, :3]
-        pose = pose_matrix(self.turn @ rotation @ self.turn.T, np.zeros(3))
+        image = self.turn @ rotation @ self.turn.T
+        if np.linalg.det(self.turn) < 0.0:
+            image = image.T
+        pose = pose_matrix(image, np.zeros(3))
         return tree.chains[self.joint].displacements(pose, displacements[self.joint])
 
 

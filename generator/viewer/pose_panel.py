@@ -7,15 +7,14 @@ from typing import Any
 
 import viser
 
-from generator.diagnostics import MoverError, UsageError
+from generator.diagnostics import MoverError
 from generator.figure import AxisKind, Joint
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.links import Coordinate
 from generator.kinematics.shoulder import Side
 from generator.passive_curve import joint_label
 from generator.springs_file.axes import axis_label
-from generator.text_io import os_error_reason, write_atomic
-from generator.viewer.folder import names_in_folder, path_in_folder
+from generator.viewer.folder import names_in_folder, path_in_folder, save_text
 from generator.viewer.limb_drag import LimbDrag
 from generator.viewer.pose_editor import (
     CoordinateRange,
@@ -313,10 +312,7 @@ class PosePanel(Panel):
     def _save(self) -> None:
         path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_SUFFIX,))
         self._begin()
-        try:
-            write_atomic(path, self.editor.text())
-        except OSError as failure:
-            raise UsageError(f"`{path.name}` cannot be saved: {os_error_reason(failure)}") from None
+        save_text(path, self.editor.text())
         self._files_read = -1e9
         self.viewer.tell("Pose saved", path.name)
 

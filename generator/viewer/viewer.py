@@ -250,7 +250,7 @@ class Viewer:
 
     def tell_error(self, failure: Exception) -> None:
         """Show the sentence of an error."""
-        self.tell("That did not work", error_text(failure, self.content.folder), is_error=True)
+        self.tell("Error", error_text(failure, self.content.folder), is_error=True)
 
     def run(self) -> None:
         """Take actions and call panels until `stop`."""

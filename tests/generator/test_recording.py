@@ -57,6 +57,18 @@ def test_the_balance_counts_the_energies_of_contact_where_there_are_any():
     assert (touched.energy_balance - run.energy_balance).tolist() == [0.0, 7.0]
 
 
+def test_the_accuracy_in_words():
+    run = recording({kind: [1.0, 1.0] for kind in ENERGY_KINDS})
+    assert run.accuracy_text == "error not estimated"
+    accuracy = Accuracy(2.5e-4, 1e-3, 0.7, 0.1, 10, np.zeros(2))
+    assert replace(run, accuracy=accuracy).accuracy_text == (
+        "estimated joint-angle error 2.5e-04 rad (tolerance 1.0e-03 rad, met until 0.7 s)"
+    )
+    unknown = replace(run, accuracy=replace(accuracy, estimate=np.inf))
+    assert "too few passes finished (tolerance 1.0e-03 rad)" in unknown.accuracy_text
+    assert "first frame" in replace(unknown, times=np.zeros(1)).accuracy_text
+
+
 @pytest.mark.parametrize("ending", Ending)
 def test_only_a_run_that_is_done_has_succeeded(ending: Ending):
     assert Outcome(ending, "", 0.0).succeeded == (ending is Ending.DONE)

@@ -15,6 +15,7 @@ from generator.rotations import (
     inverse_pose,
     matrix_from_axis_angle,
     matrix_from_chain_angles,
+    matrix_from_quaternion,
     matrix_from_rotation_vector,
     matrix_from_xyz,
     pose_matrix,
@@ -216,6 +217,13 @@ def test_a_skewed_matrix_becomes_the_nearest_rotation(v, w) -> None:
 def test_a_reflection_has_no_quaternion() -> None:
     with pytest.raises(ValueError, match="determinant"):
         quaternion_from_matrix(np.diag([1.0, 1.0, -1.0]))
+
+
+@given(vector, st.floats(0.1, 10.0))
+def test_the_matrix_of_a_quaternion_of_any_length_is_that_of_scipy(v, length) -> None:
+    rotation = Rotation.from_rotvec(2.0 * v)
+    found = matrix_from_quaternion(-length * rotation.as_quat(scalar_first=True))
+    assert np.max(np.abs(found - rotation.as_matrix())) < 1e-14
 
 
 def quaternion_error(matrix: Array) -> float:

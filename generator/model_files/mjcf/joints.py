@@ -19,7 +19,12 @@ from generator.model_files.xml import (
     parse_vector,
     unit_direction,
 )
-from generator.rotations import Array, matrix_from_axis_angle, pose_matrix
+from generator.rotations import (
+    Array,
+    matrix_from_axis_angle,
+    matrix_from_quaternion,
+    pose_matrix,
+)
 
 ORIENTATION_ATTRIBUTES = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 
@@ -80,18 +85,6 @@ def parse_orientation(
             )
         case _:
             return _from_euler(written, angles, diagnostics)
-
-
-def matrix_from_quaternion(quaternion: Array) -> Array:
-    """The rotation of a quaternion with the scalar first, of any length above zero, (3, 3)."""
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
 
 
 def _from_quaternion(written: SourceText, diagnostics: Diagnostics) -> Array:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import UsageError
-from generator.viewer.folder import names_in_folder, path_in_folder
+from generator.viewer.folder import names_in_folder, path_in_folder, save_text
 
 SUFFIXES = (".pose",)
 
@@ -102,3 +102,11 @@ def test_names_of_a_folder(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "d.pose").mkdir()
     assert names_in_folder(tmp_path, ".pose") == ("a.pose", "b.pose")
     assert names_in_folder(tmp_path / "missing", ".pose") == ()
+
+
+def test_a_file_that_cannot_be_saved_is_an_error_in_one_sentence(tmp_path: Path) -> None:
+    save_text(tmp_path / "a.pose", "text")
+    assert (tmp_path / "a.pose").read_text() == "text"
+    (tmp_path / "b.pose").mkdir()
+    with pytest.raises(UsageError, match=r"^`b\.pose` cannot be saved: [^\n]+$"):
+        save_text(tmp_path / "b.pose", "text")

@@ -163,6 +163,22 @@ def test_moments_without_a_run_are_computed(play):
     wait_until(lambda: [chart.title for chart in panel.charts][1:] == [title])
 
 
+def test_moments_follow_changed_springs(play):
+    running, panel = play(replace(clip("prototype"), recording=None))
+    running.call(lambda: running.viewer.select_joint("left_hip_joint"))
+
+    def moments():
+        return panel.charts[-1]._chart.curves if len(panel.charts) == 2 else ()
+
+    before = wait_until(moments)
+    springs = running.viewer.springs
+    for factor in (5.0, 4.0, 3.0, 2.0):
+        running.call(lambda factor=factor: running.viewer.set_springs(springs.scaled(factor, 1.0)))
+    for (_, values), k in zip(before, range(3), strict=True):
+        doubled = 2.0 * values
+        wait_until(lambda k=k, doubled=doubled: moments() and np.allclose(moments()[k][1], doubled))
+
+
 def test_motions_of_the_folder_are_loaded(run_viewer, tmp_path):
     motion = clip("prototype")
     motion_writer(tmp_path / "hang.action")(motion, tmp_path / "hang.action")

@@ -30,7 +30,7 @@ from generator.viewer.pose_editor import (
 from springs import AxisSpring, Cubic, JointSprings, SpringSet
 from springs.exponential import Exponential, ExponentialTerm
 from springs.stop import Stop
-from tests.chains import BALL, body, chain, ground, joint, one_body, row
+from tests.chains import BALL, at, body, chain, ground, joint, one_body, row
 from tests.chains import figure as make_figure
 from tests.generator.kinematics.test_loops import gaps
 
@@ -193,6 +193,27 @@ def test_ball_joints_with_other_axes_are_mirrored_by_their_rotation() -> None:
     made.mirror(Mirroring.LEFT_TO_RIGHT)
     elbows = [made.placement.poses[f"{side}_lower_arm"][:3, 3] for side in ("left", "right")]
     assert elbows[1] == pytest.approx(np.diag([-1.0, 1.0, 1.0]) @ elbows[0], abs=1e-3)
+
+
+def test_a_ball_joint_is_mirrored_to_one_of_the_opposite_sense() -> None:
+    """The right hand is the parent of its joint, and its axes are in another order."""
+    far = {"far": at(shift=(0.1, 0.3, 0.2))}
+    hands = [
+        body("left_hand", sites=far),
+        body("right_hand", sites={"far": at(shift=(-0.1, 0.3, 0.2))}),
+    ]
+    joints = [
+        joint("left_wrist", "ground.base", "left_hand.near", chain("Rx Ry Rz")),
+        joint("right_wrist", "right_hand.near", "ground.base", chain("Rz Ry Rx")),
+    ]
+    tree = build_tree(make_figure([ground(), *hands], joints))
+    made = PoseEditor(forward_kinematics(tree, initial_displacements(tree)))
+    made.set({"left_wrist": np.array([0.4, -0.7, 0.3])})
+    made.mirror(Mirroring.LEFT_TO_RIGHT)
+    ends = [
+        made.placement.poses[hand.name] @ hand.sites["far"].pose_in_segment[:, 3] for hand in hands
+    ]
+    assert ends[1][:3] == pytest.approx(np.diag([-1.0, 1.0, 1.0]) @ ends[0][:3], abs=1e-9)
 
 
 def test_a_figure_without_sides_cannot_be_mirrored() -> None:

@@ -90,7 +90,7 @@ def test_an_error_is_told_and_the_loop_goes_on(run_viewer, monkeypatch, capfd):
     running.viewer.post(lambda: fail(ZeroDivisionError("by zero")))
     assert running.call(lambda: 7) == 7
     assert messages.texts == [
-        ("That did not work", "the file is missing", True),
+        ("Error", "the file is missing", True),
         ("Internal error", "ZeroDivisionError: by zero", True),
     ]
     error = capfd.readouterr().err
