@@ -2,6 +2,7 @@
 
 import signal
 from collections.abc import Mapping
+from dataclasses import replace
 from math import floor
 from pathlib import Path
 from typing import Any
@@ -230,14 +231,16 @@ class LivePanel(Panel):
         else:
             if not self._is_begun:
                 self._begin()
-            self._is_running, self._is_covered = True, False
+            self._is_running = True
+            self._take_page()
             self.process.send(Run(is_running=True))
         self._label_start()
 
     def _take_step(self) -> None:
         if not self._is_begun:
             self._begin()
-        self._is_running = self._is_covered = False
+        self._is_running = False
+        self._take_page()
         self.process.send(OneFrame())
         self._label_start()
 
@@ -249,7 +252,19 @@ class LivePanel(Panel):
             self._set_default_height(self._start_shown)
         self._is_running = False
         self._begin()
+        self._take_page()
         self._label_start()
+
+    def _take_page(self) -> None:
+        """Show the simulation, or its start until there is a frame: a motion that plays pauses."""
+        self._is_covered = False
+        if self.viewer.shown.driver is Driver.LIVE:
+            return
+        frame, shown = self._frame, replace(self._start_shown, driver=Driver.LIVE, time=0.0)
+        if frame is not None:
+            poses = frame.poses_by_segment(self.viewer.figure)
+            shown = Shown(Driver.LIVE, frame.displacements, poses, frame.time)
+        self.viewer.show(shown)
 
     def _begin(self) -> None:
         """Compile, from the pose that the page shows, or the former start where it shows a run."""

@@ -31,10 +31,12 @@ from generator.viewer.live_panel import (
     pose_text,
 )
 from generator.viewer.live_process import LiveFrame
+from generator.viewer.play_panel import PlayPanel
 from generator.viewer.viewer import Driver, Shown
 from tests.browser import node_pose
 from tests.command import run
-from tests.generator.viewer.conftest import wait_until
+from tests.generator.viewer.conftest import content_of, wait_until
+from tests.motions import clip
 
 WAIT = 120.0
 FRAME = LiveFrame(1, 90, 1.5, np.zeros((0, 3, 4)), {}, {"kinetic": 2.345}, 0.43, True, None, False)
@@ -214,6 +216,27 @@ def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
     running.call(panel._take_step)
     wait_until(lambda: panel.newest.number == number + 1, WAIT)
     assert viewer.shown.driver is Driver.LIVE
+
+
+def test_start_pauses_a_motion_that_plays_and_play_pauses_the_simulation(run_viewer, tmp_path):
+    content = replace(content_of("prototype", tmp_path), motion=clip("prototype"))
+    running = run_viewer(content, (PlayPanel, LivePanel))
+    viewer, (play, panel) = running.viewer, running.viewer.panels
+
+    def is_playing() -> bool:
+        return play.playback.is_playing(play.clock())
+
+    running.call(lambda: play.playback.set_loop(True, play.clock()))
+    for _ in range(2):
+        running.call(play._toggle)
+        wait_until(lambda: viewer.shown.driver is Driver.MOTION)
+        wait_until(lambda: not panel._is_running)
+        assert running.call(is_playing)
+        number = 0 if panel.newest is None else panel.newest.number
+        running.call(panel._toggle)
+        assert viewer.shown.driver is Driver.LIVE
+        wait_until(lambda n=number: panel.newest and panel.newest.number > n + 5, WAIT)
+        assert not running.call(is_playing)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="the system has no SIGSTOP")
