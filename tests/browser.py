@@ -23,7 +23,7 @@ ARGUMENTS = [
     "--use-angle=swiftshader",
 ]
 
-WAIT = 30.0
+WAIT = 120.0
 """Time after which a page that does not do what it should fails a test [s]."""
 
 

@@ -88,6 +88,7 @@ def open_page(browser: Any) -> Iterator[Callable[[RunningViewer], Any]]:
     def open_one(running: RunningViewer) -> Any:
         contexts.append(browser.new_context(viewport={"width": 1200, "height": 800}))
         page = contexts[-1].new_page()
+        page.set_default_timeout(1000.0 * WAIT)
         page.goto(running.address)
         page.wait_for_function(
             "() => window.__viserMutable?.nodeRefFromName?.['/figure']", timeout=1000.0 * WAIT
