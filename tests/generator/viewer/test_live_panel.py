@@ -137,7 +137,7 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
     page, panel = open_page(running), panel_of(running)
     page.get_by_text("Start", exact=True).click()
     wait_until(lambda: panel._frame is not None and panel._frame.time > 0.5, WAIT)
-    type_into(page, "Stiffness x", "2")
+    type_into(page, "Stiffness factor", "2")
     wait_until(lambda: panel._stiffness.value == 2.0, WAIT)
     wait_until(lambda: panel._frame.time > 2.0, WAIT)
     page.get_by_text("Pause", exact=True).click()
