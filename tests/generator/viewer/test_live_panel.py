@@ -35,7 +35,7 @@ from generator.viewer.play_panel import PlayPanel
 from generator.viewer.viewer import Driver, Shown
 from tests.browser import node_pose
 from tests.command import run
-from tests.generator.viewer.conftest import content_of, wait_until
+from tests.generator.viewer.conftest import content_of, type_into, wait_until
 from tests.motions import clip
 
 WAIT = 120.0
@@ -110,15 +110,6 @@ def test_files_stay_in_the_folder(tmp_path: Path):
     for name in ("a.toml", "a.txt", "../a.action", "a"):
         with pytest.raises(UsageError):
             live_path(tmp_path, name)
-
-
-def type_into(page, label: str, text: str) -> None:
-    """Type into the first field after a label: of a slider, the one beside it."""
-    field = page.get_by_text(label, exact=True).locator(
-        "xpath=following::input[not(@type='hidden')][1]"
-    )
-    field.fill(text)
-    field.press("Enter")
 
 
 def panel_of(running) -> LivePanel:
