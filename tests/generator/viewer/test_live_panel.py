@@ -287,6 +287,8 @@ def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
     type_into(page, "Floor height [cm]", f"{100.0 * height + 50.0:.1f}")
     page.get_by_text("cm inside floor").first.wait_for()
     wait_until(lambda: panel._height.value == pytest.approx(100.0 * height))
+    type_into(page, "Gravity [m/s2]", "0")  # so that the figure does not fall out of the pointer
+    wait_until(lambda: panel._gravity.value == 0.0)
     box = page.locator("canvas").first.bounding_box()
     x, y = box["x"] + 0.36 * box["width"], box["y"] + 0.45 * box["height"]
     page.get_by_text("Start", exact=True).click()
