@@ -36,7 +36,7 @@ from generator.figure_file.read import FIGURE_SUFFIX
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.placement import Placement, batched_placements
 from generator.motion_files import MOTION_FORMATS, FigureMotion
-from generator.motion_files.page import springs_of_header
+from generator.motion_files.page import springs_choices
 from generator.springs_file.parse import SPRINGS_SUFFIX
 from generator.springs_file.read import parse_springs_file
 from springs import Joining, SpringSet
@@ -200,7 +200,7 @@ def load_inputs(
         figure, warnings = load_figure(figure_name or str(path))
         pose = path if path.suffix.lower() == POSE_SUFFIX else None
     if motion is not None and springs_choice is None and joining is None:
-        springs, of_springs = _springs_of_motion(motion)
+        springs, springs_choice, of_springs = _springs_of_motion(motion)
     else:
         springs, of_springs = springs_from_option(figure, springs_choice, joining)
     placement, of_pose = placement_from_options(figure, pose, ())
@@ -219,15 +219,18 @@ def _load_drawable_motion(path: Path, figure_name: str | None) -> tuple[FigureMo
     return motion, warnings
 
 
-def _springs_of_motion(motion: FigureMotion) -> tuple[SpringSet, _Warnings]:
-    """Return the springs that a motion names, else those of its figure, with a warning."""
-    named = motion.springs or springs_of_header(motion.header, motion.figure)
-    if named is not None:
-        return named, ()
+def _springs_of_motion(motion: FigureMotion) -> tuple[SpringSet, str | None, _Warnings]:
+    """Return the springs that a motion names and their choice, else those of its figure.
+
+    In the second case a warning says so.
+    """
+    for choice in springs_choices(motion.header, motion.figure):
+        springs, warnings = springs_from_option(motion.figure, choice)
+        return springs, choice, warnings
     springs, warnings = springs_from_option(motion.figure, None)
     message = f"the springs of the motion, `{motion.header.springs}`, are not beside its figure"
     hint = f"the page has the springs of {springs.origin}; choose others with --springs"
-    return springs, (*warnings, warning(message, hint=hint))
+    return springs, None, (*warnings, warning(message, hint=hint))
 
 
 def _springs_owner(path: Path, figure_name: str | None) -> tuple[Figure, _Warnings]:

@@ -201,7 +201,7 @@ class _Space:
         if not self.tree.closures:
             return forward_kinematics(self.tree, followed)
         start = self.place(self.tree.kinematics.displacement_vector(followed), followed)
-        rows = Constraints(self, start, followed)
+        rows = _Constraints(self, start, followed)
         if rows.largest <= MAX_LOOP_GAP:
             return start
         closed = self.project(start, np.ones(self.basis.shape[1], bool), followed)
@@ -239,7 +239,7 @@ class _Space:
         """
         basis = self.basis[:, free]
         for _ in range(_MAX_PROJECTION_STEPS):
-            rows = Constraints(self, placement, locked_at)
+            rows = _Constraints(self, placement, locked_at)
             if rows.largest <= 0.1 * MAX_LOOP_GAP:
                 return placement
             step = np.linalg.lstsq(rows.jacobian @ basis, -rows.residual, rcond=1e-8)[0]
@@ -248,11 +248,11 @@ class _Space:
             values = self.tree.kinematics.displacement_vector(placement.displacements)
             placement = self.place(values + basis @ step, placement.displacements)
         return (
-            placement if Constraints(self, placement, locked_at).largest <= MAX_LOOP_GAP else None
+            placement if _Constraints(self, placement, locked_at).largest <= MAX_LOOP_GAP else None
         )
 
 
-class Constraints:
+class _Constraints:
     """Equations of closed loops, locked closing joints and links of closing joints in a placement.
 
     Attributes:
@@ -366,7 +366,7 @@ class _Search:
         """Distance to the target, with that of the orientation [m]."""
         return float(np.linalg.norm(self.target.error(placement.poses[self.target.segment])))
 
-    def _model(self) -> tuple[Array, Array, Constraints | None]:
+    def _model(self) -> tuple[Array, Array, _Constraints | None]:
         """Return the descent direction (k,) and the curvature of half the squared distance."""
         space, target = self.space, self.target
         pose = self.placement.poses[target.segment]
@@ -386,14 +386,14 @@ class _Search:
             part = np.triu(inner @ error[3:])
             bent[np.ix_(self.order, self.order)] = part + np.triu(part, 1).T
             curvature = curvature - space.basis.T @ bent @ space.basis
-        closed = Constraints(space, self.placement, self.start) if space.tree.closures else None
+        closed = _Constraints(space, self.placement, self.start) if space.tree.closures else None
         return slope, curvature, closed
 
     def _changes(
         self,
         slope: Array,
         curvature: Array,
-        constraints: Constraints | None,
+        constraints: _Constraints | None,
         damping: float,
         longest: float,
     ) -> list[Array]:
@@ -437,7 +437,7 @@ class _Search:
         rises = np.any((low & (basis < 0.0)) | (high & (basis > 0.0)), axis=0)
         return falls, rises
 
-    def _cut(self, step: Array, constraints: Constraints | None) -> Array:
+    def _cut(self, step: Array, constraints: _Constraints | None) -> Array:
         """Return a step cut where the first limits are met."""
         step = np.clip(step, *self._room())
         if constraints is None:
@@ -447,7 +447,7 @@ class _Search:
         moves = (np.abs(rates) > 1e-12) & (np.abs(room) > _AT_LIMIT)
         return step * min(1.0, float(np.min(0.95 * room[moves] / rates[moves], initial=inf)))
 
-    def _placement_after(self, step: Array, constraints: Constraints | None) -> Placement | None:
+    def _placement_after(self, step: Array, constraints: _Constraints | None) -> Placement | None:
         """Return the placement after a step within the limits; None if loops do not close."""
         space = self.space
         values = np.clip(self.values + space.basis @ step, self.lower, self.upper)

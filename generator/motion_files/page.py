@@ -29,6 +29,7 @@ from generator.motion_files.motion import NO_MASSES, FigureMotion, Header, unrep
 from generator.passive_curve import PassiveCurve, PublishedTorques, joint_label, passive_curves
 from generator.recording import Ending, Recording, energy_kinds
 from generator.rotations import Array, matrix_from_rotation_vector
+from generator.springs_file.parse import SPRINGS_SUFFIX
 from generator.springs_file.read import NO_SPRINGS, read_springs
 from generator.text_io import write_atomic
 from springs import SpringSet
@@ -74,14 +75,23 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
 def springs_of_header(header: Header, figure: Figure) -> SpringSet | None:
     """Return the springs that a motion names, from beside its figure; None if not found there."""
-    named = Path(header.springs.partition(" ")[0]).name  # a motion names no other folder
-    beside = [] if figure.path is None else [figure.path.parent / named]
-    for choice in (NO_SPRINGS, None, *beside):
+    choices = springs_choices(header, figure)
+    return next((read_springs(choice, figure) for choice in choices), None)
+
+
+def springs_choices(header: Header, figure: Figure) -> Iterator[str | None]:
+    """Yield the choices for `read_springs` that give the springs that a motion names."""
+    choices: list[str | None] = [NO_SPRINGS, None]
+    if figure.path is not None:
+        named = Path(header.springs.partition(" ")[0]).name  # a motion names no other folder
+        prefix = f"{figure.path.stem}."
+        if named.startswith(prefix) and named.endswith(SPRINGS_SUFFIX):
+            choices.append(named.removeprefix(prefix).removesuffix(SPRINGS_SUFFIX))
+        choices.append(str(figure.path.parent / named))
+    for choice in choices:
         with suppress(MoverError, OSError, ValueError):
-            springs = read_springs(choice, figure)
-            if springs.origin == header.springs:
-                return springs
-    return None
+            if read_springs(choice, figure).origin == header.springs:
+                yield choice
 
 
 def _springs_loss(header: Header, springs: SpringSet | None) -> Loss | None:

@@ -175,10 +175,22 @@ class LivePanel(Panel):
             "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, DEFAULT_GRAVITY, disabled=disabled
         )
         self._stiffness = gui.add_slider(
-            "Stiffness x", 0.0, MAX_SCALE, 0.05, 1.0, disabled=disabled, hint="Torques of springs"
+            "Stiffness factor",
+            0.0,
+            MAX_SCALE,
+            0.05,
+            1.0,
+            disabled=disabled,
+            hint="Torques of springs",
         )
         self._damping = gui.add_slider(
-            "Damping x", 0.0, MAX_SCALE, 0.05, 1.0, disabled=disabled, hint="Damping and friction"
+            "Damping factor",
+            0.0,
+            MAX_SCALE,
+            0.05,
+            1.0,
+            disabled=disabled,
+            hint="Damping and friction",
         )
         self._floor = gui.add_checkbox("Floor", False, disabled=disabled)
         self._height = gui.add_number("Floor height [cm]", 0.0, step=0.1, disabled=disabled)

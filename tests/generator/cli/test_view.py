@@ -67,6 +67,26 @@ def test_a_motion_names_its_figure_and_springs(folder: Path, name: str):
     assert not shown.warnings
 
 
+@pytest.mark.parametrize(
+    ("name", "choice"),
+    [
+        ("none", "none"),
+        ("prototype.springs.toml", None),
+        ("prototype.coupled.springs.toml over prototype.springs.toml", "coupled"),
+    ],
+)
+def test_springs_of_a_motion_are_those_of_all_tabs(
+    folder: Path, tmp_path: Path, name: str, choice: str | None
+):
+    text = (folder / "hang.action").read_text(encoding="utf-8")
+    other = tmp_path / "other.action"
+    other.write_text(re.sub("^springs .*$", f"springs {name}", text, flags=re.MULTILINE))
+    shown = load(other)
+    assert shown.springs_choice == choice
+    assert shown.springs == read_springs(choice, shown.figure)
+    assert not shown.warnings
+
+
 def moved_motion(folder: Path, target: Path) -> Path:
     """Return a motion whose springs are not beside its figure."""
     text = (folder / "hang.action").read_text(encoding="utf-8")

@@ -107,3 +107,12 @@ def wait_until(condition: Callable[[], Any], limit: float = WAIT) -> Any:
         assert time.monotonic() < end, "the condition did not become true in time"
         time.sleep(0.02)
     return value
+
+
+def type_into(page: Any, label: str, text: str) -> None:
+    """Type into the first field after a label: of a slider, the one beside it."""
+    field = page.get_by_text(label, exact=True).locator(
+        "xpath=following::input[not(@type='hidden')][1]"
+    )
+    field.fill(text)
+    field.press("Enter")

@@ -1,6 +1,7 @@
 """Balance of a figure in a pose: support from its lowest vertices, margin and tipping edge."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -98,7 +99,7 @@ def test_a_segment_without_a_psurf_stands_on_its_capsule():
 
 def test_a_figure_without_masses_has_no_balance():
     made = figure(
-        [ground(), body("link").__class__("link", sites=body("link").sites)],
+        [ground(), replace(body("link"), mass=None, inertia=None)],
         [joint("pin", "ground.base", "link.near", BALL)],
     )
     with pytest.raises(InputError, match="has no mass"):

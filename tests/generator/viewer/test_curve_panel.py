@@ -9,7 +9,7 @@ from generator.springs_file.read import read_springs
 from generator.viewer.curve_panel import CurvePanel
 from generator.viewer.viewer import Driver, Shown, Viewer
 from springs import SpringSet, total_torque
-from tests.generator.viewer.conftest import wait_until
+from tests.generator.viewer.conftest import type_into, wait_until
 
 CHART = """() => { const plots = window.__viserTestpoints?.uplots ?? {};
 const chart = Object.values(plots)[0]?.chart;
@@ -22,12 +22,6 @@ ANGLES = np.radians(np.linspace(-20.0, 140.0, 161))
 def choose(page, label: str, option: str) -> None:
     page.get_by_label(label, exact=True).first.click()
     page.get_by_role("option", name=option, exact=True).click()
-
-
-def type_into(page, label: str, text: str) -> None:
-    """Type into the first field after a label: of a slider, the one beside it."""
-    after = "xpath=following::input[not(@type='hidden')][1]"
-    page.get_by_text(label, exact=True).locator(after).fill(text)
 
 
 def columns(page) -> list[np.ndarray]:

@@ -35,7 +35,7 @@ from generator.viewer.play_panel import PlayPanel
 from generator.viewer.viewer import Driver, Shown
 from tests.browser import node_pose
 from tests.command import run
-from tests.generator.viewer.conftest import content_of, wait_until
+from tests.generator.viewer.conftest import content_of, type_into, wait_until
 from tests.motions import clip
 
 WAIT = 120.0
@@ -112,15 +112,6 @@ def test_files_stay_in_the_folder(tmp_path: Path):
             live_path(tmp_path, name)
 
 
-def type_into(page, label: str, text: str) -> None:
-    """Type into the first field after a label: of a slider, the one beside it."""
-    field = page.get_by_text(label, exact=True).locator(
-        "xpath=following::input[not(@type='hidden')][1]"
-    )
-    field.fill(text)
-    field.press("Enter")
-
-
 def panel_of(running) -> LivePanel:
     return next(each for each in running.viewer.panels if isinstance(each, LivePanel))
 
@@ -137,7 +128,7 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
     page, panel = open_page(running), panel_of(running)
     page.get_by_text("Start", exact=True).click()
     wait_until(lambda: panel._frame is not None and panel._frame.time > 0.5, WAIT)
-    type_into(page, "Stiffness x", "2")
+    type_into(page, "Stiffness factor", "2")
     wait_until(lambda: panel._stiffness.value == 2.0, WAIT)
     wait_until(lambda: panel._frame.time > 2.0, WAIT)
     page.get_by_text("Pause", exact=True).click()
@@ -297,7 +288,7 @@ def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
     page.get_by_text("cm inside floor").first.wait_for()
     wait_until(lambda: panel._height.value == pytest.approx(100.0 * height))
     type_into(page, "Gravity [m/s2]", "0")  # so that the segment stays under the pointer
-    type_into(page, "Stiffness x", "0")
+    type_into(page, "Stiffness factor", "0")
     wait_until(lambda: panel._gravity.value == panel._stiffness.value == 0.0)
     box = page.locator("canvas").first.bounding_box()
     x, y = box["x"] + 0.36 * box["width"], box["y"] + 0.45 * box["height"]
