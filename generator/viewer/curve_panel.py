@@ -26,7 +26,7 @@ from generator.viewer.curve_editor import (
     torque_limit,
 )
 from generator.viewer.folder import path_in_folder, save_text
-from generator.viewer.viewer import Panel, Shown, Viewer, html_lines
+from generator.viewer.viewer import Panel, Shown, Viewer, html_lines, value_in_range
 from springs import Linear, SpringSet
 
 CHART_INTERVAL = 1.0 / 15.0
@@ -158,7 +158,7 @@ class CurvePanel(Panel):
             self.viewer.listen(
                 control.on_update,
                 lambda _, name=name, control=control, convert=convert: self._change(
-                    name, convert(control.value)
+                    name, convert(value_in_range(control))
                 ),
                 f"curve {name}",
             )
@@ -248,7 +248,7 @@ class CurvePanel(Panel):
         zone = self.editor.edit(self.key).dead_zone
         zone = zone or cubic_dead_zone(self.editor.loaded_spring(self.key))
         if zone is not None:
-            edge = radians(self._zone[place].value)
+            edge = radians(value_in_range(self._zone[place]))
             changed = (min(edge, zone[1]), zone[1]) if place == 0 else (zone[0], max(edge, zone[0]))
             self._change("dead_zone", changed)
 

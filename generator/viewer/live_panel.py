@@ -30,6 +30,7 @@ from generator.rotations import Array, inverse_pose
 from generator.simulation.preconditions import model_obstacles
 from generator.springs_file.edit import springs_and_text
 from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.text_io import os_error_reason
 from generator.viewer.folder import path_in_folder
 from generator.viewer.live_process import (
     Answer,
@@ -48,7 +49,7 @@ from generator.viewer.live_process import (
     format_rate,
 )
 from generator.viewer.scene import points_in_world
-from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
+from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines, value_in_range
 from springs import SpringSet
 
 TEXT_INTERVAL = 0.2
@@ -301,7 +302,12 @@ class LivePanel(Panel):
         self._frame, self._notice, self._pulled = None, "", None
         self._is_begun = self._is_compiling = True
         self._is_covered = False
-        self.process.send(Begin(self._generation, start, tuple(changes)))
+        try:
+            self.process.send(Begin(self._generation, start, tuple(changes)))
+        except OSError as failure:
+            self._is_begun = self._is_compiling = False
+            reason = os_error_reason(failure)
+            raise UsageError(f"the simulation cannot be started: {reason}") from None
         self._draw_floor()
 
     def _change(self, change: LiveChange) -> None:
@@ -310,10 +316,10 @@ class LivePanel(Panel):
             self.process.send(Change(change))
 
     def _gravity_change(self) -> SetGravity:
-        return SetGravity((0.0, -round(float(self._gravity.value), _GRAVITY_DIGITS), 0.0))
+        return SetGravity((0.0, -round(value_in_range(self._gravity), _GRAVITY_DIGITS), 0.0))
 
     def _scales_change(self) -> SetScales:
-        return SetScales(float(self._stiffness.value), float(self._damping.value))
+        return SetScales(value_in_range(self._stiffness), value_in_range(self._damping))
 
     def _springs_change(self) -> SetSprings:
         content = self.viewer.content

@@ -5,6 +5,7 @@ process ends when the page does.
 """
 
 import multiprocessing
+import os
 import signal
 import sys
 from collections import deque
@@ -310,10 +311,8 @@ class Engine:
         except MoverError as failure:
             return [Refused(self._generation, str(failure), command)]
         except OSError as failure:
-            sentence = os_error_reason(failure)
-            if isinstance(command, Save):
-                sentence = f"`{command.path.name}` cannot be saved: {sentence}"
-            return [Refused(self._generation, sentence, command)]
+            what = f"`{command.path.name}` cannot be saved: " if isinstance(command, Save) else ""
+            return [Refused(self._generation, what + os_error_reason(failure), command)]
 
     def _answers(self, command: Command, now: float) -> list[Answer]:
         if isinstance(command, Begin):
@@ -444,6 +443,8 @@ def serve(connection: Connection, figure: Figure, folder: Path) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    if (page := multiprocessing.parent_process()) is not None:  # may end while this one compiles
+        Thread(target=lambda: (page.join(), os._exit(1)), daemon=True).start()
     try:
         engine = Engine(figure, folder)
         while True:

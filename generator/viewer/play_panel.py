@@ -338,7 +338,7 @@ class PlayPanel(Panel):
         if self.playback is None or self.frames is None:
             return
         now = self.clock()
-        frame = min(int(self._slider.value), self.frames.count - 1)
+        frame = min(max(int(self._slider.value), 0), self.frames.count - 1)
         self.playback.pause(now)
         self.playback.seek(float(self.frames.motion.times[frame]), now)
         self._must_show = True

@@ -22,7 +22,7 @@ from generator.viewer.pose_editor import (
     PoseEditor,
     coordinate_range,
 )
-from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
+from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines, value_in_range
 from springs import SpringSet
 
 MAX_OPEN_FOLDERS = 8
@@ -290,6 +290,7 @@ class PosePanel(Panel):
         row.touched = self._now
         self._is_stale = True
         self._begin()
+        value = min(max(value, row.handle.min), row.handle.max)  # a field sends any number typed
         try:
             self.editor.set_coordinate(coordinate, value / row.scale)
         except MoverError as failure:
@@ -299,7 +300,7 @@ class PosePanel(Panel):
             self._show()
 
     def _pose_arm(self, side: Side) -> None:
-        latitude, longitude = (float(handle.value) for handle in self._arms[side])
+        latitude, longitude = map(value_in_range, self._arms[side])
         self._arm_touched = self._now
         self._begin()
         try:

@@ -300,6 +300,11 @@ class Viewer:
             panel.close()
 
 
+def value_in_range(control: Any) -> float:
+    """Return the value of a slider or number in its range: a field sends any number typed."""
+    return float(min(max(control.value, control.min), control.max))
+
+
 def error_text(failure: Exception, folder: Path) -> str:
     """Return the sentence of an error; of a wrong file place, first error and hint, in one line.
 

@@ -1,5 +1,6 @@
 """The tab of the live simulation: its texts, and the page while a figure falls."""
 
+import errno
 import os
 import signal
 from dataclasses import replace
@@ -10,7 +11,7 @@ import pytest
 
 from generator import read_figure
 from generator.diagnostics import UsageError
-from generator.input_files.live import SetScales, SetSprings, read_live
+from generator.input_files.live import SetGravity, SetScales, SetSprings, read_live
 from generator.input_files.pose import parse_pose
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
@@ -207,6 +208,36 @@ def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
     running.call(panel._take_step)
     wait_until(lambda: panel.newest.number == number + 1, WAIT)
     assert viewer.shown.driver is Driver.LIVE
+
+
+def test_numbers_beyond_a_slider_are_those_of_its_ends(run_viewer):
+    running = run_viewer("pendulum", (LivePanel,))
+    panel = panel_of(running)
+    for value, gravity, scale in ((1e6, 20.0, 4.0), (-1e6, 0.0, 0.0)):
+        for control in (panel._gravity, panel._stiffness, panel._damping):
+            running.call(lambda control=control, value=value: setattr(control, "value", value))
+        assert panel._gravity_change() == SetGravity((0.0, -gravity, 0.0))
+        assert panel._scales_change() == SetScales(scale, scale)
+
+
+def test_a_process_that_cannot_start_is_said(run_viewer, monkeypatch):
+    running = run_viewer("pendulum", (LivePanel,))
+    viewer, panel = running.viewer, panel_of(running)
+    told: list[str] = []
+    monkeypatch.setattr(viewer, "tell_error", lambda failure: told.append(str(failure)))
+
+    def refuse() -> None:
+        raise FileNotFoundError(errno.ENOENT, "No such file or directory")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(panel.process, "_start", refuse)
+        viewer.post(panel._toggle)
+        wait_until(lambda: told)
+        assert told == ["the simulation cannot be started: no such file or directory"]
+        assert panel._start.label == "Start"
+        assert "Not started" in panel._clock.content
+    running.call(panel._take_step)
+    wait_until(lambda: panel.newest is not None and panel.newest.number == 1, WAIT)
 
 
 def test_start_pauses_a_motion_that_plays_and_play_pauses_the_simulation(run_viewer, tmp_path):

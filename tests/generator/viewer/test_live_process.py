@@ -311,7 +311,12 @@ def is_running(number: int) -> bool:
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the system has no /proc")
 @pytest.mark.parametrize(
-    ("number", "is_early"), [(signal.SIGINT, True), (signal.SIGINT, False), (signal.SIGKILL, False)]
+    ("number", "is_early"),
+    [
+        (number, is_early)
+        for number in (signal.SIGINT, signal.SIGKILL)
+        for is_early in (True, False)
+    ],
 )
 def test_the_process_ends_with_its_parent(number, is_early, tmp_path):
     script = tmp_path / "parent.py"

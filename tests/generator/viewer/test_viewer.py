@@ -19,7 +19,16 @@ from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_rotation_vector, pose_matrix
 from generator.viewer.panels import PANELS
 from generator.viewer.scene import node_name
-from generator.viewer.viewer import Content, Driver, Panel, Shown, Viewer, error_text, html_lines
+from generator.viewer.viewer import (
+    Content,
+    Driver,
+    Panel,
+    Shown,
+    Viewer,
+    error_text,
+    html_lines,
+    value_in_range,
+)
 from springs import SpringSet
 from tests.browser import WAIT, node_pose
 from tests.chains import BALL, at, body, figure, ground, joint
@@ -69,6 +78,14 @@ class Messages:
 
 def fail(failure: Exception) -> None:
     raise failure
+
+
+@given(st.floats(allow_nan=False), st.floats(-1e3, 1e3), st.floats(0.0, 1e3))
+def test_the_value_of_a_control_is_in_its_range(value: float, low: float, width: float):
+    control = SimpleNamespace(value=value, min=low, max=low + width)
+    found = value_in_range(control)
+    assert low <= found <= low + width
+    assert found == value or not low <= value <= low + width
 
 
 def test_an_error_in_a_file_is_one_line_without_the_folder(tmp_path: Path):
