@@ -140,9 +140,20 @@ def show_motion(page: Any, viewer: Viewer) -> None:
     press(page, "Pause")
 
 
+def draw_page(browser: Any, name: str, path: Path) -> None:
+    """Open the page of a motion from the disk, and take its picture at 0.8 s."""
+    page = browser.new_page(viewport=SIZE)
+    page.goto(path.as_uri())
+    page.wait_for_timeout(SETTLING_TIME)
+    page.evaluate("() => page.ready.then(() => page.seek(0.8))")
+    page.wait_for_timeout(SETTLING_TIME)
+    page.screenshot(path=FOLDER / f"{name}.png", timeout=120e3)
+    page.close()
+
+
 def main() -> None:
     """Draw all pictures."""
-    from generator import Plan, read_figure, simulate, write_recording
+    from generator import Plan, read_figure, read_springs, simulate, write_recording
     from generator.scene import Scene
 
     with TemporaryDirectory() as name, launch_browser() as browser:
@@ -150,7 +161,10 @@ def main() -> None:
         (folder / "arms.springs.toml").write_text(ARMS, encoding="utf-8")
         figure = read_figure("prototype")
         plan = Plan(stop=2.0, free_root=True, height=0.0, scene=Scene.floor())
-        write_recording(simulate(figure, plan), figure, folder / "fall.npz")
+        recording = simulate(figure, plan)
+        write_recording(recording, figure, folder / "fall.npz")
+        write_recording(recording, figure, folder / "fall.html", read_springs(None, figure))
+        draw_page(browser, "page", folder / "fall.html")
         draw(browser, "view_curve", folder / "arms.springs.toml", show_curve, folder)
         draw(browser, "view_balance", Path("prototype"), show_balance, folder)
         draw(browser, "view_live", Path("prototype"), show_fall, folder)

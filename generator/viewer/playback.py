@@ -342,6 +342,7 @@ def summary_lines(motion: FigureMotion) -> list[str]:
         lines.append(f"Springs: {header.springs}")
     run = motion.recording
     if run is not None:
-        text, steps = run.accuracy_text, format_count(run.accuracy.steps, "step")
-        lines.append(f"{text[:1].upper()}{text[1:]}; {steps} in all passes")
+        text, steps = run.accuracy_text, f"{format_count(run.accuracy.steps, 'step')} in all passes"
+        is_said = "Estimated joint-angle error" in header.message
+        lines.append(steps if is_said else f"{text[:1].upper()}{text[1:]}; {steps}")
     return [line for line in lines if line and line != NONE]
