@@ -222,12 +222,14 @@ def _load_drawable_motion(path: Path, figure_name: str | None) -> tuple[FigureMo
 def _springs_of_motion(motion: FigureMotion) -> tuple[SpringSet, str | None, _Warnings]:
     """Return the springs that a motion names and their choice, else those of its figure.
 
-    In the second case a warning says so.
+    In the second case a warning says so. Spherical joints have the law of the motion.
     """
+    law = motion.header.law
+    joining = Joining(law) if law in [each.value for each in Joining] else None
     for choice in springs_choices(motion.header, motion.figure):
-        springs, warnings = springs_from_option(motion.figure, choice)
+        springs, warnings = springs_from_option(motion.figure, choice, joining)
         return springs, choice, warnings
-    springs, warnings = springs_from_option(motion.figure, None)
+    springs, warnings = springs_from_option(motion.figure, None, joining)
     message = f"the springs of the motion, `{motion.header.springs}`, are not beside its figure"
     hint = f"the page has the springs of {springs.origin}; choose others with --springs"
     return springs, None, (*warnings, warning(message, hint=hint))

@@ -29,7 +29,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.rotations import Array, pose_matrix, unit_vector
 from generator.springs_file.axes import parallel_sign, unit_axis
 from springs import AxisSpring, SpringSet
-from springs.elastic import Range, mirror_range, total_torque, valid_range
+from springs.elastic import Range, common_valid_range, mirror_range, total_torque
 from springs.published.range_of_motion import normal_range
 from springs.stop import Stop
 
@@ -403,7 +403,7 @@ def coordinate_range(joint: Joint, index: int, springs: SpringSet) -> Coordinate
         ends = [None if end is None else end.angle for end in normal_range(joint.name, motion)]
         if ends != [None, None]:
             normal = (-inf if ends[0] is None else ends[0], inf if ends[1] is None else ends[1])
-        dead_zone, measured = spring_dead_zone(spring), _measured_range(spring)
+        dead_zone, measured = spring_dead_zone(spring), common_valid_range(spring.elastic)
         if sign < 0:
             normal, dead_zone, measured = map(mirror_range, (normal, dead_zone, measured))
     known = [end for each in (normal, dead_zone, measured) for end in each or ()]
@@ -455,9 +455,3 @@ def spring_dead_zone(spring: AxisSpring) -> Range | None:
             continue
         zone = (zone[0], high) if zone is not None and zone[1] == low else (low, high)
     return zone
-
-
-def _measured_range(spring: AxisSpring) -> Range | None:
-    """Return the range in which a law of a spring was measured [rad], if one states it."""
-    found = (valid_range(law) for law in spring.elastic)
-    return next((known for known in found if known is not None), None)

@@ -15,6 +15,7 @@ import pytest
 
 from generator import read_figure, read_springs
 from generator.cli.view import ViewInputs, load_inputs
+from springs import Joining
 from tests.command import answer, mover, run
 from tests.motions import clip
 from tests.paths import FIGURES
@@ -85,6 +86,15 @@ def test_springs_of_a_motion_are_those_of_all_tabs(
     assert shown.springs_choice == choice
     assert shown.springs == read_springs(choice, shown.figure)
     assert not shown.warnings
+
+
+@pytest.mark.parametrize("law", Joining)
+def test_spherical_joints_have_the_law_of_the_motion(folder: Path, tmp_path: Path, law: Joining):
+    text = (folder / "hang.action").read_text(encoding="utf-8")
+    other = tmp_path / "other.action"
+    other.write_text(re.sub("^law .*$", f"law {law.value}", text, flags=re.MULTILINE))
+    shown = load(other)
+    assert shown.springs == read_springs(None, shown.figure, law)
 
 
 def moved_motion(folder: Path, target: Path) -> Path:
