@@ -14,7 +14,7 @@ import pytest
 from tests.paths import ROOT, TESTS
 
 PACKAGES = ("generator", "springs", "plots")
-MAX_MODULES = 285  # with the page
+MAX_MODULES = 282  # 252, and the page with all that it shows
 MAX_LINES = 600
 
 # A library, and the one folder that may import it.

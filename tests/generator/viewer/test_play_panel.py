@@ -7,11 +7,10 @@ import pytest
 
 from generator.motion_files import motion_writer
 from generator.rotations import quaternion_from_matrix
-from generator.viewer.panels import ordered_panels
 from generator.viewer.play_panel import NEXT, NO_SITE, PlayPanel
 from generator.viewer.scene import node_name
 from generator.viewer.viewer import Driver, Shown
-from tests.generator.viewer.conftest import content_of, wait_until
+from tests.generator.viewer.conftest import wait_until
 from tests.motions import any_motion, clip, shipped
 
 
@@ -214,11 +213,3 @@ def test_names_are_never_markup(play):
     _, panel = play(replace(clip("prototype"), header=header))
     assert "<img" not in panel._summary.content
     assert "&lt;img" in panel._summary.content
-
-
-def test_a_motion_opens_the_tab_that_plays_it(tmp_path):
-    content = content_of("prototype", tmp_path)
-    assert ordered_panels(content)[-1] is PlayPanel
-    motion = ordered_panels(replace(content, motion=clip("prototype")))
-    assert motion[0] is PlayPanel
-    assert len(motion) == len(ordered_panels(content))
