@@ -10,7 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, assert_never, cast
 
-from generator.diagnostics import Diagnostics, Parsed, Source, closest_match, select_errors
+from generator.diagnostics import (
+    Diagnostics,
+    ModelError,
+    Parsed,
+    Source,
+    closest_match,
+    select_errors,
+)
 from generator.springs_file.toml_spans import TomlSpans, locate_keys
 from generator.springs_file.toml_table import (
     TableReader,
@@ -395,7 +402,7 @@ def write_live(log: LiveLog, comment: str = "") -> str:
         comment: one or more lines above it.
 
     Raises:
-        ValueError: for what the reader refuses, such as a change after the end.
+        ModelError: for what the reader refuses, such as a change after the end.
     """
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
     lines.append(f"figure = {quote_toml(log.figure)}")
@@ -407,7 +414,7 @@ def write_live(log: LiveLog, comment: str = "") -> str:
     text = "\n".join([*lines, ""])
     errors = select_errors(parse_live(text).diagnostics)
     if errors:
-        raise ValueError(f"a {_FILE_KIND} cannot hold this simulation: {errors[0].message}")
+        raise ModelError(f"a {_FILE_KIND} cannot hold this simulation: {errors[0].message}")
     return text
 
 

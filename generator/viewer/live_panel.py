@@ -64,6 +64,9 @@ FLOOR_GAP = 0.005
 FLOOR_SIZE, FLOOR_THICKNESS = 6.0, 0.01
 """Of the drawn floor [m]."""
 
+MAX_HEIGHT = 1e4
+"""Largest height of the floor, above or below the origin [cm]."""
+
 FLOOR_COLOUR, PULL_COLOUR = (150, 165, 185), (235, 120, 20)
 
 _GRAVITY_DIGITS, _POINT_DIGITS = 6, 5
@@ -194,7 +197,14 @@ class LivePanel(Panel):
             hint="Damping and friction",
         )
         self._floor = gui.add_checkbox("Floor", False, disabled=disabled)
-        self._height = gui.add_number("Floor height [cm]", 0.0, step=0.1, disabled=disabled)
+        self._height = gui.add_number(
+            "Floor height [cm]",
+            0.0,
+            min=-MAX_HEIGHT,
+            max=MAX_HEIGHT,
+            step=0.1,
+            disabled=disabled,
+        )
         self._free = gui.add_checkbox(
             "Free root", False, disabled=disabled, hint="Without the joints to the ground"
         )
@@ -335,7 +345,9 @@ class LivePanel(Panel):
     def _floor_height(self) -> float | None:
         """Height of the floor of the controls [m]; None without a floor."""
         return (
-            round(float(self._height.value) / 100.0, _POINT_DIGITS) if self._floor.value else None
+            round(value_in_range(self._height) / 100.0, _POINT_DIGITS)
+            if self._floor.value
+            else None
         )
 
     def _change_floor(self) -> None:

@@ -59,6 +59,7 @@
   }
 
   function seek(to) {
+    if (Number.isNaN(to)) return;
     time = clamp(to, start, stop);
     byId("time").value = time;
     const frame = nearestFrame();

@@ -98,6 +98,9 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
                 found = site_pose(page, f"{segment.name}.{name}")
                 np.testing.assert_allclose(found, expected, atol=WITHIN)
 
+    page.evaluate("page.seek(NaN)")
+    assert page.evaluate("page.frame") == 20
+
     # Between two frames bones turn evenly, as another reader of the binary glTF has it.
     page.evaluate("time => page.seek(time)", float(0.5 * (motion.times[7] + motion.times[8])))
     for name, poses in Page(tmp_path / "fall.html").glb().poses(half_way).items():

@@ -21,6 +21,7 @@ from generator.springs_file.edit import SpringEdit, apply_edits, springs_from_te
 from generator.springs_file.read import read_springs
 from generator.viewer.live_panel import (
     FLOOR_GAP,
+    MAX_HEIGHT,
     LivePanel,
     clock_text,
     death_text,
@@ -218,6 +219,9 @@ def test_numbers_beyond_a_slider_are_those_of_its_ends(run_viewer):
             running.call(lambda control=control, value=value: setattr(control, "value", value))
         assert panel._gravity_change() == SetGravity((0.0, -gravity, 0.0))
         assert panel._scales_change() == SetScales(scale, scale)
+    running.call(lambda: setattr(panel._floor, "value", True))
+    running.call(lambda: setattr(panel._height, "value", -1e300))
+    assert panel._floor_height() == -0.01 * MAX_HEIGHT
 
 
 def test_a_process_that_cannot_start_is_said(run_viewer, monkeypatch):

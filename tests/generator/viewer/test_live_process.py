@@ -281,6 +281,18 @@ def test_of_changes_of_one_quantity_in_a_row_the_last_one_is_sent():
     assert not other.poll()
 
 
+def test_a_simulation_that_a_live_file_cannot_hold_is_said_and_goes_on(tmp_path: Path):
+    engine = Engine(read_figure("pendulum"), tmp_path)
+    engine.carry_out(Begin(1, START), 0.0)
+    engine.carry_out(Change(SetFloor(-1e6)), 0.0)
+    (refused,) = engine.carry_out(Save(tmp_path / "a.live.toml"), 0.0)
+    assert isinstance(refused, Refused)
+    assert "cannot hold this simulation" in refused.sentence
+    (frame,) = engine.carry_out(OneFrame(), 0.0)
+    assert isinstance(frame, LiveFrame)
+    assert list(tmp_path.iterdir()) == []
+
+
 SCRIPT = """
 import sys, time
 from pathlib import Path
