@@ -10,7 +10,7 @@ from generator.rotations import quaternion_from_matrix
 from generator.viewer.play_panel import NEXT, NO_SITE, PlayPanel
 from generator.viewer.scene import node_name
 from generator.viewer.viewer import Driver, Shown
-from tests.generator.viewer.conftest import wait_until
+from tests.generator.viewer.conftest import content_of, wait_until
 from tests.motions import any_motion, clip, shipped
 
 
