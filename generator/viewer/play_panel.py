@@ -141,6 +141,7 @@ class PlayPanel(Panel):
         self._path_drawn = -1
         self._chart_number = 0
         self._shown_frame = -1
+        self._slider_frame = 0
         self._must_show = False
         self._was_playing: bool = False
         self._sites: dict[str, tuple[str, str]] = {}
@@ -226,7 +227,8 @@ class PlayPanel(Panel):
         self.frames, self.playback = MotionFrames(motion), Playback(motion.times)
         self.playback.set_speed(self._speed.value, self.clock())
         self.playback.set_loop(self._loop.value, self.clock())
-        self._slider.max, self._slider.value = max(self.frames.count - 1, 1), 0
+        self._slider.max = max(self.frames.count - 1, 1)
+        self._slider.value = self._slider_frame = 0
         self._summary.content = html_lines(summary_lines(motion))
         segments = motion.figure.segments
         self._sites = {
@@ -312,8 +314,8 @@ class PlayPanel(Panel):
             self._ghost_scene.move(self.ghost.poses(frame))
 
     def _move_cursors(self, frame: int) -> None:
-        if self._slider.value != frame:
-            self._slider.value = frame
+        if frame != self._slider_frame:  # else the slider may already be farther on
+            self._slider.value = self._slider_frame = frame
         for chart in self.charts:
             chart.move_cursor(frame)
 
@@ -339,6 +341,7 @@ class PlayPanel(Panel):
             return
         now = self.clock()
         frame = min(max(int(self._slider.value), 0), self.frames.count - 1)
+        self._slider_frame = frame
         self.playback.pause(now)
         self.playback.seek(float(self.frames.motion.times[frame]), now)
         self._must_show = True

@@ -54,6 +54,19 @@ def test_the_page_plays_to_the_end(play, open_page):
     wait_until(lambda: page.get_by_role("button", name="Play", exact=True).is_visible())
 
 
+def test_a_slider_that_moves_on_is_not_set_back(play):
+    running, panel = play(clip("prototype"))
+
+    def move_twice() -> None:
+        panel._slider.value = 5
+        panel._scrub()
+        panel._slider.value = 6  # the event of this value is still in the queue
+        panel.tick(panel.clock())
+
+    running.call(move_twice)
+    assert panel._slider.value == 6
+
+
 def test_the_slider_scrubs(play, open_page):
     motion = clip("prototype")
     running, panel = play(motion, ghost=clip("flying"))
