@@ -8,9 +8,6 @@ from generator.figure import Figure
 from generator.rotations import Array, quaternion_from_matrix
 from generator.viewer.server import PageServer
 
-LIGHT, DARK = (255, 255, 255), (26, 27, 30)
-"""Colours of the background."""
-
 _CELL_COLOURS = {False: (222, 225, 230), True: (52, 55, 60)}
 _SECTION_COLOURS = {False: (190, 195, 203), True: (78, 82, 90)}
 
@@ -37,10 +34,8 @@ class Surroundings:
         self.set_dark(is_dark=False)
 
     def set_dark(self, *, is_dark: bool) -> None:
-        """Change background, controls and ground."""
+        """Change background and controls, by the theme of the page, and the ground."""
         self._server.set_theme(is_dark=is_dark)
-        colour = np.full((1, 1, 3), DARK if is_dark else LIGHT, dtype=np.uint8)
-        self._server.scene.set_background_image(colour, format="png")
         self._server.scene.add_grid(
             "/ground",
             self._ground_width,
