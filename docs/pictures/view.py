@@ -112,6 +112,20 @@ def show_curve(page: Any, viewer: Viewer) -> None:
     enter(page, "Stiffness", "2.3")
 
 
+def show_pose(page: Any, viewer: Viewer) -> None:
+    """Bend an elbow by its slider, and put arrows on the forearm."""
+    choose(page, "Segment", "left_lower_arm")
+    for joint in ("Left shoulder", "Left elbow"):
+        page.get_by_text(joint, exact=True).first.click()
+        page.wait_for_timeout(500.0)
+    after = "xpath=following::input[not(@type='hidden')][1]"
+    labels = page.get_by_text("Flexion [deg]", exact=True).locator("visible=true")
+    for number, angle in enumerate(("50", "75")):
+        field = labels.nth(number).locator(after)
+        field.fill(angle)
+        field.press("Enter")
+
+
 def show_balance(page: Any, viewer: Viewer) -> None:
     """Turn the balance and an ellipsoid on, in a pose that leans."""
     open_tab(page, "Body")
@@ -166,6 +180,7 @@ def main() -> None:
         write_recording(recording, figure, folder / "fall.html", read_springs(None, figure))
         draw_page(browser, "page", folder / "fall.html")
         draw(browser, "view_curve", folder / "arms.springs.toml", show_curve, folder)
+        draw(browser, "view_pose", Path("prototype"), show_pose, folder)
         draw(browser, "view_balance", Path("prototype"), show_balance, folder)
         draw(browser, "view_live", Path("prototype"), show_fall, folder)
         draw(browser, "view_play", folder / "fall.npz", show_motion, folder)
