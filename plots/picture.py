@@ -120,7 +120,7 @@ class Picture:
         image: shape (rows, columns, 4), rows from above.
         labels: column of the middle, and text.
         dpi: [dots/inch].
-        transparent: whether there is no background.
+        transparent: leave out the background.
     """
 
     image: NDArray[np.uint8]

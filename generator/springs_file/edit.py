@@ -176,7 +176,7 @@ def apply_edits(springs: SpringSet, edits: Iterable[SpringEdit]) -> SpringSet:
     """Return springs with changes.
 
     Raises:
-        ModelError: there is no such spring, or it has no law of the kind that is changed.
+        ModelError: the joint has no spring about the axis, or one with a law of another kind.
     """
     joints = dict(springs.joints)
     for edit in edits:

@@ -386,7 +386,7 @@ class LivePanel(Panel):
 
     def _save_file(self) -> None:
         if self._frame is None:
-            raise UsageError("there is no motion to save yet: press Start, and wait for the clock")
+            raise UsageError("nothing has been computed yet: press Start, and wait for the clock")
         path = live_path(self.viewer.content.folder, self._file.value)
         self._saving = f"Saving {path.name}; the simulation waits meanwhile."
         self.process.send(Save(path))
