@@ -184,7 +184,7 @@ def contact_geometry(
 ) -> tuple[dict[str, tuple[ContactSphere, ...]], dict[str, Capsule]]:
     """Return the contact spheres of the moving segments, and their capsules.
 
-    There are no spheres without props, and no capsules without self-contact.
+    Spheres need props, and capsules need self-contact as well.
 
     The figure is that of the file: a capsule depends on its joints, also on those to the ground.
 

@@ -139,7 +139,7 @@ def test_momentum_and_angular_momentum_are_conserved(meeting: Meeting):
 
 @given(meetings)
 def test_the_power_is_that_of_the_energies(meeting: Meeting):
-    """What the forces do is taken from the energy, by the damping and by friction."""
+    """The work of the forces is taken from the energy, by the damping and by friction."""
     force = meeting.force()
     power = np.dot(scaled(force, force.direction), meeting.velocity)
     power += np.dot(scaled(force, force.first_arm), meeting.spins[0])

@@ -115,7 +115,7 @@ def test_both_integrators_bring_the_legs_together():
 
 
 def test_a_stepper_brings_the_legs_together():
-    """What overlaps at the start does not count later, when the model is built anew."""
+    """An overlap at the start does not count later, when the model is built anew."""
     plan = replace(
         PLAN,
         stop=0.1,

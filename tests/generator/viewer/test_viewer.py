@@ -66,7 +66,7 @@ def test_of_consecutive_actions_with_one_key_the_last_is_taken(run_viewer):
 
 
 class Messages:
-    """What a viewer tells."""
+    """Messages of a viewer."""
 
     def __init__(self, viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
         self.texts: list[tuple[str, str, bool]] = []
