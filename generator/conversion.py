@@ -97,7 +97,7 @@ def convert(
         springs = read_springs(springs, described)
     formats = [model_format(path) for path in paths]
     return {
-        path: each.write(described, springs, path)
+        path: each.format_files(described, springs, path).write()
         for path, each in zip(paths, formats, strict=True)
     }
 

@@ -25,6 +25,7 @@ from generator.cli.outputs import (
     unwritable_file_error,
     write_all_or_none,
     write_files,
+    write_models,
 )
 from generator.conversion import (
     READABLE_SUFFIXES,
@@ -273,14 +274,12 @@ def _convert_figure(
     verbose: bool,
 ) -> CommandResult:
     """Write a figure with its springs in the formats of models."""
-    writers = [(output, _choose_model_format(source, output, format_name)) for output in outputs]
+    formats = [(output, _choose_model_format(source, output, format_name)) for output in outputs]
     figure, warnings = load_figure(source)
     springs, more = springs_from_option(figure, springs_option)
-    new = [out for out, each in writers if each.suffixes or not out.is_dir()]
+    new = [out for out, each in formats if each.suffixes or not out.is_dir()]
     check_writable(new, (figure.path, springs_option))
-    written = write_all_or_none(
-        [(output, partial(each.write, figure, springs)) for output, each in writers]
-    )
+    written = write_models([each.format_files(figure, springs, out) for out, each in formats])
     title = f"{source} with springs: {springs.origin}"
     head = {"source": source, "figure": str(figure.path)}
     return _conversion_result(title, head, written, warnings + more, verbose)

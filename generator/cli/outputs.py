@@ -12,6 +12,7 @@ from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_SUFFIX
 from generator.losses import Losses
+from generator.model_files.model_files import ModelFiles
 from generator.motion_files import FigureMotion, motion_writer
 from generator.text_io import (
     move_into_place,
@@ -114,15 +115,43 @@ def write_file(path: Path, content: str | bytes) -> None:
 
 def write_files(contents: Mapping[Path, str | bytes]) -> None:
     """Write files, all of them or none. Raises InputError when one cannot be written."""
+    write_all_or_none([(path, _file_writer(content)) for path, content in contents.items()])
 
-    def writer(content: str | bytes) -> OutputWriter:
-        def write(part: Path) -> Losses:
-            write_atomic(part, content)
-            return Losses("")
 
-        return write
+def _file_writer(content: str | bytes) -> "OutputWriter":
+    def write(part: Path) -> Losses:
+        write_atomic(part, content)
+        return Losses("")
 
-    write_all_or_none([(path, writer(content)) for path, content in contents.items()])
+    return write
+
+
+def _folder_writer(contents: Mapping[str, str | bytes]) -> "OutputWriter":
+    def write(part: Path) -> Losses:
+        part.mkdir()
+        for name, content in contents.items():
+            write_atomic(part / name, content)
+        return Losses("")
+
+    return write
+
+
+def write_models(models: Sequence[ModelFiles]) -> "LossesByPath":
+    """Write models with their meshes and tables, all files or none.
+
+    Raises InputError when one cannot be written.
+    """
+    writers: dict[Path, OutputWriter] = {}
+    for model in models:
+        folders: dict[Path, dict[str, str | bytes]] = {}
+        for path, content in model.contents.items():
+            if path.parent == model.path.parent:
+                writers[path] = _file_writer(content)
+            else:
+                folders.setdefault(path.parent, {})[path.name] = content
+        writers |= {folder: _folder_writer(files) for folder, files in folders.items()}
+    write_all_or_none(list(writers.items()))
+    return {model.path: model.losses for model in models}
 
 
 def write_pose_file(

@@ -23,24 +23,22 @@ from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf import write as mjcf
 from generator.model_files.mjcf.read import figure_from_mjcf
+from generator.model_files.model_files import ModelFiles
 from generator.model_files.opensim import write as osim
 from generator.model_files.opensim.read import figure_from_osim
 from generator.model_files.urdf import write as urdf
 from generator.model_files.urdf.read import figure_from_urdf
 from generator.model_files.xml import XmlElement, parse_xml
 from generator.springs_file.read import FIGURE_ORIGIN
-from generator.text_io import load_text, write_atomic
+from generator.text_io import load_text
 from springs import SpringSet
 
 
-def write_fig(figure: Figure, springs: SpringSet, path: Path) -> Losses:
-    """Write a figure file (`.fig`), whole or not at all; reading it gives an equal figure.
+def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
+    """Format a figure file (`.fig`); reading it gives an equal figure.
 
-    Raises:
-        OSError: the file cannot be written.
-        ValueError: the language cannot say a name or a string of the figure.
+    Raises ValueError for a name or a string of the figure that the language cannot say.
     """
-    write_atomic(path, write_figure(figure))
     losses = [Loss("the comments of the figure's file, and the units it was written in")]
     psurfs = tuple(seg.psurf for seg in figure.segments.values() if seg.psurf is not None)
     if psurfs and (figure.path is None or figure.path.parent.resolve() != path.resolve().parent):
@@ -49,7 +47,7 @@ def write_fig(figure: Figure, springs: SpringSet, path: Path) -> Losses:
         )
     if springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
         losses.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
-    return Losses.collect("figure file", losses)
+    return ModelFiles(path, {path: write_figure(figure)}, Losses.collect("figure file", losses))
 
 
 SUFFIXES = (".xml", ".mjcf", ".urdf", ".osim")
@@ -106,11 +104,10 @@ def _report_unknown_root(root: XmlElement, diagnostics: Diagnostics) -> None:
     diagnostics.error(f"`{shorten(root.tag)}` is not a model that can be read", root.span, hint)
 
 
-ModelWriter = Callable[[Figure, SpringSet, Path], Losses]
-"""Writes a figure with its springs to a path, whole or not at all, and returns the losses.
+ModelFormatter = Callable[[Figure, SpringSet, Path], ModelFiles]
+"""Formats a figure with its springs as the model at a path.
 
-It may raise OSError when the path cannot be written, and MoverError (InputError, with places) for a
-figure that the format cannot hold at all.
+It may raise MoverError (InputError, with places) for a figure that the format cannot hold at all.
 """
 
 
@@ -121,25 +118,27 @@ class ModelFormat:
     Attributes:
         suffixes: of its files, in lower case with the dot; empty for a format that only its name
             selects, such as a folder of files.
-        write: its writer.
+        format_files: returns its files.
         what: its description in a few words.
     """
 
     suffixes: tuple[str, ...]
-    write: ModelWriter
+    format_files: ModelFormatter
     what: str
 
 
 MODEL_FORMATS: Mapping[str, ModelFormat] = {
-    "peabody": ModelFormat((".fig",), write_fig, "figure file of this program"),
-    "mjcf": ModelFormat((".xml", ".mjcf"), mjcf.write, "MuJoCo model"),
-    "urdf": ModelFormat((".urdf",), urdf.write, "robot model without loops or springs"),
-    "osim": ModelFormat((".osim",), osim.write, "OpenSim model"),
-    "dyspam": ModelFormat((), dyspam.write, "folder of the thesis's simulator's input files"),
+    "peabody": ModelFormat((".fig",), format_fig, "figure file of this program"),
+    "mjcf": ModelFormat((".xml", ".mjcf"), mjcf.format_files, "MuJoCo model"),
+    "urdf": ModelFormat((".urdf",), urdf.format_files, "robot model without loops or springs"),
+    "osim": ModelFormat((".osim",), osim.format_files, "OpenSim model"),
+    "dyspam": ModelFormat(
+        (), dyspam.format_files, "folder of the thesis's simulator's input files"
+    ),
 }
 """The formats by name: `NAME: ModelFormat((".suffix",), module.write, "what it is")`.
 
-A format is a module of this package with a `ModelWriter`, and a row here: `mover convert` takes
+A format is a module of this package with a `ModelFormatter`, and a row here: `mover convert` takes
 its suffixes, and its name after `--to`. A suffix belongs to one row, and to no format of motions
 (`generator.motion_files.MOTION_FORMATS`).
 """

@@ -198,7 +198,9 @@ def named_trees() -> list[Model]:
 
 
 def write_model(name: str) -> Callable[[Model, Path], object]:
-    return lambda model, path: MODEL_FORMATS[name].write(model.figure, model.springs, path)
+    return lambda model, path: (
+        MODEL_FORMATS[name].format_files(model.figure, model.springs, path).write()
+    )
 
 
 def read_with_springs(path: Path, _: Model) -> tuple[Imported, SpringSet]:

@@ -47,10 +47,10 @@ from generator.model_files.dyspam.tables import (
     format_structure,
     format_tables,
 )
+from generator.model_files.model_files import ModelFiles
 from generator.rotations import Array, pose_matrix
 from generator.springs_file.axes import AXIS_NAMES, parallel_sign
 from generator.springs_file.optional import OptionalRecord, write_optional
-from generator.text_io import write_atomic
 from springs import (
     AxisSpring,
     Coefficients,
@@ -411,8 +411,10 @@ FILES = (STRUCTURE, TABLES, LOADS, OPTIONAL)
 """Names of the files. `optional` is empty if no spring is a cubic."""
 
 
-def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = None) -> Losses:
-    """Write the four files into the folder `path`, which is created if necessary.
+def format_files(
+    figure: Figure, springs: SpringSet, path: Path, times: Times | None = None
+) -> ModelFiles:
+    """Format the four files of the folder `path`.
 
     Args:
         figure: with joints of one or of three rotations.
@@ -422,7 +424,6 @@ def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = 
 
     Raises:
         InputError: the files cannot hold the figure; with all reasons.
-        OSError: a file cannot be written.
     """
     numbered = number_figure(figure)
     losses = Losses(FORMAT)
@@ -443,10 +444,7 @@ def write(figure: Figure, springs: SpringSet, path: Path, times: Times | None = 
         LOADS: format_jackforce(loads),
         OPTIONAL: write_optional(written.records),
     }
-    path.mkdir(exist_ok=True)
-    for name, text in texts.items():
-        write_atomic(path / name, text)
-    return losses
+    return ModelFiles(path, {path / name: text for name, text in texts.items()}, losses)
 
 
 def _degrees_of_freedom(numbered_figure: NumberedFigure) -> int:

@@ -35,6 +35,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
+from generator.model_files.model_files import ModelFiles
 from generator.model_files.piecewise import piecewise_cubic
 from generator.model_files.xml import (
     MAX_DEPTH,
@@ -46,7 +47,6 @@ from generator.model_files.xml import (
 )
 from generator.names import plain_names, reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
-from generator.text_io import write_atomic
 from springs import AxisSpring, JointSprings, SpringSet
 
 WORLD = "world"
@@ -189,25 +189,22 @@ _CURVES = "springs whose curve is not a piecewise cubic or has no zero"
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
-def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
-    """Write a figure and its springs as a MuJoCo model, whole or not at all.
+def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
+    """Format a figure and its springs as the MuJoCo model at `path`.
 
-    Raises:
-        OSError: the file cannot be written.
-        InputError: a segment that moves lacks a mass, an inertia or a centre of mass.
+    Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
     text, losses = format_mjcf(figure, springs)
-    write_atomic(path, text)
     if (depth := nesting_depth(text)) > MAX_DEPTH:
         losses.add(
             f"a way back into this program: elements are nested {depth:,} deep, and {MAX_DEPTH:,} "
             "levels are read"
         )
-    return losses
+    return ModelFiles(path, {path: text}, losses)
 
 
 def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
-    """The text of a MuJoCo model, and what it does not hold; raises InputError as `write`."""
+    """The text of a MuJoCo model, and its losses; raises InputError as `format_files`."""
     losses = Losses("MuJoCo model")
     model = build_export_model(figure, losses)
     root = Element("mujoco", model=figure.name or "figure")

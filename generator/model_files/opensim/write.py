@@ -25,6 +25,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
+from generator.model_files.model_files import ModelFiles
 from generator.model_files.xml import (
     Element,
     add_element,
@@ -34,7 +35,6 @@ from generator.model_files.xml import (
 )
 from generator.names import plain_name, plain_names, renaming_loss, reserve_name
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
-from generator.text_io import write_atomic
 from springs import SpringSet, total_torque
 from springs.backends import Operations, Real, Vector
 
@@ -176,20 +176,17 @@ VERSION = "40000"
 GRAVITY = (0.0, -9.81, 0.0)
 
 
-def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
-    """Write a figure and its springs as an OpenSim model, whole or not at all.
+def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
+    """Format a figure and its springs as the OpenSim model at `path`.
 
-    Raises:
-        OSError: the file cannot be written.
-        InputError: a segment that moves lacks a mass, an inertia or a centre of mass.
+    Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
     text, losses = format_osim(figure, springs)
-    write_atomic(path, text)
-    return losses
+    return ModelFiles(path, {path: text}, losses)
 
 
 def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
-    """The text of an OpenSim model, and what it does not hold; raises InputError as `write`."""
+    """The text of an OpenSim model, and its losses; raises InputError as `format_files`."""
     losses = Losses("OpenSim model")
     model = build_export_model(figure, losses)
     root = Element("OpenSimDocument", Version=VERSION)

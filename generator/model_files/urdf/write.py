@@ -27,6 +27,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
+from generator.model_files.model_files import ModelFiles
 from generator.model_files.xml import (
     Element,
     add_element,
@@ -36,27 +37,23 @@ from generator.model_files.xml import (
 )
 from generator.names import reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
-from generator.text_io import write_atomic
 from springs import AxisSpring, JointSprings, SpringSet, Stop
 
 NO_LIMIT = 1e9
 """Limit that the format requires and the figure does not have [N m, N, rad/s, m/s, m]."""
 
 
-def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
-    """Write a figure as a URDF model, whole or not at all.
+def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
+    """Format a figure as the URDF model at `path`.
 
-    Raises:
-        OSError: the file cannot be written.
-        InputError: a segment that moves lacks a mass, an inertia or a centre of mass.
+    Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
     text, losses = format_urdf(figure, springs)
-    write_atomic(path, text)
-    return losses
+    return ModelFiles(path, {path: text}, losses)
 
 
 def format_urdf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
-    """The text of a URDF model, and what it does not hold; raises InputError as `write`."""
+    """The text of a URDF model, and its losses; raises InputError as `format_files`."""
     losses = Losses("URDF model")
     model = build_export_model(figure, losses)
     root = Element("robot", name=figure.name or "figure")

@@ -85,7 +85,7 @@ class OpenSim:
         self.api.Logger.removeFileSink()
         self.api.Logger.setLevelString("Error")
         path = folder / "figure.osim"
-        self.losses = osim.write(of, springs, path)
+        self.losses = osim.format_files(of, springs, path).write()
         self.figure = of
         self.model = self.api.Model(str(path))
         self.state = self.model.initSystem()

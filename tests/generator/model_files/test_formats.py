@@ -7,7 +7,7 @@ import pytest
 
 from generator import read_figure
 from generator.diagnostics import UsageError
-from generator.model_files.formats import MODEL_FORMATS, model_format, suffixes, write_fig
+from generator.model_files.formats import MODEL_FORMATS, format_fig, model_format, suffixes
 from generator.motion_files import MOTION_FORMATS as MOTIONS
 from tests.generator.model_files.model_cases import own_springs
 
@@ -39,7 +39,7 @@ def test_what_is_not_known_is_told_with_what_is():
 def test_a_figure_file_leaves_psurfs_and_curves_behind(name: str, has_curves: bool, tmp_path: Path):
     figure = read_figure(name)
     springs = own_springs(figure)
-    losses = write_fig(figure, springs, tmp_path / "out.fig")
+    losses = format_fig(figure, springs, tmp_path / "out.fig").write()
     lost = {loss.what.split()[1]: loss.where for loss in losses.entries}
     with_psurfs = {s.psurf for s in figure.segments.values() if s.psurf is not None}
     assert set(lost.get("psurfs,", ())) == with_psurfs
@@ -49,5 +49,7 @@ def test_a_figure_file_leaves_psurfs_and_curves_behind(name: str, has_curves: bo
 def test_a_name_that_the_language_cannot_say_is_refused(tmp_path: Path):
     figure = read_figure("pendulum")
     with pytest.raises(ValueError, match="two words"):
-        write_fig(replace(figure, name="two words"), own_springs(figure), tmp_path / "out.fig")
+        format_fig(
+            replace(figure, name="two words"), own_springs(figure), tmp_path / "out.fig"
+        ).write()
     assert not (tmp_path / "out.fig").exists()

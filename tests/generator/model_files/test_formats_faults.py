@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import InputError, Source
 from generator.model_files.formats import parse_model, read_model
-from generator.model_files.mjcf.write import write
+from generator.model_files.mjcf.write import format_files
 from springs import SpringSet
 from tests.chains import chain, row
 from tests.generator.model_files.imported_models import MODELS
@@ -90,13 +90,13 @@ def test_a_pipe_is_refused(tmp_path):
 
 def test_a_long_chain_is_read_back(tmp_path):
     made = row(500, [chain("Rz")], bend=0.0)
-    losses = write(made, SPRINGS, tmp_path / "a.xml")
+    losses = format_files(made, SPRINGS, tmp_path / "a.xml").write()
     assert not any("way back" in loss.what for loss in losses.entries)
     assert len(read_model(tmp_path / "a.xml").figure.bodies) == 500
 
 
 def test_a_chain_that_is_not_read_back_is_a_loss(tmp_path):
-    losses = write(row(650, [chain("Rz")], bend=0.0), SPRINGS, tmp_path / "a.xml")
+    losses = format_files(row(650, [chain("Rz")], bend=0.0), SPRINGS, tmp_path / "a.xml").write()
     said = "a way back into this program: elements are nested 653 deep, and 600 levels are read"
     assert said in [loss.what for loss in losses.entries]
     with pytest.raises(InputError, match="nested too deeply"):

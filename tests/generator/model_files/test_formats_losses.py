@@ -263,7 +263,7 @@ def test_segments_without_mass_are_refused_all_at_once(module: object, tmp_path:
     assert of is not None
     path = tmp_path / "out"
     with pytest.raises(InputError) as failure:
-        module.write(of, SpringSet(), path)
+        module.format_files(of, SpringSet(), path).write()
     bare, light = failure.value.diagnostics
     lacks = "a positive mass, an inertia and a site CM"
     assert bare.message == f"segment `bare` moves and lacks {lacks}, which a model needs"
@@ -278,25 +278,25 @@ def test_other_figures_that_are_refused(module: object, tmp_path: Path) -> None:
     of = one_body(chain("Rx"))
     bare = replace(of, segments={"ground": of.segments["ground"]}, joints={})
     with pytest.raises(InputError, match="none of the figure's segments moves"):
-        module.write(bare, SpringSet(), path)
+        module.format_files(bare, SpringSet(), path).write()
     along = slide("rail", (0.0, 1.0, 0.0), Linear(1.0))
     with pytest.raises(
         InputError, match="`rail` has a spring along an axis on which it does not translate"
     ):
-        module.write(on_a_rail(), spring_set(along), path)
+        module.format_files(on_a_rail(), spring_set(along), path).write()
     frame = FOURBAR.segments["frame"]
     far = replace(frame.sites["rocker_pivot"], location=at(shift=(9.0, 0.0, 0.0)))
     frame = replace(frame, sites={**frame.sites, far.name: far})
     torn = replace(FOURBAR, segments={**FOURBAR.segments, "frame": frame})
     with pytest.raises(OpenLoopError):
-        module.write(torn, SpringSet(), path)
+        module.format_files(torn, SpringSet(), path).write()
     assert not path.exists()
 
 
 @pytest.mark.parametrize("module", [mjcf, osim, urdf])
 def test_a_path_that_cannot_be_written_is_left_alone(module: object, tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file or directory"):
-        module.write(PENDULUM, SpringSet(), tmp_path / "nowhere" / "out")
+        module.format_files(PENDULUM, SpringSet(), tmp_path / "nowhere" / "out").write()
 
 
 @pytest.mark.parametrize("write", [format_mjcf, format_osim, format_urdf])

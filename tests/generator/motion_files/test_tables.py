@@ -251,7 +251,7 @@ def test_an_external_force_of_opensim_is_the_ground_reaction(tmp_path: Path):
     motion, run = touching()
     assert run.contact is not None
     write_mot(motion, tmp_path / "run.mot")
-    osim.write(motion.figure, SpringSet(), tmp_path / "figure.osim")
+    osim.format_files(motion.figure, SpringSet(), tmp_path / "figure.osim").write()
     stored = api.Storage(str(tmp_path / "run.mot"))
     prefixes = ("ground_force_v", "ground_force_p", "ground_torque_")
     force = api.ExternalForce(stored, *prefixes, "arm", "ground", "ground")
@@ -289,7 +289,7 @@ def test_inverse_dynamics_of_opensim_needs_no_force_but_the_ground_reaction(
     contact = replace(contact_record(["block"], run.times.size), ground_reaction=reaction)
     motion = motion_from_recording(replace(run, contact=contact), made)
     write_mot(motion, tmp_path / "rest.mot")
-    osim.write(made, SpringSet(), tmp_path / "block.osim")
+    osim.format_files(made, SpringSet(), tmp_path / "block.osim").write()
 
     force = api.ExternalForce()
     force.setName("ground_reaction")

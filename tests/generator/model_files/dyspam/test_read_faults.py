@@ -26,7 +26,7 @@ def good(tmp_path_factory) -> Path:
     """The pendulum, with a record in `optional`."""
     folder = tmp_path_factory.mktemp("dyspam") / "good"
     figure = read_figure(PENDULUM)
-    dyspam.write(figure, own_springs(figure), folder)
+    dyspam.format_files(figure, own_springs(figure), folder).write()
     (folder / O).write_text("1 1\n0.0 1000 0.0 500\n60 0.0\n0.0 0.0 0.0\n")
     return folder
 
@@ -171,7 +171,7 @@ def test_two_decimals_of_a_triad_are_enough_for_the_nearest_turn(folder):
 def test_a_second_joint_that_leaves_a_body_alone(tmp_path):
     given_figure = two_bodies(chain("Ry"), (0.3,))
     folder = tmp_path / "loose"
-    dyspam.write(given_figure, own_springs(given_figure), folder)
+    dyspam.format_files(given_figure, own_springs(given_figure), folder).write()
     text = (folder / N).read_text().replace("2 1 2 1\n", "2 0 1 1\n").replace("\n2 2\n", "\n1 2\n")
     head, _, tail = text.partition("\n1 2\n")
     (folder / N).write_text(f"{head}\n0 2\n{tail}")
@@ -182,7 +182,7 @@ def test_a_second_joint_that_leaves_a_body_alone(tmp_path):
 
 
 def test_rates_are_those_of_the_displacements(tmp_path):
-    dyspam.write(two_bodies(chain("Ry"), (0.3,)), SpringSet(), tmp_path / "out")
+    dyspam.format_files(two_bodies(chain("Ry"), (0.3,)), SpringSet(), tmp_path / "out").write()
     path = tmp_path / "out" / dyspam.TABLES
     lines = path.read_text().splitlines()
     lines[-2] = " ".join([*lines[-2].split()[:4], "0.1", "0.2", "0.3"])

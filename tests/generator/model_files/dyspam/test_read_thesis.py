@@ -26,7 +26,7 @@ def written(name: str, folder: Path, **options: Times) -> dict[str, str]:
     figure = read_figure(SHIPPED / f"{name}.fig")
     springs = load_springs(figure, SHIPPED, name).value.springs
     assert springs is not None
-    dyspam.write(figure, springs, folder, **options)
+    dyspam.format_files(figure, springs, folder, **options).write()
     return {file: (folder / file).read_text() for file in dyspam.FILES}
 
 

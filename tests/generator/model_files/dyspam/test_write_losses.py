@@ -44,7 +44,7 @@ RESTORING = (0.0, 2.0, 0.0, 3.0)
 def there_and_back(
     figure: Figure, springs: SpringSet, folder: Path
 ) -> tuple[Parsed[dyspam_reader.DyspamModel], Losses]:
-    losses = dyspam.write(figure, springs, folder)
+    losses = dyspam.format_files(figure, springs, folder).write()
     return dyspam_reader.parse_dyspam(folder), losses
 
 
@@ -53,7 +53,7 @@ def sentences(losses: Losses) -> dict[str, tuple[str, ...]]:
 
 
 def written(given: Figure, springs: SpringSet, folder: Path) -> dict[str, tuple[str, ...]]:
-    return sentences(dyspam.write(given, springs, folder / "out"))
+    return sentences(dyspam.format_files(given, springs, folder / "out").write())
 
 
 def hung(direction: tuple[float, float, float], *laws: Elastic, **more: float) -> SpringSet:
@@ -156,7 +156,7 @@ def test_a_joint_that_the_files_cannot_hold_is_refused_before_anything_is_writte
     factors = chain(text)
     given = one_body(factors, (0.0,) * len(factors))
     with pytest.raises(InputError) as caught:
-        dyspam.write(given, SpringSet(), tmp_path / "out")
+        dyspam.format_files(given, SpringSet(), tmp_path / "out").write()
     (fault,) = caught.value.diagnostics
     assert fault.message.startswith("joint `pin` cannot be written for DYSPAM: ")
     assert said in fault.message
@@ -172,7 +172,9 @@ def test_all_refusals_are_told_at_once(tmp_path):
         joint("pan", "ground.base", "light.near", chain("Rx Ry")),
     ]
     with pytest.raises(InputError) as caught:
-        dyspam.write(figure([ground(), body("link"), bare], joints), SpringSet(), tmp_path / "out")
+        dyspam.format_files(
+            figure([ground(), body("link"), bare], joints), SpringSet(), tmp_path / "out"
+        ).write()
     assert [fault.message.split(" ")[1] for fault in caught.value.diagnostics] == [
         "`light`",
         "`pin`",
@@ -187,20 +189,20 @@ def test_an_open_loop_and_a_figure_at_rest_are_refused(tmp_path):
     frame = replace(loop.segments["frame"], sites={**loop.segments["frame"].sites, far.name: far})
     apart = replace(loop, segments={**loop.segments, "frame": frame})
     with pytest.raises(InputError, match=f"opens the loop at joint {near.name}"):
-        dyspam.write(apart, SpringSet(), tmp_path / "out")
+        dyspam.format_files(apart, SpringSet(), tmp_path / "out").write()
     with pytest.raises(InputError, match="none of its segments moves"):
-        dyspam.write(figure([ground()], []), SpringSet(), tmp_path / "out")
+        dyspam.format_files(figure([ground()], []), SpringSet(), tmp_path / "out").write()
 
 
 def test_a_folder_that_cannot_be_made_is_an_error_of_the_system(tmp_path):
     (tmp_path / "out").write_text("a file")
     with pytest.raises(OSError, match="exists"):
-        dyspam.write(one_body(BALL), SpringSet(), tmp_path / "out")
+        dyspam.format_files(one_body(BALL), SpringSet(), tmp_path / "out").write()
 
 
 def test_springs_of_an_older_figure_do_not_stay_behind(tmp_path):
     folder = tmp_path / "out"
-    dyspam.write(one_body(BALL), hung(X, Cubic(RESTORING)), folder)
+    dyspam.format_files(one_body(BALL), hung(X, Cubic(RESTORING)), folder).write()
     assert (folder / dyspam.OPTIONAL).read_text()
     reading, _ = there_and_back(one_body(BALL), SpringSet(), folder)
     assert (folder / dyspam.OPTIONAL).read_text() == ""
