@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator.figure import Figure
+from generator.geometry.appearance import Colour, segment_appearances
 from generator.geometry.intersections import triangulate
 from generator.geometry.surface import Surface, build_edges, build_tetrahedra
 from generator.losses import Loss
-from generator.motion_files.appearance import Colour, segment_appearances
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.scene import Box, Scene

@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import MoverError
 from generator.figure import Segment
-from generator.losses import Loss, Losses
-from generator.motion_files.appearance import (
+from generator.geometry.appearance import (
     Appearance,
     Colour,
     linear_colour,
     segment_appearances,
     triangles_with_normals,
 )
+from generator.losses import Loss, Losses
 from generator.motion_files.motion import NO_MASSES, FigureMotion, unrepresented
 from generator.motion_files.skeleton import Bone, Skeleton, build_skeleton, continuous_quaternions
 from generator.rotations import Array

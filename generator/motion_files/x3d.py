@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Segment
+from generator.geometry.appearance import Appearance, segment_appearances
 from generator.losses import Loss, Losses
-from generator.motion_files.appearance import Appearance, segment_appearances
 from generator.motion_files.motion import NO_MASSES, FigureMotion, unrepresented
 from generator.motion_files.skeleton import (
     Bone,

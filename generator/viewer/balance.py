@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.figure import Figure
+from generator.geometry.appearance import Appearance
 from generator.kinematics.centre_of_mass import own_segments, segment_masses
 from generator.kinematics.stability import Balance, Stability, stability
-from generator.motion_files.appearance import Appearance
 from generator.rotations import Array
 
 DEFAULT_SUPPORT_HEIGHT = 0.01

@@ -7,9 +7,9 @@ import numpy as np
 import viser
 
 from generator.figure import Figure
+from generator.geometry.appearance import Colour, segment_appearances
 from generator.geometry.intersections import triangulate
 from generator.geometry.surface import Indices, Surface
-from generator.motion_files.appearance import Colour, segment_appearances
 from generator.rotations import Array, quaternion_from_matrix
 
 GHOST_OPACITY, TRANSLUCENT_OPACITY = 0.35, 0.4

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure
+from generator.geometry.appearance import Appearance
 from generator.geometry.surface import Surface
-from generator.motion_files.appearance import Appearance
 from generator.scene import Box, Prop, Scene
 from plots import figure_image
 from plots.figure_image import (

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from generator import Plan, read_figure, simulate
 from generator.diagnostics import MoverError
+from generator.geometry.appearance import linear_colour
 from generator.geometry.contact_spheres import mass_capsule
 from generator.geometry.psurf import read_psurf
 from generator.motion_files import FigureMotion, motion_from_recording
-from generator.motion_files.appearance import linear_colour
 from generator.motion_files.glb import write
 from generator.rotations import Array
 from tests.motion_readers import Glb

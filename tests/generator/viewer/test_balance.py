@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.diagnostics import InputError
+from generator.geometry.appearance import segment_appearances
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.stability import LowFaces, stability
 from generator.kinematics.tree import build_tree
-from generator.motion_files.appearance import segment_appearances
 from generator.rotations import Array, matrix_from_rotation_vector, pose_matrix
 from generator.viewer.balance import BalanceModel, balance_text
 from tests.chains import BALL, at, body, figure, ground, joint

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.geometry.appearance import triangles_with_normals
 from generator.geometry.psurf import read_psurf
 from generator.geometry.surface import Surface
-from generator.motion_files.appearance import triangles_with_normals
 from tests.motions import FIGURES
 
 

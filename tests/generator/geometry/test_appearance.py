@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.figure import Figure
-from generator.geometry.contact_spheres import mass_capsule
-from generator.geometry.validate import build_solid
-from generator.motion_files.appearance import (
+from generator.geometry.appearance import (
     linear_colour,
     segment_appearances,
 )
+from generator.geometry.contact_spheres import mass_capsule
+from generator.geometry.validate import build_solid
 from tests.chains import BALL, at, body, figure, ground, joint
 
 
