@@ -147,7 +147,9 @@ def _hierarchy(
         yield from (f"{outer}{{", f"{inner}OFFSET {row}")
         yield f"{inner}CHANNELS {channels}"
         if bone.segment not in bases:
-            row = _format_row(_end_site(motion, skeleton, bone) * scale, decimals)
+            row = _format_row(
+                skeleton.end_site(bone, motion.figure.segments[bone.segment]) * scale, decimals
+            )
             yield from (f"{inner}End Site", f"{inner}{{", f"{inner}\tOFFSET {row}")
             yield f"{inner}}}"
         for k in range(ends):
@@ -165,14 +167,6 @@ def _ground_name(motion: FigureMotion, skeleton: Skeleton) -> str:
 def _has_positions(skeleton: Skeleton, bone: Bone) -> bool:
     """Return True for a bone that needs a position: one that translates, or a single root."""
     return bone.max_translation > _MIN_TRANSLATION or (bone.depth == 0 and len(skeleton.roots) == 1)
-
-
-def _end_site(motion: FigureMotion, skeleton: Skeleton, bone: Bone) -> Array:
-    """The site of a bone's segment that is farthest from its origin, seen from there at rest."""
-    segment = motion.figure.segments[bone.segment]
-    points = [site.pose_in_segment[:3, 3] for site in segment.sites.values()]
-    seen = skeleton.points_at_rest(segment, np.array(points).reshape(-1, 3)) - bone.centre
-    return max(seen, key=lambda point: float(np.linalg.norm(point)), default=np.zeros(3))
 
 
 def _motion(
