@@ -74,19 +74,21 @@ class Glb:
         assert data[24 + size : 28 + size] == b"BIN\0"
         self.blob = data[28 + size :]
         self.nodes: list[dict[str, Any]] = self.document["nodes"]
-        (animation,) = self.document["animations"]
         self.channels = {
             (channel["target"]["node"], channel["target"]["path"]): animation["samplers"][
                 channel["sampler"]
             ]
+            for animation in self.document.get("animations", ())
             for channel in animation["channels"]
         }
-        self.times = self.numbers(next(iter(self.channels.values()))["input"])[:, 0]
+        inputs = {sampler["input"] for sampler in self.channels.values()}
+        self.times = self.numbers(inputs.pop())[:, 0] if inputs else np.zeros(1)
+        assert not inputs
 
     def numbers(self, accessor: int) -> Array:
         held = self.document["accessors"][accessor]
         assert held["componentType"] == 5126
-        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[held["type"]]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}[held["type"]]
         start = self.document["bufferViews"][held["bufferView"]].get("byteOffset", 0)
         flat = np.frombuffer(self.blob, "<f4", held["count"] * width, start)
         return flat.reshape(held["count"], width).astype(float)

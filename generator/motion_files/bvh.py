@@ -1,15 +1,17 @@
 """A motion as BVH, the hierarchy and rows of numbers that animation programs exchange.
 
-Lengths are centimetres, y is up, the figure faces +z. Angles are degrees, in the order
-`Xrotation Yrotation Zrotation`: the orientation of a bone is `Rx Ry Rz`. At rest, with all angles
-zero, the figure stands with all its displacements zero.
+Lengths are centimetres, or another unit by `scale`; y is up, the figure faces +z. Angles are
+degrees, in the order `Xrotation Yrotation Zrotation`: the orientation of a bone is `Rx Ry Rz`. At
+rest, with all angles zero, the figure stands with all its displacements zero.
 """
 
 from collections.abc import Iterator, Sequence
+from math import ceil, isfinite, log10
 from pathlib import Path
 
 import numpy as np
 
+from generator.diagnostics import UsageError
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, unrepresented
 from generator.motion_files.skeleton import Bone, Skeleton, bones_with_block_ends, build_skeleton
@@ -17,8 +19,13 @@ from generator.names import plain_names, renaming_loss
 from generator.rotations import Array, RotationSequence
 from generator.text_io import write_atomic
 
-_DECIMALS = 6
-_CENTIMETRES_PER_METRE = 100.0
+_MIN_DECIMALS = 6
+_METRE_DECIMALS = 8
+"""Decimals of lengths in metres; a shorter unit needs fewer."""
+
+CENTIMETRES_PER_METRE = 100.0
+"""Default scale: the unit of length of most programs that read BVH is the centimetre."""
+
 _MAX_INTERVAL_DEVIATION = 1e-6
 """Largest deviation of uniform frame times, relative to their interval."""
 
@@ -35,17 +42,29 @@ _POSITIONS = "Xposition Yposition Zposition"
 _ROTATIONS = "Xrotation Yrotation Zrotation"
 
 
-def write(motion: FigureMotion, path: Path) -> Losses:
+def write(motion: FigureMotion, path: Path, scale: float = CENTIMETRES_PER_METRE) -> Losses:
     """Write a motion as BVH, whole or not at all.
 
+    Args:
+        motion: the motion.
+        path: of the file.
+        scale: units of length of the file in a metre: 100 for centimetres, 1 for metres.
+
     Raises:
+        UsageError: the scale is not positive.
         OSError: the file cannot be written.
         ModelError: the motion is of another figure.
     """
+    if not (isfinite(scale) and scale > 0.0):
+        raise UsageError(f"a scale of {scale:g} units per metre: it must be positive")
     skeleton = build_skeleton(motion)
     names = plain_names([*(bone.joint for bone in skeleton.bones), _ground_name(motion, skeleton)])
     interval, raster, uneven = _uniform_frame_times(motion.times)
-    lines = [*_hierarchy(motion, skeleton, names), *_motion(motion, skeleton, interval, raster)]
+    decimals = _decimals(scale)
+    lines = [
+        *_hierarchy(motion, skeleton, names, scale),
+        *_motion(motion, skeleton, interval, raster, scale),
+    ]
     write_atomic(path, "".join(f"{line}\n" for line in lines))
     start = float(motion.times[0])
     losses = [
@@ -59,9 +78,20 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         Loss("displacements: the file holds orientations as angles of its own, X Y Z"),
         Loss("where the motion is from, and how the run ended"),
         unrepresented(motion),
-        Loss(f"digits: angles have {_DECIMALS} decimals of a degree, lengths {_DECIMALS} of a cm"),
+        Loss(f"digits: numbers have {decimals} decimals, angles in deg, lengths in {_unit(scale)}"),
     ]
     return Losses.collect("BVH", losses)
+
+
+def _decimals(scale: float) -> int:
+    """Return the number of decimals at a scale."""
+    return max(_MIN_DECIMALS, ceil(_METRE_DECIMALS - log10(scale)))
+
+
+def _unit(scale: float) -> str:
+    """Return the unit of length of a scale, as a phrase."""
+    names = {1.0: "m", CENTIMETRES_PER_METRE: "cm", 1000.0: "mm"}
+    return names.get(scale, f"1/{scale:g} m")
 
 
 def _uniform_frame_times(times: Array) -> tuple[float, Array, Loss | None]:
@@ -93,9 +123,12 @@ def _uniform_frame_times(times: Array) -> tuple[float, Array, Loss | None]:
     return interval, raster, Loss(message)
 
 
-def _hierarchy(motion: FigureMotion, skeleton: Skeleton, names: dict[str, str]) -> Iterator[str]:
+def _hierarchy(
+    motion: FigureMotion, skeleton: Skeleton, names: dict[str, str], scale: float
+) -> Iterator[str]:
     """The bones, each within the one that it hangs from; several roots hang from the ground."""
     yield "HIERARCHY"
+    decimals = _decimals(scale)
     several = len(skeleton.roots) > 1
     lead = 1 if several else 0
     if several:
@@ -110,11 +143,14 @@ def _hierarchy(motion: FigureMotion, skeleton: Skeleton, names: dict[str, str]) 
         # Readers differ in whether positions count from the offset, so there is one or the other.
         offset = np.zeros(3) if placed else bone.offset
         channels = f"6 {_POSITIONS} {_ROTATIONS}" if placed else f"3 {_ROTATIONS}"
-        yield from (f"{outer}{{", f"{inner}OFFSET {_format_row(offset * _CENTIMETRES_PER_METRE)}")
+        row = _format_row(offset * scale, decimals)
+        yield from (f"{outer}{{", f"{inner}OFFSET {row}")
         yield f"{inner}CHANNELS {channels}"
         if bone.segment not in bases:
-            tip = _end_site(motion, skeleton, bone) * _CENTIMETRES_PER_METRE
-            yield from (f"{inner}End Site", f"{inner}{{", f"{inner}\tOFFSET {_format_row(tip)}")
+            row = _format_row(
+                skeleton.end_site(bone, motion.figure.segments[bone.segment]) * scale, decimals
+            )
+            yield from (f"{inner}End Site", f"{inner}{{", f"{inner}\tOFFSET {row}")
             yield f"{inner}}}"
         for k in range(ends):
             yield "\t" * (bone.depth + lead - k) + "}"
@@ -133,16 +169,8 @@ def _has_positions(skeleton: Skeleton, bone: Bone) -> bool:
     return bone.max_translation > _MIN_TRANSLATION or (bone.depth == 0 and len(skeleton.roots) == 1)
 
 
-def _end_site(motion: FigureMotion, skeleton: Skeleton, bone: Bone) -> Array:
-    """The site of a bone's segment that is farthest from its origin, seen from there at rest."""
-    segment = motion.figure.segments[bone.segment]
-    points = [site.pose_in_segment[:3, 3] for site in segment.sites.values()]
-    seen = skeleton.points_at_rest(segment, np.array(points).reshape(-1, 3)) - bone.centre
-    return max(seen, key=lambda point: float(np.linalg.norm(point)), default=np.zeros(3))
-
-
 def _motion(
-    motion: FigureMotion, skeleton: Skeleton, interval: float, frame_times: Array
+    motion: FigureMotion, skeleton: Skeleton, interval: float, frame_times: Array, scale: float
 ) -> Iterator[str]:
     yield "MOTION"
     yield f"Frames: {len(frame_times)}"
@@ -151,10 +179,10 @@ def _motion(
     for bone in skeleton.bones:
         turns, shifts = _resample(motion.times, bone, frame_times)
         if _has_positions(skeleton, bone):
-            columns.append((bone.offset + shifts) * _CENTIMETRES_PER_METRE)
+            columns.append((bone.offset + shifts) * scale)
         columns.append(np.degrees(_xyz_angles(turns)))
     for row in np.concatenate(columns, axis=1):
-        yield _format_row(row)
+        yield _format_row(row, _decimals(scale))
 
 
 def _resample(times: Array, bone: Bone, frame_times: Array) -> tuple[Array, Array]:
@@ -179,6 +207,6 @@ def _xyz_angles(rotations: Array) -> Array:
     return np.array(rows)
 
 
-def _format_row(values: Sequence[float] | Array) -> str:
-    rounded = np.round(np.asarray(values, dtype=float), _DECIMALS) + 0.0
-    return " ".join(f"{value:.{_DECIMALS}f}" for value in rounded.tolist())
+def _format_row(values: Sequence[float] | Array, decimals: int) -> str:
+    rounded = np.round(np.asarray(values, dtype=float), decimals) + 0.0
+    return " ".join(f"{value:.{decimals}f}" for value in rounded.tolist())

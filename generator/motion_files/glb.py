@@ -1,17 +1,20 @@
 """A motion as binary glTF: what browsers, Blender and game engines play.
 
-A node for every segment, within that of the segment it hangs from, with its psurf as a mesh, its
-sites as nodes within it, and channels for its orientation. Lengths are metres, y is up, the figure
-faces +z: glTF's own convention is that of a figure's world.
+One skeleton: the node of the figure, and within it a bone for every segment that moves, with the
+segment's name, within the bone of the segment that it hangs from. The skin lists the bones and
+their poses at rest, with all displacements zero, in which y of a bone points along its limb. The
+shape of a segment is the mesh of its bone, which it follows rigidly: programs that know nothing of
+skins draw the same. Lengths are metres, y is up, the figure faces +z: glTF's own convention is that
+of a figure's world.
 
 The container of a binary glTF file (`.glb`): one JSON document and one block of numbers.
 
-glTF 2.0, Khronos Group (ISO/IEC 12113:2022), sections 3.6 (buffers, accessors) and 4 (GLB).
+glTF 2.0, Khronos Group (ISO/IEC 12113:2022), sections 3.6 (buffers, accessors), 3.7.3 (skins) and 4
+(GLB).
 """
 
 import json
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,6 +23,7 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import MoverError
 from generator.figure import Segment
+from generator.figure_file.read import FIGURE_SUFFIX
 from generator.geometry.appearance import (
     Appearance,
     Colour,
@@ -30,7 +34,8 @@ from generator.geometry.appearance import (
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import NO_MASSES, FigureMotion, unrepresented
 from generator.motion_files.skeleton import Bone, Skeleton, build_skeleton, continuous_quaternions
-from generator.rotations import Array
+from generator.names import free_name
+from generator.rotations import Array, inverse_pose
 from generator.text_io import write_atomic
 
 _MAGIC, _VERSION = b"glTF", 2
@@ -38,7 +43,7 @@ _JSON, _BIN = b"JSON", b"BIN\x00"
 _FLOAT = 5126
 _VERTICES = 34962
 
-AccessorType = Literal["SCALAR", "VEC3", "VEC4"]
+AccessorType = Literal["SCALAR", "VEC3", "VEC4", "MAT4"]
 
 
 class Buffer:
@@ -56,7 +61,8 @@ class Buffer:
         """Put values, a row each, into the block as floats of 32 bits; the accessor's number.
 
         Args:
-            values: shape (n,) for scalars, (n, 3) or (n, 4) for vectors.
+            values: shape (n,) for scalars, (n, 3) or (n, 4) for vectors, (n, 16) for matrices by
+                columns.
             kind: what a row is.
             bounds: whether the accessor must tell least and greatest, as positions and times do.
             vertices: whether the values belong to the vertices of a mesh.
@@ -164,74 +170,80 @@ class _GlbBuilder:
         self._nodes: list[dict[str, Any]] = []
         self._node_indices: dict[str, int] = {}
         self._animations: list[dict[str, Any]] = []
-        self._quaternions: dict[str, Array] = {}
+        self._name = motion.figure.name or motion.header.figure.removesuffix(FIGURE_SUFFIX)
+        self._channels: dict[str, tuple[Array, Array]] = {}
+        self._rest = {name: np.eye(4) for name in motion.figure.segments}
+        for name, axes in skeleton.limb_axes(motion.figure).items():
+            self._rest[name][:3, :3] = axes
+        for bone in skeleton.bones:
+            self._rest[bone.segment][:3, 3] = bone.centre
+        self._root = self._add_node({"name": free_name(self._name, motion.figure.segments)})
         moving = {bone.segment for bone in skeleton.bones}
-        self._roots: list[int] = []
         for name in motion.figure.segments:
             if name not in moving:
-                self._roots.append(self._add_node(name, {"name": name}))
+                self._node_indices[name] = self._add_node({"name": name}, self._root)
         for bone in skeleton.bones:
             self._add_bone(bone)
 
-    def _add_node(self, segment: str, node: dict[str, Any]) -> int:
+    def _add_node(self, node: dict[str, Any], parent: int | None = None) -> int:
         self._nodes.append(node)
-        self._node_indices[segment] = len(self._nodes) - 1
-        return self._node_indices[segment]
+        index = len(self._nodes) - 1
+        if parent is not None:
+            self._nodes[parent].setdefault("children", []).append(index)
+        return index
 
     def _add_bone(self, bone: Bone) -> None:
-        """The node of a bone, as it is in the first frame."""
-        self._quaternions[bone.segment] = continuous_quaternions(bone.rotations)
-        shift = bone.translations[0] if bone.max_translation > _MIN_TRANSLATION else 0.0
-        place = self._add_node(
-            bone.segment,
-            {
-                "name": bone.segment,
-                "translation": (bone.offset + shift).tolist(),
-                "rotation": self._quaternions[bone.segment][0].tolist(),
-                "extras": {"joint": bone.joint},
-            },
-        )
-        if bone.depth == 0:
-            self._roots.append(place)
-        else:
-            self._add_child(bone.parent, place)
-
-    def _add_child(self, segment: str, child: int) -> None:
-        self._nodes[self._node_indices[segment]].setdefault("children", []).append(child)
+        """Add the node of a bone, as it is in the first frame."""
+        base = self._rest[bone.parent][:3, :3] if bone.depth else np.eye(3)
+        shifts = bone.translations if bone.max_translation > _MIN_TRANSLATION else np.zeros((1, 3))
+        turns = continuous_quaternions(base.T @ bone.rotations @ self._rest[bone.segment][:3, :3])
+        places = (bone.offset + shifts) @ base
+        self._channels[bone.segment] = turns, places
+        node = {
+            "name": bone.segment,
+            "translation": places[0].tolist(),
+            "rotation": turns[0].tolist(),
+            "extras": {"joint": bone.joint},
+        }
+        parent = self._node_indices[bone.parent] if bone.depth else self._root
+        self._node_indices[bone.segment] = self._add_node(node, parent)
 
     def add_segment(self, segment: Segment, appearance: Appearance | None) -> None:
         """Give a segment its mesh and its sites."""
-        centres = {bone.segment: bone.centre for bone in self._skeleton.bones}
-        centre = centres.get(segment.name, np.zeros(3))
+        index = self._node_indices[segment.name]
+        into_bone = inverse_pose(self._rest[segment.name]) @ self._skeleton.rest_poses[segment.name]
         for site in segment.sites.values():
-            pose = self._skeleton.rest_poses[segment.name] @ site.pose_in_segment
-            turn = continuous_quaternions(pose[None, :3, :3])[0]
-            self._nodes.append(
-                {
-                    "name": f"{segment.name}.{site.name}",
-                    "translation": (pose[:3, 3] - centre).tolist(),
-                    "rotation": turn.tolist(),
-                }
-            )
-            self._add_child(segment.name, len(self._nodes) - 1)
+            pose = into_bone @ site.pose_in_segment
+            node = {
+                "name": f"{segment.name}.{site.name}",
+                "translation": pose[:3, 3].tolist(),
+                "rotation": continuous_quaternions(pose[None, :3, :3])[0].tolist(),
+            }
+            self._add_node(node, index)
         if appearance is None:
             return
         corners, normals = triangles_with_normals(appearance.surface)
-        points = self._skeleton.points_at_rest(segment, corners) - centre
-        turned = normals @ self._skeleton.rest_poses[segment.name][:3, :3].T
+        turn = into_bone[:3, :3].T
         attributes = {
-            "POSITION": self._buffer.add(points, "VEC3", bounds=True, vertices=True),
-            "NORMAL": self._buffer.add(turned, "VEC3", vertices=True),
+            "POSITION": self._buffer.add(
+                corners @ turn + into_bone[:3, 3], "VEC3", bounds=True, vertices=True
+            ),
+            "NORMAL": self._buffer.add(normals @ turn, "VEC3", vertices=True),
         }
         primitive = {"attributes": attributes, "material": self._material_index(appearance.colour)}
         self._meshes.append({"name": segment.name, "primitives": [primitive]})
-        self._nodes[self._node_indices[segment.name]]["mesh"] = len(self._meshes) - 1
+        self._nodes[index]["mesh"] = len(self._meshes) - 1
 
     def _material_index(self, colour: Colour) -> int:
         return self._materials.setdefault(colour, len(self._materials))
 
     def add_animation(self) -> None:
-        """Add the channels of the bones. Raises MoverError when the times cannot be told apart."""
+        """Add the channels of the bones. Raises MoverError when the times cannot be told apart.
+
+        A single frame has none: it is the pose of the nodes.
+        """
+        if self._motion.times.size == 1:
+            return
         seconds = self._motion.times - self._motion.times[0]
         if np.any(np.diff(seconds.astype(np.float32)) <= 0.0):
             raise MoverError(
@@ -240,30 +252,45 @@ class _GlbBuilder:
         times = self._buffer.add(seconds, "SCALAR", bounds=True)
         samplers: list[dict[str, Any]] = []
         channels: list[dict[str, Any]] = []
-        for bone, path, output in self._channel_outputs():
-            samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
-            target = {"node": self._node_indices[bone.segment], "path": path}
-            channels.append({"sampler": len(samplers) - 1, "target": target})
-        animation = {"name": "motion", "samplers": samplers, "channels": channels}
-        self._animations.append(animation)
+        for segment, (turns, places) in self._channels.items():
+            outputs = {"rotation": self._buffer.add(turns, "VEC4")}
+            if len(places) > 1:
+                outputs["translation"] = self._buffer.add(places, "VEC3")
+            for path, output in outputs.items():
+                samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
+                target = {"node": self._node_indices[segment], "path": path}
+                channels.append({"sampler": len(samplers) - 1, "target": target})
+        if channels:
+            animation = {"name": "motion", "samplers": samplers, "channels": channels}
+            self._animations.append(animation)
 
-    def _channel_outputs(self) -> Iterator[tuple[Bone, str, int]]:
-        for bone in self._skeleton.bones:
-            turns = self._quaternions[bone.segment]
-            yield bone, "rotation", self._buffer.add(turns, "VEC4")
-            if bone.max_translation > _MIN_TRANSLATION:
-                moved = bone.offset + bone.translations
-                yield bone, "translation", self._buffer.add(moved, "VEC3")
+    def _skins(self) -> list[dict[str, Any]]:
+        """Return the skin of the bones; none without bones."""
+        segments = [bone.segment for bone in self._skeleton.bones]
+        if not segments:
+            return []
+        inverse = inverse_pose(np.array([self._rest[segment] for segment in segments]))
+        columns = np.swapaxes(inverse, 1, 2).reshape(-1, 16)
+        return [
+            {
+                "name": self._name,
+                "skeleton": self._root,
+                "joints": [self._node_indices[segment] for segment in segments],
+                "inverseBindMatrices": self._buffer.add(columns, "MAT4"),
+            }
+        ]
 
     def to_bytes(self) -> bytes:
         """The whole file."""
         header = dict(line.split(" ", 1) for line in self._motion.header.lines())
+        skins = self._skins()
         return self._buffer.to_glb(
             {
                 "asset": {"version": "2.0", "generator": "exudyn-mover", "extras": header},
                 "scene": 0,
-                "scenes": [{"name": self._motion.header.figure, "nodes": self._roots}],
+                "scenes": [{"name": self._motion.header.figure, "nodes": [self._root]}],
                 "nodes": self._nodes,
+                "skins": skins,
                 "meshes": self._meshes,
                 "materials": [_material_json(colour) for colour in self._materials],
                 "animations": self._animations,

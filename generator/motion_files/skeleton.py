@@ -17,7 +17,7 @@ from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import TreeJoint, build_tree
 from generator.losses import Loss
 from generator.motion_files.motion import FigureMotion
-from generator.rotations import Array, pose_matrix
+from generator.rotations import Array, pose_matrix, unit_vector
 
 
 def continuous_quaternions(matrices: Array) -> Array:
@@ -54,6 +54,14 @@ def axis_angles(matrices: Array) -> Array:
 
 _MIN_REPORTED_GAP = 1e-12
 """Gaps below this [m] are those of rounding."""
+
+_MIN_LIMB = 1e-3
+"""Length of a limb below which its direction is not used [m]."""
+
+_UP, _FRONT = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+_MAX_FRONT_COSINE = 0.9
+"""Cosine of the angle from the front above which a limb counts as pointing there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +118,33 @@ class Skeleton:
         pose = self.rest_poses[segment.name]
         return points @ pose[:3, :3].T + pose[:3, 3]
 
+    def end_site(self, bone: Bone, segment: Segment) -> Array:
+        """Return the site of a bone's segment that is farthest from its origin, from there [m]."""
+        points = [site.pose_in_segment[:3, 3] for site in segment.sites.values()]
+        seen = self.points_at_rest(segment, np.array(points).reshape(-1, 3)) - bone.centre
+        return max(seen, key=lambda point: float(np.linalg.norm(point)), default=np.zeros(3))
+
+    def limb_axes(self, figure: Figure) -> dict[str, Array]:
+        """Return the axes of each bone along its limb at rest, as columns in the world, (3, 3).
+
+        y points to the middle of the next bones' origins, of the last bone to its farthest site,
+        and z is as near as can be to +z of the world, of a bone along it to +y. The axes of two
+        bones at mirrored places are those of a mirrored skeleton.
+        """
+        following: dict[str, list[Array]] = {}
+        for bone in self.bones:
+            following.setdefault(bone.parent, []).append(bone.centre)
+        axes: dict[str, Array] = {}
+        for bone in self.bones:
+            centres = following.get(bone.segment)
+            seen = None if centres is None else np.mean(centres, axis=0) - bone.centre
+            if seen is None or np.linalg.norm(seen) < _MIN_LIMB:
+                seen = self.end_site(bone, figure.segments[bone.segment])
+            if np.linalg.norm(seen) < _MIN_LIMB:
+                seen = _UP
+            axes[bone.segment] = _axes_along(np.asarray(unit_vector(seen)))
+        return axes
+
     def losses(self, min_translation: float) -> Iterator[Loss]:
         """Yield the losses of bones if translations up to `min_translation` [m] are left out."""
         if self.closures:
@@ -121,6 +156,13 @@ class Skeleton:
         )
         if gap > _MIN_REPORTED_GAP:
             yield Loss(f"gaps of up to {gap:.1e} m between the sites of joints, closed here")
+
+
+def _axes_along(y: Array) -> Array:
+    """Return right-handed axes as columns, (3, 3), of which the second is a unit vector (3,)."""
+    front = _FRONT if abs(float(y @ _FRONT)) < _MAX_FRONT_COSINE else _UP
+    z = unit_vector(front - (front @ y) * y)
+    return np.column_stack([np.cross(y, z), y, z])
 
 
 def bones_with_block_ends(bones: Sequence[Bone]) -> Iterator[tuple[Bone, int]]:

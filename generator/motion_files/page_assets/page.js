@@ -132,7 +132,7 @@
   }
 
   async function animationChannels({ parser }) {
-    const { channels, samplers } = parser.json.animations[0];
+    const { channels, samplers } = parser.json.animations?.[0] ?? { channels: [], samplers: [] }; // a pose has none
     return Promise.all(
       channels.map(async ({ sampler, target }) => ({
         node: await parser.getDependency("node", target.node),
@@ -156,6 +156,7 @@
     figure.traverse((object) => {
       if (!object.isMesh) return;
       object.material = object.material.clone(); // to highlight one segment only
+      object.userData.joint ??= object.parent.userData.joint; // a mesh stands within its bone
       object.userData.colour = object.material.color.clone();
       object.castShadow = object.receiveShadow = true;
       object.geometry.computeBoundingBox();

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from generator.diagnostics import UsageError
 from generator.losses import Losses
 from generator.motion_files.bvh import write
 from generator.motion_files.motion import FigureMotion
@@ -133,3 +134,27 @@ def test_loops_and_what_else_is_lost_are_told(written: Written):
     (loop,) = [where for what, where in lost.items() if what.startswith("joints that close")]
     assert loop == tuple(joint.name for joint in motion.tree.closures)
     assert lost["results of the run other than the motion"][0] == "velocities"
+
+
+@pytest.mark.parametrize(("scale", "decimals"), [(1.0, 8), (1000.0, 6), (39.37, 7)])
+def test_lengths_are_scaled_and_angles_are_not(scale: float, decimals: int, tmp_path: Path):
+    motion = any_motion(slides())
+    write(motion, tmp_path / "cm.bvh")
+    losses = write(motion, tmp_path / "scaled.bvh", scale=scale)
+    in_cm, scaled = Bvh(tmp_path / "cm.bvh"), Bvh(tmp_path / "scaled.bvh")
+    kinds = [each for channels in in_cm.channels.values() for each in channels]
+    for k, kind in enumerate(kinds):
+        factor = scale / 100.0 if kind.endswith("position") else 1.0
+        assert scaled.rows[:, k] == pytest.approx(
+            in_cm.rows[:, k] * factor, abs=2e-6 * max(1.0, factor)
+        )
+    for name, offset in in_cm.offsets.items():
+        assert scaled.offsets[name] == pytest.approx(np.array(offset) * scale / 100.0, abs=1e-5)
+    assert any(f"{decimals} decimals" in loss.what for loss in losses.entries)
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_wrong_scale_is_refused(scale: float, tmp_path: Path):
+    with pytest.raises(UsageError, match="must be positive"):
+        write(any_motion(slides()), tmp_path / "out.bvh", scale=scale)
+    assert not (tmp_path / "out.bvh").exists()
