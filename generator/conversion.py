@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from generator.diagnostics import InputError, UsageError, error
+from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX, read_figure, shipped_figures
 from generator.losses import Losses
@@ -13,18 +13,21 @@ from generator.model_files.imported import write_imported
 from generator.motion_files import (
     FigureMotion,
     motion_from_action,
+    motion_from_coordinates,
     motion_from_recording,
     motion_writer,
+    parse_coordinates_file,
     read_action,
     read_npz,
 )
 from generator.motion_files.motion import Header, file_sha256
+from generator.motion_files.opensim_table import CoordinateTable
 from generator.recording import Recording
 from generator.springs_file.read import read_springs
 from springs import SpringSet
 
-ACTION_SUFFIX, NPZ_SUFFIX = ".action", ".npz"
-READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX)
+ACTION_SUFFIX, NPZ_SUFFIX, COORDINATE_SUFFIXES = ".action", ".npz", (".mot", ".sto")
+READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX, *COORDINATE_SUFFIXES)
 """Motion formats that can be read."""
 
 
@@ -32,6 +35,13 @@ def is_model(source: str) -> bool:
     """Return whether a source is a model: a file by its suffix, or a folder."""
     path = Path(source)
     return path.suffix.lower() in SUFFIXES or (path.is_dir() and source not in shipped_figures())
+
+
+def check_readable(path: Path) -> None:
+    """Raise UsageError unless the suffix is that of a motion that can be read."""
+    if path.suffix.lower() not in READABLE_SUFFIXES:
+        known = ", ".join(READABLE_SUFFIXES)
+        raise UsageError(f"{path}: motions are read from {known}, not from other formats")
 
 
 def find_motion_figure(header: Header, motion: Path) -> Path:
@@ -66,8 +76,8 @@ def convert(
     """Write a motion, a figure or a model in the formats of the outputs' suffixes.
 
     Args:
-        source: a `Recording`; the path of a motion (`.action`, `.npz`); a `Figure`, its path or the
-            name of a shipped one; or another program's model, which becomes a figure.
+        source: a `Recording`; the path of a motion (`.action .npz .mot .sto`); a `Figure`, its path
+            or the name of a shipped one; or another program's model, which becomes a figure.
         outputs: paths of files; each is written whole or not at all, one after the other.
         figure: of the motion; of a motion's file None takes the one that it names.
         springs: of a figure, as `read_springs` takes them; None for those that a run has.
@@ -119,22 +129,45 @@ def _motion(
 
 
 def read_motion(path: Path, figure: Figure | None = None) -> FigureMotion:
-    """Read a motion from a file.
+    """Read a motion from a file; warnings pass.
 
     Args:
         path: one of `READABLE_SUFFIXES`.
         figure: whose motion it is; None for the figure that the file names.
 
     Raises:
+        UsageError: motions are not read from files of this suffix.
         InputError: the file or the figure cannot be read.
     """
-    if path.suffix.lower() == ACTION_SUFFIX:
+    return read_motion_with_warnings(path, figure)[0]
+
+
+def read_motion_with_warnings(
+    path: Path, figure: Figure | None = None
+) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
+    """Read a motion as `read_motion` does, with warnings about the columns of a table."""
+    check_readable(path)
+    suffix = path.suffix.lower()
+    if suffix == ACTION_SUFFIX:
         action = read_action(path)
         owner = figure or read_figure(find_motion_figure(action.header, path))
-        return motion_from_action(action, owner)
+        return motion_from_action(action, owner), ()
+    if suffix in COORDINATE_SUFFIXES:
+        table = parse_coordinates_file(path).require_value()
+        owner = figure or read_figure(_find_table_figure(table, path))
+        parsed = motion_from_coordinates(table, owner)
+        return parsed.require_value(), parsed.diagnostics
     header, recording = read_npz(path)
     owner = figure or read_figure(find_motion_figure(header, path))
-    return replace(motion_from_recording(recording, owner), header=header)
+    return replace(motion_from_recording(recording, owner), header=header), ()
+
+
+def _find_table_figure(table: CoordinateTable, path: Path) -> Path:
+    """Return the file of the figure that a table names. Raises InputError without any."""
+    if table.figure is None:
+        message = f"`{path}` does not name its figure"
+        raise InputError([error(message, hint="name the figure with --figure")])
+    return find_named_figure(table.figure, table.sha256, path)
 
 
 def _convert_model(source: str, paths: list[Path]) -> dict[Path, Losses]:

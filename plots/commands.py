@@ -97,8 +97,8 @@ def plots(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME|MOTION.action|.npz]...",
-            help="Plates to draw, or motions [default: all plates].",
+            metavar="[NAME|MOTION]...",
+            help="Plates to draw, or motions: .action .npz .mot .sto. [default: all plates]",
         ),
     ] = None,
     output: Annotated[
@@ -134,6 +134,10 @@ def plots(
             metavar="FILE|FIGURE",
             help="Springs to draw beside those of --springs: a springs file, or a figure's own.",
         ),
+    ] = None,
+    figure: Annotated[
+        str | None,
+        typer.Option(metavar="FIGURE", help="Figure of the motions, if not the one named in them."),
     ] = None,
     medium: Annotated[
         Medium, typer.Option("--for", help="Medium of the pictures.")
@@ -173,6 +177,7 @@ def plots(
         listed=listed,
         springs=springs,
         against=against,
+        figure=figure,
         medium=chosen,
         progress=item_progress_bar if show_progress and not as_json else no_item_monitor,
     )
@@ -183,7 +188,7 @@ def picture(
         str,
         typer.Argument(
             metavar="FIGURE|POSE|MOTION",
-            help="A figure as elsewhere, a .pose, or a motion: .action or .npz.",
+            help="A figure as elsewhere, a .pose, or a motion: .action .npz .mot .sto.",
         ),
     ],
     outputs: Annotated[

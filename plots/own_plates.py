@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from generator.cli.inputs import changed_figure_warnings, check_chains
-from generator.conversion import read_motion
+from generator.cli.inputs import load_motion
 from generator.diagnostics import Diagnostic, MoverError, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file import read_figure
@@ -30,11 +29,13 @@ class OwnFiles:
         motions: files of motions.
         springs: a springs file: of the motions, or to be drawn itself.
         against: springs to draw beside it: a springs file, or the name of a figure.
+        figure: of the motions; None for the figures that they name.
     """
 
     motions: Sequence[Path] = ()
     springs: Path | None = None
     against: str | None = None
+    figure: str | None = None
 
     def __bool__(self) -> bool:
         """Return whether there are any."""
@@ -63,22 +64,23 @@ class OwnFiles:
         for name in names:
             if names.count(name) > 1:
                 raise UsageError(f"two motions would be written as `{name}`: draw them separately")
-        drawn = [_plate_of_motion(path, self.springs) for path in self.motions]
+        drawn = [_plate_of_motion(path, self.springs, self.figure) for path in self.motions]
         return [plate for plate, _ in drawn], [one for _, found in drawn for one in found]
 
 
-def _plate_of_motion(path: Path, springs: Path | None) -> tuple[Plate, list[Diagnostic]]:
-    """Return the plate of a motion of the figure that its file names, with warnings."""
+def _plate_of_motion(
+    path: Path, springs: Path | None, figure_name: str | None
+) -> tuple[Plate, list[Diagnostic]]:
+    """Return the plate of a motion, of its own figure or the one of this name, with warnings."""
     from plots.motion_plate import motion_plate
 
-    motion = read_motion(path)
+    motion, found = load_motion(path, figure_name)
     if motion.recording is not None and springs is not None:
         raise UsageError(f"`{path}` has the moments of its run: leave out --springs")
     figure, laws = motion.figure, [law.value for law in Joining]
-    check_chains(figure)
     joining = Joining(motion.header.law) if motion.header.law in laws else None
     used = read_springs(springs, figure, joining)
-    warnings = list(changed_figure_warnings(figure, motion.header, path))
+    warnings = list(found)
     if motion.recording is None and motion.header.springs != used.origin:
         warnings.append(
             warning(

@@ -27,7 +27,7 @@ from generator.cli.outputs import (
     write_all_or_none,
 )
 from generator.cli.progress import ItemMonitor, no_item_monitor
-from generator.conversion import READABLE_SUFFIXES
+from generator.conversion import check_readable
 from generator.diagnostics import Diagnostic, UsageError
 from generator.input_files.pose import POSE_SUFFIX
 from generator.input_files.scene import read_scene
@@ -277,9 +277,7 @@ def _read_moving(
     path: Path, figure_name: str | None, pose: Path | None, sets: Sequence[str]
 ) -> Subject:
     """Read a motion; raises as `read_subject`."""
-    if path.suffix.lower() not in READABLE_SUFFIXES:
-        known = ", ".join(READABLE_SUFFIXES)
-        raise UsageError(f"{path}: motions are read from {known}, not from other formats")
+    check_readable(path)
     if pose is not None or sets:
         raise UsageError(f"{path} is a motion; --pose and --set are for figures")
     motion, warnings = load_motion(path, figure_name)

@@ -69,6 +69,7 @@ def plots(
     listed: bool = False,
     springs: Path | None = None,
     against: str | None = None,
+    figure: str | None = None,
     medium: Medium = REPORT,
     progress: ItemMonitor = no_item_monitor,
 ) -> CommandResult:
@@ -83,6 +84,7 @@ def plots(
         listed: list the names of all plates and draw none.
         springs: draw the curves of this springs file, in place of plates.
         against: springs to draw beside them: a springs file, or the name of a figure.
+        figure: of the motions; None for the figures that they name.
         medium: of the pictures; for a paper there is no report.
         progress: shows each finished plate.
 
@@ -94,7 +96,9 @@ def plots(
     if listed:
         return CommandResult(text="\n".join(PLATES), data=list(PLATES))
     motions = [Path(name) for name in names if Path(name).suffix.lower() in READABLE_SUFFIXES]
-    own = OwnFiles(motions, springs, against)
+    if figure is not None and not motions:
+        raise UsageError("--figure is for motions")
+    own = OwnFiles(motions, springs, against, figure)
     _check_options(names, springs, against, gallery, medium)
     targets = _select_targets(() if own else names, output, gallery)
     drawn, warnings = _draw_own(own, medium) if own else ((), [])

@@ -7,11 +7,11 @@ import typer
 
 from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.inputs import (
-    LoadedMotion,
     check_distances,
     load_figure,
     motion_from_options,
     placement_from_options,
+    placements_of_motion,
 )
 from generator.cli.options import (
     FigureName,
@@ -27,6 +27,7 @@ from generator.cli.outputs import check_table_output, check_writable, write_file
 from generator.diagnostics import Diagnostic, UsageError
 from generator.kinematics.centre_of_mass import Masses, segment_masses
 from generator.kinematics.placement import Placement
+from generator.motion_files import FigureMotion
 from generator.motion_files.action import display_unit, format_displacement
 from generator.rotations import Array
 from generator.units import parse_unit
@@ -56,7 +57,7 @@ def com(
     motion, more = motion_from_options(figure, along, pose, displacements or ())
     files = [] if output is None else [output]
     check_writable(files, (figure.path, along))
-    centres = np.concatenate([masses.centre(some.poses) for some in motion.placements()])
+    centres = np.concatenate([masses.centre(some.poses) for some in placements_of_motion(motion)])
     check_distances("the centre of mass", centres)
     for path in files:
         write_file(path, _format_csv(motion, masses, centres))
@@ -67,7 +68,7 @@ def com(
             "motion": str(along),
             "segments": list(masses.segments),
             "mass_kg": masses.total,
-            "times_s": motion.action.times.tolist(),
+            "times_s": motion.times.tolist(),
             "centre_of_mass_cm": [in_cm(row) for row in centres],
             "files": [str(path) for path in files],
         },
@@ -119,8 +120,8 @@ def _jacobian_data(placement: Placement, masses: Masses) -> list[dict[str, objec
     ]
 
 
-def _summary(motion: LoadedMotion, masses: Masses, centres: Array) -> str:
-    times = motion.action.times
+def _summary(motion: FigureMotion, masses: Masses, centres: Array) -> str:
+    times = motion.times
     chosen = [("first", centres[0]), ("last", centres[-1])]
     chosen += [("least", np.min(centres, axis=0)), ("greatest", np.max(centres, axis=0))]
     rows = [["centre of mass", "x [cm]", "y [cm]", "z [cm]"]]
@@ -129,10 +130,10 @@ def _summary(motion: LoadedMotion, masses: Masses, centres: Array) -> str:
     return f"{frames}, {masses.total:.4g} kg\n\n{format_table(rows)}\n"
 
 
-def _format_csv(motion: LoadedMotion, masses: Masses, centres: Array) -> str:
+def _format_csv(motion: FigureMotion, masses: Masses, centres: Array) -> str:
     """Format the centre of mass of every frame as CSV, under the header of the motion."""
-    lines = [f"# {line}" for line in motion.action.header.lines()]
+    lines = [f"# {line}" for line in motion.header.lines()]
     lines += [f"# segments {' '.join(masses.segments)}", "time [s],x [cm],y [cm],z [cm]"]
-    for time, centre in zip(motion.action.times.tolist(), centres.tolist(), strict=True):
+    for time, centre in zip(motion.times.tolist(), centres.tolist(), strict=True):
         lines.append(",".join([repr(time), *(format_displacement(part, "cm") for part in centre)]))
     return "".join(f"{line}\n" for line in lines)

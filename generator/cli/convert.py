@@ -194,8 +194,8 @@ def convert(
         str,
         typer.Argument(
             metavar="MOTION|FIGURE|MODEL",
-            help="A motion, .action or .npz, a figure as elsewhere, or another program's model: "
-            ".xml .mjcf .urdf .osim (docs/import.md).",
+            help="A motion, .action .npz .mot .sto, a figure as elsewhere, or another program's "
+            "model: .xml .mjcf .urdf .osim (docs/import.md).",
         ),
     ],
     outputs: Annotated[

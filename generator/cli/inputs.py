@@ -33,7 +33,6 @@ from generator.drive import Drive
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file
 from generator.input_files.pose import parse_pose_file
-from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.links import Links, parse_links_file
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
@@ -43,8 +42,7 @@ from generator.kinematics.placement import (
     initial_displacements,
 )
 from generator.kinematics.prescribed import PrescribedMotion
-from generator.kinematics.tree import Tree, build_tree
-from generator.motion_files import ActionFile, read_action
+from generator.kinematics.tree import build_tree
 from generator.motion_files.action import display_unit
 from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import FigureMotion, Header
@@ -120,18 +118,11 @@ MAX_DISTANCE = 1e9
 DisplacementValues = dict[str, tuple[float, ...]]
 
 
-@dataclass(frozen=True)
-class LoadedMotion:
-    """A motion from a file, and the tree that it moves."""
-
-    action: ActionFile
-    tree: Tree
-
-    def placements(self) -> Iterator[Placement]:
-        """Yield the placements of all frames in batches. Raises MoverError if out of range."""
-        for placement in batched_placements(self.tree, self.action.displacements):
-            check_segment_distances(placement)
-            yield placement
+def placements_of_motion(motion: FigureMotion) -> Iterator[Placement]:
+    """Yield the placements of all frames in batches. Raises MoverError if out of range."""
+    for placement in batched_placements(motion.tree, motion.displacements):
+        check_segment_distances(placement)
+        yield placement
 
 
 def placement_from_options(
@@ -226,37 +217,43 @@ def start_warnings(
 
 def motion_from_options(
     figure: Figure, path: Path, pose: Path | None, sets: Sequence[str]
-) -> tuple[LoadedMotion, tuple[Diagnostic, ...]]:
-    """Load the motion in an action file and the tree that it moves, with warnings.
+) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
+    """Read the motion of a figure in the file of `--along`, with warnings.
 
     Raises:
-        UsageError: a pose is set as well.
+        UsageError: a pose is set as well, or the file is not a motion that can be read.
         InputError: the file cannot be read, or a joint's chain is invalid.
         ModelError: the motion is one of another figure.
     """
     if pose is not None or sets:
         raise UsageError("--along takes its poses from the motion: leave out --pose and --set")
-    check_chains(figure)
-    action = read_action(path)
-    return LoadedMotion(action, tree_for_motion(figure, action.chains)), changed_figure_warnings(
-        figure, action.header, path
-    )
+    motion, warnings = _read_motion(path, figure)
+    _ = motion.tree  # a motion of another figure has none
+    return motion, warnings
 
 
 def load_motion(path: Path, figure_name: str | None) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
     """Read a motion of the figure that it names, or of another one, with warnings.
 
     Raises:
+        UsageError: the file is not a motion that can be read.
         InputError: a file cannot be read, or a joint's chain is invalid.
         MoverError: the motion is one of another figure.
     """
-    from generator.conversion import read_motion  # imports all formats of models
-
     figure, warnings = (None, ()) if figure_name is None else load_figure(figure_name)
-    motion = read_motion(path, figure)
+    motion, more = _read_motion(path, figure)
+    return motion, (*warnings, *more)
+
+
+def _read_motion(path: Path, figure: Figure | None) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
+    """Read a motion; raises as `load_motion`."""
+    from generator.conversion import read_motion_with_warnings  # imports all formats of models
+
+    if figure is not None:
+        check_chains(figure)
+    motion, warnings = read_motion_with_warnings(path, figure)
     check_chains(motion.figure)
-    changed = changed_figure_warnings(motion.figure, motion.header, path)
-    return motion, (*warnings, *changed)
+    return motion, (*warnings, *changed_figure_warnings(motion.figure, motion.header, path))
 
 
 def check_chains(figure: Figure) -> None:

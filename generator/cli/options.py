@@ -97,7 +97,7 @@ LockedJoints = Annotated[
 ]
 MotionFile = Annotated[
     Path | None,
-    typer.Option("--along", metavar="MOTION.action", help="Motion, instead of a single pose."),
+    typer.Option("--along", metavar="MOTION", help="Motion, instead of a single pose."),
 ]
 TableOutput = Annotated[
     Path | None,

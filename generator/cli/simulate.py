@@ -131,7 +131,7 @@ def simulate(
     locks: LockedJoints = None,
     drive: Annotated[
         Path | None,
-        typer.Option(metavar="MOTION.action|.csv", help="Prescribed motion of joints."),
+        typer.Option(metavar="MOTION|FILE.csv", help="Prescribed motion of joints."),
     ] = None,
     driven: Annotated[
         list[str] | None,

@@ -15,11 +15,11 @@ import typer
 
 from generator.cli.answer import CommandResult, finite_or_none, format_count, format_table
 from generator.cli.inputs import (
-    LoadedMotion,
     check_distances,
     load_figure,
     motion_from_options,
     placement_from_options,
+    placements_of_motion,
 )
 from generator.cli.options import (
     CM,
@@ -51,6 +51,7 @@ from generator.kinematics.stability import (
     patch_from_site,
 )
 from generator.kinematics.stability import stability as stability_of
+from generator.motion_files import FigureMotion
 from generator.motion_files.action import format_displacement
 from generator.rotations import Array, unit_vector
 
@@ -158,7 +159,7 @@ def stability(
             "motion": str(along),
             "mass_kg": masses.total,
             "up": list(normal),
-            "times_s": motion.action.times.tolist(),
+            "times_s": motion.times.tolist(),
             "balance": [state.stability.balance.value for state in states],
             "margin_cm": [_margin_cm(state.stability) for state in states],
             "centre_of_mass_cm": [in_cm(state.centre) for state in states],
@@ -206,9 +207,9 @@ def _pose_stability(
 
 
 def _stability_along_motion(
-    motion: LoadedMotion, masses: Masses, support: Support, up: Vector
+    motion: FigureMotion, masses: Masses, support: Support, up: Vector
 ) -> Iterator[PoseStability]:
-    for placement in motion.placements():
+    for placement in placements_of_motion(motion):
         for k in range(len(placement.poses[placement.tree.figure.root.segment])):
             poses = {name: rows[k] for name, rows in placement.poses.items()}
             yield _pose_stability(masses, support, poses, up)
@@ -261,8 +262,8 @@ def _margin_cm(found: Stability) -> float | None:
     return None if margin is None else margin / CM
 
 
-def _summary(motion: LoadedMotion, states: Sequence[PoseStability]) -> str:
-    times = motion.action.times
+def _summary(motion: FigureMotion, states: Sequence[PoseStability]) -> str:
+    times = motion.times
     tally = Counter(one.stability.balance for one in states)
     frames = f"{format_count(len(times), 'frame')}, {times[0]:g} to {times[-1]:g} s"
     counts = [f"{tally[balance]} {balance.value}" for balance in Balance if tally[balance]]
@@ -279,11 +280,11 @@ def _summary(motion: LoadedMotion, states: Sequence[PoseStability]) -> str:
     return f"{frames}\n\n{format_table(rows, left_columns=2)}\n"
 
 
-def _format_csv(motion: LoadedMotion, states: Sequence[PoseStability]) -> str:
+def _format_csv(motion: FigureMotion, states: Sequence[PoseStability]) -> str:
     """Format balance, margin and centre of mass of every frame as CSV, with the motion's header."""
-    lines = [f"# {line}" for line in motion.action.header.lines()]
+    lines = [f"# {line}" for line in motion.header.lines()]
     lines.append("time [s],balance,margin [cm],x [cm],y [cm],z [cm]")
-    for time, one in zip(motion.action.times.tolist(), states, strict=True):
+    for time, one in zip(motion.times.tolist(), states, strict=True):
         margin = finite_or_none(one.stability.margin)
         cells = [repr(time), one.stability.balance.value]
         cells.append("" if margin is None else format_displacement(margin, "cm"))

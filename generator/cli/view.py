@@ -29,7 +29,7 @@ from generator.cli.outputs import (
     suffix_fault,
     write_motion,
 )
-from generator.conversion import READABLE_SUFFIXES, is_model
+from generator.conversion import READABLE_SUFFIXES, check_readable, is_model
 from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
@@ -77,7 +77,8 @@ def view(
         str,
         typer.Argument(
             metavar="FIGURE|POSE|MOTION|SPRINGS",
-            help="A figure as elsewhere, a .pose, a motion (.action or .npz) or a .springs.toml.",
+            help="A figure as elsewhere, a .pose, a motion (.action .npz .mot .sto) or a "
+            ".springs.toml.",
             autocompletion=complete_figure_name,
         ),
     ],
@@ -133,9 +134,8 @@ def _is_springs_file(path: Path) -> bool:
 def _check_kind(path: Path, figure: str | None, second: Path | None, export: Path | None) -> None:
     """Raise UsageError for a file that cannot be shown, or options that do not fit it."""
     for file in (path, *([] if second is None else [second])):
-        if file.suffix.lower() in MOTION_FORMATS and not is_motion(file):
-            known = ", ".join(READABLE_SUFFIXES)
-            raise UsageError(f"{file}: motions are read from {known}, not from other formats")
+        if file.suffix.lower() in MOTION_FORMATS:
+            check_readable(file)
         if file.is_dir():
             raise UsageError(f"{file} is a directory: the page shows files, such as `figure.fig`")
     if is_model(str(path)):

@@ -6,7 +6,7 @@ from pathlib import Path
 from generator.diagnostics import UsageError
 from generator.figure import Figure
 from generator.losses import Losses
-from generator.motion_files import action, bvh, npz, tables
+from generator.motion_files import action, bvh, npz, opensim_table, tables
 from generator.motion_files.action import (
     ActionFile,
     action_from_recording,
@@ -17,6 +17,10 @@ from generator.motion_files.action import (
 )
 from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.npz import read_npz
+from generator.motion_files.opensim_table import (
+    motion_from_coordinates,
+    parse_coordinates_file,
+)
 from generator.recording import Recording
 from springs import SpringSet
 
@@ -28,9 +32,11 @@ __all__ = [
     "action_from_recording",
     "format_action",
     "motion_from_action",
+    "motion_from_coordinates",
     "motion_from_recording",
     "motion_writer",
     "parse_action",
+    "parse_coordinates_file",
     "read_action",
     "read_npz",
     "write_recording",
@@ -68,8 +74,8 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
     ".npz": npz.write,
     ".glb": _write_glb,
     ".bvh": bvh.write,
-    ".mot": tables.write_mot,
-    ".sto": tables.write_sto,
+    ".mot": opensim_table.write_mot,
+    ".sto": opensim_table.write_sto,
     ".x3d": _write_x3d,
     ".html": _write_page,
 }

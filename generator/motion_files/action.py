@@ -203,7 +203,7 @@ MAX_NORMALISED_TIME_ERROR = 1e-9
 """Largest error of a normalised time."""
 
 _WORD = re.compile(r"\S+")
-_DIGEST = re.compile(r"[0-9a-f]{64}")
+DIGEST = re.compile(r"[0-9a-f]{64}")
 _NUMBER_REGEX = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
 _COUNT = re.compile(r"[0-9]{1,9}")
 _NUMBER_PATTERN = re.compile(_NUMBER_REGEX)
@@ -281,7 +281,7 @@ class _Parser:
 
     def _header(self) -> Header:
         figure, digest = self._entry("figure"), self._entry("sha256")
-        if digest.text != NONE and not _DIGEST.fullmatch(digest.text):
+        if digest.text != NONE and not DIGEST.fullmatch(digest.text):
             raise _error_at(
                 digest, "this is not a SHA-256 digest", f"64 hexadecimal digits, or `{NONE}`"
             )
@@ -324,7 +324,7 @@ class _Parser:
             name = words[0].text
             if name in chains:
                 raise _error_at(words[0], f"a second joint `{shorten(name)}`")
-            chains[name] = _parse_chain(words[1])
+            chains[name] = parse_chain(words[1])
         return chains
 
     def _frame_line(self, expected: str) -> Span:
@@ -423,7 +423,8 @@ def _number(span: Span, unit: str) -> float:
         raise _error_at(span, f"`{shorten(span.text)}` is not finite") from None
 
 
-def _parse_chain(span: Span) -> tuple[JointAxis, ...]:
+def parse_chain(span: Span) -> tuple[JointAxis, ...]:
+    """Parse a chain as `format_chain` writes it. Raises InputError."""
     if span.text == "fixed":
         return ()
     factors: list[JointAxis] = []

@@ -1,7 +1,10 @@
-"""Joints driven by a motion from a file: a table, or an action file."""
+"""Joints driven by a motion from a file: a table of drives, or a motion that can be read."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from generator.diagnostics import (
     Diagnostic,
@@ -11,15 +14,17 @@ from generator.diagnostics import (
     warning,
 )
 from generator.drive import Drive
-from generator.figure import AxisKind, Figure
+from generator.figure import AxisKind, Figure, JointAxis
 from generator.input_files.drives import (
     OVERSHOOT_HINT,
     describe_overshoot,
     parse_drives_file,
 )
 from generator.motion_files.action import ActionFile, read_action
-
-ACTION_SUFFIX = ".action"
+from generator.motion_files.npz import read_npz
+from generator.motion_files.opensim_table import parse_coordinates_file
+from generator.rotations import Array
+from generator.text_io import parse_source
 
 
 def read_drives(
@@ -28,7 +33,7 @@ def read_drives(
     """Read the drives of a figure from a file.
 
     Args:
-        path: of an action file, or else of a table.
+        path: of a motion (`.action`, `.npz`, `.mot`, `.sto`), or else of a table.
         figure: whose joints are driven.
         joints: names of the joints to drive; empty for all in the file.
 
@@ -41,22 +46,47 @@ def read_drives(
 def read_drives_with_warnings(
     path: str | Path, figure: Figure, joints: Sequence[str] = ()
 ) -> tuple[Mapping[str, Drive], tuple[Diagnostic, ...]]:
-    """Read drives as `read_drives` does, with warnings about splines that overshoot their rows.
+    """Read drives as `read_drives` does, with warnings: splines that overshoot their rows, columns.
 
     Raises InputError.
     """
-    if Path(path).suffix.lower() == ACTION_SUFFIX:
+    suffix, found = Path(path).suffix.lower(), ()
+    if suffix == ".action":
         drives = drives_from_action(read_action(path), figure, joints, str(path))
-        warnings = [
-            warning(f"{path}: {describe_overshoot(joint, one.column, one)}", hint=OVERSHOOT_HINT)
-            for joint, drive in drives.items()
-            for one in drive.overshoots()
-        ]
-        return drives, tuple(warnings)
-    reading = parse_drives_file(path, figure, joints)
-    drives = reading.require_value()
-    _require_driven(joints, drives, str(path))
-    return drives, reading.diagnostics
+    elif suffix == ".npz":
+        header, run = read_npz(path)
+        action = ActionFile(header, run.chains, run.times, run.displacements)
+        drives = drives_from_action(action, figure, joints, str(path))
+    elif suffix in (".mot", ".sto"):
+        drives, found = _read_coordinate_drives(path, figure, joints)
+    else:
+        reading = parse_drives_file(path, figure, joints)
+        drives = reading.require_value()
+        _require_driven(joints, drives, str(path))
+        return drives, reading.diagnostics
+    overshoots = [
+        warning(f"{path}: {describe_overshoot(joint, one.column, one)}", hint=OVERSHOOT_HINT)
+        for joint, drive in drives.items()
+        for one in drive.overshoots()
+    ]
+    return drives, (*found, *overshoots)
+
+
+def _read_coordinate_drives(
+    path: str | Path, figure: Figure, joints: Sequence[str]
+) -> tuple[Mapping[str, Drive], tuple[Diagnostic, ...]]:
+    """Read the drives in OpenSim's table, with warnings: displacements with a column are driven."""
+    table = parse_coordinates_file(path).require_value()
+    chains = table.chains(figure)
+    parsed = parse_source(table.source, lambda _, found: table.displacements(chains, found))
+    values: dict[str, dict[int, Array]] = {}
+    for (joint, k), column in sorted(parsed.require_value().items()):
+        values.setdefault(joint, {})[k] = column
+    columns = {
+        joint: _Columns(chains[joint], tuple(some), np.stack(list(some.values()), axis=1))
+        for joint, some in values.items()
+    }
+    return _drives(table.times, columns, figure, joints, str(path)), parsed.diagnostics
 
 
 def drives_from_action(
@@ -66,31 +96,51 @@ def drives_from_action(
 
     Raises InputError as `read_drives` does.
     """
-    selected = {
-        joint: chain
+    columns = {
+        joint: _Columns(chain, None, action.displacements[joint])
         for joint, chain in action.chains.items()
-        if chain and (not joints or joint in joints)
+        if chain
     }
+    return _drives(action.times, columns, figure, joints, name)
+
+
+class _Columns(NamedTuple):
+    """Displacements of a joint: its chain, their numbers in it from 0 (None for all), their values.
+
+    The values have the shape (n, number of displacements) [rad or m].
+    """
+
+    chain: tuple[JointAxis, ...]
+    coordinates: tuple[int, ...] | None
+    values: Array
+
+
+def _drives(
+    times: Array, columns: Mapping[str, _Columns], figure: Figure, joints: Sequence[str], name: str
+) -> Mapping[str, Drive]:
+    """Return the drives of the joints asked for, or of all; raises InputError."""
+    selected = {joint: some for joint, some in columns.items() if not joints or joint in joints}
     diagnostics: list[Diagnostic] = []
-    if len(action.times) < 2:
+    if len(times) < 2:
         diagnostics.append(error(f"{name}: a motion of one frame drives nothing"))
-    for joint, chain in selected.items():
+    for joint, (chain, coordinates, _) in selected.items():
         known = figure.joints.get(joint)
+        driven = chain if coordinates is None else [chain[k] for k in coordinates]
         if known is None:
             hint = f"{spelling_hint(joint, figure.joints)}; `--driven` chooses some of its joints"
             diagnostics.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
         elif known.chain != chain:
             diagnostics.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
-        elif any(factor.kind is not AxisKind.ROTATION for factor in chain):
+        elif any(factor.kind is not AxisKind.ROTATION for factor in driven):
             message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven"
             diagnostics.append(error(message))
     if diagnostics:
         raise InputError(diagnostics)
     _require_driven(joints, selected, name)
     drives: dict[str, Drive] = {}
-    for joint in selected:
+    for joint, (_, coordinates, values) in selected.items():
         try:
-            drives[joint] = Drive(action.times, action.displacements[joint])
+            drives[joint] = Drive(times, values, coordinates)
         except ValueError as failure:
             diagnostics.append(error(f"{name}: joint `{joint}`: {failure}"))
     if diagnostics:

@@ -1,7 +1,7 @@
 """Play: a motion on the page, with its curves, the path of a site and a second motion."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import cycle
 from pathlib import Path
@@ -14,8 +14,8 @@ from viser import (
     uplot,
 )
 
-from generator.conversion import READABLE_SUFFIXES, read_motion
-from generator.diagnostics import MoverError, UsageError
+from generator.conversion import READABLE_SUFFIXES, read_motion_with_warnings
+from generator.diagnostics import Diagnostic, MoverError, UsageError
 from generator.motion_files.motion import FigureMotion, file_sha256
 from generator.rotations import Array
 from generator.viewer.folder import names_in_folder, path_in_folder
@@ -207,15 +207,23 @@ class PlayPanel(Panel):
 
         def read() -> None:
             try:
-                motion = read_motion(path, self.viewer.figure)
-                self.viewer.post(lambda: self._use(motion, path, use))
+                motion, warnings = read_motion_with_warnings(path, self.viewer.figure)
+                self.viewer.post(lambda: self._use(motion, warnings, path, use))
             except (MoverError, OSError) as failure:
                 self.viewer.post(partial(self.viewer.tell_error, failure))
 
         Thread(target=read, daemon=True).start()
 
-    def _use(self, motion: FigureMotion, path: Path, use: Callable[[FigureMotion], None]) -> None:
+    def _use(
+        self,
+        motion: FigureMotion,
+        warnings: Sequence[Diagnostic],
+        path: Path,
+        use: Callable[[FigureMotion], None],
+    ) -> None:
         use(motion)
+        for each in warnings:
+            self.viewer.tell(path.name, f"{each.message[:1].upper()}{each.message[1:]}.")
         file = motion.figure.path
         if file is not None and motion.header.sha256 not in (None, file_sha256(file)):
             self.viewer.tell(

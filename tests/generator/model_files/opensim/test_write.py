@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from generator.motion_files.motion import motion_from_recording
-from generator.motion_files.tables import write_mot
+from generator.motion_files.opensim_table import write_mot
 from springs import AxisSpring, SpringSet
 from tests.chains import SKEW
 from tests.generator.model_files.engines import OpenSim
