@@ -1,8 +1,8 @@
 """The passive curves of a figure as a table for any program (`.csv`).
 
-A row is an angle of a joint about one axis; rows of one curve follow one another. The first line has
-the titles, with units; there are no comments, so that spreadsheets and `pandas.read_csv` read it as
-it is. Columns of sliding joints exist only if a sliding joint has springs.
+A row is an angle of a joint about one axis; rows of one curve follow one another. The first line
+has the titles, with units; there are no comments, so that spreadsheets and `pandas.read_csv` read
+it as it is. Columns of sliding joints exist only if a sliding joint has springs.
 """
 
 import csv
@@ -18,11 +18,11 @@ from generator.diagnostics import InputError, error
 from generator.figure import Figure, Joint
 from generator.joint_chain import Chain, build_chain
 from generator.losses import Loss, Losses
+from generator.model_files.model_files import ModelFiles
 from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.passive_curve import PassiveCurve, axis_springs, initial_angles, passive_curve
 from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
-from generator.text_io import write_atomic
 from springs import AxisSpring, SpringSet, total_torque
 from springs.elastic import Elastic, Range, common_valid_range, total_friction
 
@@ -123,20 +123,17 @@ class _Curve:
         return float(np.abs(middle - 0.5 * (torques[:-1] + torques[1:])).max(initial=0.0))
 
 
-def write(figure: Figure, springs: SpringSet, path: Path) -> Losses:
-    """Write the passive curves of a figure, whole or not at all.
+def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
+    """Format the passive curves of a figure as the table at `path`.
 
-    Raises:
-        OSError: the file cannot be written.
-        InputError: the figure has no springs.
+    Raises InputError for a figure without springs.
     """
     text, losses = format_curves(figure, springs)
-    write_atomic(path, text)
-    return losses
+    return ModelFiles(path, {path: text}, losses)
 
 
 def format_curves(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
-    """The table of the passive curves, and what it does not hold; raises InputError as `write`."""
+    """The table of the passive curves, and its losses; raises InputError as `format_files`."""
     curves = [*_rotation_curves(figure, springs), *_slide_curves(figure, springs)]
     if not curves:
         message = "the figure has no springs, so there are no passive curves to write"
