@@ -26,8 +26,8 @@ from generator.springs_file.axes import parallel_sign
 from springs import AxisSpring, SpringSet, total_torque
 from springs.elastic import Elastic, Range, common_valid_range, total_friction
 
-DECIMALS_OF_DEGREES = 6
-"""Decimals of an angle [deg]; the moment of a row is that at the angle in the file."""
+DECIMALS = 6
+"""Decimals of an angle [deg] or a position [m]; the moment of a row is that at these values."""
 
 ROTATION_VECTOR = "rotation vector"
 """Coordinate of joints with several rotations: the angle is a component of the rotation vector."""
@@ -35,7 +35,7 @@ ROTATION_VECTOR = "rotation vector"
 _SLOPE_STEP = 1e-6
 """Half of the difference of the angles from which the stiffness is taken [rad or m]."""
 
-_FAST = 1e3
+FAST = 1e3
 """Rate at which all friction is fully developed [rad/s or m/s]."""
 
 _ANGLE_ROUNDING = 1e-7
@@ -111,7 +111,7 @@ class _Curve:
     @property
     def friction(self) -> Array:
         """Torque against a motion apart from viscous damping [N m or N], shape (n,)."""
-        own = total_friction(self.spring.elastic, self.angles, _FAST)
+        own = total_friction(self.spring.elastic, self.angles, FAST)
         friction = np.zeros_like(self.angles) if own is None else -np.asarray(own)
         return self.spring.damping.coulomb + friction
 
@@ -157,6 +157,11 @@ def has_curves(springs: SpringSet) -> bool:
         for joint in springs.joints.values()
         for axis in (*joint.axes, *joint.translations)
     )
+
+
+def springs_table(path: Path) -> Path:
+    """Return the path of the table beside a model: `arm_springs.csv` of `arm.urdf`."""
+    return path.with_name(f"{path.stem}_springs.csv")
 
 
 def _rotation_curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
@@ -225,21 +230,25 @@ def _in_sense_of(spring: AxisSpring, chain: Chain, index: int) -> AxisSpring:
 def _rotation_angles(curve: PassiveCurve) -> Array:
     """Whole degrees that cover a curve, its breakpoints and the ends of its valid range [rad]."""
     low, high = degrees(curve.angles[0]), degrees(curve.angles[-1])
-    whole = np.arange(max(floor(low), -180), min(ceil(high), 180) + 1)
+    first, last = max(floor(low), -180), min(ceil(high), 180)
     special = [degrees(angle) for angle in _special_points(curve.laws)]
-    special = [angle for angle in special if whole[0] < angle < whole[-1]]
-    rows = np.unique(np.round([*whole, *special], DECIMALS_OF_DEGREES))
-    return np.array([radians(angle) for angle in rows.tolist()])
+    angles = [*map(float, range(first, last + 1)), *(a for a in special if first < a < last)]
+    return np.array([radians(angle) for angle in _rounded(angles)])
 
 
 def _slide_positions(joint: Joint, index: int, laws: tuple[Elastic, ...]) -> Array:
     """Whole millimetres that cover the limits and the breakpoints of a slide [m]."""
-    ends = [-_SLIDE_RANGE, _SLIDE_RANGE, *_special_points(laws)]
+    special = _special_points(laws)
+    ends = [-_SLIDE_RANGE, _SLIDE_RANGE, *special]
     for limits in (joint.lower_limit, joint.upper_limit):
         ends += [] if limits is None or not isfinite(limits[index]) else [limits[index]]
-    whole = np.arange(floor(min(ends) / _SLIDE_STEP), ceil(max(ends) / _SLIDE_STEP) + 1)
-    special = _special_points(laws)
-    return np.unique(np.round([*(whole * _SLIDE_STEP), *special], DECIMALS_OF_DEGREES))
+    whole = range(floor(min(ends) / _SLIDE_STEP), ceil(max(ends) / _SLIDE_STEP) + 1)
+    return np.array(_rounded([*(_SLIDE_STEP * k for k in whole), *special]))
+
+
+def _rounded(values: list[float]) -> list[float]:
+    """Return the values as the file has them, increasing, each once."""
+    return sorted({round(value, DECIMALS) + 0.0 for value in values})
 
 
 def _special_points(laws: tuple[Elastic, ...]) -> list[float]:
@@ -270,7 +279,7 @@ def _rows(curve: _Curve, has_slides: bool) -> Iterator[list[str]]:
         if not has_slides:
             cells = turn
         elif curve.slides:
-            position = f"{round(angle, DECIMALS_OF_DEGREES) + 0.0:.10g}"
+            position = f"{round(angle, DECIMALS) + 0.0:.10g}"
             cells = [*([""] * len(turn)), position, *resistance]
         else:
             cells = [*turn, *([""] * len(_SLIDE_TITLES))]
@@ -278,7 +287,7 @@ def _rows(curve: _Curve, has_slides: bool) -> Iterator[list[str]]:
 
 
 def _format_degrees(angle: float) -> str:
-    return f"{round(degrees(angle), DECIMALS_OF_DEGREES) + 0.0:.10g}"
+    return f"{round(degrees(angle), DECIMALS) + 0.0:.10g}"
 
 
 def _is_measured(angle: float, limits: Range | None) -> str:
