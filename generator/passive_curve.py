@@ -83,6 +83,7 @@ class PassiveCurve:
         torques: of all laws on the child, shape (n,) [N m].
         normal_ends: ends of the normal range of motion; None where one is not known.
         published: curves of the same motion, measurements first.
+        references: of the laws, each once.
     """
 
     joint: str
@@ -94,6 +95,7 @@ class PassiveCurve:
     torques: Array
     normal_ends: tuple[RangeEnd | None, RangeEnd | None]
     published: tuple[PublishedTorques, ...]
+    references: tuple[str, ...] = ()
 
     @property
     def motion(self) -> str:
@@ -233,11 +235,13 @@ def passive_curve(
 ) -> PassiveCurve:
     """Return the curve of one of the `axis_springs` of a joint in a pose; see `passive_curves`."""
     laws, held_angles = list(spring.elastic), dict[str, float]()
+    references = [spring.reference]
     for coupled, k, sign in _coupled_about(springs, joint, spring):
         others = _other_angles(figure, coupled, k, displacements)
         law = coupled.law.single_angle_law(coupled.law.coordinates[k], others)
         laws.append(law if sign > 0 else law.mirrored())
         held_angles |= others
+        references.append(coupled.reference)
     ends = normal_range(joint, spring.motion)
     angles = _sampled_angles(figure.joints[joint], spring, laws, lint_range(*ends))
     return PassiveCurve(
@@ -250,6 +254,7 @@ def passive_curve(
         np.asarray(total_torque(laws, angles)) + np.zeros_like(angles),
         ends,
         _published_curves(joint, spring.motion, tuple(angles.tolist())),
+        tuple(dict.fromkeys(reference for reference in references if reference)),
     )
 
 

@@ -34,7 +34,13 @@ from generator.conversion import (
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.kinematics.placement import Placement
-from generator.model_files.formats import ModelFormat, model_format, read_model, suffixes
+from generator.model_files.formats import (
+    MODEL_FORMATS,
+    ModelFormat,
+    model_format,
+    read_model,
+    suffixes,
+)
 from generator.model_files.imported import (
     Imported,
     format_imported_springs,
@@ -287,7 +293,8 @@ def _convert_figure(
 
 def _choose_model_format(source: str, output: Path, format_name: str | None) -> ModelFormat:
     """Return the format of an output. Raises UsageError."""
-    if format_name is None and output.suffix.lower() in MOTION_FORMATS:
+    shared = any(output.suffix.lower() in each.motion_suffixes for each in MODEL_FORMATS.values())
+    if format_name is None and output.suffix.lower() in MOTION_FORMATS and not shared:
         raise UsageError(
             f"{output} is a motion and {source} a figure; "
             f"`mover simulate {source} -o {output}` simulates it"

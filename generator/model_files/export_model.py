@@ -193,8 +193,13 @@ def has_friction(spring: AxisSpring) -> bool:
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
-def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
-    """Report contact spheres, laws of several joints, springs that close loops, and references."""
+def add_common_losses(
+    model: ExportModel, springs: SpringSet, losses: Losses, *, has_table: bool = False
+) -> None:
+    """Report contact spheres, laws of several joints, springs that close loops, and references.
+
+    `has_table` is True for a model with the table of the springs beside it, which has references.
+    """
     for name, segment in model.figure.segments.items():
         if segment.contact_spheres:
             losses.add("contact spheres", name)
@@ -204,7 +209,7 @@ def add_common_losses(model: ExportModel, springs: SpringSet, losses: Losses) ->
     for spring in springs.coupled:
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
         losses.add("laws over several joints", " and ".join(joints))
-    if springs.references:
+    if springs.references and not has_table:
         losses.add("the references of the springs")
 
 

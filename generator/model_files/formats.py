@@ -18,6 +18,7 @@ from generator.diagnostics import (
 from generator.figure import Figure
 from generator.figure_file.write import write_figure
 from generator.losses import Loss, Losses
+from generator.model_files import curves_csv
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
 from generator.model_files.imported import Imported
@@ -120,11 +121,18 @@ class ModelFormat:
             selects, such as a folder of files.
         format_files: returns its files.
         what: its description in a few words.
+        motion_suffixes: suffixes that a format of motions has too; of a figure they select this
+            format.
     """
 
     suffixes: tuple[str, ...]
     format_files: ModelFormatter
     what: str
+    motion_suffixes: tuple[str, ...] = ()
+
+    def has_suffix(self, path: Path) -> bool:
+        """Return whether the suffix of a path selects this format for a figure."""
+        return path.suffix.lower() in (*self.suffixes, *self.motion_suffixes)
 
 
 MODEL_FORMATS: Mapping[str, ModelFormat] = {
@@ -135,17 +143,20 @@ MODEL_FORMATS: Mapping[str, ModelFormat] = {
     "dyspam": ModelFormat(
         (), dyspam.format_files, "folder of the thesis's simulator's input files"
     ),
+    "curves": ModelFormat(
+        (), curves_csv.format_files, "table of passive curves", motion_suffixes=(".csv",)
+    ),
 }
 """The formats by name: `NAME: ModelFormat((".suffix",), module.write, "what it is")`.
 
 A format is a module of this package with a `ModelFormatter`, and a row here: `mover convert` takes
 its suffixes, and its name after `--to`. A suffix belongs to one row, and to no format of motions
-(`generator.motion_files.MOTION_FORMATS`).
+(`generator.motion_files.MOTION_FORMATS`); the exceptions are `motion_suffixes`.
 """
 
 
 def suffixes() -> list[str]:
-    """Return the suffixes of all formats of models."""
+    """Return the suffixes of all formats of models that no format of motions has."""
     return [suffix for each in MODEL_FORMATS.values() for suffix in each.suffixes]
 
 
@@ -159,9 +170,11 @@ def model_format(path: Path, name: str | None = None) -> ModelFormat:
             raise UsageError(f"unknown format `{name}`; {spelling_hint(name, MODEL_FORMATS)}")
         return MODEL_FORMATS[name]
     for each in MODEL_FORMATS.values():
-        if path.suffix.lower() in each.suffixes:
+        if each.has_suffix(path):
             return each
-    if path.name in MODEL_FORMATS and not MODEL_FORMATS[path.name].suffixes:
-        return MODEL_FORMATS[path.name]
+    named = MODEL_FORMATS.get(path.name)
+    if named is not None and not (named.suffixes or named.motion_suffixes):
+        return named
     problem = f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
-    raise UsageError(f"{path}: {problem} of a model; known are {', '.join(suffixes())}")
+    known = [s for each in MODEL_FORMATS.values() for s in (*each.suffixes, *each.motion_suffixes)]
+    raise UsageError(f"{path}: {problem} of a model; known are {', '.join(known)}")

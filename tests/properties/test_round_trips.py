@@ -345,6 +345,44 @@ def moves_alike(model: Model, back: tuple[Imported, SpringSet]) -> None:
     close(tracks(imported.figure, springs), before, 1e-7)
 
 
+def read_rows(path: Path, _: Model) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def same_moments(model: Model, rows: list[dict[str, str]]) -> None:
+    """Each row of a joint of one displacement has the torque, the stiffness and the damping."""
+    assert {row["joint"] for row in rows} == set(model.springs.joints)
+    for name, own in model.springs.joints.items():
+        titles = ("angle [rad]", "moment [N m]", "stiffness [N m/rad]", "damping [N m s/rad]")
+        if own.translations:
+            titles = ("position [m]", "force [N]", "stiffness [N/m]", "damping [N s/m]")
+        (spring,) = (*own.axes, *own.translations)
+        (law,) = spring.elastic
+        assert isinstance(law, Linear)
+        table = np.array([[float(r[t]) for t in titles] for r in rows if r["joint"] == name])
+        assert len(table) > 100
+        close(table[:, 1], law.torque(table[:, 0]), 1e-6)
+        close(table[:, 2], np.full(len(table), law.stiffness), 1e-4)
+        close(table[:, 3], np.full(len(table), spring.damping.viscous), 1e-8)
+
+
+def sprung_trees() -> list[Model]:
+    """Figures with a joint of one displacement, which has a spring."""
+    return [model for model in trees() if model.springs.joints]
+
+
+ONE_SPRING = st.builds(
+    lambda kind, axes, reverse, seed: sprung(
+        two_bodies((JointAxis(kind, axes),), (0.2,), reverse=reverse), seed
+    ),
+    st.sampled_from(AxisKind),
+    st.sampled_from([X, negative(Y), Z, SKEW, ACROSS]),
+    st.booleans(),
+    SEEDS,
+)
+
+
 MODELS = (
     Format("peabody", write_model("peabody"), lambda path, _: read_figure(path),
            lambda model, back: assert_equal(model.figure, back), named_trees, TWO_BODIES),
@@ -353,6 +391,7 @@ MODELS = (
     Format("osim", write_model("osim"), read_with_springs, same_bodies, trees, TWO_BODIES),
     Format("dyspam", write_model("dyspam"), read_with_springs, moves_alike, cases_for_dyspam,
            SPHERICAL_OR_REVOLUTE),
+    Format("curves", write_model("curves"), read_rows, same_moments, sprung_trees, ONE_SPRING),
 )  # fmt: skip
 
 

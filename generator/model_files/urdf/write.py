@@ -1,5 +1,7 @@
 """The format of robots (`.urdf`): links in a tree, joints of one freedom, no gravity and no start.
 
+Meshes of the segments are in a folder beside the file, and the springs in a table.
+
 A joint of several freedoms is a row of joints of one, in the order of its chain, with links between
 them that have no mass: the angles are the figure's displacements. The frame of a link is that in
 which its joint moves it, so a segment whose site is not at its origin hangs by a fixed joint from a
@@ -9,15 +11,18 @@ The link `world` has z up and x ahead, as programs that read the format expect; 
 segments are turned in it, so that their frames and all further out are the figure's.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import assert_never
 
 import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, Site
+from generator.geometry.appearance import Colour
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
+from generator.model_files.curves_csv import FAST, format_curves, has_curves, springs_table
 from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
@@ -27,6 +32,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
+from generator.model_files.meshes import MeshFile, segment_meshes
 from generator.model_files.model_files import ModelFiles
 from generator.model_files.xml import (
     Element,
@@ -35,12 +41,18 @@ from generator.model_files.xml import (
     format_numbers,
     roll_pitch_yaw,
 )
-from generator.names import reserve_name
+from generator.names import plain_names, reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
 from springs import AxisSpring, JointSprings, SpringSet, Stop
+from springs.elastic import total_friction
+
+SPRINGS_LOSS = "springs, which are in the table beside the file"
 
 NO_LIMIT = 1e9
 """Limit that the format requires and the figure does not have [N m, N, rad/s, m/s, m]."""
+
+_FRICTION_TOLERANCE = 1e-9
+"""Relative change of friction with the angle below which it is a number."""
 
 
 def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
@@ -48,16 +60,34 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 
     Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
-    text, losses = format_urdf(figure, springs)
-    return ModelFiles(path, {path: text}, losses)
+    meshes, mesh_losses = segment_meshes(figure, plain_names(figure.segments), path)
+    text, losses = format_urdf(figure, springs, meshes)
+    for loss in mesh_losses:
+        losses.add_loss(loss)
+    contents: dict[Path, str | bytes] = {mesh.path: mesh.content for mesh in meshes.values()}
+    if has_curves(springs):
+        contents[springs_table(path)] = format_curves(figure, springs)[0]
+    return ModelFiles(path, contents | {path: text}, losses)
 
 
-def format_urdf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
-    """The text of a URDF model, and its losses; raises InputError as `format_files`."""
+def format_urdf(
+    figure: Figure, springs: SpringSet, meshes: Mapping[str, MeshFile] | None = None
+) -> tuple[str, Losses]:
+    """The text of a URDF model, and its losses; raises InputError as `format_files`.
+
+    Args:
+        figure: the figure.
+        springs: of its joints.
+        meshes: visuals by segment; None for a model without.
+    """
     losses = Losses("URDF model")
     model = build_export_model(figure, losses)
     root = Element("robot", name=figure.name or "figure")
-    _LinkWriter(model, springs, root, losses).add_links()
+    materials = _add_materials(root, meshes or {})
+    writer = _LinkWriter(model, springs, root, losses)
+    writer.add_links()
+    for name, mesh in (meshes or {}).items():
+        _add_visual(writer.link(name), mesh, materials[mesh.colour])
     _add_losses(model, springs, losses)
     return format_document(root, _COMMENTS), losses
 
@@ -66,6 +96,24 @@ _COMMENTS = (
     "Units are metres, kilograms, seconds and radians. The link `world` has z up, x ahead.",
     "Links between the joints of one joint of the figure have no mass.",
 )
+
+
+def _add_materials(root: Element, meshes: Mapping[str, MeshFile]) -> dict[Colour, str]:
+    """Add a material for each colour; return their names."""
+    colours = dict.fromkeys(mesh.colour for mesh in meshes.values())
+    names = {colour: f"colour_{k}" for k, colour in enumerate(colours, start=1)}
+    for colour, name in names.items():
+        material = add_element(root, "material", name=name)
+        add_element(material, "color", rgba=f"{format_numbers(colour)} 1")
+    return names
+
+
+def _add_visual(link: Element, mesh: MeshFile, material: str) -> None:
+    """Add the mesh of a segment, which is in the frame of the link."""
+    visual = add_element(link, "visual")
+    geometry = add_element(visual, "geometry")
+    add_element(geometry, "mesh", filename=mesh.reference)
+    add_element(visual, "material", name=material)
 
 
 class _LinkWriter:
@@ -96,6 +144,10 @@ class _LinkWriter:
         for branch in model.tree.joints:
             self._add_tree_joint(branch)
 
+    def link(self, segment: str) -> Element:
+        """The link of a segment."""
+        return self._link_elements[self._model.segments[segment]]
+
     def _add_tree_joint(self, branch: TreeJoint) -> None:
         """Add the row of joints between a segment and its base."""
         model, joint = self._model, branch.joint
@@ -123,11 +175,11 @@ class _LinkWriter:
             factor = joint.chain[place]
             spring = laws.uncoupled.get(place)
             element = self._add_joint(
-                own, _joint_type(joint, place), link, self._add_link(below), pose
+                own, _joint_type(joint, place, spring), link, self._add_link(below), pose
             )
             sign = 1.0 if branch.parent_is_inboard else -1.0
             add_element(element, "axis", xyz=format_numbers(sign * unit_vector(factor.axis)))
-            _add_limits(element, joint, place)
+            _add_limits(element, joint, place, spring)
             _add_friction(element, spring)
             link, pose = below, np.eye(4)
         if not (at_origin and count):
@@ -163,7 +215,7 @@ class _LinkWriter:
         assert segment.mass is not None
         assert segment.inertia is not None
         assert segment.centre_of_mass is not None
-        inertial = add_element(self._link_elements[self._model.segments[name]], "inertial")
+        inertial = add_element(self.link(name), "inertial")
         add_element(inertial, "origin", xyz=format_numbers(segment.centre_of_mass), rpy="0 0 0")
         add_element(inertial, "mass", value=format_numbers(segment.mass))
         moments = {
@@ -173,31 +225,37 @@ class _LinkWriter:
         add_element(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
 
 
-def _limits(joint: Joint, index: int) -> tuple[float | None, float | None]:
-    """The limits of one displacement; those of several turns are none of one turn."""
+def _limits(
+    joint: Joint, index: int, spring: AxisSpring | None = None
+) -> tuple[float | None, float | None]:
+    """The limits of one displacement, or its stops; those of several turns are none of one turn."""
     kinds = [factor.kind for factor in joint.chain]
     if kinds[index] is AxisKind.ROTATION and kinds.count(AxisKind.ROTATION) > 1:
         return None, None
     lower, upper = joint.lower_limit, joint.upper_limit
+    if lower is None and upper is None:
+        stops = [law for law in (spring.elastic if spring else ()) if isinstance(law, Stop)]
+        return (stops[0].lower, stops[0].upper) if stops else (None, None)
     return None if lower is None else lower[index], None if upper is None else upper[index]
 
 
-def _joint_type(joint: Joint, index: int) -> str:
+def _joint_type(joint: Joint, index: int, spring: AxisSpring | None) -> str:
     kind = joint.chain[index].kind
     match kind:
         case AxisKind.ROTATION:
-            return "continuous" if _limits(joint, index) == (None, None) else "revolute"
+            limited = _limits(joint, index, spring) != (None, None)
+            return "revolute" if limited else "continuous"
         case AxisKind.TRANSLATION:
             return "prismatic"
         case _:
             assert_never(kind)
 
 
-def _add_limits(element: Element, joint: Joint, index: int) -> None:
+def _add_limits(element: Element, joint: Joint, index: int, spring: AxisSpring | None) -> None:
     """The range, where there is one; without effort and velocity no range can be written."""
     if element.get("type") == "continuous":
         return
-    lower, upper = _limits(joint, index)
+    lower, upper = _limits(joint, index, spring)
     ends = {
         "lower": format_numbers(-NO_LIMIT if lower is None else lower),
         "upper": format_numbers(NO_LIMIT if upper is None else upper),
@@ -208,14 +266,24 @@ def _add_limits(element: Element, joint: Joint, index: int) -> None:
 
 
 def _add_friction(element: Element, spring: AxisSpring | None) -> None:
-    damping = None if spring is None else spring.damping
-    if damping is not None and (damping.viscous or damping.coulomb):
-        coefficients = {"damping": damping.viscous, "friction": damping.coulomb}
-        add_element(
-            element,
-            "dynamics",
-            **{key: format_numbers(value) for key, value in coefficients.items()},
-        )
+    if spring is None:
+        return
+    viscous, dry = spring.damping.viscous, spring.damping.coulomb + (_own_friction(spring) or 0.0)
+    if viscous or dry:
+        numbers = {"damping": format_numbers(viscous), "friction": format_numbers(dry)}
+        add_element(element, "dynamics", **numbers)
+
+
+def _own_friction(spring: AxisSpring) -> float | None:
+    """Friction of the laws of a spring [N m or N]; None where it depends on the angle."""
+    angles = np.linspace(-np.pi, np.pi, 181)
+    friction = total_friction(spring.elastic, angles, FAST)
+    if friction is None:
+        return 0.0
+    sizes = -np.asarray(friction)
+    mean = float(sizes.mean())
+    is_constant = np.ptp(sizes) <= _FRICTION_TOLERANCE * np.abs(sizes).max()
+    return mean if is_constant and mean >= 0.0 else None
 
 
 def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
@@ -227,10 +295,13 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     for name, own in tree_joint_springs(model, springs):
         laws = split_joint_laws(model.tree.chains[name], own)
         if _has_springs(figure.joints[name], laws):
-            losses.add("springs", name)
-        if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
+            losses.add(SPRINGS_LOSS, name)
+        alone = laws.uncoupled.values()
+        if any(has_friction(spring) for spring in laws.combined) or any(
+            _own_friction(spring) is None for spring in alone
+        ):
             losses.add("friction that depends on the angle", name)
-        if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
+        if any(spring.damping.coulomb or has_friction(spring) for spring in alone):
             losses.add("the rate at which Coulomb friction sets in", name)
         if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
             losses.add("damping and friction of several rotations", name)
@@ -244,15 +315,14 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
     if moved:
         losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
-    add_common_losses(model, springs, losses)
+    add_common_losses(model, springs, losses, has_table=True)
     for name, segment in figure.segments.items():
         if name not in figure.ground and any(_has_loads(site) for site in segment.sites.values()):
             losses.add("forces and moments at sites", name)
-        if segment.psurf is not None:
-            losses.add("psurfs", name)
     losses.add("sites, but for those of joints")
-    if figure.attributes:
-        losses.add("attributes", *figure.attributes)
+    others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
+    if others:
+        losses.add("attributes other than a colour", *others)
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:

@@ -17,7 +17,7 @@ from generator.model_files.mjcf.write import format_mjcf
 from generator.model_files.opensim import write as osim
 from generator.model_files.opensim.write import format_osim
 from generator.model_files.urdf import write as urdf
-from generator.model_files.urdf.write import format_urdf
+from generator.model_files.urdf.write import SPRINGS_LOSS, format_urdf
 from springs import (
     AxisSpring,
     CoupledAxis,
@@ -90,13 +90,10 @@ def test_of_the_prototype_urdf_loses_all_springs_and_much_else() -> None:
     assert lost(format_urdf, PROTOTYPE, own_springs(PROTOTYPE)) == {
         ROWS: {*BALLS, "root_torso"},
         GRAVITY: set(),
-        "springs": {*BALLS, *HINGES},
+        SPRINGS_LOSS: {*BALLS, *HINGES},
         "damping and friction of several rotations": set(BALLS),
         DRAWN: set(BENT),
-        "the references of the springs": set(),
-        "psurfs": {name for name, one in PROTOTYPE.segments.items() if one.psurf},
         SITES: set(),
-        "attributes": set(PROTOTYPE.attributes),
     }
 
 
@@ -112,7 +109,7 @@ def test_of_a_loop_urdf_loses_the_closing_joint_and_opensim_its_displacement() -
     losses = lost(format_urdf, FOURBAR, springs)
     assert losses["joints that close loops: the loops are open"] == closing
     assert losses["springs of joints that close loops"] == closing
-    assert "springs" not in losses
+    assert SPRINGS_LOSS not in losses
 
 
 @pytest.mark.parametrize("write", [format_mjcf, format_osim])
@@ -193,7 +190,7 @@ def test_limits_are_ranges_of_coordinates_in_opensim() -> None:
 
 def test_stops_that_are_no_limits_are_lost_in_urdf() -> None:
     springs = spring_set(hinge("hinge", *CURVES["stop"]))
-    assert lost(format_urdf, on_a_rail(), springs)["springs"] == {"hinge"}
+    assert lost(format_urdf, on_a_rail(), springs)[SPRINGS_LOSS] == {"hinge"}
 
 
 @pytest.mark.parametrize("write", [format_mjcf, format_osim, format_urdf])
