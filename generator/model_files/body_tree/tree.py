@@ -14,6 +14,7 @@ import numpy as np
 from generator.diagnostics import Span
 from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
+from generator.model_files.body_tree.shapes import Shape
 from generator.names import free_name
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
 from springs.smooth_limit import SmoothLimit
@@ -107,6 +108,7 @@ class Body:
         joint: name of its joint if the model has one for the whole row.
         extra_inertia: part of the inertia about the centre of mass [kg m2] that is impossible by
             itself: a model may have such numbers for a part that is fixed to a larger one.
+        shapes: in the body's frame.
     """
 
     name: str
@@ -118,6 +120,7 @@ class Body:
     span: Span | None = None
     joint: str = ""
     extra_inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    shapes: tuple[Shape, ...] = ()
 
     @property
     def total_mass_properties(self) -> MassProperties | None:
