@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,6 @@ from generator.geometry.read import FORMAT_UNITS, read_mesh
 from generator.geometry.surface import Surface, join_surfaces
 from generator.losses import Losses
 from generator.rotations import Array
-from fractions import Fraction
 
 Colour = tuple[float, float, float]
 
@@ -76,7 +76,7 @@ class MeshFiles:
             return read_mesh(path, Fraction(1)) if reader is None else reader(path)
         except InputError as failure:
             del failure  # it may quote the file, which may be any file of the system
-            self.losses.add("shapes whose mesh file is damaged", name)
+            self.losses.add("shapes whose mesh file cannot be read", name)
             return None
 
 

@@ -156,6 +156,7 @@ class BodyTree:
         up_rotation: from the model's world to a figure's (y up, z ahead), shape (3, 3).
         name: of the model, or None.
         span: where the model begins.
+        shapes: fixed to the world, in its frame.
     """
 
     bodies: tuple[Body, ...]
@@ -163,6 +164,7 @@ class BodyTree:
     up_rotation: Array
     name: str | None = None
     span: Span | None = None
+    shapes: tuple[Shape, ...] = ()
 
 
 Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
@@ -218,7 +220,7 @@ def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()
     """
     homes: dict[str, tuple[str | None, Array]] = {}
     kept: dict[str, Body] = {}
-    world = dict(tree.sites)
+    world, world_shapes = dict(tree.sites), tree.shapes
     for body in tree.bodies:
         parent, before = homes.get(body.parent or "", (body.parent, np.eye(4)))
         pose = before @ body.pose
@@ -227,16 +229,20 @@ def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()
             continue
         homes[body.name] = (parent, pose)
         sites = {body.name: pose, **{name: pose @ site for name, site in body.sites.items()}}
+        shapes = tuple(shape.transformed(pose) for shape in body.shapes)
         if parent is None:
             world = _merge_sites(world, sites)
+            world_shapes += shapes
             continue
         home = kept[parent]
         moved = None if body.mass is None else body.mass.transform(pose)
         mass = home.mass if moved is None else moved if home.mass is None else home.mass + moved
         loose = home.extra_inertia + pose[:3, :3] @ body.extra_inertia @ pose[:3, :3].T
         sites = _merge_sites(home.sites, sites)
-        kept[parent] = replace(home, mass=mass, extra_inertia=loose, sites=sites)
-    return replace(tree, bodies=tuple(kept.values()), sites=world)
+        kept[parent] = replace(
+            home, mass=mass, extra_inertia=loose, sites=sites, shapes=(*home.shapes, *shapes)
+        )
+    return replace(tree, bodies=tuple(kept.values()), sites=world, shapes=world_shapes)
 
 
 def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, Array]:
