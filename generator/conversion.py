@@ -9,7 +9,7 @@ from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX, read_figure, shipped_figures
 from generator.losses import Losses
 from generator.model_files.formats import SUFFIXES, model_format, read_model
-from generator.model_files.imported import write_imported
+from generator.model_files.imported import imported_files
 from generator.motion_files import (
     FigureMotion,
     motion_from_action,
@@ -176,4 +176,4 @@ def _convert_model(source: str, paths: list[Path]) -> dict[Path, Losses]:
         if path.suffix.lower() != FIGURE_SUFFIX:
             raise UsageError(f"{path}: a model becomes a figure, {FIGURE_SUFFIX}")
     imported = read_model(source)
-    return {path: write_imported(imported, path) for path in paths}
+    return {path: imported_files(imported, path).write() for path in paths}

@@ -24,7 +24,6 @@ from generator.cli.outputs import (
     losses_data,
     unwritable_file_error,
     write_all_or_none,
-    write_files,
     write_models,
 )
 from generator.conversion import (
@@ -44,10 +43,10 @@ from generator.model_files.formats import (
 from generator.model_files.imported import (
     Imported,
     format_imported_springs,
-    import_losses,
     imported_files,
     springs_path,
 )
+from generator.model_files.model_files import geometry_folder
 from generator.motion_files import (
     MOTION_FORMATS,
     motion_writer,
@@ -117,15 +116,10 @@ def import_model(
                 f"{FIGURE_SUFFIX}; that can be converted further"
             )
     imported = read_model(source, separate=separate)
-    check_writable(
-        [file for figure in figures for file in _output_files(imported, figure)], [source]
-    )
+    files = [file for figure in figures for file in _output_files(imported, figure)]
+    check_writable([file for file in files if not file.is_dir()], [source])
     _check_springs_files(imported, figures, springs)
-    contents: dict[Path, str | bytes] = {}
-    for figure in figures:
-        contents |= imported_files(imported, figure)
-    write_files(contents)
-    losses = {figure: import_losses(imported, figure) for figure in figures}
+    losses = write_models([imported_files(imported, figure) for figure in figures])
     return _import_result(source, imported, losses, verbose)
 
 
@@ -162,8 +156,9 @@ def _has_text(path: Path, text: str) -> bool:
 
 
 def _output_files(imported: Imported, output: Path) -> list[Path]:
-    """Return the files of the figure."""
-    return [output] if imported.springs is None else [output, springs_path(output)]
+    """Return the files of the figure, and the folder of its psurfs."""
+    springs = [] if imported.springs is None else [springs_path(output)]
+    return [output, *springs, *([geometry_folder(output)] if imported.surfaces else [])]
 
 
 def _import_result(

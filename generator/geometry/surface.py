@@ -165,6 +165,17 @@ class Surface:
         order[of_corner] = (first + last - order)[of_corner]
         return replace(self, corners=self.corners[order])
 
+    def transformed(self, pose: Array) -> "Surface":
+        """The surface in another frame, in which this one has the affine map `pose`, (4, 4).
+
+        Its faces still look outwards where the map is a mirror image.
+        """
+        moved = self.vertices @ pose[:3, :3].T + pose[:3, 3]
+        surface = replace(self, vertices=moved, text=None)
+        if np.linalg.det(pose[:3, :3]) < 0.0:
+            return surface.with_flipped_faces(np.ones(self.face_count, dtype=bool))
+        return surface
+
     def face_name(self, face: int) -> str:
         """Return the name of a face: its number from 1, and its line where it has one."""
         place = self.face_span(face)
@@ -184,6 +195,19 @@ class Surface:
             return None
         start, end = self.text.face_spans[face].tolist()
         return Span(self.text.source, start, end)
+
+
+def join_surfaces(surfaces: Sequence[Surface]) -> Surface:
+    """Return one surface with the vertices and faces of all, in their order."""
+    counts = np.cumsum([0, *(len(one.vertices) for one in surfaces)])
+    ends = np.cumsum([0, *(len(one.corners) for one in surfaces)])
+    corners = [one.corners + count for one, count in zip(surfaces, counts, strict=False)]
+    starts = [one.starts[1:] + end for one, end in zip(surfaces, ends, strict=False)]
+    return Surface(
+        np.concatenate([np.zeros((0, 3)), *(one.vertices for one in surfaces)]),
+        np.concatenate([np.zeros(0, dtype=np.int64), *corners]),
+        np.concatenate([np.zeros(1, dtype=np.int64), *starts]),
+    )
 
 
 def merge_vertices(surface: Surface) -> tuple[Surface, int]:

@@ -1,15 +1,18 @@
 """A model of another program as a figure, and the files that hold it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from generator.figure import Figure
 from generator.figure_file.write import write_figure
+from generator.geometry.psurf import format_psurf
+from generator.geometry.read import PSURF_SUFFIX
+from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
+from generator.model_files.model_files import ModelFiles, geometry_folder
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
 from generator.springs_file.write import write_springs
-from generator.text_io import write_atomic
 
 
 @dataclass(frozen=True)
@@ -38,12 +41,14 @@ class Imported:
         springs: passive laws that the figure's own fields cannot hold; None without any.
         losses: of the conversion.
         coordinates: by their names in the model.
+        surfaces: of segments, in their frames; the figure names no psurfs before it has a path.
     """
 
     figure: Figure
     springs: SpringsFile | None
     losses: Losses
     coordinates: Mapping[str, CoordinateMapping]
+    surfaces: Mapping[str, Surface] = field(default_factory=dict[str, Surface])
 
 
 def springs_path(path: Path) -> Path:
@@ -57,15 +62,20 @@ def format_imported_springs(springs: SpringsFile, path: Path) -> str:
     return write_springs(springs, comment)
 
 
-def imported_files(imported: Imported, path: Path) -> dict[Path, str]:
-    """Return the text of the figure file at `path`, and of the springs file beside it, by path.
-
-    The figure is the last: it does not stand without its springs.
-    """
-    texts: dict[Path, str] = {}
+def imported_files(imported: Imported, path: Path) -> ModelFiles:
+    """Return the files of a figure at `path`: its psurfs, its springs file, and the figure."""
+    folder = geometry_folder(path)
+    files: dict[Path, str | bytes] = {}
+    figure = imported.figure
+    for name, surface in imported.surfaces.items():
+        psurf = folder / f"{name}{PSURF_SUFFIX}"
+        files[psurf] = format_psurf(surface)
+        segment = replace(figure.segments[name], psurf=f"{folder.name}/{psurf.name}")
+        figure = figure.with_parts(segment)
     if imported.springs is not None:
-        texts[springs_path(path)] = format_imported_springs(imported.springs, path)
-    return {**texts, path: write_figure(imported.figure)}
+        files[springs_path(path)] = format_imported_springs(imported.springs, path)
+    files[path] = write_figure(figure)
+    return ModelFiles(path, files, import_losses(imported, path))
 
 
 def import_losses(imported: Imported, path: Path) -> Losses:
@@ -75,14 +85,3 @@ def import_losses(imported: Imported, path: Path) -> Losses:
         return losses
     stale = Loss("an older springs file stands beside the figure and will be used", (str(beside),))
     return Losses.collect(losses.format, (*losses.entries, stale))
-
-
-def write_imported(imported: Imported, path: Path) -> Losses:
-    """Write the figure, and its springs file beside it if it has one.
-
-    Raises:
-        OSError: a file cannot be written.
-    """
-    for file, text in imported_files(imported, path).items():
-        write_atomic(file, text)
-    return import_losses(imported, path)

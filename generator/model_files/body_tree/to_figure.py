@@ -34,6 +34,7 @@ from generator.model_files.body_tree.joints import (
     joint_fields,
     spring_entries,
 )
+from generator.model_files.body_tree.shapes import Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
@@ -251,7 +252,11 @@ def figure_from_tree(
         losses.add(
             "bodies without a joint, which become parts of the body they are fixed to", *merged
         )
+    carried = {body.name: body.shapes for body in whole.bodies}
     whole, gone = merge_massless_bodies(whole)
+    for name in gone:
+        if carried[name]:
+            losses.add("shapes of bodies without mass", name)
     if gone:
         losses.add("bodies without mass, which become parts of the next body's joint", *gone)
     _check_masses(whole, diagnostics)
@@ -271,8 +276,20 @@ def figure_from_tree(
     _add_name_losses(draft)
     name = None if tree.name is None else Names().assign(tree.name)
     springs = SpringsFile(tuple(draft.springs_tables)) if draft.springs_tables else None
-    figure = draft.build_figure(SiteRef(ground, root), name)
-    return Imported(figure, springs, losses, draft.coordinates)
+    shapes = {ground: whole.shapes, **_segment_shapes(draft, whole.bodies)}
+    surfaces, colours = join_shapes(shapes, losses)
+    figure = with_colours(draft.build_figure(SiteRef(ground, root), name), colours)
+    return Imported(figure, springs, losses, draft.coordinates, surfaces)
+
+
+def _segment_shapes(draft: _FigureDraft, bodies: Iterable[Body]) -> dict[str, tuple[Shape, ...]]:
+    """Return the shapes of bodies in the frames of their segments."""
+    shapes: dict[str, tuple[Shape, ...]] = {}
+    for body in bodies:
+        segment, turn = draft.segment_frames[body.name]
+        pose = pose_matrix(turn.T, np.zeros(3))
+        shapes[segment] = tuple(shape.transformed(pose) for shape in body.shapes)
+    return shapes
 
 
 def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:

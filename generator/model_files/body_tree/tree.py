@@ -14,6 +14,7 @@ import numpy as np
 from generator.diagnostics import Span
 from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
+from generator.model_files.body_tree.shapes import Shape
 from generator.names import free_name
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
 from springs.smooth_limit import SmoothLimit
@@ -107,6 +108,7 @@ class Body:
         joint: name of its joint if the model has one for the whole row.
         extra_inertia: part of the inertia about the centre of mass [kg m2] that is impossible by
             itself: a model may have such numbers for a part that is fixed to a larger one.
+        shapes: in the body's frame.
     """
 
     name: str
@@ -118,6 +120,7 @@ class Body:
     span: Span | None = None
     joint: str = ""
     extra_inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    shapes: tuple[Shape, ...] = ()
 
     @property
     def total_mass_properties(self) -> MassProperties | None:
@@ -153,6 +156,7 @@ class BodyTree:
         up_rotation: from the model's world to a figure's (y up, z ahead), shape (3, 3).
         name: of the model, or None.
         span: where the model begins.
+        shapes: fixed to the world, in its frame.
     """
 
     bodies: tuple[Body, ...]
@@ -160,6 +164,7 @@ class BodyTree:
     up_rotation: Array
     name: str | None = None
     span: Span | None = None
+    shapes: tuple[Shape, ...] = ()
 
 
 Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
@@ -215,7 +220,7 @@ def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()
     """
     homes: dict[str, tuple[str | None, Array]] = {}
     kept: dict[str, Body] = {}
-    world = dict(tree.sites)
+    world, world_shapes = dict(tree.sites), tree.shapes
     for body in tree.bodies:
         parent, before = homes.get(body.parent or "", (body.parent, np.eye(4)))
         pose = before @ body.pose
@@ -224,16 +229,20 @@ def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()
             continue
         homes[body.name] = (parent, pose)
         sites = {body.name: pose, **{name: pose @ site for name, site in body.sites.items()}}
+        shapes = tuple(shape.transformed(pose) for shape in body.shapes)
         if parent is None:
             world = _merge_sites(world, sites)
+            world_shapes += shapes
             continue
         home = kept[parent]
         moved = None if body.mass is None else body.mass.transform(pose)
         mass = home.mass if moved is None else moved if home.mass is None else home.mass + moved
         loose = home.extra_inertia + pose[:3, :3] @ body.extra_inertia @ pose[:3, :3].T
         sites = _merge_sites(home.sites, sites)
-        kept[parent] = replace(home, mass=mass, extra_inertia=loose, sites=sites)
-    return replace(tree, bodies=tuple(kept.values()), sites=world)
+        kept[parent] = replace(
+            home, mass=mass, extra_inertia=loose, sites=sites, shapes=(*home.shapes, *shapes)
+        )
+    return replace(tree, bodies=tuple(kept.values()), sites=world, shapes=world_shapes)
 
 
 def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, Array]:

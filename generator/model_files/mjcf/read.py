@@ -1,8 +1,6 @@
 """MJCF, the models of MuJoCo: the passive tree of one as a figure."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import pi
 from pathlib import Path
 from typing import Final
 
@@ -11,172 +9,31 @@ import numpy as np
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.inertia import MassProperties
 from generator.losses import Losses
+from generator.model_files.body_tree.shapes import Shape
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
     gravity_losses,
-    rotation_from_z_to,
     rotation_to_y_up,
 )
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf.document import MAIN, Document, parse_document
+from generator.model_files.mjcf.geoms import GeomReader, geom_mass
 from generator.model_files.mjcf.joints import (
     ORIENTATION_ATTRIBUTES,
-    AngleConvention,
     JointReader,
     parse_orientation,
     parse_pose,
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
 from generator.model_files.xml import (
-    SourceText,
     XmlElement,
     parse_number,
     parse_numbers,
     parse_vector,
-    unit_direction,
 )
-from generator.rotations import Array, pose_matrix
-
-DENSITY = 1000.0
-"""Default density of a geom [kg/m3]."""
-
-SIZES: Final = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
-"""Number of sizes of each solid shape."""
-
-FROMTO_SHAPES: Final = ("capsule", "cylinder", "ellipsoid", "box")
-"""Shapes that `fromto` can define."""
-
-WEIGHTLESS: Final = ("plane", "hfield")
-"""Shapes without mass, in the world only."""
-
-UNREAD: Final = ("mesh", "sdf")
-"""Shapes whose mass comes from a file or a plugin."""
-
-
-def geom_mass(
-    element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
-) -> MassProperties | None:
-    """Return the mass properties of a geom in its body's frame; None for a weightless one.
-
-    `element` has the values of its default class.
-    """
-    shape = element.get("type") or "sphere"
-    if shape in WEIGHTLESS or _is_massless(element, diagnostics):
-        return None
-    if shape in UNREAD or "mesh" in element.attributes:
-        diagnostics.error(
-            "the mass of this body would come from a mesh, and meshes are not read",
-            element.span_of("mesh" if "mesh" in element.attributes else "type"),
-            "give the body an `inertial` with its mass and inertia",
-        )
-        return None
-    if shape not in SIZES:
-        diagnostics.error(
-            f"unknown geom type `{shorten(shape)}`",
-            element.span_of("type"),
-            spelling_hint(shape, SIZES),
-        )
-        return None
-    if element.get("shellinertia") == "true":
-        diagnostics.error(
-            "the inertia of a shell is not computed here",
-            element.span_of("shellinertia"),
-            "give the body an `inertial` with its mass and inertia",
-        )
-        return None
-    place = _placed(element, shape, angles, diagnostics)
-    if place is None:
-        return None
-    pose, size = place
-    volume, unit = _volume_and_moments(shape, size)
-    mass = parse_number(element, "density", diagnostics, DENSITY) * volume
-    if "mass" in element.attributes:
-        mass = parse_number(element, "mass", diagnostics)
-    if not mass > 0.0:
-        diagnostics.error("a mass must not be negative", element.span_of("mass"))
-        return None
-    return MassProperties(mass, np.zeros(3), np.diag(unit) * mass).transform(pose)
-
-
-def _is_massless(element: XmlElement, diagnostics: Diagnostics) -> bool:
-    if "mass" in element.attributes:
-        return parse_number(element, "mass", diagnostics) == 0.0
-    return parse_number(element, "density", diagnostics, DENSITY) == 0.0
-
-
-def _placed(
-    element: XmlElement, shape: str, angles: AngleConvention, diagnostics: Diagnostics
-) -> tuple[Array, tuple[float, ...]] | None:
-    """Return the pose of a shape in its body, shape (4, 4), and its sizes [m]."""
-    count, ends = SIZES[shape], element.attributes.get("fromto")
-    size = element.attributes.get("size", SourceText("", element.span))
-    sizes_read = parse_numbers(size, diagnostics, 0, 3)
-    if sizes_read is None:
-        return None
-    needed = count
-    if ends is not None and shape in FROMTO_SHAPES:
-        needed = 1
-    if len(sizes_read) < needed or not all(part > 0.0 for part in sizes_read[:needed]):
-        plural = "s" if needed > 1 else ""
-        diagnostics.error(
-            f"a {shape} needs {needed} positive size{plural}",
-            element.span_of("size"),
-            "half lengths and radii [m]",
-        )
-        return None
-    if ends is None or shape not in FROMTO_SHAPES:
-        at = parse_vector(element, "pos", diagnostics)
-        return pose_matrix(parse_orientation(element, angles, diagnostics), at), sizes_read[:count]
-    read = parse_numbers(ends, diagnostics, 6)
-    if read is None:
-        return None
-    start, end = np.array(read[:3]), np.array(read[3:])
-    along = unit_direction((start - end).tolist(), ends.span, diagnostics)
-    half = float(np.linalg.norm(end - start)) / 2.0
-    sizes = (sizes_read[0], half) if count == 2 else (sizes_read[0], sizes_read[0], half)
-    return pose_matrix(rotation_from_z_to(along), (start + end) / 2.0), sizes
-
-
-def _volume_and_moments(
-    shape: str, size: Sequence[float]
-) -> tuple[float, tuple[float, float, float]]:
-    """Return the volume [m3] and the principal moments for unit mass [m2] of a shape."""
-    match shape:
-        case "sphere":
-            r = size[0]
-            round_about = 0.4 * r * r
-            return 4.0 / 3.0 * pi * r**3, (round_about, round_about, round_about)
-        case "cylinder":
-            r, h = size[:2]
-            across = r * r / 4.0 + h * h / 3.0
-            return 2.0 * pi * r * r * h, (across, across, r * r / 2.0)
-        case "capsule":
-            return _capsule_volume_and_moments(size[0], size[1])
-        case "ellipsoid":
-            a, b, c = (part * part for part in size[:3])
-            volume = 4.0 / 3.0 * pi * size[0] * size[1] * size[2]
-            return volume, ((b + c) / 5.0, (a + c) / 5.0, (a + b) / 5.0)
-        case _:
-            a, b, c = (part * part for part in size[:3])
-            volume = 8.0 * size[0] * size[1] * size[2]
-            return volume, ((b + c) / 3.0, (a + c) / 3.0, (a + b) / 3.0)
-
-
-def _capsule_volume_and_moments(r: float, h: float) -> tuple[float, tuple[float, float, float]]:
-    """A cylinder of half length h with a half sphere of the radius r at either end.
-
-    The centre of a half sphere is 3/8 r from its flat side.
-    """
-    middle, ends = 2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r**3
-    volume = middle + ends
-    along = middle * r * r / 2.0 + ends * 0.4 * r * r
-    arm = h + 0.375 * r
-    across = middle * (r * r / 4.0 + h * h / 3.0)
-    across += ends * (0.4 * r * r - (0.375 * r) ** 2 + arm * arm)
-    return volume, (across / volume, across / volume, along / volume)
-
+from generator.rotations import Array
 
 _UNSUPPORTED_ELEMENTS: Final = {
     "composite": "a composite of many bodies",
@@ -227,15 +84,19 @@ class BodyReader:
         document: the model.
         diagnostics: collects errors.
         losses: collects what a figure does not hold.
+        geoms: reads the shapes of geoms.
         bodies: what was read, each parent before its children.
         sites: frames fixed to the world.
+        shapes: fixed to the world.
     """
 
     document: Document
     diagnostics: Diagnostics
     losses: Losses
+    geoms: GeomReader
     bodies: list[Body] = field(default_factory=list[Body])
     sites: dict[str, Array] = field(default_factory=dict[str, Array])
+    shapes: tuple[Shape, ...] = ()
     _names: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
     _fixed: set[str | None] = field(default_factory=lambda: {None})
 
@@ -247,6 +108,7 @@ class BodyReader:
                 "the world has no joints", element.span, "joints stand in a body"
             )
         self.sites |= contents.sites
+        self.shapes += self.geoms.shapes(contents.geoms)
         for element, before, childclass in contents.bodies:
             self._read_body(element, None, before, childclass)
 
@@ -286,6 +148,7 @@ class BodyReader:
                 mass,
                 contents.sites,
                 element.span_of("name"),
+                shapes=self.geoms.shapes(contents.geoms),
             )
         )
         for child, pose, inner in contents.bodies:
@@ -326,10 +189,6 @@ class BodyReader:
                 case "geom":
                     whole = self.document.with_defaults(child, childclass, diagnostics)
                     contents.geoms.append((whole, pose_in_body))
-                    self.losses.add(
-                        "shapes of geoms: segments have no shape and no contact",
-                        child.get("name") or whole.get("type") or "sphere",
-                    )
                 case "site":
                     whole = self.document.with_defaults(child, childclass, diagnostics)
                     pose = pose_in_body @ parse_pose(whole, angles, diagnostics)
@@ -464,7 +323,6 @@ _LOST: Final = {
     "contact": "contact pairs and exclusions",
     "sensor": "sensors",
     "keyframe": "key frames",
-    "asset": "meshes, textures and other assets",
     "custom": "custom fields",
     "extension": "plugins",
     "deformable": "flexible bodies and skins",
@@ -472,7 +330,7 @@ _LOST: Final = {
     "statistic": "settings of the picture",
     "size": "sizes of tables",
 }
-_READ_SECTIONS: Final = ("compiler", "option", "default", "worldbody")
+_READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "worldbody")
 
 _COMPILER: Final = {
     "angle",
@@ -485,6 +343,10 @@ _COMPILER: Final = {
     "boundinertia",
     "balanceinertia",
     "settotalmass",
+    "meshdir",
+    "assetdir",
+    "texturedir",
+    "strippath",
 }
 
 
@@ -502,15 +364,22 @@ def figure_from_mjcf(
     losses = Losses("MJCF")
     document = parse_document(root, directory, diagnostics)
     up = _up_rotation(document, diagnostics, losses)
-    reader = BodyReader(document, diagnostics, losses)
+    geoms = GeomReader(document, directory or Path(), diagnostics, losses)
+    reader = BodyReader(document, diagnostics, losses, geoms)
     worlds = list(document.root.find_all("worldbody"))
     if not worlds:
         diagnostics.error("this model has no `worldbody`", root.span, "its bodies stand in one")
     for world in worlds:
         reader.read_world(world)
     _add_section_losses(document, losses)
+    geoms.add_asset_losses()
     tree = BodyTree(
-        tuple(reader.scaled_bodies()), reader.sites, up, document.root.get("model"), root.span
+        tuple(reader.scaled_bodies()),
+        reader.sites,
+        up,
+        document.root.get("model"),
+        root.span,
+        reader.shapes,
     )
     return figure_from_tree(tree, diagnostics, losses, separate=separate)
 

@@ -6,15 +6,14 @@ A socket names a frame by its path among the components of the model, either fro
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
-from posixpath import join, normpath
 from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.diagnostics import Diagnostics, shorten
 from generator.figure import AxisKind
 from generator.inertia import MassProperties
 from generator.losses import Losses
@@ -28,14 +27,16 @@ from generator.model_files.body_tree.tree import (
     split_extra_inertia,
 )
 from generator.model_files.imported import Imported
+from generator.model_files.opensim.frames import GROUND, FrameIndex
 from generator.model_files.opensim.joints import (
     child_number,
     child_numbers,
     child_text,
     parse_joint,
 )
+from generator.model_files.opensim.shapes import GeometryReader
 from generator.model_files.xml import XmlElement, parse_numbers
-from generator.rotations import Array, inverse_pose, matrix_from_xyz, pose_matrix
+from generator.rotations import Array, inverse_pose, pose_matrix
 from springs.smooth_limit import SmoothLimit
 
 _DEGREES_PER_RADIAN = 180.0 / pi
@@ -155,88 +156,6 @@ def _check_path(force: XmlElement, name: str, diagnostics: Diagnostics) -> None:
             )
 
 
-GROUND = "ground"
-
-_OFFSET_FRAME_TAG = "PhysicalOffsetFrame"
-_BODY_TAGS = ("Body", "Ground")
-
-
-@dataclass
-class FrameIndex:
-    """The frames of a model by their paths.
-
-    Attributes:
-        diagnostics: collects errors.
-        paths: of every component with a name, by its place in memory.
-        by_path: frames and bodies by path.
-        by_name: likewise by name, the first of each.
-    """
-
-    diagnostics: Diagnostics
-    paths: dict[int, str] = field(default_factory=dict[int, str])
-    by_path: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
-    by_name: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
-
-    @classmethod
-    def from_model(cls, model: XmlElement, diagnostics: Diagnostics) -> "FrameIndex":
-        """The frames of a model."""
-        frames, waiting = cls(diagnostics), [(model, "/")]
-        while waiting:
-            element, path = waiting.pop()
-            frames.paths[id(element)] = path
-            for child in reversed(element.children):
-                name = child.get("name")
-                if name is None and child.tag.endswith("Set"):
-                    name = child.tag.lower()
-                waiting.append((child, path if name is None else join(path, name)))
-            if element.tag in (_OFFSET_FRAME_TAG, *_BODY_TAGS):
-                frames.by_path.setdefault(path, element)
-                frames.by_name.setdefault(path.rsplit("/", 1)[-1], element)
-        return frames
-
-    def resolve(self, owner: XmlElement, socket: str) -> tuple[str, Array] | None:
-        """The body on which the frame stands that a socket names, and the frame's pose in it.
-
-        The ground is called `ground`. None, with the fault noted, where there is no such frame.
-        """
-        pose = np.eye(4)
-        for _ in range(len(self.by_path) + 1):
-            reference = owner.find(socket)
-            if reference is None or not reference.text.text:
-                self.diagnostics.error(
-                    f"`{owner.tag}` has no `{socket}`", owner.span, "it names a frame"
-                )
-                return None
-            frame = self._find_frame(owner, reference.text.text)
-            if frame is None and reference.text.text.rsplit("/", 1)[-1] == GROUND:
-                return GROUND, pose
-            if frame is None:
-                self.diagnostics.error(
-                    f"there is no frame `{shorten(reference.text.text)}`",
-                    reference.text.span,
-                    spelling_hint(reference.text.text.rsplit("/", 1)[-1], self.by_name),
-                )
-                return None
-            if frame.tag in _BODY_TAGS:
-                return GROUND if frame.tag == "Ground" else frame.get("name") or "", pose
-            pose = self._offset_pose(frame) @ pose
-            owner, socket = frame, "socket_parent"
-        self.diagnostics.error("these frames refer to each other in a circle", owner.span)
-        return None
-
-    def _find_frame(self, owner: XmlElement, path: str) -> XmlElement | None:
-        """The frame at a path; else the one of its last name, since early files told no more."""
-        whole = normpath(join(self.paths[id(owner)], path))
-        name = path.rsplit("/", 1)[-1]
-        return self.by_path.get(whole) or (None if name == ".." else self.by_name.get(name))
-
-    def _offset_pose(self, frame: XmlElement) -> Array:
-        """Pose of an offset frame in its parent, shape (4, 4)."""
-        a, b, c = child_numbers(frame, "orientation", (0.0, 0.0, 0.0), self.diagnostics)
-        offset = child_numbers(frame, "translation", (0.0, 0.0, 0.0), self.diagnostics)
-        return pose_matrix(matrix_from_xyz(a, b, c), np.array(offset))
-
-
 GRAVITY = (0.0, -9.80665, 0.0)
 
 OLDEST = 30000
@@ -250,7 +169,6 @@ _LOST: Final = {
     "ComponentSet": "other components",
     "components": "other components",
 }
-_SHAPES = "shapes: segments have no shape and no contact"
 
 
 def figure_from_osim(
@@ -260,7 +178,7 @@ def figure_from_osim(
 
     Args:
         root: the element `OpenSimDocument`.
-        directory: not needed; nothing is included.
+        directory: of the model's file, from which mesh files are looked for.
         diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """
@@ -279,12 +197,15 @@ def figure_from_osim(
     bodies = _build_bodies(_links(frames, element, losses), known, diagnostics)
     bodies = list(apply_forces(bodies, _set_objects(element, "ForceSet"), diagnostics, losses))
     sites = _add_markers(frames, element, bodies)
+    shapes = GeometryReader(frames, directory or Path(), losses).read(element)
+    bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]
     _add_part_losses(element, losses)
     gravity = child_numbers(element, "gravity", GRAVITY, diagnostics)
     up = rotation_to_y_up(np.array(gravity))
     for sentence in gravity_losses(np.array(gravity), up):
         losses.add(sentence)
-    tree = BodyTree(tuple(bodies), sites, up, element.get("name"), root.span)
+    name, ground = element.get("name"), shapes.get(GROUND, ())
+    tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground)
     return figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
@@ -447,7 +368,5 @@ def _add_part_losses(model: XmlElement, losses: Losses) -> None:
                     losses.add(_LOST[section.tag], part.get("name") or part.tag)
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():
-            if part.tag == "attached_geometry" and part.children:
-                losses.add(_SHAPES, body.get("name") or body.tag)
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
                 losses.add("surfaces that muscles wrap", part.get("name") or part.tag)

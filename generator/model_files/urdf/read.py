@@ -22,24 +22,14 @@ from generator.model_files.body_tree.tree import (
     split_extra_inertia,
 )
 from generator.model_files.imported import Imported
+from generator.model_files.urdf.visuals import VisualReader, parse_origin
 from generator.model_files.xml import XmlElement, parse_number, parse_vector, unit_direction
-from generator.rotations import Array, matrix_from_xyz, pose_matrix
+from generator.rotations import Array
 
 FIXED = "fixed"
 KINDS: Final = ("revolute", "continuous", "prismatic", FIXED, "floating", "planar")
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
-    """Parse the `origin` of an element as a pose, shape (4, 4); rotations are about fixed axes."""
-    origin = element.find("origin")
-    if origin is None:
-        return np.eye(4)
-    roll, pitch, yaw = parse_vector(origin, "rpy", diagnostics)
-    # Rz(yaw) Ry(pitch) Rx(roll) is the inverse of a turn about the turned axes.
-    turn = matrix_from_xyz(-roll, -pitch, -yaw).T
-    return pose_matrix(turn, np.array(parse_vector(origin, "xyz", diagnostics)))
 
 
 def parse_joint_dofs(
@@ -155,7 +145,6 @@ GRAVITY = np.array([0.0, 0.0, -9.81])
 _LOST: Final = {
     "gazebo": "settings of Gazebo",
     "transmission": "transmissions",
-    "material": "materials",
     "sensor": "sensors",
 }
 
@@ -181,7 +170,7 @@ def figure_from_urdf(
 
     Args:
         root: the element `robot`.
-        directory: not needed; URDF includes nothing.
+        directory: of the model's file, from which mesh files are looked for.
         diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """
@@ -190,7 +179,8 @@ def figure_from_urdf(
     order = _depth_first_links(robot, root, diagnostics)
     if order is None:
         return None
-    bodies = [_body(robot, name, diagnostics, losses) for name in order]
+    visuals = VisualReader(root, directory or Path(), diagnostics, losses)
+    bodies = [_body(robot, name, visuals) for name in order]
     fixed = frozenset({order[0]} if bodies[0].mass is not None else ())
     if fixed:
         losses.add(
@@ -214,7 +204,7 @@ def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot
             )
         elif child.tag in ("link", "joint"):
             _add_named(robot.links if child.tag == "link" else robot.joints, child, diagnostics)
-        else:
+        elif child.tag != "material":
             what = _LOST.get(child.tag, "elements that are not known here")
             losses.add(what, child.get("name") or child.get("reference") or child.tag)
     for joint in robot.joints.values():
@@ -302,11 +292,9 @@ def _depth_first_links(
     return order
 
 
-def _body(robot: _Robot, name: str, diagnostics: Diagnostics, losses: Losses) -> Body:
+def _body(robot: _Robot, name: str, visuals: VisualReader) -> Body:
     link, joint = robot.links[name], robot.parent_joint.get(name)
-    for shape in link.find_all("visual", "collision"):
-        del shape
-        losses.add("shapes of links: segments have no shape and no contact", name)
+    diagnostics, losses = visuals.diagnostics, visuals.losses
     freedoms: tuple[DegreeOfFreedom, ...] = ()
     pose, title = np.eye(4), ROOT_JOINT
     if joint is not None:
@@ -316,7 +304,8 @@ def _body(robot: _Robot, name: str, diagnostics: Diagnostics, losses: Losses) ->
             title = ""
     mass, loose = _mass(link, diagnostics) or (None, np.zeros((3, 3)))
     place = link.span_of("name")
-    return Body(name, robot.parent_link.get(name), pose, freedoms, mass, {}, place, title, loose)
+    shapes, parent = visuals.shapes(link), robot.parent_link.get(name)
+    return Body(name, parent, pose, freedoms, mass, {}, place, title, loose, shapes)
 
 
 def _mass(link: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, Array] | None:

@@ -1,0 +1,140 @@
+"""Shapes of bodies, which become the psurfs of segments."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from generator.diagnostics import InputError
+from generator.figure import Attribute, Figure
+from generator.geometry.psurf import MAX_LINES
+from generator.geometry.read import FORMAT_UNITS, read_mesh
+from generator.geometry.surface import Surface, join_surfaces
+from generator.losses import Losses
+from generator.rotations import Array
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A surface that is fixed to a body.
+
+    Attributes:
+        surface: in the body's frame [m].
+        colour: red, green and blue from 0 to 1; None for a shape without any.
+    """
+
+    surface: Surface
+    colour: Colour | None = None
+
+    def transformed(self, pose: Array) -> "Shape":
+        """Return the shape in another frame, in which its own has the affine map `pose`, (4, 4)."""
+        return replace(self, surface=self.surface.transformed(pose))
+
+
+MeshReader = Callable[[Path], Surface]
+"""Reads a mesh file whose lengths are in m; it may raise InputError."""
+
+
+@dataclass
+class MeshFiles:
+    """Reads the mesh files that a model names, each once.
+
+    Attributes:
+        losses: notes the files that cannot be read.
+        readers: of formats of their own, by suffix.
+    """
+
+    losses: Losses
+    readers: Mapping[str, MeshReader] = field(default_factory=dict[str, MeshReader])
+    _surfaces: dict[Path, Surface | None] = field(default_factory=dict[Path, Surface | None])
+
+    def read(self, path: Path, name: str) -> Surface | None:
+        """Return the surface in a file that the model calls `name`; None, with a loss, if none."""
+        if path not in self._surfaces:
+            self._surfaces[path] = self._read(path, name)
+        return self._surfaces[path]
+
+    def find(self, folders: Iterable[Path], name: str) -> Surface | None:
+        """Return the surface in the file `name` of the first folder that has it."""
+        paths = [folder / name for folder in folders]
+        return self.read(next((path for path in paths if _exists(path)), paths[0]), name)
+
+    def _read(self, path: Path, name: str) -> Surface | None:
+        suffix = path.suffix.lower()
+        reader = self.readers.get(suffix)
+        if reader is None and suffix not in FORMAT_UNITS:
+            self.losses.add("shapes in mesh files of a format that is not read", name)
+            return None
+        if not _exists(path):
+            self.losses.add("shapes whose mesh file is missing", name)
+            return None
+        try:
+            return read_mesh(path, Fraction(1)) if reader is None else reader(path)
+        except InputError as failure:
+            del failure  # it may quote the file, which may be any file of the system
+            self.losses.add("shapes whose mesh file cannot be read", name)
+            return None
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
+
+
+def scaled(surface: Surface, scale: Iterable[float]) -> Surface:
+    """Return a surface scaled along x, y and z."""
+    return surface.transformed(np.diag([*scale, 1.0]))
+
+
+def join_shapes(
+    shapes: Mapping[str, Iterable[Shape]], losses: Losses
+) -> tuple[dict[str, Surface], dict[str, Colour]]:
+    """Return one surface and one colour for each segment that has shapes in its frame.
+
+    The colour is that of the largest part of its surface.
+    """
+    surfaces: dict[str, Surface] = {}
+    colours: dict[str, Colour] = {}
+    for segment, parts in shapes.items():
+        listed = [part for part in parts if part.surface.face_count]
+        if not listed:
+            continue
+        surface = join_surfaces([part.surface for part in listed])
+        if len(surface.vertices) + surface.face_count + 2 > MAX_LINES:
+            losses.add(f"shapes of more than {MAX_LINES:,} vertices and faces", segment)
+            continue
+        surfaces[segment] = surface
+        areas: dict[Colour | None, float] = {}
+        for part in listed:
+            areas[part.colour] = areas.get(part.colour, 0.0) + _area(part.surface)
+        if len(areas) > 1:
+            losses.add("further colours: a segment has that of its largest surface", segment)
+        colour = max(areas, key=lambda each: areas[each])
+        if colour is not None:
+            colours[segment] = colour
+    return surfaces, colours
+
+
+def _area(surface: Surface) -> float:
+    points = surface.vertices[surface.fan_triangles[0]]
+    across = np.cross(points[1] - points[0], points[2] - points[0])
+    return float(np.linalg.norm(across, axis=1).sum()) / 2.0
+
+
+def with_colours(figure: Figure, colours: Mapping[str, Colour]) -> Figure:
+    """Return a figure with one attribute for each colour of its segments."""
+    names: dict[Colour, str] = {}
+    for colour in colours.values():
+        names.setdefault(colour, f"colour_{len(names) + 1}")
+    attributes = {name: Attribute(name, {"rgb": colour}) for colour, name in names.items()}
+    painted = {
+        name: replace(segment, attributes=(names[colours[name]],)) if name in colours else segment
+        for name, segment in figure.segments.items()
+    }
+    return replace(figure, attributes=attributes, segments=painted)

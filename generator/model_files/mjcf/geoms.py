@@ -1,0 +1,441 @@
+"""Geoms of MJCF: their mass, and their shapes."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from math import pi
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from generator.diagnostics import Diagnostics, InputError, error, shorten, spelling_hint
+from generator.geometry.primitives import box, capsule, cylinder, ellipsoid, sphere
+from generator.geometry.surface import Surface
+from generator.inertia import MassProperties
+from generator.losses import Losses
+from generator.model_files.body_tree.shapes import MeshFiles, Shape, scaled
+from generator.model_files.body_tree.tree import rotation_from_z_to
+from generator.model_files.mjcf.document import MAIN, Document
+from generator.model_files.mjcf.joints import AngleConvention, parse_orientation, parse_pose
+from generator.model_files.xml import (
+    SourceText,
+    XmlElement,
+    parse_number,
+    parse_numbers,
+    parse_vector,
+    unit_direction,
+)
+from generator.rotations import Array, matrix_from_quaternion, pose_matrix
+from generator.text_io import open_regular_file
+
+DENSITY = 1000.0
+"""Default density of a geom [kg/m3]."""
+
+SIZES: Final = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+"""Number of sizes of each solid shape."""
+
+FROMTO_SHAPES: Final = ("capsule", "cylinder", "ellipsoid", "box")
+"""Shapes that `fromto` can define."""
+
+WEIGHTLESS: Final = ("plane", "hfield")
+"""Shapes without mass, in the world only."""
+
+UNREAD: Final = ("mesh", "sdf")
+"""Shapes whose mass comes from a file or a plugin."""
+
+
+def geom_mass(
+    element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
+) -> MassProperties | None:
+    """Return the mass properties of a geom in its body's frame; None for a weightless one.
+
+    `element` has the values of its default class.
+    """
+    shape = element.get("type") or "sphere"
+    if shape in WEIGHTLESS or _is_massless(element, diagnostics):
+        return None
+    if shape in UNREAD or "mesh" in element.attributes:
+        diagnostics.error(
+            "the mass of this body would come from a mesh, and meshes are not read",
+            element.span_of("mesh" if "mesh" in element.attributes else "type"),
+            "give the body an `inertial` with its mass and inertia",
+        )
+        return None
+    if shape not in SIZES:
+        diagnostics.error(
+            f"unknown geom type `{shorten(shape)}`",
+            element.span_of("type"),
+            spelling_hint(shape, SIZES),
+        )
+        return None
+    if element.get("shellinertia") == "true":
+        diagnostics.error(
+            "the inertia of a shell is not computed here",
+            element.span_of("shellinertia"),
+            "give the body an `inertial` with its mass and inertia",
+        )
+        return None
+    place = _placed(element, shape, angles, diagnostics)
+    if place is None:
+        return None
+    pose, size = place
+    volume, unit = _volume_and_moments(shape, size)
+    mass = parse_number(element, "density", diagnostics, DENSITY) * volume
+    if "mass" in element.attributes:
+        mass = parse_number(element, "mass", diagnostics)
+    if not mass > 0.0:
+        diagnostics.error("a mass must not be negative", element.span_of("mass"))
+        return None
+    return MassProperties(mass, np.zeros(3), np.diag(unit) * mass).transform(pose)
+
+
+def _is_massless(element: XmlElement, diagnostics: Diagnostics) -> bool:
+    if "mass" in element.attributes:
+        return parse_number(element, "mass", diagnostics) == 0.0
+    return parse_number(element, "density", diagnostics, DENSITY) == 0.0
+
+
+def _placed(
+    element: XmlElement, shape: str, angles: AngleConvention, diagnostics: Diagnostics
+) -> tuple[Array, tuple[float, ...]] | None:
+    """Return the pose of a shape in its body, shape (4, 4), and its sizes [m]."""
+    count, ends = SIZES[shape], element.attributes.get("fromto")
+    size = element.attributes.get("size", SourceText("", element.span))
+    sizes_read = parse_numbers(size, diagnostics, 0, 3)
+    if sizes_read is None:
+        return None
+    needed = count
+    if ends is not None and shape in FROMTO_SHAPES:
+        needed = 1
+    if len(sizes_read) < needed or not all(part > 0.0 for part in sizes_read[:needed]):
+        plural = "s" if needed > 1 else ""
+        diagnostics.error(
+            f"a {shape} needs {needed} positive size{plural}",
+            element.span_of("size"),
+            "half lengths and radii [m]",
+        )
+        return None
+    if ends is None or shape not in FROMTO_SHAPES:
+        at = parse_vector(element, "pos", diagnostics)
+        return pose_matrix(parse_orientation(element, angles, diagnostics), at), sizes_read[:count]
+    read = parse_numbers(ends, diagnostics, 6)
+    if read is None:
+        return None
+    start, end = np.array(read[:3]), np.array(read[3:])
+    along = unit_direction((start - end).tolist(), ends.span, diagnostics)
+    half = float(np.linalg.norm(end - start)) / 2.0
+    sizes = (sizes_read[0], half) if count == 2 else (sizes_read[0], sizes_read[0], half)
+    return pose_matrix(rotation_from_z_to(along), (start + end) / 2.0), sizes
+
+
+def _volume_and_moments(
+    shape: str, size: Sequence[float]
+) -> tuple[float, tuple[float, float, float]]:
+    """Return the volume [m3] and the principal moments for unit mass [m2] of a shape."""
+    match shape:
+        case "sphere":
+            r = size[0]
+            round_about = 0.4 * r * r
+            return 4.0 / 3.0 * pi * r**3, (round_about, round_about, round_about)
+        case "cylinder":
+            r, h = size[:2]
+            across = r * r / 4.0 + h * h / 3.0
+            return 2.0 * pi * r * r * h, (across, across, r * r / 2.0)
+        case "capsule":
+            return _capsule_volume_and_moments(size[0], size[1])
+        case "ellipsoid":
+            a, b, c = (part * part for part in size[:3])
+            volume = 4.0 / 3.0 * pi * size[0] * size[1] * size[2]
+            return volume, ((b + c) / 5.0, (a + c) / 5.0, (a + b) / 5.0)
+        case _:
+            a, b, c = (part * part for part in size[:3])
+            volume = 8.0 * size[0] * size[1] * size[2]
+            return volume, ((b + c) / 3.0, (a + c) / 3.0, (a + b) / 3.0)
+
+
+def _capsule_volume_and_moments(r: float, h: float) -> tuple[float, tuple[float, float, float]]:
+    """A cylinder of half length h with a half sphere of the radius r at either end.
+
+    The centre of a half sphere is 3/8 r from its flat side.
+    """
+    middle, ends = 2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r**3
+    volume = middle + ends
+    along = middle * r * r / 2.0 + ends * 0.4 * r * r
+    arm = h + 0.375 * r
+    across = middle * (r * r / 4.0 + h * h / 3.0)
+    across += ends * (0.4 * r * r - (0.375 * r) ** 2 + arm * arm)
+    return volume, (across / volume, across / volume, along / volume)
+
+
+DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
+"""Colour and opacity of a geom without any; a geom of this colour takes that of its material."""
+
+_MAX_MESH_NUMBERS = 3_000_000
+"""Numbers in the longest list of a mesh within the model."""
+
+UNDRAWN: Final = {
+    "plane": "planes",
+    "hfield": "height fields",
+    "sdf": "shapes of plugins",
+}
+
+
+@dataclass
+class GeomReader:
+    """Reads the shapes of geoms.
+
+    Attributes:
+        document: the model.
+        directory: of the model's file.
+        diagnostics: collects errors.
+        losses: collects what a figure does not hold.
+    """
+
+    document: Document
+    directory: Path
+    diagnostics: Diagnostics
+    losses: Losses
+    _files: MeshFiles = field(init=False)
+    _meshes: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    _materials: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    _surfaces: dict[str, Surface | None] = field(default_factory=dict[str, Surface | None])
+    _used: set[str] = field(default_factory=set[str])
+
+    def __post_init__(self) -> None:
+        """Collect the meshes and the materials of the model."""
+        self._files = MeshFiles(self.losses, {".msh": read_msh})
+        for asset in self.document.root.find_all("asset"):
+            for element in asset.children:
+                childclass = element.get("class") or MAIN
+                if element.tag == "mesh":
+                    whole = self.document.with_defaults(element, childclass, self.diagnostics)
+                    name = whole.get("name") or Path(whole.get("file") or "").stem
+                    self._meshes[name] = whole
+                elif element.tag == "material":
+                    whole = self.document.with_defaults(element, childclass, self.diagnostics)
+                    self._materials[whole.get("name") or ""] = whole
+
+    def shapes(self, geoms: Sequence[tuple[XmlElement, Array]]) -> tuple[Shape, ...]:
+        """Return the shapes of the geoms of a body: those without contact, if it has such ones.
+
+        Models draw a body with detailed geoms that touch nothing, and let simple ones touch.
+
+        Args:
+            geoms: each with the pose of its frame in the body, shape (4, 4).
+        """
+        seen = [
+            (geom, pose)
+            for geom, pose in geoms
+            if (geom.get("type") or "sphere") not in UNDRAWN and self._rgba(geom)[3] > 0.0
+        ]
+        visual = [(geom, pose) for geom, pose in seen if _is_visual(geom)]
+        for geom, _ in geoms:
+            if (shape := geom.get("type")) in UNDRAWN:
+                self.losses.add(UNDRAWN[shape or ""], geom.get("name") or f"a {shape}")
+        if any(not _is_visual(geom) for geom, _ in geoms):
+            self.losses.add(_CONTACT)
+        return tuple(self._read_shapes(visual or seen))
+
+    def _read_shapes(self, geoms: Sequence[tuple[XmlElement, Array]]) -> Iterator[Shape]:
+        for geom, pose in geoms:
+            surface = self._surface(geom)
+            if surface is not None:
+                red, green, blue, _ = self._rgba(geom)
+                yield Shape(surface.transformed(pose), (red, green, blue))
+
+    def _surface(self, geom: XmlElement) -> Surface | None:
+        """Return the surface of a geom in its body's frame."""
+        shape, angles = geom.get("type") or "sphere", self.document.angle_convention
+        mesh = geom.get("mesh")
+        if mesh is not None:
+            if shape != "mesh":
+                self.losses.add("simple shapes fitted to meshes, which are the meshes here", mesh)
+            surface = self._mesh_surface(mesh, geom)
+            if surface is None:
+                return None
+            return surface.transformed(parse_pose(geom, angles, self.diagnostics))
+        if shape not in SIZES:
+            if shape != "mesh":
+                hint = spelling_hint(shape, (*SIZES, *UNDRAWN, "mesh"))
+                self.diagnostics.error(
+                    f"unknown geom type `{shorten(shape)}`", geom.span_of("type"), hint
+                )
+            return None
+        place = _placed(geom, shape, angles, self.diagnostics)
+        if place is None:
+            return None
+        pose, sizes = place
+        return _primitive(shape, sizes).transformed(pose)
+
+    def _mesh_surface(self, name: str, geom: XmlElement) -> Surface | None:
+        """Return the surface of a mesh of the model; None, with a loss, if it cannot be read."""
+        element = self._meshes.get(name)
+        if element is None:
+            self.diagnostics.error(
+                f"there is no mesh `{shorten(name)}`",
+                geom.span_of("mesh"),
+                spelling_hint(name, self._meshes),
+            )
+            return None
+        if name not in self._surfaces:
+            self._surfaces[name] = self._read_mesh(element, name)
+        return self._surfaces[name]
+
+    def _read_mesh(self, element: XmlElement, name: str) -> Surface | None:
+        file = element.get("file")
+        if file:
+            surface = self._files.find(self._folders(), self._file_name(file))
+        else:
+            surface = self._inline_mesh(element, name)
+        if surface is None:
+            return None
+        shift = np.array(parse_vector(element, "refpos", self.diagnostics))
+        written = element.attributes.get("refquat")
+        read = None if written is None else parse_numbers(written, self.diagnostics, 4)
+        turn = (
+            np.eye(3) if read is None or not any(read) else matrix_from_quaternion(np.array(read))
+        )
+        surface = surface.transformed(pose_matrix(turn.T, -turn.T @ shift))
+        scale = parse_vector(element, "scale", self.diagnostics, (1.0, 1.0, 1.0))
+        if not all(scale):
+            self.diagnostics.error("a scale is not zero", element.span_of("scale"))
+            return None
+        return scaled(surface, scale)
+
+    def _folders(self) -> tuple[Path, ...]:
+        """Return the folders in which mesh files are looked for."""
+        named = self.document.setting("meshdir", self.document.setting("assetdir", ""))
+        return tuple(dict.fromkeys((self.directory / named, self.directory)))
+
+    def _file_name(self, file: str) -> str:
+        strip = self.document.setting("strippath", "false") == "true"
+        return file.replace("\\", "/").rsplit("/", 1)[-1] if strip else file
+
+    def _inline_mesh(self, element: XmlElement, name: str) -> Surface | None:
+        """Return a mesh that is written in the model; without faces its convex hull."""
+        vertex, face = element.attributes.get("vertex"), element.attributes.get("face")
+        if vertex is None:
+            self.losses.add("meshes that MuJoCo makes itself", name)
+            return None
+        numbers = parse_numbers(vertex, self.diagnostics, 9, _MAX_MESH_NUMBERS)
+        corners = (
+            None if face is None else parse_numbers(face, self.diagnostics, 3, _MAX_MESH_NUMBERS)
+        )
+        if numbers is None or (face is not None and corners is None):
+            return None
+        if len(numbers) % 3 or (corners is not None and len(corners) % 3):
+            odd = vertex if len(numbers) % 3 or face is None else face
+            self.diagnostics.error("a mesh has three numbers for each vertex and face", odd.span)
+            return None
+        points = np.array(numbers).reshape(-1, 3)
+        if corners is None:
+            return _hull(points, name, self.losses)
+        faces = np.array(corners).reshape(-1, 3)
+        if (faces != np.round(faces)).any() or not 0 <= faces.min() <= faces.max() < len(points):
+            assert face is not None
+            self.diagnostics.error(
+                "a face of this mesh has a corner that is not a vertex",
+                face.span,
+                f"vertices are counted from 0 to {len(points) - 1}",
+            )
+            return None
+        return Surface.from_faces(points, faces.astype(np.int64))
+
+    def _rgba(self, geom: XmlElement) -> tuple[float, float, float, float]:
+        """Return colour and opacity of a geom: its own, or those of its material."""
+        own = self._parse_rgba(geom, DEFAULT_RGBA)
+        material = self._materials.get(geom.get("material") or "")
+        if material is None or own != DEFAULT_RGBA:
+            return own
+        if material.get("texture") and (name := material.get("name") or "") not in self._used:
+            self._used.add(name)
+            self.losses.add("textures: a material has its colour alone", name)
+        return self._parse_rgba(material, (1.0, 1.0, 1.0, 1.0))
+
+    def _parse_rgba(
+        self, element: XmlElement, default: tuple[float, float, float, float]
+    ) -> tuple[float, float, float, float]:
+        written = element.attributes.get("rgba")
+        read = None if written is None else parse_numbers(written, self.diagnostics, 4)
+        if read is None:
+            return default
+        red, green, blue, opacity = (min(max(part, 0.0), 1.0) for part in read)
+        return red, green, blue, opacity
+
+    def add_asset_losses(self) -> None:
+        """Report the assets that are neither meshes nor materials."""
+        for asset in self.document.root.find_all("asset"):
+            for element in asset.children:
+                if element.tag not in ("mesh", "material", "texture", "hfield"):
+                    self.losses.add("assets that are not known here", element.tag)
+
+
+_CONTACT = "contact of geoms: `mover simulate --floor` and `--scene` have their own"
+
+
+def _is_visual(geom: XmlElement) -> bool:
+    """Return whether a geom touches nothing."""
+    return geom.get("contype") == "0" and geom.get("conaffinity") == "0"
+
+
+def _primitive(shape: str, sizes: tuple[float, ...]) -> Surface:
+    """Return the surface of a solid shape about its centre."""
+    match shape:
+        case "sphere":
+            return sphere(sizes[0])
+        case "capsule":
+            return capsule(sizes[0], sizes[1])
+        case "cylinder":
+            return cylinder(sizes[0], sizes[1])
+        case "ellipsoid":
+            return ellipsoid(sizes[0], sizes[1], sizes[2])
+        case _:
+            return box(sizes[0], sizes[1], sizes[2])
+
+
+def _hull(points: Array, name: str, losses: Losses) -> Surface | None:
+    """Return the convex hull of points."""
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        losses.add("meshes whose points lie in a plane", name)
+        return None
+    faces = hull.simplices.astype(np.int64)
+    corners = points[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    faces[inwards] = faces[inwards][:, ::-1]
+    used, places = np.unique(faces, return_inverse=True)
+    return Surface.from_faces(points[used], places.reshape(-1, 3).astype(np.int64))
+
+
+def read_msh(path: Path) -> Surface:
+    """Read a mesh in MuJoCo's own binary format.
+
+    Four counts (vertices, normals, texture coordinates, faces) as 32-bit integers; the vertices,
+    normals and coordinates as 32-bit floats; the faces as three integers each.
+
+    Raises InputError for another file.
+    """
+    damaged = error(f"`{path}` cannot be read as msh: it is cut short, or holds something else")
+    try:
+        with open_regular_file(path) as file:
+            data = file.read(_MAX_MSH_BYTES + 1)
+    except OSError:
+        raise InputError([damaged]) from None
+    if not 16 <= len(data) <= _MAX_MSH_BYTES:
+        raise InputError([damaged])
+    vertices, normals, textures, faces = np.frombuffer(data, "<i4", 4).tolist()
+    counts = (3 * vertices, 3 * normals, 2 * textures, 3 * faces)
+    if min(counts) < 0 or len(data) != 16 + 4 * sum(counts):
+        raise InputError([damaged])
+    points = np.frombuffer(data, "<f4", counts[0], 16).astype(float).reshape(-1, 3)
+    corners = np.frombuffer(data, "<i4", counts[3], 16 + 4 * sum(counts[:3])).reshape(-1, 3)
+    try:
+        return Surface.from_faces(points, corners.astype(np.int64))
+    except ValueError:
+        raise InputError([damaged]) from None
+
+
+_MAX_MSH_BYTES = 200_000_000

@@ -1,0 +1,99 @@
+"""Frames of an OpenSim model, by the paths that sockets name."""
+
+from dataclasses import dataclass, field
+from posixpath import join, normpath
+
+import numpy as np
+
+from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.model_files.opensim.joints import child_numbers, child_text
+from generator.model_files.xml import XmlElement
+from generator.rotations import Array, matrix_from_xyz, pose_matrix
+
+GROUND = "ground"
+
+_OFFSET_FRAME_TAG = "PhysicalOffsetFrame"
+_BODY_TAGS = ("Body", "Ground")
+
+
+@dataclass
+class FrameIndex:
+    """The frames of a model by their paths.
+
+    Attributes:
+        diagnostics: collects errors.
+        paths: of every component with a name, by its place in memory.
+        by_path: frames and bodies by path.
+        by_name: likewise by name, the first of each.
+    """
+
+    diagnostics: Diagnostics
+    paths: dict[int, str] = field(default_factory=dict[int, str])
+    by_path: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    by_name: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+
+    @classmethod
+    def from_model(cls, model: XmlElement, diagnostics: Diagnostics) -> "FrameIndex":
+        """The frames of a model."""
+        frames, waiting = cls(diagnostics), [(model, "/")]
+        while waiting:
+            element, path = waiting.pop()
+            frames.paths[id(element)] = path
+            for child in reversed(element.children):
+                name = child.get("name")
+                if name is None and child.tag.endswith("Set"):
+                    name = child.tag.lower()
+                waiting.append((child, path if name is None else join(path, name)))
+            if element.tag in (_OFFSET_FRAME_TAG, *_BODY_TAGS):
+                frames.by_path.setdefault(path, element)
+                frames.by_name.setdefault(path.rsplit("/", 1)[-1], element)
+        return frames
+
+    def resolve(
+        self, owner: XmlElement, socket: str, default: XmlElement | None = None
+    ) -> tuple[str, Array] | None:
+        """The body on which the frame stands that a socket names, and the frame's pose in it.
+
+        The ground is called `ground`. None, with the fault noted, where there is no such frame;
+        `default` is the frame of a component without the socket.
+        """
+        pose = np.eye(4)
+        if default is not None and not child_text(owner, socket):
+            if default.tag in _BODY_TAGS:
+                return GROUND if default.tag == "Ground" else default.get("name") or "", pose
+            pose, owner, socket = self._offset_pose(default), default, "socket_parent"
+        for _ in range(len(self.by_path) + 1):
+            reference = owner.find(socket)
+            if reference is None or not reference.text.text:
+                self.diagnostics.error(
+                    f"`{owner.tag}` has no `{socket}`", owner.span, "it names a frame"
+                )
+                return None
+            frame = self._find_frame(owner, reference.text.text)
+            if frame is None and reference.text.text.rsplit("/", 1)[-1] == GROUND:
+                return GROUND, pose
+            if frame is None:
+                self.diagnostics.error(
+                    f"there is no frame `{shorten(reference.text.text)}`",
+                    reference.text.span,
+                    spelling_hint(reference.text.text.rsplit("/", 1)[-1], self.by_name),
+                )
+                return None
+            if frame.tag in _BODY_TAGS:
+                return GROUND if frame.tag == "Ground" else frame.get("name") or "", pose
+            pose = self._offset_pose(frame) @ pose
+            owner, socket = frame, "socket_parent"
+        self.diagnostics.error("these frames refer to each other in a circle", owner.span)
+        return None
+
+    def _find_frame(self, owner: XmlElement, path: str) -> XmlElement | None:
+        """The frame at a path; else the one of its last name, since early files told no more."""
+        whole = normpath(join(self.paths[id(owner)], path))
+        name = path.rsplit("/", 1)[-1]
+        return self.by_path.get(whole) or (None if name == ".." else self.by_name.get(name))
+
+    def _offset_pose(self, frame: XmlElement) -> Array:
+        """Pose of an offset frame in its parent, shape (4, 4)."""
+        a, b, c = child_numbers(frame, "orientation", (0.0, 0.0, 0.0), self.diagnostics)
+        offset = child_numbers(frame, "translation", (0.0, 0.0, 0.0), self.diagnostics)
+        return pose_matrix(matrix_from_xyz(a, b, c), np.array(offset))

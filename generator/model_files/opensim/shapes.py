@@ -1,0 +1,177 @@
+"""Geometry that is attached to the frames of an OpenSim model."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from generator.diagnostics import Diagnostics, InputError, error
+from generator.geometry.primitives import box, cylinder, ellipsoid, sphere
+from generator.geometry.surface import Surface, join_surfaces
+from generator.losses import Losses
+from generator.model_files.body_tree.shapes import Colour, MeshFiles, Shape, scaled
+from generator.model_files.opensim.frames import FrameIndex
+from generator.model_files.opensim.joints import child_number, child_numbers, child_text
+from generator.model_files.xml import XmlElement, parse_xml
+from generator.rotations import Array, pose_matrix
+from generator.text_io import load_text
+
+WHITE = (1.0, 1.0, 1.0)
+"""Colour of a geometry without any."""
+
+GEOMETRY_FOLDER = "Geometry"
+"""Folder beside a model in which OpenSim looks for its mesh files."""
+
+_READ: Final = ("Mesh", "Brick", "Sphere", "Cylinder", "Ellipsoid")
+
+_UNREAD: Final = ("Arrow", "Cone", "FrameGeometry", "LineGeometry", "Line", "Torus")
+"""Geometry that is left out; frames and lines are no surfaces."""
+
+_Z_ALONG_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Rotation of a cylinder about z to one about y."""
+
+
+@dataclass
+class GeometryReader:
+    """Reads the geometry of a model.
+
+    Attributes:
+        frames: of the model.
+        directory: of the model's file.
+        losses: collects what a figure does not hold.
+    """
+
+    frames: FrameIndex
+    directory: Path
+    losses: Losses
+    _files: MeshFiles = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Prepare the reading of mesh files."""
+        self._files = MeshFiles(self.losses, {".vtp": read_vtp})
+
+    def read(self, model: XmlElement) -> dict[str, tuple[Shape, ...]]:
+        """Return the shapes of bodies and of the ground, by name."""
+        shapes: dict[str, tuple[Shape, ...]] = {}
+        for element, owner in _geometry(model):
+            if element.tag in _UNREAD:
+                if element.tag in ("Cone", "Torus"):
+                    self.losses.add("cones and tori", element.get("name") or element.tag)
+                continue
+            appearance = element.find("Appearance")
+            if appearance is not None and child_text(appearance, "visible").lower() == "false":
+                continue
+            frame = self.frames.resolve(element, "socket_frame", default=owner)
+            surface = None if frame is None else self._surface(element)
+            if frame is None or surface is None:
+                continue
+            body, pose = frame
+            shape = Shape(surface.transformed(pose), self._colour(appearance))
+            shapes[body] = (*shapes.get(body, ()), shape)
+        return shapes
+
+    @property
+    def _diagnostics(self) -> Diagnostics:
+        return self.frames.diagnostics
+
+    def _surface(self, element: XmlElement) -> Surface | None:
+        """Return the surface of a geometry in its frame."""
+        surface = self._unscaled(element)
+        if surface is None:
+            return None
+        factors = child_numbers(element, "scale_factors", (1.0, 1.0, 1.0), self._diagnostics)
+        if not all(factors):
+            self.losses.add("shapes that are scaled to nothing", element.get("name") or element.tag)
+            return None
+        return scaled(surface, factors)
+
+    def _unscaled(self, element: XmlElement) -> Surface | None:
+        unit = (1.0, 1.0, 1.0)
+        match element.tag:
+            case "Mesh":
+                name = child_text(element, "mesh_file").replace("\\", "/")
+                folders = (self.directory, self.directory / GEOMETRY_FOLDER)
+                return self._files.find(folders, name) if name else None
+            case "Brick":
+                sizes = child_numbers(element, "half_lengths", unit, self._diagnostics)
+                return box(*sizes) if self._are_positive(element, *sizes) else None
+            case "Ellipsoid":
+                sizes = child_numbers(element, "radii", unit, self._diagnostics)
+                return ellipsoid(*sizes) if self._are_positive(element, *sizes) else None
+            case "Sphere":
+                radius = child_number(element, "radius", self._diagnostics)
+                return sphere(radius) if self._are_positive(element, radius) else None
+            case _:
+                radius = child_number(element, "radius", self._diagnostics)
+                half = child_number(element, "half_height", self._diagnostics)
+                if not self._are_positive(element, radius, half):
+                    return None
+                upright = pose_matrix(_Z_ALONG_Y, np.zeros(3))
+                return cylinder(radius, half).transformed(upright)
+
+    def _are_positive(self, element: XmlElement, *sizes: float) -> bool:
+        if all(size > 0.0 for size in sizes):
+            return True
+        message = f"the sizes of this {element.tag.lower()} are not positive"
+        self._diagnostics.error(message, element.span)
+        return False
+
+    def _colour(self, appearance: XmlElement | None) -> Colour:
+        if appearance is None:
+            return WHITE
+        parts = child_numbers(appearance, "color", WHITE, self._diagnostics)
+        red, green, blue = (min(max(part, 0.0), 1.0) for part in parts)
+        return red, green, blue
+
+
+def _geometry(model: XmlElement) -> Iterator[tuple[XmlElement, XmlElement]]:
+    """Yield the geometry of a model, each with the frame in which it stands."""
+    waiting = [(model, model)]
+    while waiting:
+        element, owner = waiting.pop()
+        if element.tag in (*_READ, *_UNREAD):
+            yield element, owner
+        inner = element if element.tag in ("Body", "Ground", "PhysicalOffsetFrame") else owner
+        waiting += [(child, inner) for child in reversed(element.children)]
+
+
+def read_vtp(path: Path) -> Surface:
+    """Read the polygons of a VTK file (`.vtp`) whose arrays are text.
+
+    Raises InputError for another file.
+    """
+    unread = error(f"`{path}` cannot be read as vtp: its arrays are not text, or it is damaged")
+    source, fault = load_text(path, str(path))
+    root = None if fault is not None else parse_xml(source, Diagnostics())
+    if root is None or root.tag != "VTKFile":
+        raise InputError([unread])
+    try:
+        pieces = [_vtp_piece(piece) for piece in root.walk() if piece.tag == "Piece"]
+    except (ValueError, KeyError, IndexError):
+        raise InputError([unread]) from None
+    if not pieces:
+        raise InputError([unread])
+    return join_surfaces(pieces)
+
+
+def _vtp_piece(piece: XmlElement) -> Surface:
+    """Return the polygons of a part of a file. Raises ValueError or KeyError."""
+    arrays = {
+        (group.tag, array.get("Name") or ""): array
+        for group in piece.children
+        for array in group.find_all("DataArray")
+    }
+    points = next(array for (group, _), array in arrays.items() if group == "Points")
+    corners = _vtp_numbers(arrays["Polys", "connectivity"]).astype(np.int64)
+    ends = _vtp_numbers(arrays["Polys", "offsets"]).astype(np.int64)
+    starts = np.concatenate([[0], ends])
+    return Surface(_vtp_numbers(points).reshape(-1, 3), corners, starts)
+
+
+def _vtp_numbers(array: XmlElement) -> Array:
+    """Return the numbers of an array. Raises ValueError for an array that is not text."""
+    if array.get("format") != "ascii":
+        raise ValueError("this array is not text")
+    return np.array(array.text.text.split(), dtype=float)

@@ -1,0 +1,136 @@
+"""Visuals of URDF: the shapes and colours of links."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.geometry.primitives import box, capsule, cylinder, sphere
+from generator.geometry.surface import Surface
+from generator.losses import Losses
+from generator.model_files.body_tree.shapes import Colour, MeshFiles, Shape, scaled
+from generator.model_files.xml import (
+    XmlElement,
+    parse_number,
+    parse_numbers,
+    parse_vector,
+)
+from generator.rotations import Array, matrix_from_xyz, pose_matrix
+
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+
+PACKAGE, FILE = "package://", "file://"
+
+MAX_PACKAGE_LEVELS = 8
+"""Folders above the model in which a package is looked for."""
+
+
+def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
+    """Parse the `origin` of an element as a pose, shape (4, 4); rotations are about fixed axes."""
+    origin = element.find("origin")
+    if origin is None:
+        return np.eye(4)
+    roll, pitch, yaw = parse_vector(origin, "rpy", diagnostics)
+    # Rz(yaw) Ry(pitch) Rx(roll) is the inverse of a turn about the turned axes.
+    turn = matrix_from_xyz(-roll, -pitch, -yaw).T
+    return pose_matrix(turn, np.array(parse_vector(origin, "xyz", diagnostics)))
+
+
+@dataclass
+class VisualReader:
+    """Reads the visuals of links.
+
+    Attributes:
+        root: the element `robot`.
+        directory: of the model's file.
+        diagnostics: collects errors.
+        losses: collects what a figure does not hold.
+    """
+
+    root: XmlElement
+    directory: Path
+    diagnostics: Diagnostics
+    losses: Losses
+    _files: MeshFiles = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Prepare the reading of mesh files."""
+        self._files = MeshFiles(self.losses)
+
+    def shapes(self, link: XmlElement) -> tuple[Shape, ...]:
+        """Return the visuals of a link; without any, its collision shapes."""
+        visuals, collisions = list(link.find_all("visual")), list(link.find_all("collision"))
+        if collisions:
+            self.losses.add("contact: `mover simulate --floor` and `--scene` have their own")
+        return tuple(self._read(visuals or collisions))
+
+    def _read(self, elements: list[XmlElement]) -> Iterator[Shape]:
+        for element in elements:
+            geometry = element.find("geometry")
+            for shape in () if geometry is None else geometry.children:
+                surface = self._surface(shape)
+                if surface is not None:
+                    pose = parse_origin(element, self.diagnostics)
+                    yield Shape(surface.transformed(pose), self._colour(element))
+
+    def _surface(self, shape: XmlElement) -> Surface | None:
+        match shape.tag:
+            case "box":
+                sizes = parse_vector(shape, "size", self.diagnostics)
+                if self._are_positive(shape, *sizes):
+                    return box(*(0.5 * size for size in sizes))
+            case "sphere":
+                radius = parse_number(shape, "radius", self.diagnostics)
+                if self._are_positive(shape, radius):
+                    return sphere(radius)
+            case "cylinder" | "capsule":
+                radius, length = (
+                    parse_number(shape, word, self.diagnostics) for word in ("radius", "length")
+                )
+                if self._are_positive(shape, radius, length):
+                    return (cylinder if shape.tag == "cylinder" else capsule)(radius, 0.5 * length)
+            case "mesh":
+                surface = self._mesh(shape.get("filename") or "")
+                scale = parse_vector(shape, "scale", self.diagnostics, (1.0, 1.0, 1.0))
+                return surface if surface is None or not all(scale) else scaled(surface, scale)
+            case tag:
+                self.diagnostics.error(
+                    f"unknown shape `{shorten(tag)}`", shape.span, spelling_hint(tag, SHAPES)
+                )
+        return None
+
+    def _are_positive(self, shape: XmlElement, *sizes: float) -> bool:
+        if all(size > 0.0 for size in sizes):
+            return True
+        self.diagnostics.error(f"the sizes of this {shape.tag} are not positive", shape.span)
+        return False
+
+    def _mesh(self, name: str) -> Surface | None:
+        """Return the surface in a mesh file; of a package, in a folder above the model."""
+        if not name.startswith(PACKAGE):
+            return self._files.find((self.directory,), name.removeprefix(FILE))
+        package, _, rest = name.removeprefix(PACKAGE).partition("/")
+        here = self.directory.absolute()
+        above = [here, *here.parents][:MAX_PACKAGE_LEVELS]
+        folders = [folder for each in above for folder in (each / package, each)]
+        return self._files.find(folders, rest)
+
+    def _colour(self, visual: XmlElement) -> Colour | None:
+        """Return the colour of a visual's material, which may stand in the robot."""
+        material = visual.find("material")
+        if material is None:
+            return None
+        named = [one for one in self.root.find_all("material") if one.get("name") is not None]
+        same = [one for one in named if one.get("name") == material.get("name")]
+        for one in (material, *same):
+            if one.find("texture") is not None:
+                self.losses.add("textures: a material has its colour alone", one.get("name") or "")
+            colour = one.find("color")
+            if colour is not None and "rgba" in colour.attributes:
+                read = parse_numbers(colour.attributes["rgba"], self.diagnostics, 4)
+                if read is not None:
+                    red, green, blue, _ = (min(max(part, 0.0), 1.0) for part in read)
+                    return red, green, blue
+        return None
