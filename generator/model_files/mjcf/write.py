@@ -8,11 +8,20 @@ ball joint, whose quaternion rotates the body's own frame.
 A hinge or a slide joint has the spring force -(a x + b x^2 + c x^3), where x is measured from
 `springref`. A fixed tendon has the same force with x measured from the ends of its `springlength`,
 zero between them; so a curve beyond a breakpoint is a tendon of one joint, slack on one side.
+
+The springs of several rotations are functions of the rotation vector r, which is the length of an
+actuator between two sites, about a gear: site and refsite are those of the joint. A law about an
+axis is a sum of ramps, slope * (x - start) beyond a start, x = r . axis; the first may apply
+everywhere. Ramp k of the spring about axis n of joint J is two actuators without control, each with
+half the torque: `J_spring_n_k_parent` (site of the child, refsite of the parent, gear = axis) and
+`J_spring_n_k_child` (sites exchanged, gear = -axis). `biasprm` is half the torque at x = 0 and half
+the slope by x, and `forcerange` cuts the torque off on the other side of the start. Viscous damping
+that differs between axes is `J_damping_n_parent` and `..._child` with half of each in `biasprm`.
 """
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import assert_never
+from typing import Final, assert_never
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -34,6 +43,13 @@ from generator.model_files.export_model import (
     loop_closures,
     split_joint_laws,
     tree_joint_springs,
+)
+from generator.model_files.mjcf.spring_fit import (
+    Ramp,
+    axis_ramps,
+    damping_error,
+    largest_torque,
+    spring_error,
 )
 from generator.model_files.model_files import ModelFiles
 from generator.model_files.piecewise import piecewise_cubic
@@ -183,9 +199,15 @@ STEP = 0.001
 _UNREACHABLE_LENGTH = 1e6
 """Unreachable end of a tendon's slack range [rad or m]."""
 
-_SPRINGS = "springs of several rotations, unless equal about all axes"
-_DAMPING = "damping of several rotations, unless equal about all axes"
+_MAX_FORCE = 1e9
+"""End of a force range that is not reached [N m]."""
+
 _CURVES = "springs whose curve is not a piecewise cubic or has no zero"
+_RAMPS = "springs of several rotations, approximated by torques about axes of parent and child"
+_DAMPING = "damping of several rotations, approximated by that about axes of parent and child"
+_EXACT: Final = 1e-9
+"""Share of the largest torque below which an error is one of rounding."""
+
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
@@ -219,7 +241,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     sections = {tag: Element(tag) for tag in ("asset", "worldbody", "equality", "tendon")}
     sections |= {tag: Element(tag) for tag in ("actuator", "keyframe")}
     root.extend(sections.values())
-    builder = _BodyWriter(model, springs, losses, sections["worldbody"], sections["tendon"])
+    builder = _BodyWriter(model, springs, losses, sections)
     builder.add_bodies()
     add_surfaces(model, sections["asset"], builder.bodies, losses)
     add_loops(model, sections["equality"], builder.bodies, losses)
@@ -249,10 +271,12 @@ class _BodyWriter:
         model: ExportModel,
         springs: SpringSet,
         losses: Losses,
-        world: Element,
-        tendons: Element,
+        sections: Mapping[str, Element],
     ) -> None:
-        self._model, self._losses, self._tendons = model, losses, tendons
+        self._model, self._losses = model, losses
+        self._tendons, self._actuators = sections["tendon"], sections["actuator"]
+        self._joining = springs.joining
+        world = sections["worldbody"]
         self._springs = dict(tree_joint_springs(model, springs))
         self.bodies: dict[str, Element] = dict.fromkeys(model.figure.ground, world)
         self._initial_positions_by_body: dict[str, list[float]] = {}
@@ -337,13 +361,13 @@ class _BodyWriter:
         displacements = self._model.placement.displacements[joint.name]
         start: list[float] = []
         self._initial_positions_by_body[body.attrib["name"]] = start
+        ball: Element | None = None
         for k in chain_indices(branch, chain.translations_are_outer):
             if k is None:
                 turn = chain.pose(displacements)[:3, :3]
                 turn = turn if branch.parent_is_inboard else turn.T
                 start += quaternion(tip_site[:3, :3] @ turn @ tip_site[:3, :3].T).tolist()
                 ball = add_element(body, "joint", name=names[k], type="ball", pos=position)
-                self._add_spherical_spring(ball, joint, laws)
                 continue
             start.append(float(displacements[k]))
             factor = joint.chain[k]
@@ -364,10 +388,8 @@ class _BodyWriter:
             )
             if k in laws.uncoupled:
                 self._add_axis_spring(element, joint, laws.uncoupled[k])
-        if len(chain.rotations) == 2 and any(axis.elastic for axis in laws.combined):
-            self._losses.add(_SPRINGS, joint.name)
-        if len(chain.rotations) == 2 and any(axis.damping.viscous for axis in laws.combined):
-            self._losses.add(_DAMPING, joint.name)
+        if laws.combined:
+            self._add_rotation_springs(ball, joint, springs)
         self._add_friction_losses(joint, laws)
 
     def _joint_element_names(self, joint: Joint) -> dict[int | None, str]:
@@ -384,19 +406,68 @@ class _BodyWriter:
         }
         return {None: name, **parts}
 
-    def _add_spherical_spring(self, element: Element, joint: Joint, laws: JointLaws) -> None:
-        """Springs of a ball."""
-        if not laws.combined:
+    def _add_rotation_springs(
+        self, ball: Element | None, joint: Joint, springs: JointSprings
+    ) -> None:
+        """Springs and damping of several rotations: of the ball itself, if equal about all axes."""
+        stiffness, damping = common_stiffness(springs.axes), common_damping(springs.axes)
+        if stiffness and ball is not None:
+            ball.set("stiffness", format_numbers(stiffness))
+        elif stiffness != 0.0:
+            ramps = [(axis, axis_ramps(joint, springs, axis)) for axis in springs.axes]
+            for number, (axis, each) in enumerate(ramps, 1):
+                for place, ramp in enumerate(each, 1):
+                    self._add_ramp(joint, axis, f"spring_{number}_{place}", ramp)
+            error = spring_error(joint, springs, self._joining, ramps)
+            if error.largest > _EXACT * (largest := largest_torque(joint, springs, self._joining)):
+                self._losses.add(_RAMPS, f"{joint.name} ({error}, of {largest:.2g} N m at most)")
+        if damping and ball is not None:
+            ball.set("damping", format_numbers(damping))
+        elif damping != 0.0:
+            for number, axis in enumerate(springs.axes, 1):
+                if axis.damping.viscous:
+                    terms = (0.0, 0.0, -0.5 * axis.damping.viscous)
+                    self._add_pair(joint, axis, f"damping_{number}", terms)
+            error = damping_error(joint, springs)
+            if error.largest > _EXACT * max(axis.damping.viscous for axis in springs.axes):
+                self._losses.add(_DAMPING, f"{joint.name} ({error}, per rad/s)")
+
+    def _add_ramp(self, joint: Joint, axis: AxisSpring, name: str, ramp: Ramp) -> None:
+        """A ramp as a pair of actuators."""
+        slope = 0.5 * ramp.slope
+        if ramp.start is None:
+            self._add_pair(joint, axis, name, (0.5 * ramp.offset, slope, 0.0))
             return
-        stiffness, damping = common_stiffness(laws.combined), common_damping(laws.combined)
-        if stiffness:
-            element.set("stiffness", format_numbers(stiffness))
-        if damping:
-            element.set("damping", format_numbers(damping))
-        if stiffness is None:
-            self._losses.add(_SPRINGS, joint.name)
-        if damping is None:
-            self._losses.add(_DAMPING, joint.name)
+        positive = ramp.slope > 0.0 if ramp.above else ramp.slope < 0.0
+        ends = (0.0, _MAX_FORCE) if positive else (-_MAX_FORCE, 0.0)
+        self._add_pair(joint, axis, name, (-slope * ramp.start, slope, 0.0), ends)
+
+    def _add_pair(
+        self,
+        joint: Joint,
+        axis: AxisSpring,
+        name: str,
+        terms: tuple[float, float, float],
+        ends: tuple[float, float] | None = None,
+    ) -> None:
+        """Torques about an axis of the parent and of the child that have the same size."""
+        parent, child = (site_name(self._model, ref) for ref in joint.ends)
+        gear = np.array([0.0, 0.0, 0.0, *axis.direction])
+        frames = {"parent": (child, parent, gear), "child": (parent, child, -gear)}
+        for frame, (site, refsite, about) in frames.items():
+            actuator = add_element(
+                self._actuators,
+                "general",
+                name=f"{self._model.joints[joint.name]}_{name}_{frame}",
+                site=site,
+                refsite=refsite,
+                gear=format_numbers(about + 0.0),
+                gainprm="0",
+                biastype="affine",
+                biasprm=format_numbers(terms),
+            )
+            if ends is not None:
+                actuator.set("forcerange", format_numbers(ends))
 
     def _add_axis_spring(self, element: Element, joint: Joint, spring: AxisSpring) -> None:
         """A spring of a hinge or a slide."""
