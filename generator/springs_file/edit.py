@@ -10,12 +10,23 @@ from generator.diagnostics import ModelError, UsageError, shorten
 from generator.figure import Figure, Joint, Vector
 from generator.springs_file.axes import AXIS_NAMES, AxisError, axis_by_name, parallel_sign
 from generator.springs_file.bind import modified_law
+from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.laws import CubicEntry, EntryLaw, write_law
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.read import PRINTED_SPRINGS, find_springs_file, load_springs
 from generator.springs_file.write import write_springs
-from springs import AxisSpring, Cubic, Damping, Elastic, Joining, Linear, SpringSet, Stop
+from springs import (
+    AxisSpring,
+    CoupledSpring,
+    Cubic,
+    Damping,
+    Elastic,
+    Joining,
+    Linear,
+    SpringSet,
+    Stop,
+)
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.elastic import Range
 from springs.hysteresis import Hysteresis
@@ -262,6 +273,56 @@ def format_all(figure: Figure, springs: SpringSet) -> str:
     return write_springs(file) if entries else ""
 
 
+def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
+    """Return the springs file of all springs that the figure's own fields do not hold.
+
+    "" where the fields hold all of them, laws over several joints included.
+
+    Raises ModelError for a law that a springs file cannot state, or a spring of the fields that the
+    springs do not have.
+    """
+    bare = replace(figure, path=None)
+    own = load_springs(bare).require_value().springs
+    entries: list[SpringEntry] = []
+    for name, joint in springs.joints.items():
+        below = own.joints[name].axes if name in own.joints else ()
+        for spring in joint.axes:
+            before = _spring_about(below, spring.direction)
+            if before is None or spring != before.oriented_along(spring.direction):
+                _add_entry(entries, _entry(figure.joints[name], spring, None))
+    coupled = tuple(_coupled_entry(figure, spring) for spring in springs.coupled)
+    text = ""
+    if entries or coupled:
+        joining = None if springs.joining is own.joining else springs.joining
+        try:
+            text = write_springs(SpringsFile(tuple(entries), None, joining, coupled))
+        except ValueError as failure:
+            raise ModelError(f"a springs file cannot state these springs: {failure}") from None
+    made = springs_from_text(text, bare, Path(f"model{SPRINGS_SUFFIX}"))
+    if (made.joints, made.coupled) != (springs.joints, springs.coupled) or (
+        text and made.joining is not springs.joining
+    ):
+        raise ModelError("a springs file cannot state these springs beside the figure's own")
+    return text
+
+
+def _coupled_entry(figure: Figure, spring: CoupledSpring) -> CoupledEntry:
+    """Return the table of a law over several joints. Raises ModelError."""
+    axes = [_declared_axis(figure.joints[axis.joint], axis.direction) for axis in spring.axes]
+    return CoupledEntry(
+        (tuple(axis.joint for axis in spring.axes),),
+        spring.law.coordinates,
+        tuple(name for name, _ in axes),
+        tuple(
+            parallel_sign(axis.direction, declared)
+            for axis, (_, declared) in zip(spring.axes, axes, strict=True)
+        ),
+        explicit_law=spring.law,
+        reference=spring.reference,
+        why=spring.why,
+    )
+
+
 def _add_entry(entries: list[SpringEntry], entry: SpringEntry) -> None:
     """Add an entry, or its joint to an equal one."""
     for k, one in enumerate(entries):
@@ -276,6 +337,7 @@ def _entry(joint: Joint, spring: AxisSpring, before: AxisSpring | None) -> Sprin
     axis, direction = _declared_axis(joint, spring.direction)
     spring = spring.oriented_along(direction)
     law = elastic_law(spring)
+    stop = next((one for one in spring.elastic if isinstance(one, Stop)), Stop(None, None))
     if law is None and any(not isinstance(one, Stop) for one in spring.elastic):
         raise ModelError(f"a springs file cannot state several laws of `{shorten(joint.name)}`")
     same = before is not None and before.oriented_along(direction).elastic == spring.elastic
@@ -289,6 +351,8 @@ def _entry(joint: Joint, spring: AxisSpring, before: AxisSpring | None) -> Sprin
             motion=spring.motion,
             reference=reference,
             why=why,
+            stop_stiffness=stop.stiffness,
+            stop_onset=stop.onset,
         )
     plain, stated = _entry_law(joint, plain_law(law), law)
     keeps = before is not None and before.damping == spring.damping and not linear
@@ -308,6 +372,8 @@ def _entry(joint: Joint, spring: AxisSpring, before: AxisSpring | None) -> Sprin
         motion=spring.motion,
         reference=spring.reference,
         why=spring.why,
+        stop_stiffness=stop.stiffness,
+        stop_onset=stop.onset,
     )
 
 

@@ -13,6 +13,7 @@ from generator.geometry.psurf import MAX_LINES
 from generator.geometry.read import FORMAT_UNITS, read_mesh
 from generator.geometry.surface import Surface, join_surfaces
 from generator.losses import Losses
+from generator.names import reserve_name
 from generator.rotations import Array
 
 Colour = tuple[float, float, float]
@@ -128,13 +129,17 @@ def _area(surface: Surface) -> float:
 
 
 def with_colours(figure: Figure, colours: Mapping[str, Colour]) -> Figure:
-    """Return a figure with one attribute for each colour of its segments."""
+    """Return a figure with one attribute more for each colour of its segments."""
     names: dict[Colour, str] = {}
-    for colour in colours.values():
-        names.setdefault(colour, f"colour_{len(names) + 1}")
-    attributes = {name: Attribute(name, {"rgb": colour}) for colour, name in names.items()}
-    painted = {
-        name: replace(segment, attributes=(names[colours[name]],)) if name in colours else segment
-        for name, segment in figure.segments.items()
-    }
-    return replace(figure, attributes=attributes, segments=painted)
+    taken = set(figure.attributes)
+    for k, colour in enumerate(dict.fromkeys(colours.values()), 1):
+        names[colour] = reserve_name(f"colour_{k}", taken)
+    attributes = [Attribute(name, {"rgb": colour}) for colour, name in names.items()]
+    segments = [figure.segments[name] for name in colours]
+    return figure.with_parts(
+        *attributes,
+        *(
+            replace(segment, attributes=(names[colours[segment.name]], *segment.attributes))
+            for segment in segments
+        ),
+    )

@@ -17,6 +17,7 @@ from generator.model_files.body_tree.tree import (
     gravity_losses,
     rotation_to_y_up,
 )
+from generator.model_files.embedded import imported_from_embedded
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf.document import MAIN, Document, parse_document
 from generator.model_files.mjcf.geoms import GeomReader, geom_mass
@@ -381,7 +382,8 @@ def figure_from_mjcf(
         root.span,
         reader.shapes,
     )
-    return figure_from_tree(tree, diagnostics, losses, separate=separate)
+    carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
+    return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
 def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -> Array:

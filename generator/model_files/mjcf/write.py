@@ -32,6 +32,7 @@ from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
+from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
@@ -253,6 +254,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
         if not len(section):
             root.remove(section)
     add_common_losses(model, springs, losses)
+    embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
 

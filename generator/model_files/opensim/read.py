@@ -26,6 +26,7 @@ from generator.model_files.body_tree.tree import (
     rotation_to_y_up,
     split_extra_inertia,
 )
+from generator.model_files.embedded import imported_from_embedded
 from generator.model_files.imported import Imported
 from generator.model_files.opensim.frames import GROUND, FrameIndex
 from generator.model_files.opensim.joints import (
@@ -206,7 +207,8 @@ def figure_from_osim(
         losses.add(sentence)
     name, ground = element.get("name"), shapes.get(GROUND, ())
     tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground)
-    return figure_from_tree(tree, diagnostics, losses, separate=separate)
+    carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
+    return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
 def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:

@@ -17,6 +17,7 @@ import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef
 from generator.losses import Losses
+from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
     add_common_losses,
@@ -212,6 +213,7 @@ def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
         losses.add("psurfs", *surfaces)
     if figure.attributes:
         losses.add("attributes", *figure.attributes)
+    embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
 

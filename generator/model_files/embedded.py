@@ -1,0 +1,324 @@
+"""The figure and the springs that a model of this program carries, so that they come back exactly.
+
+A model holds its figure in another form: sites without roles, joints in rows, springs by
+approximations and without references. The writers of MJCF and `.osim` therefore add the text of the
+figure and of its springs, in elements that the other programs skip, with digests of the elements
+that they stand for. A reader uses the texts while those elements are as they were written; masses
+and shapes are read from the model in any case.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from hashlib import sha256
+
+import numpy as np
+
+from generator.diagnostics import Diagnostics, ModelError, Source
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Site
+from generator.figure_file import parse_figure
+from generator.figure_file.write import write_figure
+from generator.geometry.read import segment_colour
+from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.losses import Losses
+from generator.model_files.body_tree.shapes import Colour, Shape, join_shapes, with_colours
+from generator.model_files.body_tree.tree import Body, BodyTree
+from generator.model_files.imported import CoordinateMapping, Imported
+from generator.model_files.xml import (
+    Element,
+    XmlElement,
+    add_element,
+    format_document,
+    parse_xml,
+)
+from generator.names import coordinate_names, plain_names
+from generator.rotations import inverse_pose
+from generator.springs_file.edit import format_besides_fields
+from generator.springs_file.parse import SpringsFile, parse_springs
+from springs import SpringSet
+
+MARK = "exudyn_mover"
+"""Element in an `.osim` file, and first part of the names of custom texts in MJCF."""
+
+DIGESTED = ("model", "springs", "others")
+"""Groups of elements with a digest each: the figure, its springs, and what neither has."""
+
+PARTS = ("figure", "springs", *(f"{group}_sha256" for group in DIGESTED))
+"""The texts, and the digests of the elements that they stand for."""
+
+NO_SPRINGS = "none"
+"""Text of the springs of a model that was written without any."""
+
+
+@dataclass(frozen=True)
+class ElementKinds:
+    """Kinds of elements of a format.
+
+    Attributes:
+        spring_tags: elements of springs, damping and friction.
+        spring_attributes: their attributes in other elements.
+        other_tags: elements that a figure does not have.
+        read_tags: elements of masses and shapes, which are read from the model in any case.
+    """
+
+    spring_tags: frozenset[str]
+    spring_attributes: frozenset[str]
+    other_tags: frozenset[str]
+    read_tags: frozenset[str]
+
+    def group(self, tag: str) -> str:
+        """Return the group of an element with this tag; "" for the group of the one above."""
+        return "springs" if tag in self.spring_tags else "others" if tag in self.other_tags else ""
+
+
+KINDS: Mapping[str, ElementKinds] = {
+    "mujoco": ElementKinds(
+        frozenset({"tendon"}),
+        frozenset({"stiffness", "springref", "damping", "frictionloss", "springdamper"}),
+        frozenset({"camera", "light", "sensor", "contact", "option"}),
+        frozenset({"custom", "asset", "geom", "inertial", "visual", "statistic", "size"}),
+    ),
+    "OpenSimDocument": ElementKinds(
+        frozenset(
+            {"ExpressionBasedCoordinateForce", "ExpressionBasedBushingForce"}
+            | {"SpringGeneralizedForce", "CoordinateLimitForce", "CoordinateLinearStopForce"}
+            | {"ExponentialCoordinateLimitForce", "FunctionBasedBushingForce", "BushingForce"}
+        ),
+        frozenset(),
+        frozenset({"ControllerSet", "ContactGeometrySet", "ProbeSet"}),
+        frozenset(
+            {MARK, "mass", "mass_center", "inertia", "attached_geometry", "Appearance", "Mesh"}
+            | {"credits", "publications", "length_units", "force_units"}
+        ),
+    ),
+}
+"""By root element."""
+
+
+def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
+    """Add the texts of a figure and its springs to the model that a writer made of them.
+
+    Nothing is added for springs that a springs file cannot state.
+
+    Args:
+        root: the complete model.
+        figure: as the writer got it.
+        springs: likewise.
+    """
+    try:
+        texts = _format_texts(figure, springs)
+    except (ModelError, ValueError):
+        return
+    parsed = parse_xml(Source("model", format_document(root, ())), Diagnostics())
+    if parsed is None:
+        return
+    parts = dict(zip(PARTS, (*texts, *_digests(parsed)), strict=True))
+    if root.tag == "mujoco":
+        custom = root.find("custom")
+        custom = add_element(root, "custom") if custom is None else custom
+        for name, text in parts.items():
+            add_element(custom, "text", name=f"{MARK} {name}", data=text or " ")
+    else:
+        carrier = add_element(root, MARK)
+        for name, text in parts.items():
+            add_element(carrier, name, text)
+
+
+def _format_texts(figure: Figure, springs: SpringSet) -> tuple[str, str]:
+    """Return the texts of a figure and its springs. Raises ModelError."""
+    if not springs.joints and not springs.coupled:
+        joints = {
+            name: replace(joint, stiff=None, rest=None, damp=None)
+            for name, joint in figure.joints.items()
+        }
+        return write_figure(replace(figure, joints=joints)), NO_SPRINGS
+    return write_figure(figure), format_besides_fields(figure, springs)
+
+
+def _digests(root: XmlElement) -> tuple[str, ...]:
+    """Return the digest of each group of elements."""
+    kinds = KINDS[root.tag]
+    digests = {group: sha256() for group in DIGESTED}
+    waiting: list[tuple[XmlElement, str, str]] = [
+        (child, "", "model") for child in reversed(root.children)
+    ]
+    while waiting:
+        element, path, group = waiting.pop()
+        if element.tag in kinds.read_tags:
+            continue
+        path, group = f"{path}/{element.tag}", kinds.group(element.tag) or group
+        attributes = {name: written.text for name, written in element.attributes.items()}
+        own = {name: attributes.pop(name) for name in kinds.spring_attributes & attributes.keys()}
+        digests[group].update(_canonical_line(path, attributes, element.text.text))
+        if own:
+            digests["springs"].update(_canonical_line(f"{path} {element.get('name')}", own, ""))
+        waiting += [(child, path, group) for child in reversed(element.children)]
+    return tuple(digest.hexdigest() for digest in digests.values())
+
+
+def _canonical_line(path: str, attributes: Mapping[str, str], text: str) -> bytes:
+    """Return an element as a line that spaces and the forms of numbers do not change."""
+    words = [f"{name}={_canonical_text(value)}" for name, value in sorted(attributes.items())]
+    return f"{path} {' '.join(words)}|{_canonical_text(text)}\n".encode()
+
+
+def _canonical_text(text: str) -> str:
+    return " ".join(_canonical_word(word) for word in text.split())
+
+
+def _canonical_word(word: str) -> str:
+    try:
+        return repr(float(word) + 0.0)
+    except ValueError:
+        return word
+
+
+def imported_from_embedded(
+    root: XmlElement, tree: BodyTree, read_losses: Losses
+) -> Imported | None:
+    """Return the figure and the springs that a model carries, with its masses and shapes.
+
+    None for a model without them, or one that is not as it was written, which is a loss.
+
+    Args:
+        root: the element of the model.
+        tree: the bodies of the model as they were read.
+        read_losses: of the reading.
+    """
+    parts = _read_parts(root)
+    if parts is None:
+        return None
+    now = dict(zip(DIGESTED, _digests(root), strict=True))
+    same = {group: now[group] == parts[f"{group}_sha256"] for group in DIGESTED}
+    words = {"model": "bodies, joints or sites", "springs": "springs"}
+    changed = [word for group, word in words.items() if not same[group]]
+    figure = parse_figure(parts["figure"], "the figure in the model").value
+    laws = _parse_springs_text(parts["springs"])
+    bodies = {body.name: body for body in tree.bodies}
+    names = {} if figure is None else plain_names(figure.segments)
+    updated = None
+    if not (changed or figure is None or laws is None):
+        updated = _with_masses(figure, names, bodies)
+    if updated is None or laws is None:
+        what = " and ".join(changed) or "texts or inertias"
+        read_losses.add(
+            f"the figure that the model carries, since its {what} were changed: everything is "
+            "read from the model itself, and the references of springs are lost"
+        )
+        return None
+    losses = Losses(read_losses.format)
+    if not same["others"]:
+        losses.add("cameras, sensors, settings of a run and the like that were added or changed")
+    if parts["springs"] == NO_SPRINGS and any(
+        joint.lower_limit or joint.upper_limit for joint in updated.joints.values()
+    ):
+        losses.add("a model without springs: limits are stops here")
+    placement = _initial_placement(updated)
+    shapes = {
+        segment: bodies[names[segment]].shapes
+        for segment in updated.segments
+        if segment not in updated.ground
+    }
+    surfaces, colours = join_shapes({**_ground_shapes(placement, tree.shapes), **shapes}, losses)
+    painted = _with_new_colours(updated, colours)
+    bare = {name: replace(one, psurf=None) for name, one in painted.segments.items()}
+    return Imported(
+        replace(painted, segments=bare),
+        laws if laws.entries or laws.coupled else None,
+        losses,
+        _coordinates(updated, tree),
+        surfaces,
+    )
+
+
+def _read_parts(root: XmlElement) -> dict[str, str] | None:
+    """Return the texts and digests that a model carries; None without all of them."""
+    found: dict[str, str] = {}
+    if root.tag == "mujoco":
+        for custom in root.find_all("custom"):
+            for text in custom.find_all("text"):
+                name = text.get("name") or ""
+                if name.startswith(f"{MARK} "):
+                    found[name.removeprefix(f"{MARK} ")] = (text.get("data") or "").strip()
+    elif (carrier := root.find(MARK)) is not None:
+        found = {child.tag: child.text.text for child in carrier.children}
+    return found if found.keys() >= set(PARTS) else None
+
+
+def _parse_springs_text(text: str) -> SpringsFile | None:
+    """Return the springs of a text, which may be empty; None for a wrong one."""
+    if not text or text == NO_SPRINGS:
+        return SpringsFile(())
+    return parse_springs(text, "the springs in the model").value
+
+
+def _with_masses(
+    figure: Figure, names: Mapping[str, str], bodies: Mapping[str, Body]
+) -> Figure | None:
+    """Return the figure with the masses of the bodies; None where its segments cannot have them."""
+    changed: list[Segment] = []
+    for name, segment in figure.bodies.items():
+        body = bodies.get(names[name])
+        if body is None or body.mass is None or np.any(body.extra_inertia):
+            return None
+        tensor = body.mass.inertia
+        if np.any(tensor - np.diag(np.diag(tensor))):
+            return None
+        x, y, z = np.diag(tensor).tolist()
+        segment = replace(segment, mass=body.mass.mass, inertia=(x, y, z))
+        if segment.centre_of_mass is None or np.any(segment.centre_of_mass != body.mass.centre):
+            site = Site(CENTRE_OF_MASS_SITE, Location.at(*body.mass.centre.tolist()))
+            segment = replace(segment, sites={**segment.sites, site.name: site})
+        changed.append(segment)
+    return figure.with_parts(*changed)
+
+
+def _initial_placement(figure: Figure) -> Placement:
+    tree = build_tree(figure)
+    return forward_kinematics(tree, initial_displacements(tree))
+
+
+def _ground_shapes(placement: Placement, shapes: tuple[Shape, ...]) -> dict[str, tuple[Shape, ...]]:
+    """Return the shapes of the world in the frames of the ground's segments.
+
+    As many segments with psurfs have one shape each, in their order; otherwise the first has all.
+    """
+    figure = placement.tree.figure
+    ground = [name for name in figure.segments if name in figure.ground]
+    owners = [name for name in ground if figure.segments[name].psurf is not None]
+    if len(owners) != len(shapes):
+        owners = [(owners or ground)[0]] * len(shapes)
+    found: dict[str, tuple[Shape, ...]] = {}
+    for name, shape in zip(owners, shapes, strict=True):
+        moved = shape.transformed(inverse_pose(placement.poses[name]))
+        found[name] = (*found.get(name, ()), moved)
+    return found
+
+
+_COLOUR_TOLERANCE = 1e-6
+"""Difference of colours that counts as rounding."""
+
+
+def _with_new_colours(figure: Figure, colours: Mapping[str, Colour]) -> Figure:
+    """Return the figure with the colours of the model, where they are others than its own."""
+    new = {
+        name: colour
+        for name, colour in colours.items()
+        if not np.allclose(
+            segment_colour(figure, figure.segments[name]), colour, rtol=0.0, atol=_COLOUR_TOLERANCE
+        )
+    }
+    return with_colours(figure, new) if new else figure
+
+
+def _coordinates(figure: Figure, tree: BodyTree) -> dict[str, CoordinateMapping]:
+    """Return the displacements by the names that the model has for them."""
+    known = {freedom.name for body in tree.bodies for freedom in body.dofs}
+    listed = coordinate_names({name: joint.chain for name, joint in figure.joints.items()})
+    plain, found = plain_names(figure.joints), dict[str, CoordinateMapping]()
+    for joint, names in listed.items():
+        for k, name in enumerate(names):
+            own = plain[joint] if len(names) == 1 and plain[joint] in known else name
+            if own in known:
+                found[own] = CoordinateMapping(joint, k)
+    return found
