@@ -88,6 +88,11 @@ def start_of(made: Figure) -> dict[str, Array]:
     return {name: np.array(one.displacement, dtype=float) for name, one in made.joints.items()}
 
 
+def bent(made: Figure) -> dict[str, Array]:
+    """Displacements of 0.4 rad or m everywhere."""
+    return {name: np.full(len(one.chain), 0.4) for name, one in made.joints.items()}
+
+
 @cache
 def shipped(name: str) -> Figure:
     return read_figure(FIGURES / f"{name}.fig")

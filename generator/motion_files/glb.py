@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import MoverError
 from generator.figure import Segment
-from generator.figure_file.read import FIGURE_SUFFIX
 from generator.geometry.appearance import (
     Appearance,
     Colour,
@@ -170,7 +169,8 @@ class _GlbBuilder:
         self._nodes: list[dict[str, Any]] = []
         self._node_indices: dict[str, int] = {}
         self._animations: list[dict[str, Any]] = []
-        self._name = motion.figure.name or motion.header.figure.removesuffix(FIGURE_SUFFIX)
+        path = motion.figure.path
+        self._name = motion.figure.name or ("figure" if path is None else path.stem)
         self._channels: dict[str, tuple[Array, Array]] = {}
         self._rest = {name: np.eye(4) for name in motion.figure.segments}
         for name, axes in skeleton.limb_axes(motion.figure).items():

@@ -151,6 +151,37 @@ def motion_from_recording(
     )
 
 
+def motion_from_figure(
+    figure: Figure, displacements: Mapping[str, Array] | None = None
+) -> FigureMotion:
+    """The motion of one frame of a figure in a pose, at 0 s.
+
+    Args:
+        figure: the figure.
+        displacements: of each joint, shape (degrees of freedom,) [rad or m]; None for those of its
+            file.
+    """
+    if displacements is None:
+        displacements = {
+            name: np.array(joint.displacement, dtype=float) for name, joint in figure.joints.items()
+        }
+    path = figure.path
+    header = Header(
+        figure=_one_line(figure.name if path is None else path.name),
+        sha256=None if path is None else file_sha256(path),
+        start=0.0,
+        stop=0.0,
+        frame_interval=None,
+        springs=NONE,
+        law=NONE,
+        outcome=Ending.DONE,
+        message="A pose.",
+    )
+    chains = {name: joint.chain for name, joint in figure.joints.items()}
+    frame = {name: np.asarray(values)[None] for name, values in displacements.items()}
+    return FigureMotion(figure, header, chains, np.zeros(1), frame)
+
+
 _QUANTITIES = ("velocities", "reactions", "passive torques", "energies", "error estimate")
 
 GROUND_REACTION = "ground reaction"

@@ -15,9 +15,12 @@ from generator.geometry.contact_spheres import mass_capsule
 from generator.geometry.psurf import read_psurf
 from generator.motion_files import FigureMotion, motion_from_recording
 from generator.motion_files.glb import write
+from generator.motion_files.motion import motion_from_figure
+from generator.motion_files.skeleton import build_skeleton
 from generator.rotations import Array
 from tests.motion_readers import Glb
-from tests.motions import FIGURES, any_motion, clip, shipped, site, slides, standing
+from tests.motions import MOTIONS, any_motion, bent, clip, shipped, site, slides, standing
+from tests.paths import FIGURES
 
 WITHIN = 1e-6
 
@@ -87,6 +90,57 @@ def test_only_slides_and_free_roots_have_positions(
     write(motion, tmp_path / "out.glb")
     paths = [path for _, path in Glb(tmp_path / "out.glb").channels]
     assert paths.count("translation") == shifted
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_one_skin_holds_the_bones_with_their_poses_at_rest(name: str, tmp_path: Path):
+    """The inverse bind matrices are those of the figure with all displacements zero."""
+    motion = clip(name)
+    write(motion, tmp_path / "out.glb")
+    zero = {joint: np.zeros((1, len(chain))) for joint, chain in motion.chains.items()}
+    rest = replace(motion, times=np.zeros(1), displacements=zero, recording=None)
+    write(rest, tmp_path / "rest.glb")
+    read, poses = Glb(tmp_path / "out.glb"), Glb(tmp_path / "rest.glb").poses()
+    (skin,) = read.document["skins"]
+    matrices = read.numbers(skin["inverseBindMatrices"]).reshape(-1, 4, 4).swapaxes(1, 2)
+    names = [read.nodes[joint]["name"] for joint in skin["joints"]]
+    assert names == [bone.segment for bone in build_skeleton(motion).bones]
+    if name != "flying":
+        for segment, inverse in zip(names, matrices, strict=True):
+            assert np.allclose(inverse @ poses[segment][0], np.eye(4), atol=1e-6)
+    assert np.array_equal(matrices[:, 3], np.tile([0.0, 0.0, 0.0, 1.0], (len(names), 1)))
+    (root,) = read.document["scenes"][0]["nodes"]
+    assert skin["skeleton"] == root
+    assert root not in skin["joints"]
+
+
+def test_the_root_has_the_name_of_the_figure_and_no_other(tmp_path: Path):
+    figure = shipped("prototype")
+    for title, expected in (("prototype", "prototype"), ("lower_torso", "lower_torso_2")):
+        write(standing(replace(figure, name=title)), tmp_path / "out.glb")
+        read = Glb(tmp_path / "out.glb")
+        (root,) = read.document["scenes"][0]["nodes"]
+        assert read.nodes[root]["name"] == expected
+        assert len({node["name"] for node in read.nodes}) == len(read.nodes)
+
+
+def test_a_pose_is_a_file_without_an_animation(tmp_path: Path):
+    motion = motion_from_figure(shipped("prototype"), bent(shipped("prototype")))
+    write(motion, tmp_path / "pose.glb")
+    assert "animations" not in Glb(tmp_path / "pose.glb").document
+    scene = trimesh.load_scene(tmp_path / "pose.glb")
+    for name, segment in motion.figure.segments.items():
+        for each in segment.sites:
+            pose, _ = scene.graph.get(f"{name}.{each}")
+            assert np.allclose(pose[:3, 3], site(motion, name, each)[0], atol=WITHIN)
+        if segment.psurf is not None:
+            turn, shift = motion.poses[name][0, :3, :3], motion.poses[name][0, :3, 3]
+            surface = read_psurf(FIGURES / str(segment.psurf))
+            vertices = surface.vertices @ turn.T + shift
+            pose, mesh = scene.graph.get(name)[0], scene.geometry[name]
+            shown = trimesh.transform_points(mesh.vertices, pose)
+            assert np.allclose(shown.min(axis=0), vertices.min(axis=0), atol=WITHIN)
+            assert np.allclose(shown.max(axis=0), vertices.max(axis=0), atol=WITHIN)
 
 
 def test_the_file_says_where_it_is_from(tmp_path: Path):

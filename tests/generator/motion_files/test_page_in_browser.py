@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from generator.motion_files.motion import motion_from_figure
 from generator.motion_files.page import springs_of_header, write
 from generator.passive_curve import passive_curves
 from generator.rotations import Array
@@ -16,7 +18,7 @@ from tests.browser import WAIT, launch_browser
 from tests.generator.motion_files.test_glb import half_way
 from tests.generator.motion_files.test_page import HOSTILE, hostile_motion
 from tests.motion_readers import Page
-from tests.motions import clip
+from tests.motions import bent, clip, shipped, site
 
 WITHIN = 1e-5
 """Numbers of the body have 24 bits."""
@@ -53,13 +55,26 @@ def open_file(browser: Any) -> Iterator[Callable[..., Any]]:
     assert len(asked) == 1
 
 
-def body_fraction(page: Any) -> float:
-    """Fraction of the body's picture that is orange, the colour of the prototype."""
+def orange_pixels(page: Any) -> NDArray[np.bool_]:
+    """Pixels of the body's picture that are orange, the colour of the prototype."""
     import matplotlib.image
 
     shot = matplotlib.image.imread(BytesIO(page.locator("#stage").screenshot()))
     red, green, blue = shot[..., 0], shot[..., 1], shot[..., 2]
-    return float(np.mean((red > 2.0 * blue) & (red > 1.3 * green)))
+    return (red > 2.0 * blue) & (red > 1.3 * green)
+
+
+def body_fraction(page: Any) -> float:
+    """Fraction of the body's picture that is orange."""
+    return float(np.mean(orange_pixels(page)))
+
+
+def body_middle(page: Any) -> tuple[float, float]:
+    """A point of the torso in the window, a little above the middle of the orange pixels."""
+    rows, columns = np.nonzero(orange_pixels(page))
+    box = page.locator("#stage").bounding_box()
+    row = np.quantile(rows, 0.3)
+    return box["x"] + float(np.mean(columns)), box["y"] + float(row)
 
 
 def wait_for(page: Any, condition: str) -> None:
@@ -93,8 +108,8 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
         page.evaluate("time => page.seek(time)", float(motion.times[frame]))
         assert page.evaluate("page.frame") == frame
         for segment in motion.figure.segments.values():
-            for name, site in segment.sites.items():
-                expected = motion.poses[segment.name][frame] @ site.pose_in_segment
+            for name, each in segment.sites.items():
+                expected = motion.poses[segment.name][frame] @ each.pose_in_segment
                 found = site_pose(page, f"{segment.name}.{name}")
                 np.testing.assert_allclose(found, expected, atol=WITHIN)
 
@@ -136,19 +151,38 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
     wait_for(page, "!page.playing")
     assert page.evaluate("page.time") == motion.times[-1]
     hand = site_pose(page, "left_lower_arm.distal")
-    site = motion.figure.segments["left_lower_arm"].sites["distal"].pose_in_segment
-    np.testing.assert_allclose(hand, motion.poses["left_lower_arm"][-1] @ site, atol=WITHIN)
+    distal = motion.figure.segments["left_lower_arm"].sites["distal"].pose_in_segment
+    np.testing.assert_allclose(hand, motion.poses["left_lower_arm"][-1] @ distal, atol=WITHIN)
 
     # A click into the lower plot sets the time.
     box = page.locator("#time-plot .u-over").bounding_box()
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
     assert page.evaluate("page.time") == pytest.approx(0.5 * motion.times[-1], abs=0.005)
 
+    # A click on a segment selects its joint.
+    page.keyboard.press("Home")
+    page.select_option("#row", label=curve.label)
+    label = "document.querySelector('#row').selectedOptions[0].label"
+    joint = f"page.motion.rows.find((row) => row.label === {label}).joint"
+    assert page.evaluate(joint) == "left_knee"
+    page.mouse.click(*body_middle(page))
+    assert page.evaluate(joint) in ("waist", "root_torso")
+
     # Dark and light.
     background = "getComputedStyle(document.body).backgroundColor"
     before = page.evaluate(background)
     page.click("#theme")
     assert page.evaluate(background) != before
+
+
+def test_a_page_of_a_pose_shows_it(open_file: Callable[..., Any], tmp_path: Path):
+    motion = motion_from_figure(shipped("prototype"), bent(shipped("prototype")))
+    write(motion, tmp_path / "pose.html")
+    page = open_file(tmp_path / "pose.html")
+    wait_for(page, "page.triangles() > 1000")
+    expected = site(motion, "left_lower_leg", "distal")[0]
+    found = site_pose(page, "left_lower_leg.distal")
+    np.testing.assert_allclose(found[:3, 3], expected, atol=WITHIN)
 
 
 def test_names_are_text_and_a_browser_without_webgl_says_so(

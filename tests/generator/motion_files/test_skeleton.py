@@ -1,4 +1,4 @@
-"""Quaternions and axes of orientations: the same orientation, and no jump on the way."""
+"""Quaternions and axes of orientations without jumps, and the axes of bones along their limbs."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -6,7 +6,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from generator.motion_files.skeleton import axis_angles, continuous_quaternions
+from generator.motion_files.skeleton import (
+    axis_angles,
+    build_skeleton,
+    continuous_quaternions,
+)
+from tests.chains import BALL, at, body, figure, ground, joint
+from tests.motions import shipped, standing
 
 angle = st.floats(-20.0, 20.0, allow_nan=False)
 walks = st.integers(1, 12).flatmap(lambda n: arrays(float, (n, 3), elements=angle))
@@ -52,3 +58,41 @@ def test_axis_and_angle_are_their_matrix(vectors: np.ndarray):
 
 def test_no_turn_has_an_axis_all_the_same():
     assert axis_angles(np.eye(3)[None]).tolist() == [[0.0, 1.0, 0.0, 0.0]]
+
+
+def test_the_bones_of_a_human_figure_point_along_its_limbs():
+    made = shipped("clavicles")
+    skeleton = build_skeleton(standing(made))
+    axes = skeleton.limb_axes(made)
+    mirror = np.diag([-1.0, 1.0, 1.0])
+    for name, columns in axes.items():
+        assert np.allclose(columns.T @ columns, np.eye(3), atol=1e-12)
+        assert np.linalg.det(columns) > 0.0
+        if name.startswith("left"):
+            other = axes[name.replace("left", "right")]
+            assert np.allclose(mirror @ columns[:, 1:], other[:, 1:], atol=1e-9)
+    down, front = [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]
+    for name in ("left_upper_arm", "left_lower_arm", "right_upper_leg", "right_lower_leg"):
+        assert np.allclose(axes[name][:, 1], down, atol=1e-6)
+        assert np.allclose(axes[name][:, 2], front, atol=1e-6)
+    centres = {bone.segment: bone.centre for bone in skeleton.bones}
+    along = centres["left_upper_arm"] - centres["left_clavicle"]
+    assert np.allclose(axes["left_clavicle"][:, 1], along / np.linalg.norm(along))
+
+
+def test_a_bone_to_the_front_has_z_up_and_one_without_a_length_is_upright():
+    made = figure(
+        [
+            ground(),
+            body("foot", sites={"toe": at(shift=(0.01, 0.0, 0.3))}),
+            body("dot", centre=(0.0, 0.0, 0.0)),
+        ],
+        [
+            joint("ankle", "ground.base", "foot.near", BALL),
+            joint("pin", "ground.base", "dot.near", BALL),
+        ],
+    )
+    axes = build_skeleton(standing(made)).limb_axes(made)
+    assert axes["foot"][2, 1] > 0.99
+    assert axes["foot"][1, 2] > 0.99
+    assert np.allclose(axes["dot"], np.eye(3))
