@@ -28,14 +28,16 @@ from benchmarks.exported import (
 )
 from generator.figure import Figure
 from generator.figure_file import read_figure
+from generator.joint_chain import build_chain
 from generator.kinematics.free_root import detach_root
+from generator.rotations import inverse_pose
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.run import simulate
 from springs import SpringSet
 
 COMMAND = "python -m benchmarks exports"
 
-STOP, FRAME = 0.5, 0.02
+STOP, FRAME = 0.5, 0.01
 """Of every fall [s]."""
 
 TOLERANCE = 1e-6
@@ -47,6 +49,9 @@ ACCURACIES: Mapping[str, tuple[float, float]] = {
     "Pinocchio": (2e-3, 1e-3),
 }
 """Step [s], or accuracy of OpenSim's manager: first that of the row, then a finer one."""
+
+LAW_STEP = 5e-4
+"""Of MuJoCo with our laws, which Python evaluates [s]."""
 
 BENT: Mapping[str, tuple[float, ...]] = {
     "left_hip_joint": (0.0, 0.0, 60.0),
@@ -139,7 +144,7 @@ def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
         if isinstance(model, MuJoCoModel):
             times, ours = our_fall(case.figure, case.springs)
             law = PassiveLaw(case.figure, case.springs)
-            replaced = model.fall(times, 5e-4, law)
+            replaced = model.fall(times, LAW_STEP, law)
             found["our laws there [mm]"] = 1e3 * difference(case.figure, replaced, ours)[0]
     bare = engine(case.figure, SpringSet(), folder)
     found |= fall_row(bare, case, SpringSet(), "without")
@@ -171,13 +176,53 @@ def rows() -> Iterator[dict[str, object]]:
             yield {key: _short(found.get(key, "")) for key in HEAD}
 
 
+def motion_rows(
+    case: Case, times: list[float], motion: Motion, program: str
+) -> Iterator[dict[str, object]]:
+    """A motion as displacements of all joints, a row a frame."""
+    poses = dict(motion)
+    for name in case.figure.ground:
+        poses[name] = np.tile(np.eye(4), (len(times), 1, 1))
+    columns: dict[str, list[str]] = {}
+    for name, joint in case.figure.joints.items():
+        parent, child = (
+            poses[ref.segment] @ case.figure.site(ref).pose_in_segment
+            for ref in (joint.parent, joint.child)
+        )
+        values = build_chain(joint.chain).continuous_displacements(
+            inverse_pose(parent) @ child, np.array(joint.displacement)
+        )
+        for k, column in enumerate(values.T, 1):
+            columns[f"{name}_{k} [rad]"] = [str(round(value, 6) + 0.0) for value in column.tolist()]
+    for frame, time in enumerate(times):
+        cells = {key: column[frame] for key, column in columns.items()}
+        yield {"program": program, "time [s]": f"{time:g}", **cells}
+
+
+def motions(case: Case) -> Iterator[dict[str, object]]:
+    """The falls that the plate draws: by the files, and by our laws in MuJoCo."""
+    times, _ = our_fall(case.figure, case.springs)
+    with TemporaryDirectory() as folder:
+        mujoco = MuJoCoModel(case.figure, case.springs, Path(folder))
+        motion = mujoco.fall(times, ACCURACIES["MuJoCo"][1])
+        yield from motion_rows(case, times, motion, "MuJoCo")
+        motion = mujoco.fall(times, LAW_STEP, PassiveLaw(case.figure, case.springs))
+        yield from motion_rows(case, times, motion, "MuJoCo, our laws")
+        opensim = OpenSimModel(case.figure, case.springs, Path(folder))
+        motion = opensim.fall(times, ACCURACIES["OpenSim"][1])
+        yield from motion_rows(case, times, motion, "OpenSim")
+
+
 def _short(value: object) -> object:
     return float(f"{value:.2g}") if isinstance(value, float) else value
 
 
 def main() -> None:
-    """Print the table."""
-    tables.show(rows())
+    """Print the table, and write it and the motions for the plate `exported_fall`."""
+    every: list[dict[str, object]] = []
+    tables.show(every.append(each) or each for each in rows())
+    tables.write("exports", COMMAND, every)
+    tables.write("exports_motion", COMMAND, list(motions(cases()[0])))
 
 
 if __name__ == "__main__":
