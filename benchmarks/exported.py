@@ -137,7 +137,7 @@ class MuJoCoModel:
                 at_rest[at : at + len(part)] = part
         self.data.qpos[:], self.data.qvel[:] = at_rest, 0.0
         self.api.mj_forward(self.model, self.data)
-        forces = self.data.qfrc_passive.copy()
+        forces = self.data.qfrc_passive + self._spring_actuators().T @ self.data.actuator_force
         found: dict[str, Array] = {}
         for name, numbers in values.items():
             found[name] = np.zeros(len(numbers))
@@ -153,6 +153,25 @@ class MuJoCoModel:
                 self.api.mj_differentiatePos(self.model, rate, 2e-5, *ends)
                 found[name][k] = rate @ forces
         return found
+
+    def _spring_actuators(self) -> Array:
+        """Moments of the actuators by degrees of freedom, zero for those of loads."""
+        moments = np.zeros((self.model.nu, self.model.nv))
+        if self.model.nu:
+            self.api.mju_sparse2dense(
+                moments,
+                self.data.actuator_moment,
+                self.data.moment_rownnz,
+                self.data.moment_rowadr,
+                self.data.moment_colind,
+            )
+        moments[self._loads()] = 0.0
+        return moments
+
+    def _loads(self) -> list[int]:
+        """Numbers of the actuators that are constant forces and moments of the figure."""
+        names = [self.model.actuator(k).name for k in range(self.model.nu)]
+        return [k for k, name in enumerate(names) if name.endswith(" load")]
 
     def fall(
         self, times: Sequence[float], accuracy: float, law: "PassiveLaw | None" = None
@@ -189,6 +208,9 @@ class MuJoCoModel:
         for part in ("jnt_stiffnesspoly", "dof_dampingpoly", "tendon_stiffnesspoly"):
             with suppress(AttributeError):
                 getattr(self.model, part)[:] = 0.0
+        springs = np.setdiff1d(np.arange(self.model.nu), self._loads())
+        self.model.actuator_biasprm[springs] = 0.0
+        self.model.actuator_forcelimited[springs] = 0
 
     def _callback(self, law: "PassiveLaw") -> Callable[[Any, Any], None]:
         """Our laws as MuJoCo's passive forces; a ball's are torques in its body."""
@@ -373,7 +395,7 @@ def moment_differences(model: SpringModel, figure: Figure, springs: SpringSet) -
     return found
 
 
-_STATED = re.compile(r"(\w+) ([\d.e+-]+) N m at most")
+_STATED = re.compile(r"(\w+):? \(?([\d.e+-]+) N m at most")
 
 
 def stated_errors(losses: Losses) -> dict[str, float]:
