@@ -19,6 +19,7 @@ PARTS = {
     "verification": "benchmarks.verification",
     "falls": "benchmarks.falls",
     "work-precision": "benchmarks.work_precision",
+    "exports": "benchmarks.exports",
     "chains": "benchmarks.chains",
     "startup": "benchmarks.startup",
     "aims": "benchmarks.aims",

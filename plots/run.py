@@ -47,6 +47,7 @@ PLATES: Mapping[str, str] = {
         ("fall_energy", ("fall_energy",)),
         ("fall_on_floor", ("fall_on_floor",)),
         ("verification", ("verification",)),
+        ("exported_fall", ("exported_fall",)),
         ("contact", ("contact",)),
         ("floor_falls", ("floor_falls",)),
         ("work_precision", ("work_precision",)),

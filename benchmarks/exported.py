@@ -1,0 +1,430 @@
+"""Exported models in the programs that they are for: moments of their springs, and their motions.
+
+The files are those that `mover convert` writes. A program gives poses of the segments in the
+figure's world, by segment, shape (4, 4).
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from itertools import product
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from generator.figure import Figure, Joint
+from generator.joint_chain import build_chain
+from generator.losses import Losses
+from generator.model_files.export_model import split_joint_laws
+from generator.model_files.fit_error import joint_ranges
+from generator.model_files.formats import model_format
+from generator.rotations import Array, pose_matrix
+from generator.simulation.model import build_model
+from generator.simulation.plan import Plan
+from generator.simulation.statics import StaticState
+from springs import Joining, JointSprings, SpringSet, elastic_torque, total_torque
+from springs.backends import NUMPY
+from springs.spherical import damping_torque
+
+Poses = dict[str, Array]
+Values = Mapping[str, Array]
+Motion = Mapping[str, Array]
+"""Poses of each segment, shape (frames, 4, 4)."""
+
+GRID = {1: 41, 2: 11, 3: 7}
+"""Angles of each displacement of a joint with this number of displacements."""
+
+HALF_TURN = np.radians(170.0)
+"""Rotations beyond are left out: there the law of a joint of several rotations is not smooth."""
+
+
+class ExportedModel(Protocol):
+    """A model in its program, in the pose of the file.
+
+    Attributes:
+        name: of the program.
+        losses: what the file does not hold.
+        warnings: lines that the program printed when it read the file.
+    """
+
+    name: str
+    losses: Losses
+    warnings: list[str]
+
+    def __init__(self, figure: Figure, springs: SpringSet, folder: Path) -> None:
+        """Write the model into a folder and read it."""
+        ...
+
+    def fall(self, times: Sequence[float], accuracy: float) -> Motion:
+        """The motion of the file by itself.
+
+        `accuracy` is a step [s] or an accuracy of the program's own integrator.
+        """
+        ...
+
+
+class SpringModel(ExportedModel, Protocol):
+    """A model whose springs are read."""
+
+    def moments(self, values: Values) -> dict[str, Array]:
+        """Generalized forces of the springs on each joint's displacements at rest [N m]."""
+        ...
+
+
+def write_model(figure: Figure, springs: SpringSet, path: Path) -> Losses:
+    """Write a model as `mover convert` does."""
+    return model_format(path).format_files(figure, springs, path).write()
+
+
+class MuJoCoModel:
+    """A model in MuJoCo, with the options of its file."""
+
+    name = "MuJoCo"
+
+    def __init__(self, figure: Figure, springs: SpringSet, folder: Path) -> None:
+        """Write it and compile it."""
+        import mujoco
+
+        self.api: Any = mujoco
+        self.warnings: list[str] = []
+        self.figure, self.path = figure, folder / "figure.xml"
+        self.losses = write_model(figure, springs, self.path)
+        before = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(self.warnings.append)
+        try:
+            self.model = mujoco.MjModel.from_xml_path(str(self.path))
+        finally:
+            mujoco.set_mju_user_warning(before)
+        self.data = mujoco.MjData(self.model)
+        self._reset()
+
+    def _reset(self) -> None:
+        self.api.mj_resetDataKeyframe(self.model, self.data, self.model.key("start").id)
+        self.api.mj_forward(self.model, self.data)
+
+    def poses(self) -> Poses:
+        """Poses of all segments that move."""
+        bodies = {name: self.data.body(name) for name in self.figure.bodies}
+        return {
+            name: pose_matrix(body.xmat.reshape(3, 3), body.xpos) for name, body in bodies.items()
+        }
+
+    def _joint(self, name: str) -> int:
+        return self.api.mj_name2id(self.model, self.api.mjtObj.mjOBJ_JOINT, name)
+
+    def position(self, joint: Joint, values: Array) -> dict[int, Array]:
+        """Positions by address among `qpos` of a joint's displacements."""
+        chain, ball = build_chain(joint.chain), self._joint(joint.name)
+        if len(chain.rotations) == 3 and ball >= 0:
+            tip = self.figure.site(joint.child).pose_in_segment[:3, :3]
+            turn = tip @ chain.pose(values)[:3, :3] @ tip.T
+            quaternion = Rotation.from_matrix(turn).as_quat()[[3, 0, 1, 2]]
+            return {int(self.model.jnt_qposadr[ball]): quaternion}
+        names = [f"{joint.name}_{k + 1}" for k in range(len(values))]
+        names = [joint.name] if len(values) == 1 else names
+        return {
+            int(self.model.jnt_qposadr[self._joint(name)]): np.array([value])
+            for name, value in zip(names, values, strict=True)
+        }
+
+    def moments(self, values: Values) -> dict[str, Array]:
+        """See `SpringModel`; positions that change with a displacement give its force."""
+        at_rest = self.model.key("start").qpos.copy()
+        for name, numbers in values.items():
+            for at, part in self.position(self.figure.joints[name], numbers).items():
+                at_rest[at : at + len(part)] = part
+        self.data.qpos[:], self.data.qvel[:] = at_rest, 0.0
+        self.api.mj_forward(self.model, self.data)
+        forces = self.data.qfrc_passive + self._spring_actuators().T @ self.data.actuator_force
+        found: dict[str, Array] = {}
+        for name, numbers in values.items():
+            found[name] = np.zeros(len(numbers))
+            for k in range(len(numbers)):
+                ends: list[Array] = []
+                for change in (-1e-5, 1e-5):
+                    moved, end = numbers.copy(), at_rest.copy()
+                    moved[k] += change
+                    for at, part in self.position(self.figure.joints[name], moved).items():
+                        end[at : at + len(part)] = part
+                    ends.append(end)
+                rate = np.zeros(self.model.nv)
+                self.api.mj_differentiatePos(self.model, rate, 2e-5, *ends)
+                found[name][k] = rate @ forces
+        return found
+
+    def _spring_actuators(self) -> Array:
+        """Moments of the actuators by degrees of freedom, zero for those of loads."""
+        moments = np.zeros((self.model.nu, self.model.nv))
+        if self.model.nu:
+            self.api.mju_sparse2dense(
+                moments,
+                self.data.actuator_moment,
+                self.data.moment_rownnz,
+                self.data.moment_rowadr,
+                self.data.moment_colind,
+            )
+        moments[self._loads()] = 0.0
+        return moments
+
+    def _loads(self) -> list[int]:
+        """Numbers of the actuators that are constant forces and moments of the figure."""
+        names = [self.model.actuator(k).name for k in range(self.model.nu)]
+        return [k for k, name in enumerate(names) if name.endswith(" load")]
+
+    def fall(
+        self, times: Sequence[float], accuracy: float, law: "PassiveLaw | None" = None
+    ) -> Motion:
+        """See `ExportedModel`; `accuracy` is the step [s].
+
+        With `law` the springs and the damping of the file give way to it; its joints are hinges
+        and slides then.
+        """
+        self._reset()
+        self.model.opt.timestep = accuracy
+        if law is not None:
+            self._strip()
+            self.api.set_mjcb_passive(self._callback(law))
+        rows = [self.poses()]
+        try:
+            for time in times[1:]:
+                steps = round((time - self.data.time) / accuracy)
+                self.api.mj_step(self.model, self.data, steps)
+                self.api.mj_forward(self.model, self.data)
+                rows.append(self.poses())
+        finally:
+            self.api.set_mjcb_passive(None)
+        self.warnings += [
+            self.api.mju_warningText(k, self.data.warning[k].lastinfo)
+            for k in range(len(self.data.warning))
+            if self.data.warning[k].number
+        ]
+        return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+    def _strip(self) -> None:
+        for part in ("jnt_stiffness", "dof_damping", "tendon_stiffness", "tendon_damping"):
+            getattr(self.model, part)[:] = 0.0
+        for part in ("jnt_stiffnesspoly", "dof_dampingpoly", "tendon_stiffnesspoly"):
+            with suppress(AttributeError):
+                getattr(self.model, part)[:] = 0.0
+        springs = np.setdiff1d(np.arange(self.model.nu), self._loads())
+        self.model.actuator_biasprm[springs] = 0.0
+        self.model.actuator_forcelimited[springs] = 0
+
+    def _callback(self, law: "PassiveLaw") -> Callable[[Any, Any], None]:
+        """Our laws as MuJoCo's passive forces; a ball's are torques in its body."""
+        balls: dict[str, tuple[slice, slice, Array]] = {}
+        others: dict[str, tuple[Array, Array]] = {}
+        for name in law.joints:
+            joint = self.figure.joints[name]
+            count, ball = len(joint.chain), self._joint(name)
+            if count == 3 and ball >= 0:
+                at, rate = self.model.jnt_qposadr[ball], self.model.jnt_dofadr[ball]
+                tip = self.figure.site(joint.child).pose_in_segment[:3, :3]
+                balls[name] = slice(at, at + 4), slice(rate, rate + 3), tip
+            else:
+                names = [name] if count == 1 else [f"{name}_{k + 1}" for k in range(count)]
+                numbers = [self._joint(each) for each in names]
+                others[name] = self.model.jnt_qposadr[numbers], self.model.jnt_dofadr[numbers]
+
+        def passive(_: Any, data: Any) -> None:
+            for name, (at, rate) in others.items():
+                data.qfrc_passive[rate] += law.force(name, data.qpos[at], data.qvel[rate])
+            for name, (at, rate, tip) in balls.items():
+                turn = Rotation.from_quat(data.qpos[at][[1, 2, 3, 0]]).as_matrix()
+                out = tip.T @ turn
+                torque = law.torque(name, out @ tip, out @ data.qvel[rate])
+                data.qfrc_passive[rate] += out.T @ torque
+
+        return passive
+
+
+class OpenSimModel:
+    """A model in OpenSim."""
+
+    name = "OpenSim"
+
+    def __init__(self, figure: Figure, springs: SpringSet, folder: Path) -> None:
+        """Write it and read it, and keep what OpenSim writes into its log."""
+        import opensim
+
+        self.api: Any = opensim
+        self.figure, self.path = figure, folder / "figure.osim"
+        self.losses = write_model(figure, springs, self.path)
+        log = folder / "opensim.log"
+        opensim.Logger.removeFileSink()
+        opensim.Logger.setLevelString("Warn")
+        opensim.Logger.addFileSink(str(log))
+        self.model = opensim.Model(str(self.path))
+        self.state = self.model.initSystem()
+        opensim.Logger.removeFileSink()
+        self.warnings = [
+            line
+            for line in (log.read_text(encoding="utf-8") if log.exists() else "").splitlines()
+            if "[warning]" in line or "[error]" in line
+        ]
+        self._springs: tuple[Any, Any, Any, dict[str, int]] | None = None
+
+    def poses(self, state: Any) -> Poses:
+        """Poses of all segments that move."""
+        self.model.realizePosition(state)
+        return {name: self._frame(f"/bodyset/{name}", state) for name in self.figure.bodies}
+
+    def _frame(self, path: str, state: Any) -> Array:
+        frame = self.api.Frame.safeDownCast(self.model.getComponent(path))
+        transform = frame.getTransformInGround(state)
+        turn, shift = transform.R(), transform.p()
+        rows = [[turn.get(i, j) for j in range(3)] for i in range(3)]
+        return pose_matrix(rows, [shift.get(i) for i in range(3)])
+
+    def _spring_model(self) -> tuple[Any, Any, Any, dict[str, int]]:
+        """The model with its springs alone: state, solver, and index of each coordinate's force."""
+        if self._springs is None:
+            model = self.api.Model(str(self.path))
+            model.setGravity(self.api.Vec3(0.0))
+            for k in range(model.getForceSet().getSize()):
+                force = model.getForceSet().get(k)
+                if force.getConcreteClassName() == "PrescribedForce":
+                    force.set_appliesForce(False)
+            state = model.initSystem()
+            places: dict[str, int] = {}
+            for k in range(model.getCoordinateSet().getSize()):
+                coordinate = model.getCoordinateSet().get(k)
+                state.setU(self.api.Vector(state.getNU(), 0.0))
+                coordinate.setSpeedValue(state, 1.0)
+                places[coordinate.getName()] = int(np.argmax(state.getU().to_numpy()))
+            state.setU(self.api.Vector(state.getNU(), 0.0))
+            self._springs = model, state, self.api.InverseDynamicsSolver(model), places
+        return self._springs
+
+    def moments(self, values: Values) -> dict[str, Array]:
+        """See `SpringModel`."""
+        model, state, solver, places = self._spring_model()
+        for name, numbers in values.items():
+            for k, value in enumerate(numbers, 1):
+                model.getCoordinateSet().get(f"{name}_{k}").setValue(state, float(value), False)
+        needed = solver.solve(state).to_numpy()
+        return {
+            name: -needed[[places[f"{name}_{k}"] for k in range(1, len(numbers) + 1)]]
+            for name, numbers in values.items()
+        }
+
+    def fall(self, times: Sequence[float], accuracy: float) -> Motion:
+        """See `ExportedModel`; `accuracy` is that of OpenSim's manager."""
+        state = self.model.initSystem()
+        manager = self.api.Manager(self.model)
+        manager.setIntegratorAccuracy(accuracy)
+        manager.initialize(state)
+        rows = [self.poses(state)]
+        for time in times[1:]:
+            rows.append(self.poses(manager.integrate(float(time))))
+        return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+class PassiveLaw:
+    """Our laws of single joints as forces on displacements, for another program's integrator."""
+
+    def __init__(self, figure: Figure, springs: SpringSet) -> None:
+        """Prepare the joints with springs; laws over several joints are left out."""
+        self.joints = {
+            name: (build_chain(figure.joints[name].chain), own)
+            for name, own in springs.joints.items()
+        }
+        self._laws = {name: split_joint_laws(*parts) for name, parts in self.joints.items()}
+        self._joining: Joining = springs.joining
+
+    def force(self, name: str, values: Array, rates: Array) -> Array:
+        """Generalized force of a joint's springs and damping [N m or N], shape (n,)."""
+        chain, _ = self.joints[name]
+        laws, result = self._laws[name], np.zeros(len(values))
+        for k, spring in laws.uncoupled.items():
+            result[k] += total_torque(spring.elastic, values[k], NUMPY)
+            result[k] += spring.resistance(values[k], rates[k], NUMPY)
+        if laws.combined:
+            axes = chain.twists(values)[:, :3]
+            result += axes @ self.torque(name, chain.pose(values)[:3, :3], rates @ axes)
+        return result
+
+    def torque(self, name: str, turn: Array, spin: Array) -> Array:
+        """Torque of springs of several rotations on the child, parent's site axes [N m], (3,).
+
+        Args:
+            name: of the joint.
+            turn: rotation matrix of the child's site in the parent's.
+            spin: angular velocity of the child relative to the parent, parent's site axes [rad/s].
+        """
+        axes = self._laws[name].combined
+        r = Rotation.from_matrix(turn).as_rotvec()
+        half = Rotation.from_rotvec(0.5 * r).as_matrix()
+        torque = elastic_torque(self._joining, axes, r) + damping_torque(axes, r, half.T @ spin)
+        return half @ torque
+
+
+def joint_grid(joint: Joint, springs: JointSprings) -> Array:
+    """Displacements of a joint over its ranges, shape (poses, n) [rad or m]."""
+    count = GRID[min(len(joint.chain), 3)]
+    ranges = joint_ranges(joint, springs)
+    rows = np.array(list(product(*(np.linspace(*ends, count) for ends in ranges))))
+    turns = Rotation.from_matrix(build_chain(joint.chain).pose(rows)[:, :3, :3])
+    return rows[turns.magnitude() < HALF_TURN]
+
+
+def our_moments(figure: Figure, springs: SpringSet, joint: str, rows: Array) -> Array:
+    """Generalized forces of the springs of a joint at displacements of it, shape (poses, n)."""
+    still = Plan(gravity=(0.0, 0.0, 0.0), springs=springs)
+    with_springs = build_model(figure, still, springs)
+    tree = with_springs.placement.tree
+    columns = tree.kinematics.columns[joint]
+    values = np.zeros((len(rows), tree.kinematics.size))
+    values[:, columns] = rows
+    forces = StaticState.from_displacements(with_springs, values).forces()
+    bare = build_model(figure, still, SpringSet())
+    forces = forces - StaticState.from_displacements(bare, values).forces()
+    return forces[:, columns]
+
+
+def moment_differences(model: SpringModel, figure: Figure, springs: SpringSet) -> dict[str, Array]:
+    """Differences of the springs' moments from ours by joint, shape (poses, n) [N m]."""
+    found: dict[str, Array] = {}
+    at_zero = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
+    for name, own in springs.joints.items():
+        rows = joint_grid(figure.joints[name], own)
+        theirs = np.array([model.moments({**at_zero, name: row})[name] for row in rows])
+        found[name] = theirs - our_moments(figure, springs, name, rows)
+    return found
+
+
+_STATED = re.compile(r"(\w+):? \(?([\d.e+-]+) N m at most")
+
+
+def stated_errors(losses: Losses) -> dict[str, float]:
+    """Largest errors of the fits by joint, as the losses state them [N m]."""
+    stated: dict[str, float] = {}
+    text = "; ".join(f"{loss.what}: {', '.join(loss.where)}" for loss in losses.entries)
+    for name, size in _STATED.findall(text):
+        stated[name] = max(float(size), stated.get(name, 0.0))
+    return stated
+
+
+def drawn_motion(figure: Figure, motion: Motion) -> Array:
+    """Positions of all sites of the segments that move, shape (frames, sites, 3) [m]."""
+    places = [
+        (motion[name] @ site.pose_in_segment)[:, :3, 3]
+        for name in figure.bodies
+        for site in figure.segments[name].sites.values()
+    ]
+    return np.stack(places, axis=1)
+
+
+def difference(figure: Figure, one: Motion, other: Motion) -> tuple[float, float]:
+    """Largest distance of a site [m] and largest angle of a segment [rad] of two motions."""
+    places = [drawn_motion(figure, motion) for motion in (one, other)]
+    distance = float(np.linalg.norm(places[0] - places[1], axis=-1).max())
+    angle = max(
+        Rotation.from_matrix(np.swapaxes(one[name][:, :3, :3], -1, -2) @ other[name][:, :3, :3])
+        .magnitude()
+        .max()
+        for name in figure.bodies
+    )
+    return distance, float(angle)

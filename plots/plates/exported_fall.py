@@ -1,0 +1,327 @@
+"""A fall of the prototype here, and of the files of it that MuJoCo and OpenSim read."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import radians
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from generator import Plan, Recording, read_figure, simulate
+from generator.figure import Figure as Body
+from generator.kinematics.placement import forward_kinematics
+from generator.kinematics.tree import build_tree
+from generator.scene import Scene
+from plots.canvas import (
+    BLACK,
+    BLUE,
+    GREEN,
+    PALE,
+    VERMILION,
+    LineStyle,
+    add_footer,
+    create_panels,
+    plot_style,
+)
+from plots.figure_image import SKIN, Strip, View, draw_moments
+from plots.figure_image import Body as Surfaces
+from plots.literature import Measurements, read_measurements
+from plots.plate import Claim, Plate
+from springs.backends import Array
+from springs.published import tables as published
+
+RUN_TOLERANCE = 1e-6
+"""Tolerance of the run made for the plate [rad]."""
+
+CLAIM_TIME = 0.4
+"""Time until which the fall of MuJoCo's file is claimed [s]."""
+
+FIT_BOUND, EXACT_BOUND = 1e-2, 1e-4
+"""Largest distance of a site: with fitted laws, and with the laws themselves [m]."""
+
+START_ANGLES: Mapping[str, tuple[float, ...]] = {
+    "left_hip_joint": (0.0, 0.0, 60.0),
+    "right_hip_joint": (0.0, 0.0, -15.0),
+    "right_shoulder": (0.0, 0.0, 110.0),
+    "waist": (0.0, 0.0, 25.0),
+}
+"""Start of the fall, at rest, as in the benchmarks [deg]."""
+
+MUJOCO, OUR_LAWS, OPENSIM = "MuJoCo", "MuJoCo, our laws", "OpenSim"
+"""Programs in the table of motions."""
+
+_STYLES = {
+    MUJOCO: (LineStyle(VERMILION, "-", "s"), "MuJoCo, the file as it is"),
+    OUR_LAWS: (LineStyle(GREEN, "-.", "^"), "MuJoCo, its springs replaced by our laws"),
+    OPENSIM: (LineStyle(BLUE, "--", "o"), "OpenSim, the file as it is"),
+}
+
+_MOMENTS = (0.0, 0.1, 0.2, 0.3, 0.4)
+"""Times of the pictures [s]."""
+
+_JOINTS = ("left_hip_joint", "right_shoulder", "waist", "left_knee")
+"""Joints whose angles are drawn."""
+
+_MARKED_FRAMES = 5
+"""Frames between markers."""
+
+_STRIP = Strip(
+    View(turn=radians(-60.0), tilt=radians(8.0)),
+    spacing=1.45,
+    left=-0.75,
+    right=0.75,
+    bottom=-0.25,
+    top=2.1,
+    floor=None,
+    scale=160.0,
+)
+
+_SIGN = (
+    "The distance is the largest of any site of the figure between the motion here and that of the "
+    "other program. The angle of a joint is the magnitude of its rotation vector."
+)
+
+
+@dataclass(frozen=True)
+class Fall:
+    """The fall here, and those of the other programs at the same times.
+
+    Attributes:
+        body: the figure.
+        run: here.
+        measured: displacements in the other programs.
+    """
+
+    body: Body
+    run: Recording
+    measured: Measurements
+
+    @cached_property
+    def poses(self) -> Mapping[str, Mapping[str, Array]]:
+        """Poses of the segments by program, shape (n, 4, 4)."""
+        tree = build_tree(self.body)
+        found: dict[str, Mapping[str, Array]] = {}
+        for program in self.measured.values("program"):
+            rows = self.measured.select_rows(program=program)
+            values = {
+                name: np.stack(
+                    [rows.column(f"{name}_{k + 1} [rad]") for k in range(len(joint.chain))], axis=-1
+                )
+                for name, joint in self.body.joints.items()
+            }
+            found[program] = forward_kinematics(tree, values).poses
+        return found
+
+    def distances(self, program: str) -> Array:
+        """Largest distance of a site from its place here, by frame [m]."""
+        return np.max(
+            [
+                np.linalg.norm(_site_places(poses, site) - _site_places(own, site), axis=-1)
+                for name, segment in self.body.bodies.items()
+                for poses, own in [(self.poses[program][name], self.run.poses[name])]
+                for site in (site.pose_in_segment for site in segment.sites.values())
+            ],
+            axis=0,
+        )
+
+    def joint_angles(self, program: str, joint: str) -> Array:
+        """Magnitude of a joint's rotation, by frame [deg]."""
+        one = self.body.joints[joint]
+        poses = self.run.poses if program == "" else self.poses[program]
+        turns = [
+            (poses[ref.segment] @ self.body.site(ref).pose_in_segment)[:, :3, :3]
+            for ref in (one.parent, one.child)
+        ]
+        between = np.swapaxes(turns[0], -1, -2) @ turns[1]
+        trace = np.trace(between, axis1=1, axis2=2)
+        return np.degrees(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)))
+
+
+def _site_places(poses: Array, site: Array) -> Array:
+    return (poses @ site)[:, :3, 3]
+
+
+def simulate_fall() -> Fall:
+    """Simulate the fall at the times of the table."""
+    measured = read_measurements("exports_motion")
+    times = measured.select_rows(program=MUJOCO).column("time [s]")
+    body = read_figure("prototype")
+    start = {name: tuple(map(radians, angles)) for name, angles in START_ANGLES.items()}
+    plan = Plan(
+        stop=float(times[-1]), frame=float(times[1]), tolerance=RUN_TOLERANCE, displacements=start
+    )
+    return Fall(body, simulate(body, plan), measured)
+
+
+def exported_fall() -> Plate:
+    """Draw the plate."""
+    return build_plate(simulate_fall())
+
+
+def build_plate(fall: Fall) -> Plate:
+    """Draw the plate of a simulated fall."""
+    thesis = published.publication("otani_1989").reference
+    references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
+    return Plate(
+        name="exported_fall",
+        title="The same fall here, in MuJoCo and in OpenSim",
+        caption=_caption(fall),
+        sign=_SIGN,
+        figure=_draw(fall, references),
+        claims=tuple(_claims(fall)),
+        tables=_tables(fall),
+        references=references,
+    )
+
+
+def _caption(fall: Fall) -> str:
+    return (
+        "The prototype hangs by its pelvis, one thigh raised by 60 deg, the other 15 deg back, an "
+        "arm raised by 110 deg and the waist bent by 25 deg, and is released. The files are those "
+        "that `mover convert prototype` writes. OpenSim's holds every law by its formula; "
+        "MuJoCo's springs are polynomials fitted to the laws. Above: five moments, the figure as "
+        "it falls here and the outline of its fall in MuJoCo. Middle: the angles of four joints "
+        "here (lines) and in MuJoCo (squares). Below: the distance between the motions. With our "
+        "laws in place of its springs, MuJoCo moves the same file as this program does, so that "
+        "what remains is the error of the fits. " + fall.measured.origin
+    )
+
+
+def _claims(fall: Fall) -> Iterator[Claim]:
+    until = fall.run.times <= CLAIM_TIME + 1e-9
+    for program, sentence, bound in (
+        (
+            MUJOCO,
+            f"Until {CLAIM_TIME:g} s every site is, in MuJoCo by the file's own springs, within 10 "
+            "mm of its place here, simulated now",
+            FIT_BOUND,
+        ),
+        (
+            OUR_LAWS,
+            f"Until {CLAIM_TIME:g} s every site is, in MuJoCo with our laws in place of the file's "
+            "springs, within 0.1 mm of its place here: the rest is the error of the fits",
+            EXACT_BOUND,
+        ),
+        (
+            OPENSIM,
+            f"Until {CLAIM_TIME:g} s every site is, in OpenSim by the file's own springs, within "
+            "0.1 mm of its place here",
+            EXACT_BOUND,
+        ),
+    ):
+        measured = float(fall.distances(program)[until].max())
+        yield Claim(sentence, 1e3 * measured, "mm", at_most=1e3 * bound)
+
+
+def _draw(fall: Fall, references: tuple[str, ...]) -> Figure:
+    with plot_style():
+        figure, panels = create_panels(7.8, 3, 1, (2.1, 1.0, 1.0))
+        strip, angles, distance = (row[0] for row in panels)
+        _draw_strip(strip, fall)
+        _draw_angles(angles, fall)
+        _draw_distances(distance, fall)
+        for axes in (angles, distance):
+            axes.grid(visible=False, axis="x")
+            for time in _MOMENTS:
+                axes.axvline(time, color=PALE, lw=0.8, zorder=0.5)
+        distance.set_xlim(0.0, float(fall.run.times[-1]))
+        distance.set_xlabel("time [s]")
+        figure.align_ylabels([angles, distance])
+        add_footer(figure, _SIGN, references)
+    return figure
+
+
+def _draw_strip(axes: Axes, fall: Fall) -> None:
+    """Draw the moments; the panel does not share the times of those below."""
+    frames = [int(np.argmin(np.abs(fall.run.times - time))) for time in _MOMENTS]
+    surfaces, nothing = Surfaces.of_figure(fall.body, SKIN[:3]), Scene()
+    pictures = [
+        draw_moments(
+            surfaces,
+            [{name: each[frame] for name, each in poses.items()} for frame in frames],
+            _STRIP,
+            nothing,
+        )
+        for poses in (fall.run.poses, fall.poses[MUJOCO])
+    ]
+    extent = (_STRIP.left, _STRIP.left + _STRIP.width(len(frames)), _STRIP.bottom, _STRIP.top)
+    inner = axes.inset_axes((-0.08, 0.0, 1.1, 1.0))
+    axes.set_axis_off()
+    inner.set_axis_off()
+    inner.imshow(pictures[0], extent=extent, interpolation="none")
+    inner.contour(
+        pictures[1][::-1, :, 3].astype(float),
+        [127.0],
+        extent=extent,
+        colors=[VERMILION],
+        linewidths=0.9,
+    )
+    for place, time in enumerate(_MOMENTS):
+        inner.text(
+            place * _STRIP.spacing, _STRIP.bottom, f"{time:.1f} s", ha="center", fontsize=7.5
+        )
+    inner.legend(
+        handles=[
+            Patch(color=SKIN[:3], label="this program"),
+            Line2D([], [], color=VERMILION, lw=1.2, label="MuJoCo, outline"),
+        ],
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=2,
+        fontsize=7.5,
+    )
+
+
+def _draw_angles(axes: Axes, fall: Fall) -> None:
+    for joint, dash in zip(_JOINTS, ("-", "--", "-.", ":"), strict=True):
+        label = joint.replace("_", " ").removesuffix(" joint")
+        own = fall.joint_angles("", joint)
+        axes.plot(fall.run.times, own, dash, color=BLACK, lw=1.2, label=label)
+        axes.plot(
+            fall.run.times[::_MARKED_FRAMES],
+            fall.joint_angles(MUJOCO, joint)[::_MARKED_FRAMES],
+            "s",
+            color=VERMILION,
+            mfc="none",
+            ms=4.0,
+            label="_",
+        )
+    axes.plot([], [], "s", color=VERMILION, mfc="none", ms=4.0, label="in MuJoCo")
+    axes.set_ylim(0.0, 1.35 * axes.get_ylim()[1])
+    axes.set_ylabel("angle [deg]")
+    axes.legend(loc="upper center", fontsize=7.0, ncols=5)
+
+
+def _draw_distances(axes: Axes, fall: Fall) -> None:
+    for program, (style, label) in _STYLES.items():
+        axes.semilogy(
+            fall.run.times[1:],
+            1e3 * np.maximum(fall.distances(program)[1:], 1e-9),
+            style.dash,
+            color=style.colour,
+            marker=style.marker,
+            markevery=_MARKED_FRAMES,
+            ms=4.0,
+            mfc="white",
+            lw=1.2,
+            label=label,
+        )
+    axes.plot([0.0, CLAIM_TIME], [1e3 * FIT_BOUND] * 2, color=BLACK, lw=1.0)
+    axes.text(0.005, 1.15e3 * FIT_BOUND, "10 mm", fontsize=7.0, va="bottom")
+    axes.set_ylabel("largest distance\nof a site [mm]")
+    axes.set_ylim(1e-5, 1e2)
+    axes.legend(loc="lower right", fontsize=7.0)
+
+
+def _tables(fall: Fall) -> dict[str, Mapping[str, Array]]:
+    distances = {
+        f"{program}: largest distance of a site [m]": fall.distances(program) for program in _STYLES
+    }
+    return {"exported_fall": {"time [s]": fall.run.times, **distances}}
