@@ -85,7 +85,7 @@ class _Curve:
         slides: True along the axis, False about it.
         laws: whose torques add.
         angles: of the rows, as the file has them, shape (n,) [rad or m].
-        held: angles of other joints on which the curve depends, by name [rad].
+        held_angles: angles of other joints on which the curve depends, by name [rad].
         references: of the laws.
     """
 
@@ -95,7 +95,7 @@ class _Curve:
     slides: bool
     laws: tuple[Elastic, ...]
     angles: Array
-    held: Mapping[str, float]
+    held_angles: Mapping[str, float]
     references: tuple[str, ...]
 
     def torque(self, angles: Array) -> Array:
@@ -264,8 +264,10 @@ def _rows(curve: _Curve, has_slides: bool) -> Iterator[list[str]]:
     damping = f"{curve.spring.damping.viscous:.9g}"
     head = [curve.joint, curve.coordinate, curve.spring.motion]
     head += [f"{part + 0.0:.9g}" for part in curve.spring.direction]
-    held = "; ".join(f"{name} {degrees(angle):.6g} deg" for name, angle in curve.held.items())
-    tail = [held, "; ".join(curve.references)]
+    others = "; ".join(
+        f"{name} {degrees(angle):.6g} deg" for name, angle in curve.held_angles.items()
+    )
+    tail = [others, "; ".join(curve.references)]
     values = zip(
         curve.angles.tolist(),
         curve.torque(curve.angles).tolist(),
@@ -309,9 +311,9 @@ def _losses(figure: Figure, springs: SpringSet, curves: list[_Curve]) -> Losses:
             "a row is for a turn about its axis alone",
             *several,
         )
-    held = dict.fromkeys(curve.joint for curve in curves if curve.held)
-    if held:
-        losses.add("laws over several joints, except with the held angles in the table", *held)
+    coupled = dict.fromkeys(curve.joint for curve in curves if curve.held_angles)
+    if coupled:
+        losses.add("laws over several joints, except with the held angles in the table", *coupled)
     losses.add_loss(_interpolation_loss(curves))
     if any(curve.friction.any() for curve in curves):
         losses.add("the rate at which friction sets in")

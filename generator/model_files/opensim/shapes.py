@@ -27,7 +27,7 @@ GEOMETRY_FOLDER = "Geometry"
 _READ: Final = ("Mesh", "Brick", "Sphere", "Cylinder", "Ellipsoid")
 
 _UNREAD: Final = ("Arrow", "Cone", "FrameGeometry", "LineGeometry", "Line", "Torus")
-"""Geometry that is left out; frames and lines are no surfaces."""
+"""Geometry that is left out; frames and lines have no surface."""
 
 _Z_ALONG_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Rotation of a cylinder about z to one about y."""
