@@ -19,7 +19,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.losses import Losses
 from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
-from springs import AxisSpring, JointSprings, Linear, SpringSet
+from springs import AxisSpring, CoupledSpring, JointSprings, Linear, SpringSet
 from springs.elastic import Frictional
 
 
@@ -193,12 +193,24 @@ def has_friction(spring: AxisSpring) -> bool:
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
+def is_in_tree(model: ExportModel, spring: CoupledSpring) -> bool:
+    """Return True for a law over joints of which none closes a loop."""
+    joints = {branch.joint.name for branch in model.tree.joints}
+    return all(axis.joint in joints for axis in spring.axes)
+
+
 def add_common_losses(
-    model: ExportModel, springs: SpringSet, losses: Losses, *, has_table: bool = False
+    model: ExportModel,
+    springs: SpringSet,
+    losses: Losses,
+    *,
+    has_references: bool = False,
+    has_coupled: bool = False,
 ) -> None:
     """Report contact spheres, laws of several joints, springs that close loops, and references.
 
-    `has_table` is True for a model with the table of the springs beside it, which has references.
+    `has_references` is True for a model with the references of the springs in it or beside it,
+    `has_coupled` for one with the laws over several joints of the tree.
     """
     for name, segment in model.figure.segments.items():
         if segment.contact_spheres:
@@ -207,9 +219,11 @@ def add_common_losses(
         if joint.name in springs.joints:
             losses.add("springs of joints that close loops", joint.name)
     for spring in springs.coupled:
+        if has_coupled and is_in_tree(model, spring):
+            continue
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
         losses.add("laws over several joints", " and ".join(joints))
-    if springs.references and not has_table:
+    if springs.references and not has_references:
         losses.add("the references of the springs")
 
 

@@ -9,7 +9,7 @@ A joint's parent and child stand as the figure connects them: OpenSim turns roun
 ground. What closes a loop is a constraint.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,10 +23,9 @@ from generator.model_files.export_model import (
     add_common_losses,
     build_export_model,
     loop_closures,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.model_files import ModelFiles
+from generator.model_files.opensim.forces import ForceWriter
 from generator.model_files.xml import (
     Element,
     add_element,
@@ -34,143 +33,9 @@ from generator.model_files.xml import (
     format_document,
     format_numbers,
 )
-from generator.names import plain_name, plain_names, renaming_loss, reserve_name
+from generator.names import plain_names, renaming_loss, reserve_name
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
-from springs import SpringSet, total_torque
-from springs.backends import Operations, Real, Vector
-
-
-@dataclass(frozen=True)
-class Expression:
-    """A number that is not known yet: `text` says how to calculate it."""
-
-    text: str
-
-    def __add__(self, other: "Expression | float") -> "Expression":
-        """The sum."""
-        return _combine(self, "+", other)
-
-    def __radd__(self, other: float) -> "Expression":
-        """The sum."""
-        return _combine(other, "+", self)
-
-    def __sub__(self, other: "Expression | float") -> "Expression":
-        """The difference."""
-        return _combine(self, "-", other)
-
-    def __rsub__(self, other: float) -> "Expression":
-        """The difference."""
-        return _combine(other, "-", self)
-
-    def __mul__(self, other: "Expression | float") -> "Expression":
-        """The product."""
-        return _combine(self, "*", other)
-
-    def __rmul__(self, other: float) -> "Expression":
-        """The product."""
-        return _combine(other, "*", self)
-
-    def __truediv__(self, other: "Expression | float") -> "Expression":
-        """The quotient."""
-        return _combine(self, "/", other)
-
-    def __neg__(self) -> "Expression":
-        """The number with the other sign."""
-        return _combine(-1.0, "*", self)
-
-    def __lt__(self, other: "Expression | float") -> "Condition":
-        """Return the condition that it is below `other`."""
-        return Condition(self - other)
-
-    def __gt__(self, other: "Expression | float") -> "Condition":
-        """Return the condition that it is above `other`."""
-        return Condition(other - self)
-
-
-@dataclass(frozen=True)
-class Condition:
-    """The condition that a number is below zero."""
-
-    value: Expression
-
-    @property
-    def fails(self) -> Expression:
-        """0 where the condition holds, else 1."""
-        return Expression(f"step({self.value.text})")
-
-    @property
-    def holds(self) -> Expression:
-        """1 where the condition holds, else 0."""
-        return 1.0 - self.fails
-
-
-ZERO = Expression("0")
-
-
-def _combine(one: Expression | float, operator: str, other: Expression | float) -> Expression:
-    """Two numbers with a sign between them, without what changes nothing."""
-    neutral = 0.0 if operator in "+-" else 1.0
-    if isinstance(one, Expression) and other == neutral:
-        return one
-    if isinstance(other, Expression) and one == neutral and operator in "+*":
-        return other
-    if isinstance(one, Expression) and operator in "+-" and other == ZERO:
-        return one
-    if isinstance(other, Expression) and operator == "+" and one == ZERO:
-        return other
-    if operator == "*" and {0.0, ZERO} & {one, other}:
-        return ZERO
-    return Expression(f"({_operand_text(one)}{operator}{_operand_text(other)})")
-
-
-def _operand_text(value: Expression | float) -> str:
-    if isinstance(value, Expression):
-        return value.text
-    number = repr(float(value))
-    return f"({number})" if number.startswith("-") else number
-
-
-class _ExpressionOperations:
-    """Expressions of one number; there are no vectors."""
-
-    def where(self, condition: Real, yes: Real, no: Real) -> Real:
-        assert isinstance(condition, Condition)
-        return condition.holds * yes + condition.fails * no
-
-    removable = where
-
-    def sin(self, value: Real) -> Real:
-        return Expression(f"sin({_operand_text(value)})")
-
-    def sqrt(self, value: Real) -> Real:
-        return Expression(f"sqrt({_operand_text(value)})")
-
-    def tanh(self, value: Real) -> Real:
-        return Expression(f"tanh({_operand_text(value)})")
-
-    def exp(self, value: Real) -> Real:
-        return Expression(f"exp({_operand_text(value)})")
-
-    def vector(self, parts: Sequence[Real]) -> Vector:
-        raise TypeError(_NO_VECTORS)
-
-    def part(self, vector: Vector, index: int) -> Real:
-        raise TypeError(_NO_VECTORS)
-
-    def dot(self, one: Vector, other: Vector) -> Real:
-        raise TypeError(_NO_VECTORS)
-
-    def norm(self, vector: Vector) -> Real:
-        raise TypeError(_NO_VECTORS)
-
-    def scaled(self, factor: Real, vector: Vector) -> Vector:
-        raise TypeError(_NO_VECTORS)
-
-
-_NO_VECTORS = "an expression is a number: laws of several turns cannot be written as one"
-
-EXPRESSION_OPERATIONS: Operations = _ExpressionOperations()
-
+from springs import SpringSet
 
 VERSION = "40000"
 
@@ -205,9 +70,10 @@ def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
         if name in moving:
             builder.add_joint(joint)
     _add_loops(model, frames, constraints, losses)
-    _add_springs(model, springs, forces, losses)
-    _add_loads(model, forces)
-    add_common_losses(model, springs, losses)
+    force_writer = ForceWriter(model, builder.coordinate_paths, forces)
+    force_writer.add_springs(springs)
+    force_writer.add_loads()
+    add_common_losses(model, springs, losses, has_coupled=True)
     surfaces = [name for name, one in figure.segments.items() if one.psurf is not None]
     if surfaces:
         losses.add("psurfs", *surfaces)
@@ -278,13 +144,18 @@ class _CoordinateAxis:
 
 
 class _JointWriter:
-    """The joints, as they are declared."""
+    """The joints, as they are declared.
+
+    Attributes:
+        coordinate_paths: by the name of the coordinate.
+    """
 
     def __init__(
         self, model: ExportModel, frames: Mapping[SiteRef, str], bodies: Element, joints: Element
     ) -> None:
         self._model, self._frames = model, frames
         self._bodies, self._joints = bodies, joints
+        self.coordinate_paths: dict[str, str] = {}
         self._body_names = set(model.segments.values())
         self._joint_names = set(model.joints.values())
 
@@ -342,6 +213,8 @@ class _JointWriter:
             add_element(element, f"socket_{role}_frame", end)
         if coordinate_axes:
             _add_coordinates(element, coordinate_axes)
+            for one in coordinate_axes:
+                self.coordinate_paths[one.name] = f"/jointset/{name}/{one.name}"
         if turned is not None:
             frames = add_element(element, "frames")
             pose = pose_matrix(
@@ -431,53 +304,3 @@ def _add_loops(
                 "displacements of joints that close loops, which do not become coordinates",
                 loop.joint.name,
             )
-
-
-def _add_springs(model: ExportModel, springs: SpringSet, forces: Element, losses: Losses) -> None:
-    """The laws of one coordinate, as expressions of it."""
-    q, rate = Expression("q"), Expression("qdot")
-    for name, joint_springs in tree_joint_springs(model, springs):
-        laws = split_joint_laws(model.tree.chains[name], joint_springs)
-        for place, spring in laws.uncoupled.items():
-            coordinate = model.coordinates[name][place]
-            torque = total_torque(spring.elastic, q, EXPRESSION_OPERATIONS) + spring.resistance(
-                q, rate, EXPRESSION_OPERATIONS
-            )
-            force = add_element(
-                forces, "ExpressionBasedCoordinateForce", name=f"{coordinate}_spring"
-            )
-            add_element(force, "coordinate", coordinate)
-            add_element(force, "expression", torque.text)
-        if laws.combined:
-            losses.add("springs, damping and friction of several rotations", name)
-
-
-def _add_loads(model: ExportModel, forces: Element) -> None:
-    """The constant forces and moments at sites."""
-    taken: set[str] = set()
-    for name in model.figure.bodies:
-        for site in model.figure.segments[name].sites.values():
-            loads = {
-                "global": (site.global_force, site.global_moment),
-                "local": (site.local_force, site.local_moment),
-            }
-            for kind, (force, moment) in loads.items():
-                if any(force or ()) or any(moment or ()):
-                    label = f"{model.segments[name]}_{site.name}_{kind}_load"
-                    element = add_element(
-                        forces,
-                        "PrescribedForce",
-                        name=reserve_name(plain_name(label), taken),
-                    )
-                    add_element(element, "socket_frame", f"/bodyset/{model.segments[name]}")
-                    add_element(element, "pointIsGlobal", "false")
-                    add_element(element, "forceIsGlobal", str(kind == "global").lower())
-                    _add_constants(element, "forceFunctions", force or (0.0, 0.0, 0.0))
-                    _add_constants(element, "pointFunctions", site.pose_in_segment[:3, 3])
-                    _add_constants(element, "torqueFunctions", moment or (0.0, 0.0, 0.0))
-
-
-def _add_constants(force: Element, name: str, values: Iterable[float]) -> None:
-    functions = add_element(add_element(force, "FunctionSet", name=name), "objects")
-    for value in values:
-        add_element(add_element(functions, "Constant"), "value", format_numbers(value))

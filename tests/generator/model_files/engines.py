@@ -78,7 +78,9 @@ def pose_of(place: Any) -> Array:
 
 
 class OpenSim:
-    """OpenSim, with an accuracy of 1e-9."""
+    """OpenSim, with an accuracy of its integrator."""
+
+    accuracy = 1e-9
 
     def __init__(self, of: Figure, springs: SpringSet, folder: Path) -> None:
         self.api: Any = pytest.importorskip("opensim")
@@ -116,7 +118,7 @@ class OpenSim:
     def reach(self, time: float) -> None:
         if self.manager is None:
             self.manager = self.api.Manager(self.model)
-            self.manager.setIntegratorAccuracy(1e-9)
+            self.manager.setIntegratorAccuracy(self.accuracy)
             self.manager.initialize(self.state)
         self.state = self.manager.integrate(time)
 

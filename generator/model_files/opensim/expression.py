@@ -1,0 +1,162 @@
+"""Laws as text that OpenSim evaluates: an algebra of expressions in place of numbers.
+
+OpenSim parses them with Lepton, which knows `step` (1 from zero on) and no conditions. Definitions
+follow an expression: `a*b;b=2*c`.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from springs.backends import Operations, Real, Vector
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A number that is not known yet: `text` says how to calculate it."""
+
+    text: str
+
+    def __add__(self, other: "Expression | float") -> "Expression":
+        """The sum."""
+        return _combine(self, "+", other)
+
+    def __radd__(self, other: float) -> "Expression":
+        """The sum."""
+        return _combine(other, "+", self)
+
+    def __sub__(self, other: "Expression | float") -> "Expression":
+        """The difference."""
+        return _combine(self, "-", other)
+
+    def __rsub__(self, other: float) -> "Expression":
+        """The difference."""
+        return _combine(other, "-", self)
+
+    def __mul__(self, other: "Expression | float") -> "Expression":
+        """The product."""
+        return _combine(self, "*", other)
+
+    def __rmul__(self, other: float) -> "Expression":
+        """The product."""
+        return _combine(other, "*", self)
+
+    def __truediv__(self, other: "Expression | float") -> "Expression":
+        """The quotient."""
+        return _combine(self, "/", other)
+
+    def __neg__(self) -> "Expression":
+        """The number with the other sign."""
+        return _combine(-1.0, "*", self)
+
+    def __lt__(self, other: "Expression | float") -> "Condition":
+        """Return the condition that it is below `other`."""
+        return Condition(self - other)
+
+    def __gt__(self, other: "Expression | float") -> "Condition":
+        """Return the condition that it is above `other`."""
+        return Condition(other - self)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """The condition that a number is below zero."""
+
+    value: Expression
+
+    @property
+    def fails(self) -> Expression:
+        """0 where the condition holds, else 1."""
+        return Expression(f"step({self.value.text})")
+
+    @property
+    def holds(self) -> Expression:
+        """1 where the condition holds, else 0."""
+        return 1.0 - self.fails
+
+
+ZERO, ONE = Expression("0"), Expression("1")
+
+
+def _combine(one: Expression | float, operator: str, other: Expression | float) -> Expression:
+    """Two numbers with a sign between them, without what changes nothing."""
+    neutral = 0.0 if operator in "+-" else 1.0
+    if isinstance(one, Expression) and other == neutral:
+        return one
+    if isinstance(other, Expression) and one == neutral and operator in "+*":
+        return other
+    if isinstance(one, Expression) and operator in "+-" and other == ZERO:
+        return one
+    if isinstance(other, Expression) and operator == "+" and one == ZERO:
+        return other
+    if operator == "*" and {0.0, ZERO} & {one, other}:
+        return ZERO
+    return Expression(f"({_operand_text(one)}{operator}{_operand_text(other)})")
+
+
+def _operand_text(value: Expression | float) -> str:
+    if isinstance(value, Expression):
+        return value.text
+    number = repr(float(value))
+    return f"({number})" if number.startswith("-") else number
+
+
+class _ExpressionOperations:
+    """Expressions of one number; there are no vectors."""
+
+    def where(self, condition: Real, yes: Real, no: Real) -> Real:
+        assert isinstance(condition, Condition)
+        return condition.holds * yes + condition.fails * no
+
+    removable = where
+
+    def sin(self, value: Real) -> Real:
+        return Expression(f"sin({_operand_text(value)})")
+
+    def sqrt(self, value: Real) -> Real:
+        return Expression(f"sqrt({_operand_text(value)})")
+
+    def tanh(self, value: Real) -> Real:
+        return Expression(f"tanh({_operand_text(value)})")
+
+    def exp(self, value: Real) -> Real:
+        return Expression(f"exp({_operand_text(value)})")
+
+    def vector(self, parts: Sequence[Real]) -> Vector:
+        raise TypeError(_NO_VECTORS)
+
+    def part(self, vector: Vector, index: int) -> Real:
+        raise TypeError(_NO_VECTORS)
+
+    def dot(self, one: Vector, other: Vector) -> Real:
+        raise TypeError(_NO_VECTORS)
+
+    def norm(self, vector: Vector) -> Real:
+        raise TypeError(_NO_VECTORS)
+
+    def scaled(self, factor: Real, vector: Vector) -> Vector:
+        raise TypeError(_NO_VECTORS)
+
+
+_NO_VECTORS = "an expression is a number, not a vector"
+
+EXPRESSION_OPERATIONS: Operations = _ExpressionOperations()
+
+
+_NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+def with_definitions(expression: Expression, definitions: Mapping[str, Expression]) -> str:
+    """Return the text of an expression, followed by the definitions that it needs.
+
+    Args:
+        expression: it may have names that are defined.
+        definitions: by name; one may need those after it.
+    """
+    needed = set(_NAME.findall(expression.text))
+    parts = [expression.text]
+    for name, definition in definitions.items():
+        if name in needed:
+            needed.update(_NAME.findall(definition.text))
+            parts.append(f"{name}={definition.text}")
+    return ";".join(parts)
