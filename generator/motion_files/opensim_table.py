@@ -450,7 +450,8 @@ def _check_counts(
             diagnostics.error(f"`{shorten(place.text)}` is not a number of {name}", place)
         elif int(place.text) != count:
             message = f"the table has {count} {name}, not {place.text}"
-            diagnostics.error(message, place, "the file is not whole")
+            hint = "the file is not whole" if count < int(place.text) else ""
+            diagnostics.error(message, place, hint)
 
 
 def _lines(source: Source) -> Iterator[Span]:
