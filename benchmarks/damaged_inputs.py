@@ -39,7 +39,14 @@ from generator.input_files.links import parse_links_source
 from generator.input_files.loads import parse_loads_file
 from generator.input_files.pose import parse_pose_file
 from generator.model_files.formats import MODEL_FORMATS, read_model
-from generator.motion_files import motion_from_action, read_action, read_npz, write_recording
+from generator.motion_files import (
+    motion_from_action,
+    motion_from_coordinates,
+    parse_coordinates_file,
+    read_action,
+    read_npz,
+    write_recording,
+)
 from generator.springs_file.read import load_springs
 from generator.text_io import parse_file
 from plots.fit import fit
@@ -118,6 +125,10 @@ def _read_action(path: Path) -> None:
     motion_from_action(read_action(path), prototype())
 
 
+def _read_coordinates(path: Path) -> None:
+    motion_from_coordinates(parse_coordinates_file(path).require_value(), prototype())
+
+
 READERS: Mapping[str, Callable[[Path], object]] = {
     "figure": _read_figure,
     "pose": lambda path: parse_pose_file(path, prototype()).require_value(),
@@ -130,6 +141,7 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     "optional": lambda path: load_springs(prototype(), choice=path).require_value(),
     "links": lambda path: parse_file(path, parse_links_source).require_value(),
     "action": _read_action,
+    "coordinates": _read_coordinates,
     "npz": read_npz,
     "model": _read_model,
     "dyspam": _read_model,
@@ -159,7 +171,12 @@ def make_seeds(folder: Path) -> dict[str, list[Path]]:
     MODEL_FORMATS["dyspam"].format_files(prototype(), springs.springs, folder / "dyspam").write()
     seeds["dyspam"] += sorted((folder / "dyspam").iterdir())
     recording = simulate(prototype(), Plan(stop=0.04, step=0.002))
-    for suffix, kind in ((".npz", "npz"), (".action", "action")):
+    for suffix, kind in (
+        (".npz", "npz"),
+        (".action", "action"),
+        (".mot", "coordinates"),
+        (".sto", "coordinates"),
+    ):
         seeds[kind].append(folder / f"run{suffix}")
         write_recording(recording, prototype(), seeds[kind][-1])
     import trimesh

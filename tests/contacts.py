@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.contact_record import ContactRecord, Overlap, SegmentContact
+from generator.contact_record import MIN_VERTICAL_FORCE, ContactRecord, Overlap, SegmentContact
 from generator.motion_files import FigureMotion
-from generator.recording import CONTACT_ENERGY_KINDS
+from generator.recording import CONTACT_ENERGY_KINDS, Recording
+from tests.motions import clip
 
 
 def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> ContactRecord:
@@ -56,3 +57,13 @@ def with_contact(motion: FigureMotion, seed: int = 0) -> FigureMotion:
     energy = {**run.energy, **{kind: np.arange(count) / 3.0 for kind in CONTACT_ENERGY_KINDS}}
     run = replace(run, energy=energy, contact=contact_record(names, count, seed))
     return replace(motion, recording=run)
+
+
+def touching_run() -> tuple[FigureMotion, Recording]:
+    """A run with contact, whose vertical force is small at the second frame."""
+    motion = with_contact(clip("slides"))
+    assert motion.recording is not None
+    contact = motion.recording.contact
+    assert contact is not None
+    contact.ground_reaction[1, 1] = 0.9 * MIN_VERTICAL_FORCE
+    return motion, motion.recording

@@ -24,7 +24,11 @@ from generator.input_files.moments import parse_moments_file
 from generator.input_files.pose import parse_pose_file
 from generator.input_files.scene import parse_scene_file
 from generator.model_files.formats import parse_model
-from generator.motion_files import parse_action
+from generator.motion_files import (
+    motion_from_coordinates,
+    parse_action,
+    parse_coordinates_file,
+)
 from generator.springs_file.read import load_springs
 from generator.text_io import parse_file
 from tests.paths import FAULTS
@@ -54,6 +58,14 @@ def parse_body(path: Path) -> Parsed:
     return Parsed(None if select_errors(diagnostics) else parsed.value, diagnostics)
 
 
+def parse_coordinates_of_joints(path: Path) -> Parsed:
+    """The motion of the figure of joints in a table of OpenSim."""
+    parsed = parse_coordinates_file(path)
+    if parsed.value is None:
+        return parsed
+    return motion_from_coordinates(parsed.value, joints())
+
+
 PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "figure": parse_figure_file,
     "pose": lambda path: parse_pose_file(path, prototype()),
@@ -67,6 +79,7 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "scene": parse_scene_file,
     "live": parse_live_file,
     "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),
+    "coordinates": parse_coordinates_of_joints,
     "model": lambda path: parse_model(
         Source(str(path), path.read_text(encoding="utf-8")), path.parent
     ),
@@ -99,7 +112,7 @@ def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureR
         assert diagnostic.span.end <= len(diagnostic.span.source.text) + 1
 
 
-@pytest.mark.parametrize("kind", ["pose", "psurf", "loads", "drives", "moments", "links"])
+@pytest.mark.parametrize("kind", ["pose", "psurf", "loads", "drives", "moments", "links", "coordinates"])
 def test_a_missing_file_is_a_sentence(kind: str, tmp_path: Path):
     parsed = PARSERS[kind](tmp_path / "none")
     assert not parsed.value

@@ -14,6 +14,7 @@ from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from math import isfinite
 from pathlib import Path
 
@@ -157,6 +158,10 @@ _COUNT = re.compile(r"[0-9]{1,9}")
 _WORD = re.compile(r"\S+")
 _PATH_OF_VALUE = re.compile(r"(?:.*/)?([^/]+)/value")
 
+MAX_HEADER_LINES = 10_000
+MAX_LINE_LENGTH = 1_000_000
+"""Number of characters of the longest line, for the memory."""
+
 MAX_NAMED_COLUMNS = 8
 """Number of columns that a warning names."""
 
@@ -293,7 +298,7 @@ def parse_coordinates_file(path: str | Path) -> Parsed[CoordinateTable]:
 
 def parse_coordinates(source: Source, diagnostics: Diagnostics) -> CoordinateTable | None:
     """Parse the text of a table; None, with the errors reported, if it is wrong."""
-    lines = _lines(source)
+    lines = _lines(source, diagnostics)
     entries = _parse_header(source, lines, diagnostics)
     in_degrees = None if entries is None else _check_header(source, entries, diagnostics)
     title_line = next(lines, None)
@@ -327,7 +332,7 @@ def _parse_header(
 ) -> dict[str, Span] | None:
     """Return the values by key, with the last line of the header under `endheader`."""
     entries: dict[str, Span] = {}
-    for line in lines:
+    for line in islice(lines, MAX_HEADER_LINES):
         text = line.text.strip()
         if text.lower() == END_OF_HEADER:
             entries[END_OF_HEADER] = line
@@ -342,6 +347,8 @@ def _parse_header(
         if key in entries:
             diagnostics.error(f"a second `{shorten(key)}` in the header", place)
         entries[key] = place
+    if diagnostics.has_errors:
+        return None
     place = Span(source, 0, min(1, len(source.text)))
     diagnostics.error(f"there is no line `{END_OF_HEADER}` in this file", place,
                       "it ends the header of OpenSim's tables")  # fmt: skip
@@ -450,12 +457,17 @@ def _check_counts(
             diagnostics.error(f"`{shorten(place.text)}` is not a number of {name}", place)
         elif int(place.text) != count:
             message = f"the table has {count} {name}, not {place.text}"
-            diagnostics.error(message, place, "the file is not whole")
+            hint = "the file is not whole" if count < int(place.text) else ""
+            diagnostics.error(message, place, hint)
 
 
-def _lines(source: Source) -> Iterator[Span]:
-    """Yield the lines that are not blank."""
+def _lines(source: Source, diagnostics: Diagnostics) -> Iterator[Span]:
+    """Yield the lines that are not blank, up to one that is too long."""
     for match in re.finditer(r"[^\n]+", source.text):
+        if match.end() - match.start() > MAX_LINE_LENGTH:
+            message = f"this line is longer than {MAX_LINE_LENGTH:,} characters"
+            diagnostics.error(message, Span(source, match.start(), match.end()))
+            return
         if match[0].strip():
             yield Span(source, match.start(), match.end())
 

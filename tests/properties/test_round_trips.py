@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import generator.input_files
 from generator import Plan, read_figure, simulate
 from generator.contact_record import ContactRecord, Overlap, SegmentContact
+from generator.conversion import read_motion
 from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis, SiteRef
 from generator.figure_file.write import write_pose
@@ -454,8 +455,21 @@ def read_csv(path: Path, motion: FigureMotion) -> tuple[Array, dict[str, Array]]
 UNITS_IN_TEXT = {AxisKind.ROTATION: "deg", AxisKind.TRANSLATION: "cm"}
 
 
-def same_coordinates(motion: FigureMotion, back: Table) -> None:
+def read_coordinates(path: Path, motion: FigureMotion) -> tuple[Table, FigureMotion]:
+    return read_table(path), read_motion(path, motion.figure)
+
+
+def same_coordinates(motion: FigureMotion, contents: tuple[Table, FigureMotion]) -> None:
+    back, read = contents
     in_degrees = back.header["inDegrees"] == "yes"
+    assert read.header == motion.header
+    assert list(read.chains.items()) == list(motion.chains.items())
+    if in_degrees:
+        assert read.displacements.keys() == motion.displacements.keys()
+        for name, values in motion.displacements.items():
+            np.testing.assert_allclose(read.displacements[name], values, rtol=1e-15)
+    else:
+        same_displacements(motion, (read.times, dict(read.displacements)))
     factors = [factor for factors in motion.chains.values() for factor in factors]
     plain = coordinate_names(motion.chains)
     assert back.labels == ["time", *(label for name in motion.chains for label in plain[name])]
@@ -601,10 +615,10 @@ MOTION_ROWS = (
     Format(".action", write_motion(".action"), lambda path, _: read_action(path), same_action,
            each_figure_moved, MOVED),
     Format(".csv", write_motion(".csv"), read_csv, same_displacements, each_figure_moved, MOVED),
-    Format(".mot", write_motion(".mot"), lambda path, _: read_table(path), same_coordinates,
-           each_figure_moved, MOVED),
-    Format(".sto", write_motion(".sto"), lambda path, _: read_table(path), same_coordinates,
-           each_figure_moved, MOVED),
+    Format(".mot", write_motion(".mot"), read_coordinates, same_coordinates, each_figure_moved,
+           MOVED),
+    Format(".sto", write_motion(".sto"), read_coordinates, same_coordinates, each_figure_moved,
+           MOVED),
     Format(".glb", write_motion(".glb"), lambda path, _: Glb(path), same_sites_glb,
            each_figure_moved, MOVED),
     Format(".html", write_motion(".html"), lambda path, _: Page(path), same_page,
@@ -731,12 +745,15 @@ def driven(draw: st.DrawFn) -> FigureMotion:
 
 
 def write_drives(motion: FigureMotion, path: Path) -> None:
-    for suffix in (".action", ".csv"):
+    for suffix in DRIVE_SUFFIXES:
         MOTION_FORMATS[suffix](motion, path.with_suffix(suffix))
 
 
-def read_both_drives(path: Path, motion: FigureMotion) -> list[Mapping[str, Drive]]:
-    return [read_drives(path.with_suffix(s), motion.figure) for s in (".action", ".csv")]
+DRIVE_SUFFIXES = (".action", ".csv", ".mot", ".sto")
+
+
+def read_all_drives(path: Path, motion: FigureMotion) -> list[Mapping[str, Drive]]:
+    return [read_drives(path.with_suffix(s), motion.figure) for s in DRIVE_SUFFIXES]
 
 
 def same_drives(motion: FigureMotion, back: list[Mapping[str, Drive]]) -> None:
@@ -757,7 +774,7 @@ INPUTS = (
            contents=timed_loads(), examples=50),
     Format("moments", write_moments, lambda path, _: replace(read_moments(path), name=""),
            assert_equal, contents=MOMENTS, examples=50),
-    Format("drives", write_drives, read_both_drives, same_drives, contents=driven()),
+    Format("drives", write_drives, read_all_drives, same_drives, contents=driven()),
     Format("scene", lambda scene, path: path.write_text(write_scene(scene), encoding="utf-8"),
            lambda path, _: read_scene(path), assert_equal, contents=scenes(), examples=50),
     Format("live", lambda log, path: path.write_text(write_live(log, "a log"), encoding="utf-8"),
