@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.diagnostics import Diagnostic, InputError, error
-from generator.figure import Figure, Joint, Segment, SiteRef
+from generator.figure import Figure, Joint, Segment, Site, SiteRef
 from generator.figure_file.resolve import origin_span
 from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
@@ -191,6 +191,12 @@ def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
 def has_friction(spring: AxisSpring) -> bool:
     """Return True if an elastic law of a spring has friction of its own."""
     return any(isinstance(law, Frictional) for law in spring.elastic)
+
+
+def has_loads(site: Site) -> bool:
+    """Return True if constant forces or moments act at a site."""
+    loads = (site.global_force, site.local_force, site.global_moment, site.local_moment)
+    return any(any(load) for load in loads if load is not None)
 
 
 def add_common_losses(
