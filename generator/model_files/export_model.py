@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.diagnostics import Diagnostic, InputError, error
-from generator.figure import Figure, Joint, Segment, SiteRef
+from generator.figure import Figure, Joint, Segment, Site, SiteRef
 from generator.figure_file.resolve import origin_span
 from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
@@ -197,6 +197,12 @@ def is_in_tree(model: ExportModel, spring: CoupledSpring) -> bool:
     """Return True for a law over joints of which none closes a loop."""
     joints = {branch.joint.name for branch in model.tree.joints}
     return all(axis.joint in joints for axis in spring.axes)
+
+
+def has_loads(site: Site) -> bool:
+    """Return True if constant forces or moments act at a site."""
+    loads = (site.global_force, site.local_force, site.global_moment, site.local_moment)
+    return any(any(load) for load in loads if load is not None)
 
 
 def add_common_losses(

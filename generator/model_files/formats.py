@@ -19,6 +19,7 @@ from generator.figure import Figure
 from generator.figure_file.write import write_figure
 from generator.losses import Loss, Losses
 from generator.model_files import curves_csv
+from generator.model_files.biomod import write as biomod
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
 from generator.model_files.imported import Imported
@@ -143,6 +144,7 @@ MODEL_FORMATS: Mapping[str, ModelFormat] = {
     "dyspam": ModelFormat(
         (), dyspam.format_files, "folder of the thesis's simulator's input files"
     ),
+    "biomod": ModelFormat((".biomod",), biomod.format_files, "biorbd model"),
     "curves": ModelFormat(
         (), curves_csv.format_files, "table of passive curves", motion_suffixes=(".csv",)
     ),

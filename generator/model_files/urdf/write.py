@@ -17,7 +17,7 @@ from typing import assert_never
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure, Joint, Site
+from generator.figure import AxisKind, Figure, Joint
 from generator.geometry.appearance import Colour
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
@@ -29,6 +29,7 @@ from generator.model_files.export_model import (
     add_common_losses,
     build_export_model,
     has_friction,
+    has_loads,
     split_joint_laws,
     tree_joint_springs,
 )
@@ -317,7 +318,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
     add_common_losses(model, springs, losses, has_references=True)
     for name, segment in figure.segments.items():
-        if name not in figure.ground and any(_has_loads(site) for site in segment.sites.values()):
+        if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
             losses.add("forces and moments at sites", name)
     losses.add("sites, but for those of joints")
     others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
@@ -336,8 +337,3 @@ def _has_springs(joint: Joint, laws: JointLaws) -> bool:
         for place, spring in laws.uncoupled.items()
         for law in spring.elastic
     )
-
-
-def _has_loads(site: Site) -> bool:
-    loads = (site.global_force, site.local_force, site.global_moment, site.local_moment)
-    return any(any(load) for load in loads if load is not None)

@@ -1,0 +1,368 @@
+"""The format of biorbd (`.bioMod`): segments in a tree, y up.
+
+A segment has its displacements before its own frame: first translations, then rotations about
+coordinate axes, the outermost first. A joint of the figure whose chain has this form belongs to the
+segment that it moves; in any other chain each displacement `JOINT_k` is a segment without mass.
+"""
+
+from collections.abc import Iterator, Mapping
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generator.figure import CENTRE_OF_MASS_SITE, AxisKind, Figure, JointAxis
+from generator.kinematics.tree import TreeJoint
+from generator.losses import Losses
+from generator.model_files.biomod.passive_torque import (
+    FittedTorque,
+    LinearTorque,
+    passive_torques,
+)
+from generator.model_files.curves_csv import format_curves, has_curves, springs_table
+from generator.model_files.export_model import (
+    ExportModel,
+    JointLaws,
+    add_common_losses,
+    build_export_model,
+    has_friction,
+    has_loads,
+    split_joint_laws,
+    tree_joint_springs,
+)
+from generator.model_files.fit_error import format_range, joint_ranges
+from generator.model_files.meshes import MeshFile, segment_meshes
+from generator.model_files.model_files import ModelFiles
+from generator.names import plain_names, reserve_name
+from generator.rotations import (
+    Array,
+    inverse_pose,
+    pose_matrix,
+    rotation_with_z_axis,
+    unit_vector,
+)
+from springs import JointSprings, SpringSet
+
+WORLD = "root"
+"""Name of the world in the format."""
+
+NO_LIMIT = 1e3
+"""End of the range of a translation without a limit [m]; a rotation's is pi."""
+
+FITTED_LOSS = "springs approximated by two exponentials or a line for each displacement"
+
+_LETTERS = "xyz"
+
+
+def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
+    """Format a figure as the biorbd model at `path`.
+
+    Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
+    """
+    beside = path.with_name("_".join(path.name.split()))  # a blank ends a word of the format
+    meshes, mesh_losses = segment_meshes(figure, plain_names(figure.segments), beside)
+    text, losses = format_biomod(figure, springs, meshes)
+    for loss in mesh_losses:
+        losses.add_loss(loss)
+    contents: dict[Path, str | bytes] = {mesh.path: mesh.content for mesh in meshes.values()}
+    if has_curves(springs):
+        contents[springs_table(path)] = format_curves(figure, springs)[0]
+    return ModelFiles(path, contents | {path: text}, losses)
+
+
+def format_biomod(
+    figure: Figure, springs: SpringSet, meshes: Mapping[str, MeshFile] | None = None
+) -> tuple[str, Losses]:
+    """The text of a biorbd model, and its losses; raises InputError as `format_files`.
+
+    Args:
+        figure: the figure.
+        springs: of its joints.
+        meshes: by segment; None for a model without.
+    """
+    losses = Losses("biorbd model")
+    model = build_export_model(figure, losses)
+    lines = _SegmentWriter(model, springs, meshes or {}, losses).lines()
+    text = "\n".join((*_HEADER, *lines)) + "\n"
+    _add_losses(model, springs, losses)
+    return text, losses
+
+
+_HEADER = (
+    "version 4",
+    "",
+    "// Units are metres, kilograms, seconds and radians; y is up.",
+    "// Comments of a segment name its displacements as the figure does, in the order of Q.",
+    "",
+    "gravity 0 -9.81 0",
+)
+
+
+class _SegmentWriter:
+    """Segments, from the world outwards."""
+
+    def __init__(
+        self,
+        model: ExportModel,
+        springs: SpringSet,
+        meshes: Mapping[str, MeshFile],
+        losses: Losses,
+    ) -> None:
+        self._model, self._meshes, self._losses = model, meshes, losses
+        self._springs = dict(tree_joint_springs(model, springs))
+        self._joining = springs.joining
+        taken = {WORLD}
+        self._segments = {
+            name: reserve_name(_not_world(plain), taken) for name, plain in model.segments.items()
+        }
+        self._taken = taken
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines of all segments, each base before its tip."""
+        for name in self._model.figure.ground:
+            yield from _segment(
+                self._segments[name],
+                WORLD,
+                self._model.placement.poses[name],
+                (),
+                ["mass 0", *self._mesh_lines(name)],
+            )
+            yield from self._marker_lines(name)
+        for branch in self._model.tree.joints:
+            yield from self._tree_joint_lines(branch)
+
+    def _tree_joint_lines(self, branch: TreeJoint) -> Iterator[str]:
+        """Yield the segments of a joint's displacements and of the segment that it moves."""
+        model, joint = self._model, branch.joint
+        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
+        pose, tip = (model.site(ref) for ref in ends)
+        rest = inverse_pose(tip)
+        laws = split_joint_laws(
+            model.tree.chains[joint.name],
+            self._springs.get(joint.name, JointSprings(joint.name)),
+        )
+        torques = self._passive_torques(branch, laws)
+        steps = _outward_steps(branch)
+        moved, parent = self._segments[branch.outboard], self._segments[branch.inboard]
+        coordinates = model.coordinates[joint.name]
+        body = [*self._body_lines(branch.outboard), *self._mesh_lines(branch.outboard)]
+        group = _sequences(steps)
+        torque_lines: list[str] = []
+        if group is not None:
+            own = moved if np.array_equal(rest, np.eye(4)) else None
+            if own is None and steps:
+                own = reserve_name(model.joints[joint.name], self._taken)
+            if own is not None:
+                motion = self._motion_lines(branch, steps, group, laws)
+                yield from _segment(own, parent, pose, motion, body if own == moved else ["mass 0"])
+                for place, axis in steps:
+                    torque_lines += _torque_lines(own, _dof(axis), torques.get(place))
+                parent, pose = own, np.eye(4)
+            pose = pose @ rest
+        else:
+            own = None
+            for place, axis in steps:
+                own = reserve_name(coordinates[place], self._taken)
+                turn = pose_matrix(rotation_with_z_axis(np.array(axis.axis)), np.zeros(3))
+                along = JointAxis(axis.kind, (0.0, 0.0, 1.0))
+                one = [(place, along)]
+                motion = self._motion_lines(branch, one, _sequences(one) or ("", ""), laws)
+                yield from _segment(own, parent, pose @ turn, motion, ["mass 0"])
+                torque_lines += _torque_lines(own, _dof(along), torques.get(place))
+                parent, pose = own, inverse_pose(turn)
+            pose = pose @ rest
+        if own != moved:
+            yield from _segment(moved, parent, pose, (), body)
+        yield from self._marker_lines(branch.outboard)
+        yield from torque_lines
+
+    def _passive_torques(self, branch: TreeJoint, laws: JointLaws) -> dict[int, FittedTorque]:
+        """Return the passive torques by place in the chain, and report their errors."""
+        joint = branch.joint
+        own = self._springs.get(joint.name)
+        if own is None:
+            return {}
+        chain = self._model.tree.chains[joint.name]
+        ranges = joint_ranges(joint, own)
+        torques = passive_torques(joint, chain, laws, self._joining, ranges)
+        for k, fitted in torques.items():
+            if fitted.error is not None:
+                turns = joint.chain[k].kind is AxisKind.ROTATION
+                error = str(fitted.error)
+                name = self._model.coordinates[joint.name][k]
+                over = format_range(fitted.range, turns=turns)
+                error = error if turns else error.replace("N m", "N")
+                self._losses.add(FITTED_LOSS, f"{name} {error} over {over}")
+        return torques
+
+    def _motion_lines(
+        self,
+        branch: TreeJoint,
+        steps: list[tuple[int, JointAxis]],
+        sequences: tuple[str, str],
+        laws: JointLaws,
+    ) -> Iterator[str]:
+        """Yield the displacements of a segment, their ranges and their damping."""
+        joint = branch.joint
+        if not steps:
+            return
+        names = self._model.coordinates[joint.name]
+        yield f"// {', '.join(names[place] for place, _ in steps)}"
+        for word, letters in zip(("translations", "rotations"), sequences, strict=True):
+            if letters:
+                yield f"{word} {letters}"
+        yield "rangesq"
+        for place, axis in steps:
+            default = np.pi if axis.kind is AxisKind.ROTATION else NO_LIMIT
+            low = -default if joint.lower_limit is None else max(joint.lower_limit[place], -default)
+            high = default if joint.upper_limit is None else min(joint.upper_limit[place], default)
+            yield f"  {_numbers((low, high))}"
+        damping = [
+            0.0 if place not in laws.uncoupled else laws.uncoupled[place].damping.viscous
+            for place, _ in steps
+        ]
+        if any(damping):
+            yield f"jointdampings {_numbers(damping)}"
+
+    def _body_lines(self, name: str) -> Iterator[str]:
+        """Yield the mass of a segment."""
+        segment = self._model.figure.segments[name]
+        assert segment.mass is not None
+        assert segment.inertia is not None
+        assert segment.centre_of_mass is not None
+        yield f"mass {_numbers(segment.mass)}"
+        yield "inertia"
+        for row in np.diag(segment.inertia):
+            yield f"  {_numbers(row)}"
+        yield f"com {_numbers(segment.centre_of_mass)}"
+
+    def _mesh_lines(self, name: str) -> Iterator[str]:
+        mesh = self._meshes.get(name)
+        if mesh is not None:
+            yield f"meshfile {mesh.reference}"
+            yield f"meshcolor {_numbers(mesh.colour)}"
+
+    def _marker_lines(self, name: str) -> Iterator[str]:
+        """Yield the sites of a segment but its centre of mass."""
+        own = self._segments[name]
+        sites = [site for site in self._model.figure.segments[name].sites]
+        plain = plain_names(sites)
+        for site in sites:
+            if site != CENTRE_OF_MASS_SITE:
+                pose = self._model.figure.segments[name].sites[site].pose_in_segment
+                yield ""
+                yield f"marker {own}.{plain[site]}"
+                yield f"  parent {own}"
+                yield f"  position {_numbers(pose[:3, 3])}"
+                yield "endmarker"
+
+
+def _not_world(name: str) -> str:
+    """Return a name that is not the world's, which has no upper and lower case."""
+    return f"{name}_segment" if name.lower() == WORLD else name
+
+
+def _outward_steps(branch: TreeJoint) -> list[tuple[int, JointAxis]]:
+    """Return places and factors of a chain from the base to the tip."""
+    steps = list(enumerate(branch.joint.chain))
+    if branch.parent_is_inboard:
+        return steps[::-1]
+    return [(k, JointAxis(axis.kind, _negative(axis))) for k, axis in steps]
+
+
+def _negative(axis: JointAxis) -> tuple[float, float, float]:
+    x, y, z = axis.axis
+    return -x, -y, -z
+
+
+def _sequences(steps: list[tuple[int, JointAxis]]) -> tuple[str, str] | None:
+    """Return translations and rotations of one segment of the format; None for other chains.
+
+    They are about different positive coordinate axes, and translations come first.
+    """
+    kinds = [axis.kind for _, axis in steps]
+    if kinds != sorted(kinds, key=lambda kind: kind is AxisKind.ROTATION):
+        return None
+    words = {AxisKind.TRANSLATION: "", AxisKind.ROTATION: ""}
+    for _, axis in steps:
+        letter = _coordinate_letter(axis)
+        if letter is None or letter in words[axis.kind]:
+            return None
+        words[axis.kind] += letter
+    return words[AxisKind.TRANSLATION], words[AxisKind.ROTATION]
+
+
+def _coordinate_letter(axis: JointAxis) -> str | None:
+    """Return the letter of the positive coordinate axis that a factor has; None for another."""
+    direction = unit_vector(axis.axis)
+    for letter, unit in zip(_LETTERS, np.eye(3), strict=True):
+        if np.array_equal(direction, unit):
+            return letter
+    return None
+
+
+def _dof(axis: JointAxis) -> str:
+    """Name of a displacement in its segment."""
+    word = "Rot" if axis.kind is AxisKind.ROTATION else "Trans"
+    return f"{word}{(_coordinate_letter(axis) or '').upper()}"
+
+
+def _segment(
+    name: str, parent: str, pose: Array, motion: Iterator[str] | tuple[str, ...], body: list[str]
+) -> Iterator[str]:
+    """Yield the lines of a segment."""
+    yield ""
+    yield f"segment {name}"
+    yield f"  parent {parent}"
+    yield "  rtinmatrix 1"
+    yield "  rt"
+    yield from (f"    {_numbers(row)}" for row in pose)
+    yield from (f"  {line}" for line in motion)
+    yield from (f"  {line}" for line in body)
+    yield "endsegment"
+
+
+def _torque_lines(segment: str, dof: str, fitted: FittedTorque | None) -> Iterator[str]:
+    """Yield the passive torque of a displacement."""
+    if fitted is None:
+        return
+    kind = "linear" if isinstance(fitted.torque, LinearTorque) else "exponential"
+    yield ""
+    yield f"passivetorque {segment}"
+    yield f"  type {kind}"
+    yield f"  dof {dof}"
+    yield from (f"  {tag} {_numbers(value)}" for tag, value in fitted.torque.tags.items())
+    yield "endpassivetorque"
+
+
+def _numbers(values: ArrayLike) -> str:
+    """Format numbers with all their digits and without exponents, which the format misreads."""
+    flat: list[float] = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
+    return " ".join(format(Decimal(repr(value + 0.0)), "f") for value in flat)
+
+
+def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
+    """Report the parts that the format cannot hold."""
+    figure = model.figure
+    for joint in model.tree.closures:
+        losses.add("joints that close loops: the loops are open", joint.name)
+    for name, own in tree_joint_springs(model, springs):
+        laws = split_joint_laws(model.tree.chains[name], own)
+        if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
+            losses.add("friction that depends on the angle", name)
+        if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
+            losses.add("Coulomb friction", name)
+        if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
+            losses.add("damping and friction of several rotations", name)
+    moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
+    if moved:
+        losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
+    add_common_losses(model, springs, losses, has_table=True)
+    for name, segment in figure.segments.items():
+        if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
+            losses.add("forces and moments at sites", name)
+    losses.add("axes of sites: a marker is a point")
+    others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
+    if others:
+        losses.add("attributes other than a colour", *others)
