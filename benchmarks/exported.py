@@ -68,8 +68,8 @@ class ExportedModel(Protocol):
 class SpringModel(ExportedModel, Protocol):
     """A model whose springs are read."""
 
-    def moments(self, values: Values) -> dict[str, Array]:
-        """Generalized forces of the springs on each joint's displacements at rest [N m]."""
+    def moments(self, values: Values, joint: str) -> Array:
+        """Generalized forces of the springs on a joint's displacements at rest [N m], (n,)."""
         ...
 
 
@@ -129,7 +129,7 @@ class MuJoCoModel:
             for name, value in zip(names, values, strict=True)
         }
 
-    def moments(self, values: Values) -> dict[str, Array]:
+    def moments(self, values: Values, joint: str) -> Array:
         """See `SpringModel`; positions that change with a displacement give its force."""
         at_rest = self.model.key("start").qpos.copy()
         for name, numbers in values.items():
@@ -138,20 +138,18 @@ class MuJoCoModel:
         self.data.qpos[:], self.data.qvel[:] = at_rest, 0.0
         self.api.mj_forward(self.model, self.data)
         forces = self.data.qfrc_passive + self._spring_actuators().T @ self.data.actuator_force
-        found: dict[str, Array] = {}
-        for name, numbers in values.items():
-            found[name] = np.zeros(len(numbers))
-            for k in range(len(numbers)):
-                ends: list[Array] = []
-                for change in (-1e-5, 1e-5):
-                    moved, end = numbers.copy(), at_rest.copy()
-                    moved[k] += change
-                    for at, part in self.position(self.figure.joints[name], moved).items():
-                        end[at : at + len(part)] = part
-                    ends.append(end)
-                rate = np.zeros(self.model.nv)
-                self.api.mj_differentiatePos(self.model, rate, 2e-5, *ends)
-                found[name][k] = rate @ forces
+        found = np.zeros(len(values[joint]))
+        for k in range(len(found)):
+            ends: list[Array] = []
+            for change in (-1e-5, 1e-5):
+                moved, end = values[joint].copy(), at_rest.copy()
+                moved[k] += change
+                for at, part in self.position(self.figure.joints[joint], moved).items():
+                    end[at : at + len(part)] = part
+                ends.append(end)
+            rate = np.zeros(self.model.nv)
+            self.api.mj_differentiatePos(self.model, rate, 2e-5, *ends)
+            found[k] = rate @ forces
         return found
 
     def _spring_actuators(self) -> Array:
@@ -298,17 +296,14 @@ class OpenSimModel:
             self._springs = model, state, self.api.InverseDynamicsSolver(model), places
         return self._springs
 
-    def moments(self, values: Values) -> dict[str, Array]:
+    def moments(self, values: Values, joint: str) -> Array:
         """See `SpringModel`."""
         model, state, solver, places = self._spring_model()
         for name, numbers in values.items():
             for k, value in enumerate(numbers, 1):
                 model.getCoordinateSet().get(f"{name}_{k}").setValue(state, float(value), False)
         needed = solver.solve(state).to_numpy()
-        return {
-            name: -needed[[places[f"{name}_{k}"] for k in range(1, len(numbers) + 1)]]
-            for name, numbers in values.items()
-        }
+        return -needed[[places[f"{joint}_{k}"] for k in range(1, len(values[joint]) + 1)]]
 
     def fall(self, times: Sequence[float], accuracy: float) -> Motion:
         """See `ExportedModel`; `accuracy` is that of OpenSim's manager."""
@@ -384,15 +379,17 @@ def our_moments(figure: Figure, springs: SpringSet, joint: str, rows: Array) -> 
     return forces[:, columns]
 
 
-def moment_differences(model: SpringModel, figure: Figure, springs: SpringSet) -> dict[str, Array]:
-    """Differences of the springs' moments from ours by joint, shape (poses, n) [N m]."""
-    found: dict[str, Array] = {}
-    at_zero = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
-    for name, own in springs.joints.items():
-        rows = joint_grid(figure.joints[name], own)
-        theirs = np.array([model.moments({**at_zero, name: row})[name] for row in rows])
-        found[name] = theirs - our_moments(figure, springs, name, rows)
-    return found
+def moment_differences(
+    model: SpringModel, figure: Figure, springs: SpringSet, joint: str, sparse: int = 1
+) -> Array:
+    """Differences of a joint's spring moments from ours, shape (poses, n) [N m].
+
+    Every `sparse`-th pose of the grid is taken; the other joints are at zero.
+    """
+    at_zero = {name: np.zeros(len(each.chain)) for name, each in figure.joints.items()}
+    rows = joint_grid(figure.joints[joint], springs.joints[joint])[::sparse]
+    theirs = np.array([model.moments({**at_zero, joint: row}, joint) for row in rows])
+    return theirs - our_moments(figure, springs, joint, rows)
 
 
 _STATED = re.compile(r"(\w+):? \(?([\d.e+-]+) N m at most")
