@@ -358,7 +358,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
     if moved:
         losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
-    add_common_losses(model, springs, losses, has_table=True)
+    add_common_losses(model, springs, losses, has_references=True)
     for name, segment in figure.segments.items():
         if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
             losses.add("forces and moments at sites", name)
