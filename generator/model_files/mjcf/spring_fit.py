@@ -16,6 +16,7 @@ import numpy as np
 from generator.figure import AxisKind, Joint
 from generator.joint_chain import Chain
 from generator.model_files.fit_error import FitError, joint_ranges
+from generator.model_files.piecewise import ROTATION_MARGIN
 from generator.rotations import (
     Array,
     matrix_from_rotation_vector,
@@ -25,9 +26,6 @@ from generator.rotations import (
 from springs import AxisSpring, Joining, JointSprings, total_torque
 from springs.elastic import Range
 from springs.spherical import elastic_torque
-
-MARGIN = radians(30.0)
-"""Angle beyond the range of a joint up to which its laws are followed [rad]."""
 
 SMALLEST_TOLERANCE, RELATIVE_TOLERANCE = 0.5, 0.03
 """Difference of a law and its ramps [N m], and as a share of the torque; the larger holds."""
@@ -143,7 +141,7 @@ def axis_ramps(joint: Joint, springs: JointSprings, spring: AxisSpring) -> tuple
     def torque(angle: Array) -> Array:
         return np.asarray(total_torque(spring.elastic, angle)) + np.zeros_like(angle)
 
-    return fit_ramps(torque, corners, (low - MARGIN, high + MARGIN))
+    return fit_ramps(torque, corners, (low - ROTATION_MARGIN, high + ROTATION_MARGIN))
 
 
 def component_range(joint: Joint, springs: JointSprings, spring: AxisSpring) -> Range:

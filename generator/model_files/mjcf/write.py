@@ -7,7 +7,9 @@ ball joint, whose quaternion rotates the body's own frame.
 
 A hinge or a slide joint has the spring force -(a x + b x^2 + c x^3), where x is measured from
 `springref`. A fixed tendon has the same force with x measured from the ends of its `springlength`,
-zero between them; so a curve beyond a breakpoint is a tendon of one joint, slack on one side.
+zero between them; so a curve beyond a breakpoint is a tendon `JOINT_corner_n` of
+one joint, slack on one side. A curve without a zero has its constant part in the actuator
+`JOINT_constant`.
 
 The springs of several rotations are functions of the rotation vector r, which is the length of an
 actuator between two sites, about a gear: site and refsite are those of the joint. A law about an
@@ -20,16 +22,13 @@ that differs between axes is `J_damping_n_parent` and `..._child` with half of e
 """
 
 from collections.abc import Iterator, Mapping
+from math import inf
 from pathlib import Path
 from typing import Final, assert_never
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from generator.diagnostics import InputError
 from generator.figure import AxisKind, Figure, Joint, SiteRef
-from generator.geometry.read import read_segment_surface, segment_colour
-from generator.geometry.surface import Surface
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.embedded import embed
@@ -45,6 +44,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
+from generator.model_files.fit_error import FitError, format_range, joint_ranges
 from generator.model_files.mjcf.spring_fit import (
     Ramp,
     axis_ramps,
@@ -52,8 +52,14 @@ from generator.model_files.mjcf.spring_fit import (
     largest_torque,
     spring_error,
 )
+from generator.model_files.mjcf.visuals import add_visuals
 from generator.model_files.model_files import ModelFiles
-from generator.model_files.piecewise import piecewise_cubic
+from generator.model_files.piecewise import (
+    ROTATION_MARGIN,
+    TRANSLATION_MARGIN,
+    PiecewiseCubic,
+    fit_piecewise_cubic,
+)
 from generator.model_files.xml import (
     MAX_DEPTH,
     Element,
@@ -62,9 +68,16 @@ from generator.model_files.xml import (
     format_numbers,
     nesting_depth,
 )
-from generator.names import plain_names, reserve_name
-from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
-from springs import AxisSpring, JointSprings, SpringSet
+from generator.names import reserve_name
+from generator.rotations import (
+    Array,
+    inverse_pose,
+    pose_matrix,
+    quaternion_from_matrix,
+    unit_vector,
+)
+from springs import AxisSpring, JointSprings, SpringSet, total_torque
+from springs.elastic import Range
 
 WORLD = "world"
 """Name of the site whose axes are those of the world; the others have a dot in theirs."""
@@ -72,17 +85,16 @@ WORLD = "world"
 _SOLVER = {"solref": "0.002 1", "solimp": "0.999 0.9999 0.001 0.5 2"}
 """Stiffness of loop constraints: the largest that the file's time step allows."""
 
-_MIN_VERTICES = 4
-
-
-def quaternion(matrix: Array) -> Array:
-    """Scalar first, shape (4,)."""
-    return Rotation.from_matrix(matrix).as_quat()[[3, 0, 1, 2]]
-
 
 def site_name(model: ExportModel, ref: SiteRef) -> str:
     """`SEGMENT.SITE`."""
     return f"{model.segments[ref.segment]}.{ref.site}"
+
+
+def body_name(model: ExportModel, segment: str) -> str:
+    """Name of a segment's body; MuJoCo's own body is called `world`."""
+    name = model.segments[segment]
+    return reserve_name(name, {*model.segments.values()}) if name == WORLD else name
 
 
 def add_sites(model: ExportModel, body: Element, segment: str, pose: Array) -> None:
@@ -92,55 +104,8 @@ def add_sites(model: ExportModel, body: Element, segment: str, pose: Array) -> N
 
 
 def _add_site(body: Element, name: str, pose: Array) -> None:
-    turn = format_numbers(quaternion(pose[:3, :3]))
+    turn = format_numbers(quaternion_from_matrix(pose[:3, :3]))
     add_element(body, "site", name=name, pos=format_numbers(pose[:3, 3]), quat=turn, size="0.005")
-
-
-def add_surfaces(
-    model: ExportModel, assets: Element, bodies: Mapping[str, Element], losses: Losses
-) -> None:
-    """Add the segments' psurfs as visual geoms, without contact and mass."""
-    figure = model.figure
-    files = [segment.psurf for segment in figure.segments.values() if segment.psurf is not None]
-    names = plain_names(files)
-    written: set[str] = set()
-    for name, segment in figure.segments.items():
-        if segment.psurf is None:
-            continue
-        mesh = names[segment.psurf]
-        if mesh not in written:
-            try:
-                surface = read_segment_surface(figure, segment)
-            except InputError as failure:
-                losses.add(f"psurfs that cannot be read ({failure.diagnostics[0].message})", name)
-                continue
-            if not _add_mesh(assets, mesh, surface):
-                losses.add("psurfs without four corners or without any face", name)
-                continue
-            written.add(mesh)
-        pose = model.placement.poses[name] if name in figure.ground else np.eye(4)
-        geom = add_element(bodies[name], "geom", type="mesh", mesh=mesh)
-        geom.set("pos", format_numbers(pose[:3, 3]))
-        geom.set("quat", format_numbers(quaternion(pose[:3, :3])))
-        geom.set("rgba", format_numbers([*segment_colour(figure, segment), 1.0]))
-        geom.attrib |= {"contype": "0", "conaffinity": "0", "mass": "0"}
-    others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
-    if others:
-        losses.add("attributes other than a colour", *others)
-
-
-def _add_mesh(assets: Element, name: str, surface: Surface) -> bool:
-    """A surface as triangles; False for one that MuJoCo refuses."""
-    fans, _ = surface.fan_triangles
-    points = surface.vertices[fans]
-    areas = np.linalg.norm(np.cross(points[1] - points[0], points[2] - points[0]), axis=1)
-    triangles = fans[:, areas > 0.0]
-    if len(surface.vertices) < _MIN_VERTICES or not triangles.size:
-        return False
-    mesh = add_element(assets, "mesh", name=name, inertia="shell")
-    mesh.set("vertex", format_numbers(surface.vertices))
-    mesh.set("face", " ".join(map(str, triangles.T.ravel().tolist())))
-    return True
 
 
 def add_loops(
@@ -203,7 +168,11 @@ _UNREACHABLE_LENGTH = 1e6
 _MAX_FORCE = 1e9
 """End of a force range that is not reached [N m]."""
 
-_CURVES = "springs whose curve is not a piecewise cubic or has no zero"
+_CURVES = "springs whose torque is infinite within the joint's range"
+_FITTED = "springs approximated by piecewise cubics"
+_FIT_SAMPLES = 721
+"""Displacements at which the error of a fit is computed."""
+
 _RAMPS = "springs of several rotations, approximated by torques about axes of parent and child"
 _DAMPING = "damping of several rotations, approximated by that about axes of parent and child"
 _EXACT: Final = 1e-9
@@ -244,7 +213,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     root.extend(sections.values())
     builder = _BodyWriter(model, springs, losses, sections)
     builder.add_bodies()
-    add_surfaces(model, sections["asset"], builder.bodies, losses)
+    add_visuals(model, sections["asset"], builder.bodies, losses)
     add_loops(model, sections["equality"], builder.bodies, losses)
     add_loads(model, sections["actuator"])
     add_element(
@@ -287,7 +256,6 @@ class _BodyWriter:
             for name, chain in model.tree.chains.items()
             if len(chain.joint_axes) == 1 or len(chain.rotations) == 3
         }
-        self._segments = {"world", *model.segments.values()}
 
     @property
     def initial_positions(self) -> list[float]:
@@ -321,16 +289,13 @@ class _BodyWriter:
         assert segment.mass is not None
         assert segment.inertia is not None
         assert segment.centre_of_mass is not None
-        name = model.segments[branch.outboard]
-        if name == "world":
-            # MuJoCo's own body has this name.
-            name = reserve_name(name, self._segments)
+        name = body_name(model, branch.outboard)
         body = add_element(
             self.bodies[branch.inboard],
             "body",
             name=name,
             pos=format_numbers(pose[:3, 3]),
-            quat=format_numbers(quaternion(pose[:3, :3])),
+            quat=format_numbers(quaternion_from_matrix(pose[:3, :3])),
         )
         self.bodies[branch.outboard] = body
         add_element(
@@ -349,7 +314,10 @@ class _BodyWriter:
         if free and not springs.axes and not springs.translations:
             add_element(body, "freejoint", name=model.joints[joint.name])
             at = model.placement.poses[branch.outboard]
-            self._initial_positions_by_body[name] = [*at[:3, 3], *quaternion(at[:3, :3])]
+            self._initial_positions_by_body[name] = [
+                *at[:3, 3],
+                *quaternion_from_matrix(at[:3, :3]),
+            ]
         else:
             self._add_joints(body, branch, tip, springs)
 
@@ -368,7 +336,9 @@ class _BodyWriter:
             if k is None:
                 turn = chain.pose(displacements)[:3, :3]
                 turn = turn if branch.parent_is_inboard else turn.T
-                start += quaternion(tip_site[:3, :3] @ turn @ tip_site[:3, :3].T).tolist()
+                start += quaternion_from_matrix(
+                    tip_site[:3, :3] @ turn @ tip_site[:3, :3].T
+                ).tolist()
                 ball = add_element(body, "joint", name=names[k], type="ball", pos=position)
                 continue
             start.append(float(displacements[k]))
@@ -388,8 +358,9 @@ class _BodyWriter:
             element = add_element(
                 body, "joint", name=names[k], **placing, axis=format_numbers(axis)
             )
+            self._add_range(element, joint, k)
             if k in laws.uncoupled:
-                self._add_axis_spring(element, joint, laws.uncoupled[k])
+                self._add_axis_spring(element, joint, k, laws.uncoupled[k], springs)
         if laws.combined:
             self._add_rotation_springs(ball, joint, springs)
         self._add_friction_losses(joint, laws)
@@ -471,34 +442,80 @@ class _BodyWriter:
             if ends is not None:
                 actuator.set("forcerange", format_numbers(ends))
 
-    def _add_axis_spring(self, element: Element, joint: Joint, spring: AxisSpring) -> None:
+    def _add_range(self, element: Element, joint: Joint, index: int) -> None:
+        """The limits of a displacement, which MuJoCo does not enforce: our springs do."""
+        low = -inf if joint.lower_limit is None else joint.lower_limit[index]
+        high = inf if joint.upper_limit is None else joint.upper_limit[index]
+        ends = (max(low, -_UNREACHABLE_LENGTH), min(high, _UNREACHABLE_LENGTH))
+        if low < high and (low, high) != (-inf, inf):
+            element.attrib |= {"limited": "false", "range": format_numbers(ends)}
+
+    def _add_axis_spring(
+        self,
+        element: Element,
+        joint: Joint,
+        index: int,
+        spring: AxisSpring,
+        springs: JointSprings,
+    ) -> None:
         """A spring of a hinge or a slide."""
-        curve = piecewise_cubic(spring.elastic) if spring.elastic else None
-        if curve is not None:
-            if any(curve.coefficients):
-                element.set("springref", format_numbers(curve.root))
-                element.set("stiffness", _format_stiffness(curve.coefficients))
-            name = element.attrib["name"]
-            for number, step in enumerate(curve.breakpoint_terms, 1):
-                ends = (
-                    (-_UNREACHABLE_LENGTH, step.start)
-                    if step.above
-                    else (step.start, _UNREACHABLE_LENGTH)
-                )
-                tendon = add_element(
-                    self._tendons,
-                    "fixed",
-                    name=f"{name}_corner_{number}",
-                    springlength=format_numbers(ends),
-                    stiffness=_format_stiffness(step.coefficients),
-                )
-                add_element(tendon, "joint", joint=name, coef="1")
-        elif spring.elastic:
-            self._losses.add(_CURVES, joint.name)
+        if spring.elastic:
+            ends = joint_ranges(joint, springs)[index]
+            turns = joint.chain[index].kind is AxisKind.ROTATION
+            margin = ROTATION_MARGIN if turns else TRANSLATION_MARGIN
+            curve = fit_piecewise_cubic(spring.elastic, (ends[0] - margin, ends[1] + margin))
+            if curve is None:
+                self._losses.add(_CURVES, joint.name)
+            else:
+                self._add_curve(element, curve)
+                self._report_fit(joint, curve, spring, ends, turns=turns)
         if spring.damping.viscous:
             element.set("damping", format_numbers(spring.damping.viscous))
         if spring.damping.coulomb:
             element.set("frictionloss", format_numbers(spring.damping.coulomb))
+
+    def _report_fit(
+        self, joint: Joint, curve: PiecewiseCubic, spring: AxisSpring, ends: Range, *, turns: bool
+    ) -> None:
+        """Report the error of a curve over the range of its displacement, if it is not exact."""
+        values = np.linspace(*ends, _FIT_SAMPLES)
+        torques = np.asarray(total_torque(spring.elastic, values))
+        error = FitError.from_differences(curve.torque(values) - torques)
+        if error.largest > _EXACT * float(np.abs(torques).max()):
+            sizes = str(error) if turns else str(error).replace("N m", "N")
+            span = format_range(ends, turns=turns)
+            self._losses.add(_FITTED, f"{joint.name} ({sizes} over {span})")
+
+    def _add_curve(self, element: Element, curve: PiecewiseCubic) -> None:
+        """A curve as springs of a hinge or a slide and of tendons, and its constant part."""
+        name = element.attrib["name"]
+        if any(curve.coefficients):
+            element.set("springref", format_numbers(curve.root))
+            element.set("stiffness", _format_stiffness(curve.coefficients))
+        for number, step in enumerate(curve.breakpoint_terms, 1):
+            ends = (
+                (-_UNREACHABLE_LENGTH, step.start)
+                if step.above
+                else (step.start, _UNREACHABLE_LENGTH)
+            )
+            tendon = add_element(
+                self._tendons,
+                "fixed",
+                name=f"{name}_corner_{number}",
+                springlength=format_numbers(ends),
+                stiffness=_format_stiffness(step.coefficients),
+            )
+            add_element(tendon, "joint", joint=name, coef="1")
+        if curve.constant:
+            add_element(
+                self._actuators,
+                "general",
+                name=f"{name}_constant",
+                joint=name,
+                gainprm="0",
+                biastype="affine",
+                biasprm=format_numbers((curve.constant, 0.0, 0.0)),
+            )
 
     def _add_friction_losses(self, joint: Joint, laws: JointLaws) -> None:
         """Friction that MuJoCo has in another way or not at all."""
