@@ -81,6 +81,7 @@ KINDS: Mapping[str, ElementKinds] = {
     "OpenSimDocument": ElementKinds(
         frozenset(
             {"ExpressionBasedCoordinateForce", "ExpressionBasedBushingForce"}
+            | {"ExpressionBasedPathForce"}
             | {"SpringGeneralizedForce", "CoordinateLimitForce", "CoordinateLinearStopForce"}
             | {"ExponentialCoordinateLimitForce", "FunctionBasedBushingForce", "BushingForce"}
         ),

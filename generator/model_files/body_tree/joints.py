@@ -4,9 +4,9 @@ Degrees of freedom form one joint if their axes meet in one point, each perpendi
 Its laws become fields of the figure, or else tables of a springs file.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import pi
+from math import inf, pi
 from typing import assert_never
 
 import numpy as np
@@ -15,11 +15,16 @@ from generator.diagnostics import ModelError
 from generator.figure import AxisKind, JointAxis, Vector
 from generator.joint_chain import build_chain
 from generator.losses import Losses
-from generator.model_files.body_tree.tree import DegreeOfFreedom
+from generator.model_files.body_tree.tree import Curve, DegreeOfFreedom
+from generator.model_files.fit_error import FitError, format_range
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array
-from generator.springs_file.laws import CubicEntry
+from generator.springs_file.laws import CubicEntry, EntryLaw
 from generator.springs_file.parse import SpringEntry
-from springs import Damping, Linear
+from springs import Cubic, Damping, Linear, NotRestoringError, passive_cubic
+from springs.elastic import Range
+from springs.exponential import Exponential
+from springs.interpolated import Interpolated
+from springs.smooth_limit import SmoothLimit
 
 MAX_AXIS_GAP = 1e-9
 """Distance of axes that count as meeting [m]."""
@@ -211,7 +216,7 @@ def _field_part(dof: DegreeOfFreedom, joint: str, losses: Losses) -> DegreeOfFre
 
 def needs_table(dof: DegreeOfFreedom) -> bool:
     """Return True if a degree of freedom has a law that the fields cannot hold."""
-    return bool(dof.friction or any(dof.cubic) or dof.smooth_limit is not None)
+    return bool(dof.friction or any(dof.cubic) or dof.laws)
 
 
 def spring_entries(group: JointGroup, joint: str, losses: Losses) -> Iterator[SpringEntry]:
@@ -235,16 +240,103 @@ def _entry(dof: DegreeOfFreedom, axis: str | None, joint: str, losses: Losses) -
         damping=Damping(dof.damping, dof.friction),
         motion=dof.name,
     )
-    if dof.smooth_limit is not None:
-        if dof.stiffness:
-            losses.add("springs beside a smooth limit about the same axis", dof.name)
-        return replace(entry, law=dof.smooth_limit)
+    laws = _laws(dof)
+    if not laws:
+        return entry
+    law = _stated_law(laws[0]) if len(laws) == 1 else None
+    return replace(entry, law=law or _sampled_law(dof, laws, losses))
+
+
+def _laws(dof: DegreeOfFreedom) -> list[Curve]:
+    """Return the laws of a degree of freedom, its polynomial as one of them."""
+    laws: list[Curve] = []
     if any(dof.cubic):
-        second, third = dof.cubic
-        if third > 0.0:
-            coefficients = (0.0, dof.stiffness, second, third)
-            return replace(entry, law=CubicEntry(coefficients, -1, None, True, dof.rest))
-        losses.add("parts of springs that do not restore at both ends", dof.name)
-    if dof.stiffness:
-        return replace(entry, law=Linear(dof.stiffness, dof.rest))
-    return entry
+        laws.append(Cubic((0.0, dof.stiffness, *dof.cubic), -1, None, dof.rest))
+    elif dof.stiffness:
+        laws.append(Linear(dof.stiffness, dof.rest))
+    return [*laws, *dof.laws]
+
+
+def _stated_law(law: Curve) -> EntryLaw | None:
+    """Return a law as a table states it; None if it cannot."""
+    if isinstance(law, Cubic):
+        try:
+            rule = passive_cubic(law.coefficients, law.dead_zone, law.rest)
+        except NotRestoringError:
+            return None
+        if rule.sense != law.sense:  # every reading would warn
+            return None
+        return CubicEntry(law.coefficients, law.sense, law.dead_zone, True, law.rest)
+    return law if isinstance(law, Linear | SmoothLimit | Exponential | Interpolated) else None
+
+
+FIRST_POINTS, MAX_POINTS = 65, 1025
+"""Points of the coarsest and the finest table of a law."""
+
+SAMPLING_TOLERANCE = 1e-4
+"""Error of a table below which no finer one is made, relative to its largest torque."""
+
+MAX_SAMPLED_TORQUE = 1e4
+"""Torque above which a law is sampled over a smaller range [N m]."""
+
+_CHECKS_PER_POINT = 4
+
+
+def _sampled_law(dof: DegreeOfFreedom, laws: Sequence[Curve], losses: Losses) -> Interpolated:
+    """Return a table of the sum of laws; report its error."""
+
+    def torque(angles: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.sum([law.torque(angles) * np.ones_like(angles) for law in laws], axis=0)
+
+    low, high = ends = _sampled_range(dof, torque)
+    corners = {
+        point + side
+        for law in laws
+        for point in law.breakpoints
+        for side in (-CORNER_WIDTH, 0.0, CORNER_WIDTH)
+        if low < point + side < high
+    }
+    count, points, error = FIRST_POINTS, (), FitError(0.0, 0.0)
+    checks = np.linspace(low, high, _CHECKS_PER_POINT * MAX_POINTS)
+    exact = torque(checks)
+    while count <= MAX_POINTS:
+        angles = np.array(sorted({*np.linspace(low, high, count).tolist(), *corners}))
+        angles = angles[np.diff(angles, prepend=-inf) > MIN_POINT_DISTANCE]
+        points = tuple(zip(angles.tolist(), torque(angles).tolist(), strict=True))
+        error = FitError.from_differences(Interpolated(points).torque(checks) - exact)
+        if error.largest <= SAMPLING_TOLERANCE * float(np.abs(exact).max()):
+            break
+        count = 2 * count - 1
+    losses.add(
+        "springs that become tables of points",
+        f"{dof.name}: {error} over {format_range(ends)}",
+    )
+    return Interpolated(points)
+
+
+CORNER_WIDTH = 1e-4
+"""Distance of the points on both sides of a corner, which a table rounds off [rad]."""
+
+MIN_POINT_DISTANCE = 1e-9
+"""Distance of points in a table [rad]."""
+
+
+def _sampled_range(dof: DegreeOfFreedom, torque: Callable[[Array], Array]) -> Range:
+    """Return the range in which a law is sampled: the known one, or one of moderate torques."""
+    low, high = dof.expected_range or (-pi, pi)
+    if dof.lower is not None and dof.upper is not None:
+        low, high = dof.lower - BEYOND_LIMITS, dof.upper + BEYOND_LIMITS
+    while high - low > SMALLEST_SAMPLED_RANGE:
+        sizes = np.abs(torque(np.linspace(low, high, FIRST_POINTS)))
+        if np.all(sizes < MAX_SAMPLED_TORQUE):
+            break
+        low, high = 0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high
+    return low, high
+
+
+BEYOND_LIMITS = 0.2
+"""Angle beyond each limit over which a law is sampled as well [rad]."""
+
+SMALLEST_SAMPLED_RANGE = 0.2
+"""Smallest range in which a law is sampled for its torques [rad]."""

@@ -5,9 +5,9 @@ A row of degrees of freedom connects a body with its parent. At values q its pos
 body's own frame: the first is outermost, next to the parent.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import assert_never
+from typing import Protocol, assert_never
 
 import numpy as np
 
@@ -17,7 +17,36 @@ from generator.inertia import MassProperties
 from generator.model_files.body_tree.shapes import Shape
 from generator.names import free_name
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
-from springs.smooth_limit import SmoothLimit
+
+
+class Curve(Protocol):
+    """A law of one displacement: an elastic law, or another function."""
+
+    def torque(self, angle: Array, /) -> Array:
+        """Torque on the child [N m or N] at displacements [rad or m]."""
+        ...
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Displacements at which the slope of the torque jumps [rad or m]."""
+        ...
+
+
+@dataclass(frozen=True)
+class FunctionCurve:
+    """A law that is known as a function.
+
+    Attributes:
+        function: torque at displacements.
+        breakpoints: displacements at which its slope jumps.
+    """
+
+    function: Callable[[Array], Array]
+    breakpoints: tuple[float, ...] = ()
+
+    def torque(self, angle: Array, /) -> Array:
+        """Torque on the child [N m or N] at displacements [rad or m]."""
+        return self.function(angle)
 
 
 @dataclass(frozen=True)
@@ -34,12 +63,13 @@ class DegreeOfFreedom:
         scale: positive.
         stiffness: [N m/rad or N/m].
         rest: value without spring force [rad or m], from the same zero as `value`.
-        cubic: coefficients b, c of the force b x^2 + c x^3.
+        cubic: coefficients b, c of the force -(b x^2 + c x^3), x counted from `rest`.
         damping: [N m s/rad or N s/m].
         friction: dry friction [N m or N].
         lower: where a stop begins [rad or m], or None.
         upper: likewise.
-        smooth_limit: a smooth limit, or None.
+        laws: further laws of the displacement, whose torques add.
+        expected_range: in which a law is sampled that no table holds exactly, or None.
         joint: degrees of freedom with the same name form one joint.
     """
 
@@ -57,15 +87,16 @@ class DegreeOfFreedom:
     friction: float = 0.0
     lower: float | None = None
     upper: float | None = None
-    smooth_limit: SmoothLimit | None = None
+    laws: tuple[Curve, ...] = ()
+    expected_range: tuple[float, float] | None = None
     joint: str = ""
 
     @property
     def is_passive(self) -> bool:
         """True if anything resists it."""
         numbers = (self.stiffness, *self.cubic, self.damping, self.friction)
-        bounds = (self.lower, self.upper, self.smooth_limit)
-        return any(numbers) or any(bound is not None for bound in bounds)
+        limited = self.lower is not None or self.upper is not None
+        return any(numbers) or limited or bool(self.laws)
 
     @property
     def pose(self) -> Array:

@@ -250,8 +250,6 @@ class JointReader:
         kind = AxisKind.ROTATION if turns else AxisKind.TRANSLATION
         dof = DegreeOfFreedom(name, kind, axis, point, offset=shift, rest=rest)
         dof = self._with_passive_law(dof, element)
-        if not dof.stiffness and not any(dof.cubic):
-            dof = replace(dof, rest=0.0)
         if not self._is_limited(element):
             return dof
         written = element.attributes.get("range")

@@ -28,6 +28,7 @@ from generator.model_files.mjcf.joints import (
     parse_pose,
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
+from generator.model_files.mjcf.tendons import with_tendons
 from generator.model_files.xml import (
     XmlElement,
     parse_number,
@@ -319,7 +320,6 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
 _LOST: Final = {
     "actuator": "actuators",
-    "tendon": "tendons",
     "equality": "equality constraints",
     "contact": "contact pairs and exclusions",
     "sensor": "sensors",
@@ -331,7 +331,7 @@ _LOST: Final = {
     "statistic": "settings of the picture",
     "size": "sizes of tables",
 }
-_READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "worldbody")
+_READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "tendon", "worldbody")
 
 _COMPILER: Final = {
     "angle",
@@ -372,10 +372,11 @@ def figure_from_mjcf(
         diagnostics.error("this model has no `worldbody`", root.span, "its bodies stand in one")
     for world in worlds:
         reader.read_world(world)
+    bodies = with_tendons(document, reader.scaled_bodies(), diagnostics, losses)
     _add_section_losses(document, losses)
     geoms.add_asset_losses()
     tree = BodyTree(
-        tuple(reader.scaled_bodies()),
+        tuple(bodies),
         reader.sites,
         up,
         document.root.get("model"),

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Final
 
 import numpy as np
@@ -220,11 +221,19 @@ _TRANSFORMS = (
 
 @dataclass(frozen=True)
 class OsimCoordinate:
-    """A coordinate of a joint: its name, default value [rad or m], and whether it is locked."""
+    """A coordinate of a joint.
+
+    Attributes:
+        name: its name.
+        default: default value [rad or m].
+        locked: whether it keeps this value.
+        range: [rad or m], or None.
+    """
 
     name: str
     default: float = 0.0
     locked: bool = False
+    range: tuple[float, float] | None = None
 
 
 @dataclass
@@ -264,7 +273,7 @@ def parse_joint(joint: XmlElement, diagnostics: Diagnostics, losses: Losses) -> 
         one = OsimCoordinate(f"{name}_coord_{number}")
         if number < len(coordinates):
             one = coordinates[number]
-        freedom = DegreeOfFreedom(one.name, kind, axis, value=one.default)
+        freedom = DegreeOfFreedom(one.name, kind, axis, value=one.default, expected_range=one.range)
         if one.locked:
             row.add_fixed(freedom)
         else:
@@ -288,24 +297,27 @@ def _coordinates(
             losses.add("motions that are prescribed", name)
         if child_number(element, "default_speed_value", diagnostics):
             losses.add("default speeds; use `--velocity`", name)
-        _add_range_loss(element, name, locked, diagnostics, losses)
-        parsed.append(OsimCoordinate(name, default, locked))
+        bounds = _parse_range(element, name, locked, diagnostics, losses)
+        parsed.append(OsimCoordinate(name, default, locked, bounds))
     return parsed
 
 
-def _add_range_loss(
+def _parse_range(
     element: XmlElement, name: str, locked: bool, diagnostics: Diagnostics, losses: Losses
-) -> None:
+) -> tuple[float, float] | None:
+    """Return the range of a coordinate, which does not become a limit."""
     child = element.find("range")
     bounds = (
         None if child is None else parse_numbers(child.text, diagnostics, 2, allow_infinite=True)
     )
     if bounds is None or locked:
-        return
+        return None
+    low, high = bounds
     losses.add(
         "ranges of coordinates, which OpenSim's forward runs ignore too",
-        f"{name} {bounds[0]:.4g} .. {bounds[1]:.4g}",
+        f"{name} {low:.4g} .. {high:.4g}",
     )
+    return (low, high) if -inf < low < high < inf else None
 
 
 def _custom(
@@ -353,7 +365,7 @@ def _add_coordinate_dof(
     """The freedom that a coordinate moves by `slope` times its value, after a constant."""
     row.add_fixed(replace(dof, value=dof.value - slope * coordinate.default))
     x, y, z = (part if slope > 0.0 else -part for part in dof.axis)
-    size = abs(slope)
+    size, ends = abs(slope), coordinate.range
     row.dofs.append(
         replace(
             dof,
@@ -361,6 +373,7 @@ def _add_coordinate_dof(
             axis=(x, y, z),
             value=size * coordinate.default,
             scale=1.0 / size,
+            expected_range=None if ends is None else (size * ends[0], size * ends[1]),
         )
     )
 

@@ -171,15 +171,13 @@ def test_a_motion_that_follows_a_coordinate_is_fixed_where_its_default_has_it():
 def test_forces_that_a_figure_does_not_have_are_told_by_name_and_kind():
     forces = """<ForceSet><objects>
     <ExpressionBasedCoordinateForce name="wind"><coordinate>bend</coordinate>
-    </ExpressionBasedCoordinateForce><BushingForce name="bush"/><HuntCrossleyForce name="heel"/>
+    <expression>gust(q)</expression></ExpressionBasedCoordinateForce><BushingForce name="bush"/><HuntCrossleyForce name="heel"/>
     <CoordinateActuator name="motor"/><SpringGeneralizedForce name="gone">
     <coordinate>elbow</coordinate></SpringGeneralizedForce></objects></ForceSet>
     <ConstraintSet><objects><WeldConstraint name="weld"/></objects></ConstraintSet>"""
     imported = parse_model(Source("knee.osim", KNEE.format(forces))).require_value()
-    assert lost(imported, "other forces") == (
-        "wind (ExpressionBasedCoordinateForce)",
-        "bush (BushingForce)",
-    )
+    assert lost(imported, "other forces") == ("bush (BushingForce)",)
+    assert lost(imported, "expressions") == ("wind (the function `gust` is not known)",)
     assert lost(imported, "contact") == ("heel",)
     assert lost(imported, "actuators") == ("motor",)
     assert lost(imported, "constraints") == ("weld",)

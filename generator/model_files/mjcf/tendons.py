@@ -1,0 +1,105 @@
+"""Fixed tendons of MJCF on one joint: springs that may be slack in a range."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from generator.diagnostics import Diagnostics
+from generator.figure import AxisKind
+from generator.losses import Losses
+from generator.model_files.body_tree.tree import Body, DegreeOfFreedom, FunctionCurve
+from generator.model_files.mjcf.document import MAIN, Document
+from generator.model_files.xml import XmlElement, parse_number, parse_numbers
+from generator.rotations import Array
+from springs import Cubic
+
+_LOST_ATTRIBUTES = ("armature", "frictionloss", "range", "actuatorfrcrange")
+
+
+def with_tendons(
+    document: Document, bodies: Sequence[Body], diagnostics: Diagnostics, losses: Losses
+) -> list[Body]:
+    """Return the bodies with the springs of fixed tendons on one joint; report the others."""
+    dofs = {dof.name: dof for body in bodies for dof in body.dofs}
+    for section in document.root.find_all("tendon"):
+        for element in section.children:
+            whole = document.with_defaults(replace(element, tag="tendon"), MAIN, diagnostics)
+            name = whole.get("name") or element.tag
+            joints = list(whole.find_all("joint"))
+            if element.tag != "fixed" or len(joints) != 1:
+                losses.add("tendons over several joints or along paths", name)
+                continue
+            dof = dofs.get(joints[0].get("joint") or "")
+            if dof is None or dof.joint:
+                losses.add("tendons on joints that do not move here", name)
+                continue
+            coefficient = parse_number(joints[0], "coef", diagnostics, 1.0)
+            dofs[dof.name] = _with_tendon(dof, whole, name, coefficient, diagnostics, losses)
+    return [replace(body, dofs=tuple(dofs[dof.name] for dof in body.dofs)) for body in bodies]
+
+
+def _with_tendon(
+    dof: DegreeOfFreedom,
+    element: XmlElement,
+    name: str,
+    coefficient: float,
+    diagnostics: Diagnostics,
+    losses: Losses,
+) -> DegreeOfFreedom:
+    """Return a degree of freedom with the spring and the damper of a tendon."""
+    for word in _LOST_ATTRIBUTES:
+        if word in element.attributes:
+            losses.add("friction, limits and armature of tendons", name)
+    stiffness = _row(element, "stiffness", diagnostics)
+    damping = _row(element, "damping", diagnostics)
+    if any(damping[1:]):
+        losses.add("damping that grows with the rate", name)
+    if damping[0] > 0.0:
+        dof = replace(dof, damping=dof.damping + damping[0] * coefficient * coefficient)
+    if not any(stiffness) or not coefficient:
+        return dof
+    slack = _slack_range(dof, element, coefficient, diagnostics)
+    if slack[0] > slack[1]:
+        diagnostics.error("this slack range has no length", element.span_of("springlength"))
+        return dof
+    if dof.kind is not AxisKind.ROTATION:
+        losses.add("tendons on slides", name)
+        return dof
+    if coefficient == 1.0 and stiffness[0] > 0.0 and not any(stiffness[1:]):
+        law = Cubic(
+            (0.0, stiffness[0], 0.0, 0.0), -1, (slack[0] - dof.offset, slack[1] - dof.offset)
+        )
+        return replace(dof, laws=(*dof.laws, law))
+
+    def torque(angles: Array) -> Array:
+        length = coefficient * (angles + dof.offset)
+        x = length - np.clip(length, slack[0], slack[1])
+        linear, square, cube = stiffness
+        return -coefficient * x * (linear + x * (square + x * cube))
+
+    ends = tuple(sorted(end / coefficient - dof.offset for end in slack))
+    return replace(dof, laws=(*dof.laws, FunctionCurve(torque, ends)))
+
+
+def _slack_range(
+    dof: DegreeOfFreedom, element: XmlElement, coefficient: float, diagnostics: Diagnostics
+) -> tuple[float, float]:
+    """Return the lengths between which a tendon has no force.
+
+    Without any it is the length where the joint's own spring has none.
+    """
+    written = element.attributes.get("springlength")
+    read = None if written is None else parse_numbers(written, diagnostics, 1, 2)
+    low, high = (*(read or (-1.0, -1.0)), *(read or ()))[:2]
+    if (low, high) == (-1.0, -1.0):
+        low = high = coefficient * (dof.rest + dof.offset)
+    return low, high
+
+
+def _row(element: XmlElement, name: str, diagnostics: Diagnostics) -> tuple[float, float, float]:
+    """One to three numbers, zero where they are left out."""
+    written = element.attributes.get(name)
+    read = None if written is None else parse_numbers(written, diagnostics, 1, 3)
+    first, second, third = (*(read or ()), 0.0, 0.0, 0.0)[:3]
+    return first, second, third

@@ -1,0 +1,272 @@
+"""Passive forces of OpenSim's models: springs, limits and expressions of coordinates."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import exp, pi
+from typing import Final
+
+import numpy as np
+
+from generator.diagnostics import Diagnostics, shorten
+from generator.figure import AxisKind
+from generator.losses import Losses
+from generator.model_files.body_tree.tree import Body, Curve, DegreeOfFreedom, FunctionCurve
+from generator.model_files.opensim.joints import child_number, child_numbers, child_text
+from generator.model_files.opensim.lepton import ExpressionError, parse_expression
+from generator.model_files.xml import XmlElement
+from generator.rotations import Array
+from springs import Cubic
+from springs.exponential import Exponential, ExponentialTerm
+from springs.smooth_limit import SmoothLimit
+
+_DEGREES_PER_RADIAN = 180.0 / pi
+
+_CONTACT: Final = ("HuntCrossleyForce", "ElasticFoundationForce", "SmoothSphereHalfSpaceForce")
+
+_PATHS: Final = ("GeometryPath", "FunctionBasedPath", "Scholz2015GeometryPath")
+
+
+def apply_forces(
+    bodies: Sequence[Body],
+    forces: Iterable[XmlElement],
+    diagnostics: Diagnostics,
+    losses: Losses,
+) -> tuple[Body, ...]:
+    """The bodies with the springs and limits that act on their coordinates."""
+    freedoms = {freedom.name: freedom for body in bodies for freedom in body.dofs}
+    reader = _ForceReader(freedoms, diagnostics, losses)
+    for force in forces:
+        name = force.get("name") or force.tag
+        if child_text(force, "appliesForce").lower() == "false":
+            losses.add("forces that are switched off", name)
+        elif force.tag in _READERS:
+            reader.read(force, name)
+        elif any(below.tag in _PATHS for below in force.walk()):
+            _check_path(force, name, diagnostics)
+            losses.add("muscles and other forces along paths", name)
+        elif force.tag in _CONTACT:
+            losses.add("contact", name)
+        elif force.tag.endswith("Actuator"):
+            losses.add("actuators", name)
+        else:
+            losses.add("other forces", f"{name} ({force.tag})")
+    return tuple(
+        replace(body, dofs=tuple(freedoms[freedom.name] for freedom in body.dofs))
+        for body in bodies
+    )
+
+
+@dataclass
+class _ForceReader:
+    """Adds the laws of coordinate forces to degrees of freedom.
+
+    Attributes:
+        dofs: by the names of their coordinates.
+        diagnostics: collects errors.
+        losses: collects what a figure does not hold.
+    """
+
+    dofs: dict[str, DegreeOfFreedom]
+    diagnostics: Diagnostics
+    losses: Losses
+
+    def read(self, force: XmlElement, name: str) -> None:
+        """Add the law of a force to the degree of freedom of its coordinate."""
+        key = child_text(force, "coordinate").rsplit("/", 1)[-1]
+        dof = self.dofs.get(key)
+        if dof is None:
+            self.losses.add("forces on coordinates that do not move here", f"{name} ({key})")
+            return
+        self.dofs[key] = _READERS[force.tag](self, force, name, dof)
+
+    def _number(self, force: XmlElement, word: str) -> float:
+        return child_number(force, word, self.diagnostics)
+
+    def spring(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
+        """Add a linear spring and damper."""
+        stiffness, viscous = (self._number(force, word) for word in ("stiffness", "viscosity"))
+        if stiffness < 0.0 or viscous < 0.0:
+            self.losses.add("springs that drive a coordinate", name)
+            return dof
+        rest = self._number(force, "rest_length")
+        return _with_linear_spring(dof, stiffness, rest, viscous)
+
+    def limit(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
+        """Add a limit whose stiffness grows smoothly."""
+        if not self._is_plain_rotation(dof, name):
+            return dof
+        words = ("lower_limit", "upper_limit", "lower_stiffness", "upper_stiffness", "transition")
+        lower, upper, below, above, width = (self._number(force, word) for word in words)
+        try:
+            law = SmoothLimit(
+                lower / _DEGREES_PER_RADIAN - dof.offset,
+                upper / _DEGREES_PER_RADIAN - dof.offset,
+                below * _DEGREES_PER_RADIAN,
+                above * _DEGREES_PER_RADIAN,
+                width / _DEGREES_PER_RADIAN,
+            )
+        except ValueError as failure:
+            self.diagnostics.error(str(failure), force.span)
+            return dof
+        return self._with_limit(force, name, dof, law)
+
+    def exponential(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
+        """Add two exponentials, one at either limit."""
+        if not self._is_plain_rotation(dof, name):
+            return dof
+        terms: list[ExponentialTerm] = []
+        for side, sign in (("lower", 1.0), ("upper", -1.0)):
+            parameters = child_numbers(
+                force, f"{side}_shape_parameters", (0.0, 0.0), self.diagnostics
+            )
+            limit = self._number(force, f"{side}_limit") - dof.offset
+            size, rate = parameters[0], -sign * parameters[1]
+            if size and rate:
+                try:
+                    terms.append(ExponentialTerm(sign * size * exp(-rate * limit), rate))
+                except OverflowError:
+                    self.diagnostics.error(
+                        f"the exponentials of `{shorten(name)}` are too large", force.span
+                    )
+                    return dof
+            elif size:
+                self.losses.add("constant forces of exponentials without a rate", name)
+        return _with_law(dof, Exponential(tuple(terms))) if terms else dof
+
+    def stop(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
+        """Add a linear spring beyond either limit."""
+        if not self._is_plain_rotation(dof, name):
+            return dof
+        lower, upper = (
+            self._number(force, f"{side}_limit") - dof.offset for side in ("lower", "upper")
+        )
+        stiffness = self._number(force, "stiffness")
+        if stiffness < 0.0 or lower > upper:
+            self.diagnostics.error(
+                f"the stop `{shorten(name)}` has no range, or a negative stiffness", force.span
+            )
+            return dof
+        law = Cubic((0.0, stiffness, 0.0, 0.0), -1, (lower, upper))
+        return self._with_limit(force, name, dof, law) if stiffness else dof
+
+    def expression(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
+        """Add an expression of the coordinate and its rate: an elastic law and viscous damping."""
+        try:
+            function = parse_expression(
+                child_text(force, "expression") or "0", frozenset({"q", "qdot"})
+            )
+        except ExpressionError as failure:
+            self.losses.add("forces with expressions that are not read", f"{name} ({failure})")
+            return dof
+
+        def force_at(values: Array, rate: float) -> Array:
+            """Generalized force of the displacement, at displacements and a rate of it."""
+            coordinate = dof.scale * values + dof.offset
+            rates = np.full_like(coordinate, dof.scale * rate)
+            with np.errstate(all="ignore"):
+                found = function({"q": coordinate, "qdot": rates})
+            return dof.scale * found * np.ones_like(coordinate)
+
+        return self._with_function(name, dof, force_at)
+
+    def _with_function(
+        self, name: str, dof: DegreeOfFreedom, force_at: Callable[[Array, float], Array]
+    ) -> DegreeOfFreedom:
+        """Return a degree of freedom with the elastic and the viscous part of a function."""
+        ends = dof.expected_range or (-1.0, 1.0)
+        angles = np.linspace(ends[0], ends[1], _PROBES)
+        elastic = force_at(angles, 0.0)
+        if not np.isfinite(elastic).all():
+            self.losses.add("forces with expressions that are not finite", name)
+            return dof
+        dampings = np.array([(elastic - force_at(angles, rate)) / rate for rate in _PROBE_RATES])
+        viscous = float(np.median(dampings))
+        size = float(np.abs(dampings).max())
+        if not np.isfinite(size) or np.ptp(dampings) > _LINEAR_TOLERANCE * size or viscous < 0.0:
+            self.losses.add("parts of forces that depend on the rate, but for damping", name)
+            viscous = 0.0
+        dof = replace(dof, damping=dof.damping + viscous)
+        slope, first = np.polyfit(angles, elastic, 1).tolist()
+        scale = float(np.abs(elastic).max())
+        if scale == 0.0:
+            return dof
+        straight = np.abs(elastic - slope * angles - first).max() <= _LINEAR_TOLERANCE * scale
+        if straight and slope < 0.0:
+            return _with_stiffness(dof, -slope, -first / slope)
+        if dof.kind is not AxisKind.ROTATION:
+            self.losses.add("forces of expressions along slides", name)
+            return dof
+        return _with_law(dof, FunctionCurve(lambda values: force_at(values, 0.0)))
+
+    def _is_plain_rotation(self, dof: DegreeOfFreedom, name: str) -> bool:
+        if dof.kind is AxisKind.ROTATION and dof.scale == 1.0:
+            return True
+        self.losses.add("limit forces along slides", name)
+        return False
+
+    def _with_limit(
+        self, force: XmlElement, name: str, dof: DegreeOfFreedom, law: Curve
+    ) -> DegreeOfFreedom:
+        if self._number(force, "damping"):
+            self.losses.add("damping of limit forces", name)
+        return _with_law(dof, law)
+
+
+_Reader = Callable[[_ForceReader, XmlElement, str, DegreeOfFreedom], DegreeOfFreedom]
+
+_READERS: Final[Mapping[str, _Reader]] = {
+    "SpringGeneralizedForce": _ForceReader.spring,
+    "CoordinateLimitForce": _ForceReader.limit,
+    "ExponentialCoordinateLimitForce": _ForceReader.exponential,
+    "CoordinateLinearStopForce": _ForceReader.stop,
+    "ExpressionBasedCoordinateForce": _ForceReader.expression,
+}
+"""Readers of forces on one coordinate, by class."""
+
+_PROBES = 41
+"""Displacements at which an expression is compared with a straight line and with damping."""
+
+_PROBE_RATES = (-2.0, -0.5, 0.01, 0.5, 2.0)
+"""Rates at which it is compared with viscous damping [rad/s or m/s]."""
+
+_LINEAR_TOLERANCE = 1e-9
+"""Relative difference from a straight line that counts as rounding."""
+
+
+def _with_linear_spring(
+    dof: DegreeOfFreedom, stiffness: float, rest: float, viscous: float
+) -> DegreeOfFreedom:
+    """Return a degree of freedom with a spring and a damper of its coordinate."""
+    dof = replace(dof, damping=dof.damping + viscous * dof.scale * dof.scale)
+    if not stiffness:
+        return dof
+    return _with_stiffness(dof, stiffness * dof.scale * dof.scale, (rest - dof.offset) / dof.scale)
+
+
+def _with_stiffness(dof: DegreeOfFreedom, stiffness: float, rest: float) -> DegreeOfFreedom:
+    """Return a degree of freedom with a linear spring more; two are one between their rests."""
+    total = dof.stiffness + stiffness
+    mean = (dof.stiffness * dof.rest + stiffness * rest) / total
+    return replace(dof, stiffness=total, rest=mean if dof.stiffness else rest)
+
+
+def _with_law(dof: DegreeOfFreedom, law: Curve) -> DegreeOfFreedom:
+    return replace(dof, laws=(*dof.laws, law))
+
+
+def _check_path(force: XmlElement, name: str, diagnostics: Diagnostics) -> None:
+    """A path has points, or the file is broken."""
+    for path in force.walk():
+        if path.tag != "GeometryPath":
+            continue
+        points = path.find("PathPointSet")
+        objects = None if points is None else points.find("objects")
+        count = 0 if objects is None else len(objects.children)
+        if count < 2:
+            place = points or path
+            has = "one point" if count else "no points"
+            diagnostics.error(
+                f"the path of `{shorten(name)}` has {has}",
+                place.span,
+                "a path leads from one point to another",
+            )
