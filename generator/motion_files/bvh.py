@@ -14,6 +14,7 @@ import numpy as np
 from generator.diagnostics import UsageError
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, unrepresented
+from generator.motion_files.resample import resample
 from generator.motion_files.skeleton import Bone, Skeleton, bones_with_block_ends, build_skeleton
 from generator.names import plain_names, renaming_loss
 from generator.rotations import Array, RotationSequence
@@ -57,13 +58,13 @@ def write(motion: FigureMotion, path: Path, scale: float = CENTIMETRES_PER_METRE
     """
     if not (isfinite(scale) and scale > 0.0):
         raise UsageError(f"a scale of {scale:g} units per metre: it must be positive")
-    skeleton = build_skeleton(motion)
+    uniform, count, interval, uneven = _uniform_motion(motion)
+    skeleton = build_skeleton(uniform)
     names = plain_names([*(bone.joint for bone in skeleton.bones), _ground_name(motion, skeleton)])
-    interval, raster, uneven = _uniform_frame_times(motion.times)
     decimals = _decimals(scale)
     lines = [
         *_hierarchy(motion, skeleton, names, scale),
-        *_motion(motion, skeleton, interval, raster, scale),
+        *_motion(skeleton, count, interval, scale),
     ]
     write_atomic(path, "".join(f"{line}\n" for line in lines))
     start = float(motion.times[0])
@@ -94,33 +95,32 @@ def _unit(scale: float) -> str:
     return names.get(scale, f"1/{scale:g} m")
 
 
-def _uniform_frame_times(times: Array) -> tuple[float, Array, Loss | None]:
-    """Return the frame interval [s], the uniform frame times [s], and the loss of resampling.
+def _uniform_motion(motion: FigureMotion) -> tuple[FigureMotion, int, float, Loss | None]:
+    """Return a motion with uniform frames, how many of them, their interval [s], and the loss.
 
-    A last frame after a shorter interval is left out.
+    A last frame after a shorter interval is left out; other motions are resampled.
     """
-    if len(times) == 1:
-        return _SINGLE_FRAME_INTERVAL, times, None
+    times = motion.times
+    if times.size == 1:
+        return motion, 1, _SINGLE_FRAME_INTERVAL, None
     steps = np.diff(times)
     interval = float(f"{steps[0]:.12g}")
     even = (
-        np.abs(times - times[0] - interval * np.arange(len(times)))
+        np.abs(times - times[0] - interval * np.arange(times.size))
         <= _MAX_INTERVAL_DEVIATION * interval
     )
     if np.all(even):
-        return interval, times, None
+        return motion, times.size, interval, None
     if np.all(even[:-1]) and steps[-1] < interval:
         message = (
             f"the last frame, at {times[-1]:g} s: it is not {interval:g} s after the one before"
         )
-        return interval, times[:-1], Loss(message)
-    interval = float(times[-1] - times[0]) / (len(times) - 1)
-    raster = times[0] + interval * np.arange(len(times))
-    raster[-1] = times[-1]
+        return motion, times.size - 1, interval, Loss(message)
+    interval = float(times[-1] - times[0]) / (times.size - 1)
     message = (
         f"the times of the frames: they are {interval:g} s apart here, what moves interpolated"
     )
-    return interval, raster, Loss(message)
+    return resample(motion, 1.0 / interval), times.size, interval, Loss(message)
 
 
 def _hierarchy(
@@ -169,32 +169,17 @@ def _has_positions(skeleton: Skeleton, bone: Bone) -> bool:
     return bone.max_translation > _MIN_TRANSLATION or (bone.depth == 0 and len(skeleton.roots) == 1)
 
 
-def _motion(
-    motion: FigureMotion, skeleton: Skeleton, interval: float, frame_times: Array, scale: float
-) -> Iterator[str]:
+def _motion(skeleton: Skeleton, count: int, interval: float, scale: float) -> Iterator[str]:
     yield "MOTION"
-    yield f"Frames: {len(frame_times)}"
+    yield f"Frames: {count}"
     yield f"Frame Time: {interval!r}"
-    columns = [np.zeros((len(frame_times), 3))] if len(skeleton.roots) > 1 else []
+    columns = [np.zeros((count, 3))] if len(skeleton.roots) > 1 else []
     for bone in skeleton.bones:
-        turns, shifts = _resample(motion.times, bone, frame_times)
         if _has_positions(skeleton, bone):
-            columns.append((bone.offset + shifts) * scale)
-        columns.append(np.degrees(_xyz_angles(turns)))
+            columns.append((bone.offset + bone.translations[:count]) * scale)
+        columns.append(np.degrees(_xyz_angles(bone.rotations[:count])))
     for row in np.concatenate(columns, axis=1):
         yield _format_row(row, _decimals(scale))
-
-
-def _resample(times: Array, bone: Bone, frame_times: Array) -> tuple[Array, Array]:
-    """Turns (k, 3, 3) and shifts (k, 3) [m] of a bone at the times of a raster (k,)."""
-    from scipy.spatial.transform import Rotation, Slerp
-
-    count = len(frame_times)
-    if np.array_equal(times[:count], frame_times):
-        return bone.rotations[:count], bone.translations[:count]
-    turned = Slerp(times, Rotation.from_matrix(bone.rotations))(frame_times).as_matrix()
-    shifted = [np.interp(frame_times, times, bone.translations[:, k]) for k in range(3)]
-    return np.asarray(turned, dtype=float), np.stack(shifted, axis=1)
 
 
 def _xyz_angles(rotations: Array) -> Array:

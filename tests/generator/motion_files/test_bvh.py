@@ -99,11 +99,8 @@ def test_uneven_frames_are_interpolated_and_told(written: Written):
     motion = clip("slides")
     even, _ = written(motion)
     kept = np.delete(np.arange(motion.times.size), [5, 17, 18])
-    assert motion.recording is not None
-    poses = {name: rows[kept] for name, rows in motion.poses.items()}
-    thinned = replace(
-        motion, times=motion.times[kept], recording=replace(motion.recording, poses=poses)
-    )
+    moved = {name: rows[kept] for name, rows in motion.displacements.items()}
+    thinned = replace(motion, times=motion.times[kept], displacements=moved, recording=None)
     read, losses = written(thinned)
     assert any("interpolated" in loss.what for loss in losses.entries)
     assert len(read.rows) == len(kept)
