@@ -395,12 +395,13 @@ def moment_differences(
 _STATED = re.compile(r"(\w+):? \(?([\d.e+-]+) N m at most")
 
 
-def stated_errors(losses: Losses) -> dict[str, float]:
-    """Largest errors of the fits by joint, as the losses state them [N m]."""
+def stated_errors(losses: Losses, springs: SpringSet) -> dict[str, float]:
+    """Largest errors of the fits by joint with springs, as the losses state them [N m]."""
     stated: dict[str, float] = {}
     text = "; ".join(f"{loss.what}: {', '.join(loss.where)}" for loss in losses.entries)
     for name, size in _STATED.findall(text):
-        stated[name] = max(float(size), stated.get(name, 0.0))
+        if name in springs.joints:
+            stated[name] = max(float(size), stated.get(name, 0.0))
     return stated
 
 

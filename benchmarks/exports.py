@@ -136,7 +136,7 @@ def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
     model = engine(case.figure, case.springs, folder)
     warnings = len(model.warnings)
     if case.springs.joints:
-        stated = stated_errors(model.losses)
+        stated = stated_errors(model.losses, case.springs)
         found["moments [N m]"] = max(
             float(np.abs(moment_differences(model, case.figure, case.springs, name)).max())
             for name in case.springs.joints
