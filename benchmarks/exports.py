@@ -138,7 +138,7 @@ def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
     if case.springs.joints:
         stated = stated_errors(model.losses, case.springs)
         found["moments [N m]"] = max(
-            float(np.abs(moment_differences(model, case.figure, case.springs, name)).max())
+            float(np.abs(moment_differences(model, case.figure, case.springs, name)[0]).max())
             for name in case.springs.joints
         )
         found["stated [N m]"] = max(stated.values(), default=0.0)
