@@ -381,26 +381,28 @@ def our_moments(figure: Figure, springs: SpringSet, joint: str, rows: Array) -> 
 
 def moment_differences(
     model: SpringModel, figure: Figure, springs: SpringSet, joint: str, sparse: int = 1
-) -> Array:
-    """Differences of a joint's spring moments from ours, shape (poses, n) [N m].
+) -> tuple[Array, float]:
+    """Differences of a joint's spring moments from ours, shape (poses, n), and our largest [N m].
 
     Every `sparse`-th pose of the grid is taken; the other joints are at zero.
     """
     at_zero = {name: np.zeros(len(each.chain)) for name, each in figure.joints.items()}
     rows = joint_grid(figure.joints[joint], springs.joints[joint])[::sparse]
     theirs = np.array([model.moments({**at_zero, joint: row}, joint) for row in rows])
-    return theirs - our_moments(figure, springs, joint, rows)
+    ours = our_moments(figure, springs, joint, rows)
+    return theirs - ours, float(np.abs(ours).max())
 
 
 _STATED = re.compile(r"(\w+):? \(?([\d.e+-]+) N m at most")
 
 
-def stated_errors(losses: Losses) -> dict[str, float]:
-    """Largest errors of the fits by joint, as the losses state them [N m]."""
+def stated_errors(losses: Losses, springs: SpringSet) -> dict[str, float]:
+    """Largest errors of the fits by joint with springs, as the losses state them [N m]."""
     stated: dict[str, float] = {}
     text = "; ".join(f"{loss.what}: {', '.join(loss.where)}" for loss in losses.entries)
     for name, size in _STATED.findall(text):
-        stated[name] = max(float(size), stated.get(name, 0.0))
+        if name in springs.joints:
+            stated[name] = max(float(size), stated.get(name, 0.0))
     return stated
 
 

@@ -136,9 +136,9 @@ def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
     model = engine(case.figure, case.springs, folder)
     warnings = len(model.warnings)
     if case.springs.joints:
-        stated = stated_errors(model.losses)
+        stated = stated_errors(model.losses, case.springs)
         found["moments [N m]"] = max(
-            float(np.abs(moment_differences(model, case.figure, case.springs, name)).max())
+            float(np.abs(moment_differences(model, case.figure, case.springs, name)[0]).max())
             for name in case.springs.joints
         )
         found["stated [N m]"] = max(stated.values(), default=0.0)

@@ -1,0 +1,109 @@
+"""Exported models move as we do in OpenSim and MuJoCo, but for the stated errors of their laws."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks import exports
+from benchmarks.exported import (
+    ExportedModel,
+    MuJoCoModel,
+    OpenSimModel,
+    PassiveLaw,
+    difference,
+    moment_differences,
+    stated_errors,
+)
+from benchmarks.exports import Case, our_fall
+from springs import SpringSet
+
+pytestmark = pytest.mark.verify
+
+CASES = {case.name: case for case in exports.cases()}
+SPRUNG = [name for name, case in CASES.items() if case.springs.joints]
+ENGINES = {"OpenSim": (OpenSimModel, "opensim"), "MuJoCo": (MuJoCoModel, "mujoco")}
+
+STOP = 0.1
+"""Of the falls; all of them, for half a second: `python -m benchmarks exports` [s]."""
+
+SPARSE = 7
+"""One of so many poses of the benchmark's grid is compared."""
+
+EXACT = 1e-9
+"""Largest difference of the moments of a law that is not fitted, relative to the largest."""
+
+ROUNDING = 1.05
+"""Largest error over that which is stated, in two digits."""
+
+
+def loaded(engine: str, case: Case, springs: SpringSet, folder: Path) -> Any:
+    """A case in a program; skips the test where it is not installed."""
+    make, module = ENGINES[engine]
+    pytest.importorskip(module)
+    return make(case.figure, springs, folder)
+
+
+@cache
+def ours(name: str, *, sprung: bool):
+    case = CASES[name]
+    return our_fall(case.figure, case.springs if sprung else SpringSet(), STOP)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", SPRUNG)
+def test_moments_of_every_joint_differ_by_what_is_stated(name: str, engine: str, tmp_path: Path):
+    case = CASES[name]
+    model = loaded(engine, case, case.springs, tmp_path)
+    assert model.warnings == []
+    stated = stated_errors(model.losses, case.springs)
+    if engine == "OpenSim":
+        assert stated == {}
+    for joint in case.springs.joints:
+        found, size = moment_differences(model, case.figure, case.springs, joint, SPARSE)
+        worst = float(np.linalg.norm(found, axis=1).max())
+        assert worst <= ROUNDING * stated.get(joint, EXACT * size), joint
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", CASES)
+def test_figures_without_springs_fall_as_here(name: str, engine: str, tmp_path: Path):
+    model: ExportedModel = loaded(engine, CASES[name], SpringSet(), tmp_path)
+    times, expected = ours(name, sprung=False)
+    found = model.fall(times, exports.ACCURACIES[engine][0])
+    distance, angle = difference(CASES[name].figure, found, expected)
+    assert model.warnings == []
+    assert distance < 1e-5
+    assert angle < 1e-5
+
+
+@pytest.mark.parametrize("name", SPRUNG)
+def test_figures_with_springs_fall_in_opensim_as_here(name: str, tmp_path: Path):
+    model = loaded("OpenSim", CASES[name], CASES[name].springs, tmp_path)
+    times, expected = ours(name, sprung=True)
+    distance, angle = difference(CASES[name].figure, model.fall(times, 1e-6), expected)
+    assert distance < 1e-5
+    assert angle < 1e-5
+
+
+@pytest.mark.parametrize("name", SPRUNG)
+def test_our_laws_in_place_of_the_springs_of_mujoco_s_file_give_our_fall(name: str, tmp_path: Path):
+    """So what its own springs change is the error of the fits."""
+    case = CASES[name]
+    model = loaded("MuJoCo", case, case.springs, tmp_path)
+    times, expected = ours(name, sprung=True)
+    found = model.fall(times, 1e-3, PassiveLaw(case.figure, case.springs))
+    distance, angle = difference(case.figure, found, expected)
+    assert distance < 1e-4
+    assert angle < 1e-3
+
+
+def test_the_comparison_sees_a_gram(tmp_path: Path):
+    """A heavier hand of 1 g breaks the agreement."""
+    case = CASES["prototype"]
+    model = loaded("MuJoCo", case, SpringSet(), tmp_path)
+    times, expected = ours("prototype", sprung=False)
+    model.model.body("left_lower_arm").mass += 1e-3
+    assert difference(case.figure, model.fall(times, 1e-3), expected)[0] > 1e-5
