@@ -1,5 +1,6 @@
 """Commands, files and code of the tutorials, run in an empty folder as they are printed."""
 
+import json
 import re
 import shlex
 from collections.abc import Iterator
@@ -127,6 +128,28 @@ def test_why_my_elbow_does_not_bend(reader: Reader) -> None:
     saved = Path("mended.springs.toml")
     assert saved.read_text().partition("\n")[2] == editor.text(saved).rstrip("\n") + "\n"
     assert b"<html" in Path("mended.html").read_bytes()
+
+
+@pytest.fixture
+def other_programs() -> None:
+    pytest.importorskip("opensim").Logger.removeFileSink()
+    pytest.importorskip("mujoco")
+
+
+@pytest.mark.verify
+@pytest.mark.usefixtures("other_programs")
+@pytest.mark.parametrize("reader", ["tutorials/opensim-mujoco"], indirect=True)
+def test_your_passive_curves_in_opensim_and_mujoco(reader: Reader) -> None:
+    (measured,) = re.findall(r"points_deg_Nm = (.*)", reader.page)
+    points = dict(json.loads(measured))
+    for printed in (answer for answer in reader.answers if " deg: " in answer):
+        for angle, moment in re.findall(r"^(\d+) deg: (\S+) N m$", printed, re.MULTILINE):
+            assert float(moment) == pytest.approx(points[int(angle)], abs=1e-3)
+    assert "".join(reader.answers).count("130 deg: -9.000 N m") == 2
+    assert "Our measurements of March" in reader.answers[-1]
+    opensim = pytest.importorskip("opensim")
+    forces = opensim.Model("mine.osim").getForceSet()
+    assert forces.getSize() == opensim.Model("body.osim").getForceSet().getSize() + 1
 
 
 @pytest.mark.parametrize("reader", ["figure-language", "api"], indirect=True)
