@@ -1,16 +1,35 @@
 """Conversion of motions, figures and other programs' models, as `mover convert` does it."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+
+from numpy.typing import ArrayLike
 
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX, read_figure, shipped_figures
+from generator.kinematics.free_root import detach_root
+from generator.kinematics.loops import close_loops
+from generator.kinematics.placement import (
+    Placement,
+    checked_joint_values,
+    initial_displacements,
+    pose_figure,
+)
+from generator.kinematics.tree import build_tree
 from generator.losses import Losses
-from generator.model_files.formats import SUFFIXES, model_format, read_model
+from generator.model_files.formats import (
+    MODEL_FORMATS,
+    SUFFIXES,
+    ModelFormat,
+    model_format,
+    read_model,
+)
 from generator.model_files.imported import imported_files
 from generator.motion_files import (
+    MOTION_FORMATS,
     FigureMotion,
     motion_from_action,
     motion_from_coordinates,
@@ -20,13 +39,15 @@ from generator.motion_files import (
     read_action,
     read_npz,
 )
-from generator.motion_files.motion import Header, file_sha256
+from generator.motion_files.motion import Header, file_sha256, motion_from_figure
 from generator.motion_files.opensim_table import CoordinateTable
+from generator.motion_files.resample import resample
 from generator.recording import Recording
 from generator.springs_file.read import read_springs
 from springs import SpringSet
 
 ACTION_SUFFIX, NPZ_SUFFIX, COORDINATE_SUFFIXES = ".action", ".npz", (".mot", ".sto")
+BVH_SUFFIX = ".bvh"
 READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX, *COORDINATE_SUFFIXES)
 """Motion formats that can be read."""
 
@@ -72,8 +93,14 @@ def convert(
     *outputs: str | Path,
     figure: str | Path | Figure | None = None,
     springs: str | Path | SpringSet | None = None,
+    displacements: Mapping[str, ArrayLike] | None = None,
+    free_root: bool = False,
+    fps: float | None = None,
+    scale: float | None = None,
 ) -> Mapping[Path, Losses]:
     """Write a motion, a figure or a model in the formats of the outputs' suffixes.
+
+    In a format of motions a figure is a motion of one frame, its pose.
 
     Args:
         source: a `Recording`; the path of a motion (`.action .npz .mot .sto`); a `Figure`, its path
@@ -81,6 +108,11 @@ def convert(
         outputs: paths of files; each is written whole or not at all, one after the other.
         figure: of the motion; of a motion's file None takes the one that it names.
         springs: of a figure, as `read_springs` takes them; None for those that a run has.
+        displacements: of joints of a figure [rad or m], in place of those of its file; loops are
+            closed as at the start of a run.
+        free_root: remove the joints of a figure to the ground, as a run with a free root does.
+        fps: frames per second to which a motion is interpolated; None keeps its frames.
+        scale: units of length of a `.bvh` in a metre [default: 100].
 
     Returns:
         What each file could not hold.
@@ -92,24 +124,115 @@ def convert(
         OSError: a file cannot be written.
     """
     paths = [Path(output) for output in outputs]
+    check_scale(paths, scale)
     motion = _motion(source, figure)
-    if motion is not None and springs is not None:
-        raise UsageError("`springs` are for figures")
     if motion is not None:
-        writers = [motion_writer(path) for path in paths]
+        if springs is not None or displacements is not None or free_root:
+            raise UsageError("`springs`, `displacements` and `free_root` are for figures")
+        writers = [motion_writer(path, scale) for path in paths]
+        motion = motion if fps is None else resample(motion, fps)
         return {path: write(motion, path) for path, write in zip(paths, writers, strict=True)}
-    if figure is not None:
-        raise UsageError("`figure` is for motions")
+    if figure is not None or fps is not None:
+        raise UsageError("`figure` and `fps` are for motions")
     if not isinstance(source, Figure) and is_model(str(source)):
+        if springs is not None or displacements is not None or free_root:
+            raise UsageError("`springs`, `displacements` and `free_root` are for figures")
         return _convert_model(str(source), paths)
     described = source if isinstance(source, Figure) else read_figure(str(source))
     if not isinstance(springs, SpringSet):
         springs = read_springs(springs, described)
-    formats = [model_format(path) for path in paths]
-    return {
-        path: each.format_files(described, springs, path).write()
-        for path, each in zip(paths, formats, strict=True)
-    }
+    start = StartedFigure(described, springs)
+    if displacements is not None or free_root:
+        placement = start_placement(described, displacements or {})
+        start = figure_at_start(placement, springs, free_root=free_root)
+    formats = [(path, figure_format(path, free_root=free_root)) for path in paths]
+    writes: list[Callable[[], Losses]] = [
+        partial(motion_writer(path, scale), start.motion(described), path)
+        if each is None
+        else each.format_files(start.figure, start.springs, path).write
+        for path, each in formats
+    ]
+    return {path: write() for path, write in zip(paths, writes, strict=True)}
+
+
+def check_scale(paths: Iterable[Path], scale: float | None) -> None:
+    """Raise UsageError for a scale without a file that has one."""
+    if scale is not None and all(path.suffix.lower() != BVH_SUFFIX for path in paths):
+        raise UsageError(f"a scale is for {BVH_SUFFIX} files")
+
+
+@dataclass(frozen=True)
+class StartedFigure:
+    """A figure as it is at the start of a run, with its springs."""
+
+    figure: Figure
+    springs: SpringSet
+
+    def motion(self, described: Figure) -> FigureMotion:
+        """The pose as a motion of one frame, of the figure as its file describes it."""
+        motion = motion_from_figure(self.figure)
+        law = self.springs.joining.value
+        header = replace(motion.header, springs=self.springs.origin, law=law)
+        return replace(motion, figure=described, header=header, springs=self.springs)
+
+
+def start_placement(figure: Figure, displacements: Mapping[str, ArrayLike]) -> Placement:
+    """Place a figure as a run from these displacements of some joints [rad or m] starts.
+
+    Raises:
+        UnknownNameError: the figure has no joint of a name.
+        ModelError: the values do not fit a joint.
+        OpenLoopError: the loops cannot be closed.
+    """
+    tree, chosen = build_tree(figure), checked_joint_values(figure, displacements)
+    return close_loops(tree, {**initial_displacements(tree), **chosen}, fixed=set(chosen))
+
+
+def figure_at_start(
+    placement: Placement, springs: SpringSet, *, free_root: bool = False
+) -> StartedFigure:
+    """Return a figure and its springs as they are at the start of a run.
+
+    Args:
+        placement: of the figure at the start.
+        springs: of the figure.
+        free_root: remove the joints to the ground, and their springs.
+    """
+    figure, displacements = placement.tree.figure, placement.displacements
+    if free_root:
+        figure, displacements = detach_root(figure, displacements)
+        springs = springs.of_joints(figure.joints)
+    return StartedFigure(pose_figure(figure, displacements), springs)
+
+
+def figure_format(
+    path: Path, name: str | None = None, *, free_root: bool = False
+) -> ModelFormat | None:
+    """Return the format in which a figure is written; None for a format of motions.
+
+    Args:
+        path: of the output.
+        name: of a format of models, whatever the suffix.
+        free_root: the figure is without its joints to the ground.
+
+    Raises:
+        UsageError: the suffix or the name is unknown, or a figure file shall have a free root.
+    """
+    suffix = path.suffix.lower()
+    of_models = any(each.has_suffix(path) for each in MODEL_FORMATS.values())
+    if name is None and suffix in MOTION_FORMATS and not of_models:
+        if suffix == NPZ_SUFFIX:
+            raise UsageError(
+                f"{path}: an {NPZ_SUFFIX} is the motion of a run, and this is a figure"
+            )
+        return None
+    found = model_format(path, name)
+    if free_root and FIGURE_SUFFIX in found.suffixes:
+        raise UsageError(
+            f"{path}: a figure file keeps its joints to the ground; `mover simulate --free-root` "
+            "lets the figure go"
+        )
+    return found
 
 
 def _motion(

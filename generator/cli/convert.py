@@ -1,6 +1,8 @@
 """`mover convert`: motions, figures and other programs' models in each other's formats."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from os.path import realpath
 from pathlib import Path
@@ -10,47 +12,53 @@ import typer
 
 from generator.cli.answer import CommandResult, format_count
 from generator.cli.inputs import (
+    check_chains,
     check_segment_distances,
     load_figure,
     load_motion,
     springs_from_option,
+    start_displacements_from_options,
+    start_warnings,
 )
-from generator.cli.options import SpringsChoice
+from generator.cli.options import FreeRoot, JoiningLaw, JointValues, PoseFile, SpringsChoice
 from generator.cli.outputs import (
     LossesByPath,
+    OutputWriter,
     check_distinct_paths,
     check_motion_formats,
     check_writable,
     losses_data,
+    model_writers,
     unwritable_file_error,
     write_all_or_none,
     write_models,
+    writing,
 )
 from generator.conversion import (
-    READABLE_SUFFIXES,
+    StartedFigure,
+    check_readable,
+    check_scale,
+    figure_at_start,
+    figure_format,
     is_model,
+    start_placement,
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
+from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
+from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.placement import Placement
-from generator.model_files.formats import (
-    MODEL_FORMATS,
-    ModelFormat,
-    model_format,
-    read_model,
-    suffixes,
-)
+from generator.model_files.formats import read_model, suffixes
 from generator.model_files.imported import (
     Imported,
     format_imported_springs,
     imported_files,
     springs_path,
 )
-from generator.model_files.model_files import geometry_folder
-from generator.motion_files import (
-    MOTION_FORMATS,
-    motion_writer,
-)
+from generator.model_files.model_files import ModelFiles, geometry_folder
+from generator.motion_files import MOTION_FORMATS, motion_writer
+from generator.motion_files.resample import resample
+from springs import Joining
 
 MAX_BRIEF_LOSSES = 4
 """Losses of all files that are listed without `--verbose`; at least one of each file."""
@@ -212,6 +220,17 @@ def convert(
         typer.Option(metavar="FIGURE", help="Figure of the motion, if not the one named in it."),
     ] = None,
     springs: SpringsChoice = None,
+    law: JoiningLaw = None,
+    pose: PoseFile = None,
+    displacements: JointValues = None,
+    free_root: FreeRoot = False,
+    fps: Annotated[
+        float | None, typer.Option(help="Frames per second of the outputs. [default: the motion's]")
+    ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(help="Units of length of a .bvh in a metre. [default: 100, centimetres]"),
+    ] = None,
     to: Annotated[
         str | None, typer.Option(metavar="NAME", help="Model format, whatever the suffix.")
     ] = None,
@@ -224,29 +243,54 @@ def convert(
     *,
     verbose: bool = False,
 ) -> CommandResult:
-    """Convert a motion, a figure or a model, and list what the format cannot store."""
+    """Convert a motion, a figure or a model, and list what the format cannot store.
+
+    Of a figure --pose, --set and --free-root have the meaning that they have for mover simulate. In
+    a format of motions it is a single frame.
+    """
     check_distinct_paths(outputs)
+    check_scale(outputs, scale)
+    of_figures: dict[str, object] = {
+        "--to": to,
+        "--springs": springs,
+        "--law": law,
+        "--pose": pose,
+        "--set": displacements,
+        "--free-root": free_root,
+    }
+    of_motions: dict[str, object] = {"--figure": figure, "--fps": fps}
+    path = Path(source)
     if separate and not is_model(source):
         raise UsageError(f"{source}: --apart is for models of other programs")
-    path = Path(source)
+    if path.suffix.lower() == POSE_SUFFIX:
+        raise UsageError(f"{path} is a pose: convert its figure with --pose {path}")
     if path.suffix.lower() in MOTION_FORMATS:
-        if path.suffix.lower() not in READABLE_SUFFIXES:
-            known = ", ".join(READABLE_SUFFIXES)
-            raise UsageError(f"{path}: motions are read from {known}, not from other formats")
-        if to is not None or springs is not None:
-            raise UsageError(f"{path} is a motion; --to and --springs are for figures")
-        return _convert_motion(source, outputs, figure, verbose)
+        check_readable(path)
+        _refuse_options(f"{path} is a motion", of_figures, "figures")
+        return _convert_motion(source, outputs, figure, fps, scale, verbose)
     if is_model(source):
-        if (figure, springs, to) != (None, None, None):
-            raise UsageError(f"{source} is a model of another program, which takes --apart only")
+        what = f"{source} is a model of another program"
+        _refuse_options(what, {**of_figures, **of_motions}, "figures and motions")
         return import_model(source, outputs, separate=separate, verbose=verbose)
-    if figure is not None:
-        raise UsageError(f"{source} is a figure; --figure is for motions")
-    return _convert_figure(source, outputs, springs, to, verbose)
+    _refuse_options(f"{source} is a figure", of_motions, "motions")
+    start = _Start(springs, law, pose, tuple(displacements or ()), free_root)
+    return _convert_figure(source, outputs, start, to, scale, verbose)
+
+
+def _refuse_options(what: str, options: Mapping[str, object], owners: str) -> None:
+    """Raise UsageError for the first of the options that is used."""
+    for name, value in options.items():
+        if value not in (None, False, []):
+            raise UsageError(f"{what}; {name} is for {owners}")
 
 
 def _convert_motion(
-    source: str, outputs: Sequence[Path], figure_name: str | None, verbose: bool
+    source: str,
+    outputs: Sequence[Path],
+    figure_name: str | None,
+    fps: float | None,
+    scale: float | None,
+    verbose: bool,
 ) -> CommandResult:
     """Write a motion in other formats of motions."""
     path = Path(source)
@@ -259,42 +303,83 @@ def _convert_motion(
     motion, warnings = load_motion(path, figure_name)
     figure = motion.figure
     check_writable(outputs, (path, figure.path))
+    if fps is not None:
+        motion = resample(motion, fps)
     check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
-    written = write_all_or_none([(out, partial(motion_writer(out), motion)) for out in outputs])
+    written = write_all_or_none(
+        [(out, partial(motion_writer(out, scale), motion)) for out in outputs]
+    )
     frames = format_count(motion.times.size, "frame")
     title = f"{frames} of {figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
     head = {"source": source, "figure": str(figure.path), "frames": motion.times.size}
     return _conversion_result(title, head, written, warnings, verbose)
 
 
+@dataclass(frozen=True)
+class _Start:
+    """Options that say how a figure starts, with the values that `mover simulate` takes."""
+
+    springs: str | None
+    law: Joining | None
+    pose: Path | None
+    sets: tuple[str, ...]
+    free_root: bool
+
+    def of_figure(self, figure: Figure) -> tuple[StartedFigure, tuple[Diagnostic, ...]]:
+        """Return the figure with its springs at the start, with warnings."""
+        springs, warnings = springs_from_option(figure, self.springs, self.law)
+        if self.pose is None and not self.sets and not self.free_root:
+            return StartedFigure(figure, springs), warnings
+        check_chains(figure)
+        start, more = start_displacements_from_options(figure, self.pose, self.sets)
+        warnings += (*more, *start_warnings(figure, springs, start))
+        placement = start_placement(figure, start)
+        check_segment_distances(placement)
+        return figure_at_start(placement, springs, free_root=self.free_root), warnings
+
+
 def _convert_figure(
     source: str,
     outputs: Sequence[Path],
-    springs_option: str | None,
+    options: _Start,
     format_name: str | None,
+    scale: float | None,
     verbose: bool,
 ) -> CommandResult:
-    """Write a figure with its springs in the formats of models."""
-    formats = [(output, _choose_model_format(source, output, format_name)) for output in outputs]
+    """Write a figure with its springs in formats of models, and its pose in those of motions."""
+    formats = [
+        (out, figure_format(out, format_name, free_root=options.free_root)) for out in outputs
+    ]
     figure, warnings = load_figure(source)
-    springs, more = springs_from_option(figure, springs_option)
-    new = [out for out, each in formats if each.suffixes or not out.is_dir()]
-    check_writable(new, (figure.path, springs_option))
-    written = write_models([each.format_files(figure, springs, out) for out, each in formats])
-    title = f"{source} with springs: {springs.origin}"
+    start, more = options.of_figure(figure)
+    new = [out for out, each in formats if each is None or each.suffixes or not out.is_dir()]
+    check_writable(new, (figure.path, options.springs, options.pose))
+    models: list[ModelFiles] = []
+    frames: list[tuple[Path, OutputWriter]] = []
+    for out, each in formats:
+        if each is None:
+            frames.append((out, partial(motion_writer(out, scale), start.motion(figure))))
+            continue
+        with writing(out):
+            models.append(each.format_files(start.figure, start.springs, out))
+    _check_files_of_figure(figure, models)
+    lost = write_all_or_none([*model_writers(models), *frames])
+    lost = {**lost, **{model.path: model.losses for model in models}}
+    written = {out: lost[out] for out in outputs}
+    files = [file for model in models for file in model.contents if file not in written]
+    title = f"{source} with springs: {start.springs.origin}"
     head = {"source": source, "figure": str(figure.path)}
-    return _conversion_result(title, head, written, warnings + more, verbose)
+    return _conversion_result(title, head, written, warnings + more, verbose, files)
 
 
-def _choose_model_format(source: str, output: Path, format_name: str | None) -> ModelFormat:
-    """Return the format of an output. Raises UsageError."""
-    shared = any(output.suffix.lower() in each.motion_suffixes for each in MODEL_FORMATS.values())
-    if format_name is None and output.suffix.lower() in MOTION_FORMATS and not shared:
-        raise UsageError(
-            f"{output} is a motion and {source} a figure; "
-            f"`mover simulate {source} -o {output}` simulates it"
-        )
-    return model_format(output, format_name)
+def _check_files_of_figure(figure: Figure, models: Sequence[ModelFiles]) -> None:
+    """Raise InputError for files of models that are shapes of the figure itself."""
+    if figure.path is not None:
+        names = [segment.psurf for segment in figure.segments.values()]
+        shapes = [figure.path.parent / name for name in names if name is not None]
+        used = {realpath(shape) for shape in shapes}
+        files = [file for model in models for file in model.contents if realpath(file) in used]
+        check_writable(files, shapes)
 
 
 def _conversion_result(
@@ -303,13 +388,26 @@ def _conversion_result(
     written: LossesByPath,
     diagnostics: tuple[Diagnostic, ...],
     verbose: bool,
+    others: Sequence[Path] = (),
 ) -> CommandResult:
+    """Return the answer on files that were written.
+
+    Args:
+        title: first line.
+        head: first entries for `--json`.
+        written: outputs, with their losses.
+        diagnostics: warnings.
+        verbose: list all losses in full.
+        others: files that belong to the outputs.
+    """
     lost = format_losses(written, in_full=verbose)
+    folders = Counter(path.parent for path in others)
+    beside = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in folders.items()]
     return CommandResult(
-        text="\n".join([title, *(f"wrote {path}" for path in written), *lost]),
+        text="\n".join([title, *(f"wrote {path}" for path in written), *beside, *lost]),
         data={
             **head,
-            "files": [str(path) for path in written],
+            "files": [str(path) for path in (*written, *others)],
             "losses": losses_data(written),
         },
         diagnostics=diagnostics,

@@ -81,6 +81,7 @@ JointValues = Annotated[
 JoiningLaw = Annotated[
     Joining | None, typer.Option("--law", help="How the axis laws of a spherical joint combine.")
 ]
+FreeRoot = Annotated[bool, typer.Option("--free-root", help="Remove the joints to the ground.")]
 Gravity = Annotated[
     str | None,
     typer.Option(

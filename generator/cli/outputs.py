@@ -136,21 +136,37 @@ def _folder_writer(contents: Mapping[str, str | bytes]) -> "OutputWriter":
     return write
 
 
+def model_writers(models: Sequence[ModelFiles]) -> "list[tuple[Path, OutputWriter]]":
+    """Return the writers of models with their meshes and tables, by file or folder.
+
+    Raises UsageError for two models with different files of one name.
+    """
+    contents: dict[Path, str | bytes] = {}
+    for model in models:
+        for path, content in model.contents.items():
+            if contents.setdefault(path, content) != content:
+                raise UsageError(
+                    f"{path} would differ between the outputs: write {model.path} with another "
+                    "name, or to another folder"
+                )
+    places = {model.path.parent for model in models}
+    writers: dict[Path, OutputWriter] = {}
+    folders: dict[Path, dict[str, str | bytes]] = {}
+    for path, content in contents.items():
+        if path.parent in places:
+            writers[path] = _file_writer(content)
+        else:
+            folders.setdefault(path.parent, {})[path.name] = content
+    writers |= {folder: _folder_writer(files) for folder, files in folders.items()}
+    return list(writers.items())
+
+
 def write_models(models: Sequence[ModelFiles]) -> "LossesByPath":
     """Write models with their meshes and tables, all files or none.
 
     Raises InputError when one cannot be written.
     """
-    writers: dict[Path, OutputWriter] = {}
-    for model in models:
-        folders: dict[Path, dict[str, str | bytes]] = {}
-        for path, content in model.contents.items():
-            if path.parent == model.path.parent:
-                writers[path] = _file_writer(content)
-            else:
-                folders.setdefault(path.parent, {})[path.name] = content
-        writers |= {folder: _folder_writer(files) for folder, files in folders.items()}
-    write_all_or_none(list(writers.items()))
+    write_all_or_none(model_writers(models))
     return {model.path: model.losses for model in models}
 
 

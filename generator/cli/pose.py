@@ -1,6 +1,5 @@
 """`mover pose`: a figure in a pose, as numbers and as a file."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -23,7 +22,7 @@ from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.figure_file.write import write_figure
 from generator.input_files.pose import POSE_SUFFIX
-from generator.kinematics.placement import Placement
+from generator.kinematics.placement import Placement, pose_figure
 from generator.motion_files.action import display_unit
 
 
@@ -69,11 +68,7 @@ def _write_output(placement: Placement, path: Path) -> None:
     if path.suffix.lower() == POSE_SUFFIX:
         write_pose_file(path, figure, rows)
         return
-    joints = {
-        name: replace(joint, displacement=tuple(float(value) for value in rows[name]))
-        for name, joint in figure.joints.items()
-    }
-    write_file(path, write_figure(replace(figure, joints=joints)))
+    write_file(path, write_figure(pose_figure(figure, rows)))
 
 
 def _title(name: str, figure: Figure) -> str:

@@ -43,6 +43,7 @@ from generator.cli.inputs import (
 )
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.options import (
+    FreeRoot,
     Gravity,
     JoiningLaw,
     JointValues,
@@ -101,9 +102,7 @@ def simulate(
     springs: SpringsChoice = None,
     law: JoiningLaw = None,
     gravity: Gravity = None,
-    free_root: Annotated[
-        bool, typer.Option("--free-root", help="Remove the joints to the ground.")
-    ] = False,
+    free_root: FreeRoot = False,
     floor: FloorOption = False,
     height: HeightOption = None,
     friction: FrictionOption = None,

@@ -1,12 +1,13 @@
 """Forward kinematics: poses and velocities of the segments at given displacements."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from generator.diagnostics import ModelError
-from generator.figure import Joint
+from generator.figure import Figure, Joint
 from generator.kinematics.tree import Tree
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_matrix, inverse_pose
@@ -41,6 +42,35 @@ class Placement:
 def initial_displacements(tree: Tree) -> dict[str, Array]:
     """Return the displacements in the figure file, shape (n,) per joint."""
     return {name: np.array(joint.displacement) for name, joint in tree.figure.joints.items()}
+
+
+def checked_joint_values(figure: Figure, values: Mapping[str, ArrayLike]) -> dict[str, Array]:
+    """Return values as arrays, shape (n,) per joint, after checking them against the joints.
+
+    Raises UnknownNameError for an unknown joint, and ModelError for a wrong number of values or one
+    that is not finite.
+    """
+    checked: dict[str, Array] = {}
+    for name, numbers in values.items():
+        joint = figure.joints[name]
+        array = np.atleast_1d(np.asarray(numbers, dtype=float))
+        if array.shape != (joint.degrees_of_freedom,):
+            raise ModelError(
+                f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"
+            )
+        if not np.all(np.isfinite(array)):
+            raise ModelError(f"a value for joint {name} is not finite")
+        checked[name] = array
+    return checked
+
+
+def pose_figure(figure: Figure, displacements: Displacements) -> Figure:
+    """Return the figure with these displacements in place of those of its file."""
+    joints = {
+        name: replace(joint, displacement=tuple(float(value) for value in displacements[name]))
+        for name, joint in figure.joints.items()
+    }
+    return replace(figure, joints=joints)
 
 
 def site_pose(placement: Placement, joint: Joint, side: str) -> Array:

@@ -1,6 +1,7 @@
 """Motions as files: one format a module, whose `write(motion, path)` returns its losses."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from generator.diagnostics import UsageError
@@ -85,10 +86,19 @@ PICTURE_SUFFIXES = (".png", ".svg", ".pdf", ".mp4", ".gif")
 """Formats in which motions are drawn, which are not formats of motions."""
 
 
-def motion_writer(path: Path) -> MotionWriter:
-    """Return the writer for the suffix of a path. Raises UsageError."""
+def motion_writer(path: Path, scale: float | None = None) -> MotionWriter:
+    """Return the writer for the suffix of a path.
+
+    Args:
+        path: of the file.
+        scale: units of length of a `.bvh` in a metre; None for its default. Others have no scale.
+
+    Raises:
+        UsageError: the suffix is unknown.
+    """
+    suffix = path.suffix.lower()
     try:
-        return MOTION_FORMATS[path.suffix.lower()]
+        write = MOTION_FORMATS[suffix]
     except KeyError:
         problem = (
             f"`{path.suffix}` is not a known suffix" if path.suffix else "the suffix is missing"
@@ -98,6 +108,9 @@ def motion_writer(path: Path) -> MotionWriter:
             hint = f"; `mover picture MOTION -o FILE{path.suffix}` draws a motion"
         message = f"{path}: {problem}; known are {', '.join(MOTION_FORMATS)}{hint}"
         raise UsageError(message) from None
+    if scale is not None and suffix == ".bvh":
+        return partial(bvh.write, scale=scale)
+    return write
 
 
 def write_recording(

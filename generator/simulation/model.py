@@ -24,6 +24,7 @@ from generator.kinematics.loops import consistent_rates
 from generator.kinematics.placement import (
     Displacements,
     Placement,
+    checked_joint_values,
     forward_kinematics,
     initial_displacements,
 )
@@ -145,7 +146,7 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     tree = build_tree(figure)
     displacements = {
         **initial_displacements(tree),
-        **_checked_joint_values(figure, plan.displacements),
+        **checked_joint_values(figure, plan.displacements),
     }
     prescribed = _build_prescribed_motion(tree, plan, displacements)
     displacements = prescribed.impose_displacements(displacements, plan.start)
@@ -253,7 +254,7 @@ def _initial_rates(placement: Placement, velocities: Mapping[str, Any]) -> dict[
         name: np.zeros(joint.degrees_of_freedom) for name, joint in figure.joints.items()
     }
     free = free_joints(figure)
-    for name, values in _checked_joint_values(figure, velocities).items():
+    for name, values in checked_joint_values(figure, velocities).items():
         joint, displacements = figure.joints[name], placement.displacements[name]
         if name in free:
             segment = figure.segments[joint.child.segment]
@@ -281,22 +282,6 @@ def _build_prescribed_motion(
     """Return the prescriptions of the plan; locked joints stay at `displacements`."""
     locked = {name: displacements.get(name, np.zeros(0)) for name in plan.locked}
     return PrescribedMotion(tree, plan.links, locked, plan.drives)
-
-
-def _checked_joint_values(figure: Figure, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values as arrays after checking them against the joints."""
-    checked: dict[str, Any] = {}
-    for name, numbers in values.items():
-        joint = figure.joints[name]
-        array = np.atleast_1d(np.asarray(numbers, dtype=float))
-        if array.shape != (joint.degrees_of_freedom,):
-            raise ModelError(
-                f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"
-            )
-        if not np.all(np.isfinite(array)):
-            raise ModelError(f"a value for joint {name} is not finite")
-        checked[name] = array
-    return checked
 
 
 def build_model(
