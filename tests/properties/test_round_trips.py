@@ -42,7 +42,7 @@ from generator.motion_files import MOTION_FORMATS, ActionFile, read_action, read
 from generator.motion_files.action import parse_displacement
 from generator.motion_files.drives import read_drives
 from generator.motion_files.motion import FigureMotion, Header
-from generator.names import coordinate_names, plain_name
+from generator.names import coordinate_names, plain_name, plain_names
 from generator.recording import Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
 from generator.text_io import parse_file
@@ -65,6 +65,7 @@ from tests.chains import (
     two_bodies,
 )
 from tests.contacts import with_contact
+from tests.generator.model_files.biomod_text import BioMod, read_biomod
 from tests.generator.model_files.imported_models import displacements, written_and_read
 from tests.generator.model_files.model_cases import (
     FOURBAR,
@@ -346,6 +347,40 @@ def moves_alike(model: Model, back: tuple[Imported, SpringSet]) -> None:
     close(tracks(imported.figure, springs), before, 1e-7)
 
 
+def same_points(model: Model, back: BioMod) -> None:
+    """Segments and markers are at the places of segments and sites, linear springs the same."""
+    rng = np.random.default_rng(model.seed)
+    tree = build_tree(model.figure)
+    names = coordinate_names({name: joint.chain for name, joint in model.figure.joints.items()})
+    segments = plain_names(model.figure.segments)
+    moving = [branch.joint for branch in tree.joints]
+    for size in (0.0, 1.5):
+        values = {joint.name: rng.uniform(-size, size, len(joint.chain)) for joint in moving}
+        numbers = {
+            own: number
+            for name, row in values.items()
+            for own, number in zip(names[name], row.tolist(), strict=True)
+        }
+        assert sorted(numbers) == sorted(back.coordinates)
+        ours, theirs = forward_kinematics(tree, values).poses, back.poses(numbers)
+        for name, segment in model.figure.segments.items():
+            own = segments[name]
+            close(theirs[own], ours[name], 1e-9)
+            for site, plain in plain_names(segment.sites).items():
+                if site != "CM":
+                    point = back.markers[f"{own}.{plain}"].numbers("position")
+                    close(point, segment.sites[site].pose_in_segment[:3, 3], 1e-15)
+    for name, segment in model.figure.bodies.items():
+        block = back.segments[segments[name]]
+        assert block.numbers("mass").tolist() == [segment.mass]
+        assert np.array_equal(block.numbers("com"), segment.centre_of_mass)
+        assert np.array_equal(block.numbers("inertia"), np.diag(segment.inertia).ravel())
+    torques = [block for blocks in back.of_kind("passivetorque").values() for block in blocks]
+    closing = {joint.name for joint in tree.closures}
+    assert len(torques) == len([name for name in model.springs.joints if name not in closing])
+    assert {block.values["type"][0] for block in torques} <= {"linear"}
+
+
 def read_rows(path: Path, _: Model) -> list[dict[str, str]]:
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
@@ -392,6 +427,8 @@ MODELS = (
     Format("osim", write_model("osim"), read_with_springs, same_bodies, trees, TWO_BODIES),
     Format("dyspam", write_model("dyspam"), read_with_springs, moves_alike, cases_for_dyspam,
            SPHERICAL_OR_REVOLUTE),
+    Format("biomod", write_model("biomod"), lambda path, _: read_biomod(path.read_text("utf-8")),
+           same_points, trees, TWO_BODIES),
     Format("curves", write_model("curves"), read_rows, same_moments, sprung_trees, ONE_SPRING),
 )  # fmt: skip
 

@@ -4,11 +4,11 @@ biorbd's exponential torque is
 
     (b1 exp(k1 (q - m)) + b2 exp(k2 (q - m))) (q - d) + t
 
-without its factor of the rate. A law of other form, and the law of several rotations, which depends
-on all of them, is approximated by least squares over the range of the joint.
+without its factor of the rate. A law of another form is approximated by least squares over the
+range of the joint, as is that of several rotations for a turn about each of their axes alone.
+Beyond `TYPICAL_TORQUE` the relative error counts: a stiff end of the range does not spoil the rest.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations, product
 from typing import cast
@@ -25,8 +25,8 @@ from generator.rotations import Array, matrix_from_rotation_vector
 from springs import AxisSpring, Joining, Linear, elastic_torque, total_torque
 from springs.elastic import Range
 
-_SAMPLES_OF_ONE_ANGLE = 241
-_SAMPLES_OF_SEVERAL_ANGLES = 4000
+_SAMPLES_OF_ONE_ANGLE = 181
+_SAMPLES_OF_SEVERAL_ANGLES = 2000
 _SEED = 0
 
 _RATES = (0.7, 2.0, 5.0, 12.0, 30.0)
@@ -41,8 +41,11 @@ _LARGEST_RATE = 120.0
 _STARTS = 3
 """Number of starts from which the fit is refined."""
 
+TYPICAL_TORQUE = 20.0
+"""Torque beyond which the fit is to the relative error [N m or N]."""
+
 _NEGLIGIBLE = 1e-9
-"""Torque below which a displacement has no spring [N m or N]."""
+"""Torque or error that is nothing [N m or N]."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ class FittedTorque:
 
     Attributes:
         torque: as the format holds it.
-        error: of the approximation over `range`; None for the law itself.
+        error: of the approximation over `range`, the other rotations at zero; None without one.
         range: in which it was fitted [rad or m].
     """
 
@@ -122,10 +125,23 @@ class FittedTorque:
     range: Range
 
 
+@dataclass(frozen=True)
+class JointTorques:
+    """The passive torques of a joint.
+
+    Attributes:
+        fitted: by index in the chain.
+        coupling_error: of several rotations, at orientations throughout their ranges; else None.
+    """
+
+    fitted: dict[int, FittedTorque]
+    coupling_error: FitError | None
+
+
 def passive_torques(
     joint: Joint, chain: Chain, laws: JointLaws, joining: Joining, ranges: tuple[Range, ...]
-) -> dict[int, FittedTorque]:
-    """Return the passive torques of a joint's displacements, by index in its chain.
+) -> JointTorques:
+    """Return the passive torques of a joint's displacements.
 
     Args:
         joint: the joint.
@@ -143,11 +159,23 @@ def passive_torques(
             angles = np.linspace(*ranges[k], _SAMPLES_OF_ONE_ANGLE)
             torques = np.asarray(total_torque(spring.elastic, angles)) + np.zeros_like(angles)
             fitted[k] = _fit(angles, torques, ranges[k])
-    if any(axis.elastic for axis in laws.combined):
-        angles = _sampled_angles(joint, chain, ranges)
-        torques = generalized_torques(chain, joining, laws.combined, angles)
-        for k in chain.rotations:
-            fitted[k] = _fit(angles[:, k], torques[:, k], ranges[k])
+    if not any(axis.elastic for axis in laws.combined):
+        return JointTorques(_acting(fitted), None)
+    for k in chain.rotations:
+        angles = np.linspace(*ranges[k], _SAMPLES_OF_ONE_ANGLE)
+        alone = np.zeros((len(angles), len(joint.chain)))
+        alone[:, k] = angles
+        torques = generalized_torques(chain, joining, laws.combined, alone)[:, k]
+        fitted[k] = _fit(angles, torques, ranges[k])
+    samples = _sampled_angles(joint, chain, ranges)
+    differences = -generalized_torques(chain, joining, laws.combined, samples)
+    for k in chain.rotations:
+        differences[:, k] += fitted[k].torque.torque(samples[:, k])
+    error = FitError.from_differences(differences[:, list(chain.rotations)])
+    return JointTorques(_acting(fitted), error)
+
+
+def _acting(fitted: dict[int, FittedTorque]) -> dict[int, FittedTorque]:
     return {k: one for k, one in fitted.items() if not _is_zero(one)}
 
 
@@ -193,37 +221,48 @@ def _is_zero(fitted: FittedTorque) -> bool:
 
 def _fit(angles: Array, torques: Array, ends: Range) -> FittedTorque:
     """Return the best torque of the format for samples of a displacement."""
-    candidates: list[PassiveTorque] = [_fit_line(angles, torques)]
+    weights = 1.0 / (1.0 + np.abs(torques) / TYPICAL_TORQUE)
+    best: PassiveTorque = _fit_line(angles, torques, weights)
     if ends[1] > ends[0]:
-        candidates.append(_fit_exponentials(angles, torques, ends))
-    errors = [FitError.from_differences(one.torque(angles) - torques) for one in candidates]
-    best = min(range(len(candidates)), key=lambda k: errors[k].rms)
-    return FittedTorque(candidates[best], errors[best], ends)
+        curve = _fit_exponentials(angles, torques, weights, ends)
+        misfits = [np.sum((weights * (one.torque(angles) - torques)) ** 2) for one in (best, curve)]
+        best = curve if misfits[1] < 0.99 * misfits[0] else best
+    error = FitError.from_differences(best.torque(angles) - torques)
+    return FittedTorque(best, None if error.largest < _NEGLIGIBLE else error, ends)
 
 
-def _fit_line(angles: Array, torques: Array) -> LinearTorque:
+def _fit_line(angles: Array, torques: Array, weights: Array) -> LinearTorque:
     columns = np.stack([np.ones_like(angles), angles], axis=1)
-    at_zero, slope = np.linalg.lstsq(columns, torques)[0].tolist()
+    at_zero, slope = _solve(columns, torques, weights).tolist()
     return LinearTorque(at_zero, slope)
 
 
-def _fit_exponentials(angles: Array, torques: Array, ends: Range) -> ExponentialTorque:
+def _fit_exponentials(
+    angles: Array, torques: Array, weights: Array, ends: Range
+) -> ExponentialTorque:
     """Fit rates and the zero, for each of which the amplitudes and the constant are linear."""
     middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
     x = (angles - middle) / half
+
+    def residual(shape: Array) -> Array:
+        columns, _ = _columns(shape, x)
+        return weights * (columns @ _solve_restoring(columns, torques, weights) - torques)
+
+    def misfit(shape: Array) -> float:
+        return float(np.sum(residual(shape) ** 2))
+
     rates = [sign * rate for rate in _RATES for sign in (1.0, -1.0)]
-    starts = [(*pair, zero) for pair, zero in product(combinations(rates, 2), _ZEROS)]
-    residual = _residual_function(x, torques)
-    starts.sort(key=lambda start: float(np.sum(residual(np.array(start)) ** 2)))
+    starts = [np.array([*pair, zero]) for pair, zero in product(combinations(rates, 2), _ZEROS)]
+    starts.sort(key=misfit)
     bounds = ([-_LARGEST_RATE, -_LARGEST_RATE, -3.0], [_LARGEST_RATE, _LARGEST_RATE, 3.0])
     fits = [
         cast("Array", least_squares(residual, start, bounds=bounds, x_scale=(5.0, 5.0, 0.3)).x)
         for start in starts[:_STARTS]
     ]
-    best = min(fits, key=lambda fit: float(np.sum(residual(fit) ** 2)))
+    best = min(fits, key=misfit)
     first, second, zero = best.tolist()
     columns, scales = _columns(best, x)
-    b1, b2, constant = (_solve(columns, torques) * scales).tolist()
+    b1, b2, constant = (_solve_restoring(columns, torques, weights) * scales).tolist()
     return ExponentialTorque(
         (b1 / half, b2 / half),
         (first / half, second / half),
@@ -241,13 +280,30 @@ def _columns(shape: Array, x: Array) -> tuple[Array, Array]:
     return np.stack([*columns, np.ones_like(x)], axis=1), scales
 
 
-def _solve(columns: Array, torques: Array) -> Array:
-    return cast("Array", np.linalg.lstsq(columns, torques, rcond=1e-12)[0])
+def _solve_restoring(columns: Array, torques: Array, weights: Array) -> Array:
+    """Return the least-squares amplitudes and constant with amplitudes that are not positive.
+
+    Otherwise two large terms of opposite sign would fit a stiff end better, and drive the joint on
+    beyond it.
+    """
+    best, least = np.zeros(3), np.inf
+    for kept in ([0, 1, 2], [0, 2], [1, 2], [2]):
+        solution = np.zeros(3)
+        solution[kept] = _solve(columns[:, kept], torques, weights)
+        if np.any(solution[:2] > 0.0):
+            continue
+        misfit = float(np.sum((weights * (columns @ solution - torques)) ** 2))
+        if misfit < least:
+            best, least = solution, misfit
+        if len(kept) == 3:
+            break
+    return best
 
 
-def _residual_function(x: Array, torques: Array) -> Callable[[Array], Array]:
-    def residual(shape: Array) -> Array:
-        columns, _ = _columns(shape, x)
-        return columns @ _solve(columns, torques) - torques
-
-    return residual
+def _solve(columns: Array, torques: Array, weights: Array) -> Array:
+    """Return the least-squares solution of columns of any size."""
+    weighted = columns * weights[:, None]
+    sizes = np.linalg.norm(weighted, axis=0)
+    sizes[sizes == 0.0] = 1.0
+    solution = cast("Array", np.linalg.lstsq(weighted / sizes, torques * weights, rcond=1e-10)[0])
+    return solution / sizes

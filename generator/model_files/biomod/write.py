@@ -1,12 +1,15 @@
 """The format of biorbd (`.bioMod`): segments in a tree, y up.
 
-A segment has its displacements before its own frame: first translations, then rotations about
-coordinate axes, the outermost first. A joint of the figure whose chain has this form belongs to the
-segment that it moves; in any other chain each displacement `JOINT_k` is a segment without mass.
+A segment of the format has first translations, then rotations, about coordinate axes of a frame in
+its parent, the outermost first. A joint of the figure is a segment of its name without mass, which
+has the displacements; a chain of another form is a row of segments `JOINT_k`. The segment that the
+joint moves is fixed to it.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from decimal import Decimal
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -50,9 +53,14 @@ WORLD = "root"
 NO_LIMIT = 1e3
 """End of the range of a translation without a limit [m]; a rotation's is pi."""
 
-FITTED_LOSS = "springs approximated by two exponentials or a line for each displacement"
+FITTED_LOSS = "springs approximated by exponentials or lines"
+
+COUPLING_LOSS = "several rotations at once, of which the torques about each axis are a sum, err by"
 
 _LETTERS = "xyz"
+
+_ORTHOGONAL = 1e-12
+"""Largest product of unit axes that are perpendicular."""
 
 
 def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
@@ -133,47 +141,34 @@ class _SegmentWriter:
             yield from self._tree_joint_lines(branch)
 
     def _tree_joint_lines(self, branch: TreeJoint) -> Iterator[str]:
-        """Yield the segments of a joint's displacements and of the segment that it moves."""
+        """Yield the segments of a joint's displacements, and the one that it moves after them."""
         model, joint = self._model, branch.joint
         ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
         pose, tip = (model.site(ref) for ref in ends)
-        rest = inverse_pose(tip)
         laws = split_joint_laws(
             model.tree.chains[joint.name],
             self._springs.get(joint.name, JointSprings(joint.name)),
         )
         torques = self._passive_torques(branch, laws)
-        steps = _outward_steps(branch)
-        moved, parent = self._segments[branch.outboard], self._segments[branch.inboard]
-        coordinates = model.coordinates[joint.name]
-        body = [*self._body_lines(branch.outboard), *self._mesh_lines(branch.outboard)]
-        group = _sequences(steps)
         torque_lines: list[str] = []
-        if group is not None:
-            own = moved if np.array_equal(rest, np.eye(4)) else None
-            if own is None and steps:
-                own = reserve_name(model.joints[joint.name], self._taken)
-            if own is not None:
-                motion = self._motion_lines(branch, steps, group, laws)
-                yield from _segment(own, parent, pose, motion, body if own == moved else ["mass 0"])
-                for place, axis in steps:
-                    torque_lines += _torque_lines(own, _dof(axis), torques.get(place))
-                parent, pose = own, np.eye(4)
-            pose = pose @ rest
-        else:
-            own = None
-            for place, axis in steps:
-                own = reserve_name(coordinates[place], self._taken)
-                turn = pose_matrix(rotation_with_z_axis(np.array(axis.axis)), np.zeros(3))
-                along = JointAxis(axis.kind, (0.0, 0.0, 1.0))
-                one = [(place, along)]
-                motion = self._motion_lines(branch, one, _sequences(one) or ("", ""), laws)
-                yield from _segment(own, parent, pose @ turn, motion, ["mass 0"])
-                torque_lines += _torque_lines(own, _dof(along), torques.get(place))
-                parent, pose = own, inverse_pose(turn)
-            pose = pose @ rest
-        if own != moved:
-            yield from _segment(moved, parent, pose, (), body)
+        parent = self._segments[branch.inboard]
+        groups = list(_groups(_outward_steps(branch)))
+        for group in groups:
+            name = _not_world(model.joints[joint.name])
+            if len(groups) > 1:
+                name = model.coordinates[joint.name][group.places[0]]
+            elif name in self._taken:
+                name = f"{name}_joint"
+            name = reserve_name(name, self._taken)
+            motion = self._motion_lines(branch, group, laws)
+            turn = pose_matrix(group.frame, np.zeros(3))
+            yield from _segment(name, parent, pose @ turn, motion, ["mass 0"])
+            for place, dof in zip(group.places, group.dofs, strict=True):
+                torque_lines += _torque_lines(name, dof, torques.get(place))
+            parent, pose = name, inverse_pose(turn)
+        moved, rest = self._segments[branch.outboard], inverse_pose(tip)
+        body = [*self._body_lines(branch.outboard), *self._mesh_lines(branch.outboard)]
+        yield from _segment(moved, parent, pose @ rest, (), body)
         yield from self._marker_lines(branch.outboard)
         yield from torque_lines
 
@@ -183,45 +178,35 @@ class _SegmentWriter:
         own = self._springs.get(joint.name)
         if own is None:
             return {}
-        chain = self._model.tree.chains[joint.name]
-        ranges = joint_ranges(joint, own)
+        chain, ranges = self._model.tree.chains[joint.name], joint_ranges(joint, own)
         torques = passive_torques(joint, chain, laws, self._joining, ranges)
-        for k, fitted in torques.items():
+        for k, fitted in torques.fitted.items():
             if fitted.error is not None:
                 turns = joint.chain[k].kind is AxisKind.ROTATION
-                error = str(fitted.error)
+                error = str(fitted.error) if turns else str(fitted.error).replace("N m", "N")
                 name = self._model.coordinates[joint.name][k]
                 over = format_range(fitted.range, turns=turns)
-                error = error if turns else error.replace("N m", "N")
                 self._losses.add(FITTED_LOSS, f"{name} {error} over {over}")
-        return torques
+        if torques.coupling_error is not None:
+            self._losses.add(COUPLING_LOSS, f"{joint.name} {torques.coupling_error}")
+        return torques.fitted
 
-    def _motion_lines(
-        self,
-        branch: TreeJoint,
-        steps: list[tuple[int, JointAxis]],
-        sequences: tuple[str, str],
-        laws: JointLaws,
-    ) -> Iterator[str]:
+    def _motion_lines(self, branch: TreeJoint, group: "_Group", laws: JointLaws) -> Iterator[str]:
         """Yield the displacements of a segment, their ranges and their damping."""
         joint = branch.joint
-        if not steps:
-            return
         names = self._model.coordinates[joint.name]
-        yield f"// {', '.join(names[place] for place, _ in steps)}"
-        for word, letters in zip(("translations", "rotations"), sequences, strict=True):
+        yield f"// {', '.join(names[place] for place in group.places)}"
+        for word, letters in (("translations", group.translations), ("rotations", group.rotations)):
             if letters:
                 yield f"{word} {letters}"
         yield "rangesq"
-        for place, axis in steps:
-            default = np.pi if axis.kind is AxisKind.ROTATION else NO_LIMIT
+        for place in group.places:
+            default = np.pi if joint.chain[place].kind is AxisKind.ROTATION else NO_LIMIT
             low = -default if joint.lower_limit is None else max(joint.lower_limit[place], -default)
             high = default if joint.upper_limit is None else min(joint.upper_limit[place], default)
             yield f"  {_numbers((low, high))}"
-        damping = [
-            0.0 if place not in laws.uncoupled else laws.uncoupled[place].damping.viscous
-            for place, _ in steps
-        ]
+        alone = laws.uncoupled
+        damping = [alone[k].damping.viscous if k in alone else 0.0 for k in group.places]
         if any(damping):
             yield f"jointdampings {_numbers(damping)}"
 
@@ -276,36 +261,100 @@ def _negative(axis: JointAxis) -> tuple[float, float, float]:
     return -x, -y, -z
 
 
-def _sequences(steps: list[tuple[int, JointAxis]]) -> tuple[str, str] | None:
-    """Return translations and rotations of one segment of the format; None for other chains.
+@dataclass(frozen=True)
+class _Group:
+    """Displacements that one segment of the format has.
 
-    They are about different positive coordinate axes, and translations come first.
+    Attributes:
+        places: in the chain, in the order of the format.
+        translations: their coordinate axes ("xz"), the outermost first.
+        rotations: likewise.
+        frame: whose coordinate axes they are, in the joint's frame, shape (3, 3).
     """
-    kinds = [axis.kind for _, axis in steps]
-    if kinds != sorted(kinds, key=lambda kind: kind is AxisKind.ROTATION):
+
+    places: tuple[int, ...]
+    translations: str
+    rotations: str
+    frame: Array
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the displacements in their segment."""
+        return (
+            *(f"Trans{letter.upper()}" for letter in self.translations),
+            *(f"Rot{letter.upper()}" for letter in self.rotations),
+        )
+
+
+def _groups(steps: list[tuple[int, JointAxis]]) -> Iterator[_Group]:
+    """Yield the displacements of a joint by segment: all together, or each alone."""
+    together = _group(steps)
+    if together is not None:
+        yield together
+        return
+    for step in steps:
+        alone = _group([step])
+        assert alone is not None
+        yield alone
+
+
+def _group(steps: list[tuple[int, JointAxis]]) -> _Group | None:
+    """Return the displacements of a joint as those of one segment; None where they cannot be.
+
+    Translations come first, and the axes of each kind are different axes of one frame.
+    """
+    if not steps:
         return None
+    kinds = [axis.kind is AxisKind.ROTATION for _, axis in steps]
+    directions = list(dict.fromkeys(axis.axis for _, axis in steps))
+    frame = _frame_along([unit_vector(direction) for direction in directions])
+    if frame is None or kinds != sorted(kinds):
+        return None
+    letters, matrix = frame
     words = {AxisKind.TRANSLATION: "", AxisKind.ROTATION: ""}
     for _, axis in steps:
-        letter = _coordinate_letter(axis)
-        if letter is None or letter in words[axis.kind]:
+        letter = letters[directions.index(axis.axis)]
+        if letter in words[axis.kind]:
             return None
         words[axis.kind] += letter
-    return words[AxisKind.TRANSLATION], words[AxisKind.ROTATION]
+    places = tuple(place for place, _ in steps)
+    return _Group(places, words[AxisKind.TRANSLATION], words[AxisKind.ROTATION], matrix)
 
 
-def _coordinate_letter(axis: JointAxis) -> str | None:
-    """Return the letter of the positive coordinate axis that a factor has; None for another."""
-    direction = unit_vector(axis.axis)
-    for letter, unit in zip(_LETTERS, np.eye(3), strict=True):
-        if np.array_equal(direction, unit):
-            return letter
-    return None
+def _frame_along(directions: list[Array]) -> tuple[str, Array] | None:
+    """Return letters of coordinate axes and the frame in which they are the directions.
+
+    A direction along a coordinate axis keeps its letter if possible, so that left and right limbs
+    have the same; of several such frames it is the one that is turned least. None for directions
+    that are not perpendicular.
+    """
+    rows = np.array(directions).reshape(-1, 3)
+    if len(rows) > 3 or np.abs(rows @ rows.T - np.eye(len(rows))).max(initial=0.0) > _ORTHOGONAL:
+        return None
+    best: tuple[tuple[int, float], str, Array] | None = None
+    for letters in permutations(range(3), len(rows)):
+        frame = _complete_frame(letters, rows)
+        if frame is not None:
+            kept = sum(abs(row[letter]) == 1.0 for row, letter in zip(rows, letters, strict=True))
+            score = kept, float(np.trace(frame))
+            if best is None or score > best[0]:
+                best = score, "".join(_LETTERS[k] for k in letters), frame
+    return None if best is None else (best[1], best[2])
 
 
-def _dof(axis: JointAxis) -> str:
-    """Name of a displacement in its segment."""
-    word = "Rot" if axis.kind is AxisKind.ROTATION else "Trans"
-    return f"{word}{(_coordinate_letter(axis) or '').upper()}"
+def _complete_frame(letters: tuple[int, ...], rows: Array) -> Array | None:
+    """Return the rotation with some columns; None for three columns of a reflection."""
+    if len(letters) == 1:
+        order = [(letters[0] + k) % 3 for k in (1, 2, 3)]  # in which the direction is the third
+        frame = np.empty((3, 3))
+        frame[np.ix_(order, order)] = rotation_with_z_axis(rows[0][order])
+        return frame
+    frame = np.zeros((3, 3))
+    frame[:, list(letters)] = rows.T
+    if len(letters) == 2:
+        third = 3 - sum(letters)
+        frame[:, third] = np.cross(frame[:, (third + 1) % 3], frame[:, (third + 2) % 3])
+    return frame if np.linalg.det(frame) > 0.0 else None
 
 
 def _segment(
