@@ -112,7 +112,9 @@ def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureR
         assert diagnostic.span.end <= len(diagnostic.span.source.text) + 1
 
 
-@pytest.mark.parametrize("kind", ["pose", "psurf", "loads", "drives", "moments", "links", "coordinates"])
+@pytest.mark.parametrize(
+    "kind", ["pose", "psurf", "loads", "drives", "moments", "links", "coordinates"]
+)
 def test_a_missing_file_is_a_sentence(kind: str, tmp_path: Path):
     parsed = PARSERS[kind](tmp_path / "none")
     assert not parsed.value

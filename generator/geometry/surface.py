@@ -176,6 +176,16 @@ class Surface:
             return surface.with_flipped_faces(np.ones(self.face_count, dtype=bool))
         return surface
 
+    @property
+    def without_unused_vertices(self) -> "Surface":
+        """The surface of the vertices that are corners of faces."""
+        used, places = np.unique(self.corners, return_inverse=True)
+        if len(used) == len(self.vertices):
+            return self
+        return Surface(
+            self.vertices[used], places.reshape(-1).astype(np.int64), self.starts, self.name
+        )
+
     def face_name(self, face: int) -> str:
         """Return the name of a face: its number from 1, and its line where it has one."""
         place = self.face_span(face)

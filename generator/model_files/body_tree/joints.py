@@ -208,7 +208,7 @@ def _field_part(dof: DegreeOfFreedom, joint: str, losses: Losses) -> DegreeOfFre
         case AxisKind.ROTATION:
             return replace(dof, stiffness=0.0, damping=0.0)
         case AxisKind.TRANSLATION:
-            losses.add("friction, limits and curved springs along slides", dof.name or joint)
+            losses.add("friction and nonlinear springs of sliding joints", dof.name or joint)
             return dof
         case _:
             assert_never(dof.kind)

@@ -74,7 +74,8 @@ class MeshFiles:
             self.losses.add("shapes whose mesh file is missing", name)
             return None
         try:
-            return read_mesh(path, Fraction(1)) if reader is None else reader(path)
+            surface = read_mesh(path, Fraction(1)) if reader is None else reader(path)
+            return surface.without_unused_vertices
         except InputError as failure:
             del failure  # it may quote the file, which may be any file of the system
             self.losses.add("shapes whose mesh file cannot be read", name)

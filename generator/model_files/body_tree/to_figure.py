@@ -249,16 +249,14 @@ def figure_from_tree(
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
-        losses.add(
-            "bodies without a joint, which become parts of the body they are fixed to", *merged
-        )
+        losses.add("bodies without a joint become parts of those that they are fixed to", *merged)
     carried = {body.name: body.shapes for body in whole.bodies}
     whole, gone = merge_massless_bodies(whole)
     for name in gone:
         if carried[name]:
             losses.add("shapes of bodies without mass", name)
     if gone:
-        losses.add("bodies without mass, which become parts of the next body's joint", *gone)
+        losses.add("bodies without mass: their joints become parts of the next body's joint", *gone)
     _check_masses(whole, diagnostics)
     if diagnostics.has_errors:
         return None
@@ -340,9 +338,8 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
     for k, group in enumerate(groups[:-1], start=1):
         name = f"{body.name}/{k}"
         draft.losses.add(
-            "joints of one body that stay separate, since their axes do not meet, are oblique or "
-            f"have springs of their own, with a segment of {CARRIER_MASS_SHARE:g} of its mass "
-            "between them",
+            "hinges of one body that are separate joints, as their axes are oblique or do not meet "
+            f"or have own springs; a segment of {CARRIER_MASS_SHARE:g} of its mass is between them",
             f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
         )
         draft.segment_frames[name] = draft.add_segment(
@@ -400,8 +397,8 @@ def _add_joint(
     hinges = [freedom for freedom in group.rotations if not freedom.joint]
     if len(group.rotations) > 1 and any(freedom.is_passive for freedom in hinges):
         draft.losses.add(
-            "springs, damping and limits of hinges that make one joint, which act on its rotation "
-            "vector instead of on each angle",
+            "laws of hinges that form one joint act on its rotation vector, not on each angle "
+            "(--apart keeps them exact)",
             name,
         )
 
@@ -432,14 +429,14 @@ def _add_name_losses(draft: _FigureDraft) -> None:
         renamed |= changed
     if renamed:
         draft.losses.add(
-            "names that the figure language does not allow or that are already used",
+            "changed names",
             *(f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()),
         )
     for name, joint in draft.joints.items():
         if len(joint.chain) > 1:
             inside = [key for key, where in draft.coordinates.items() if where.joint == name]
             draft.losses.add(
-                "coordinates that are displacements of one joint, in this order",
+                "coordinates that form one joint, in the order of its displacements",
                 f"{name} ({', '.join(sorted(inside, key=lambda key: _chain_index(draft, key)))})",
             )
 

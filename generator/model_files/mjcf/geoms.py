@@ -368,7 +368,7 @@ class GeomReader:
         for asset in self.document.root.find_all("asset"):
             for element in asset.children:
                 if element.tag not in ("mesh", "material", "texture", "hfield"):
-                    self.losses.add("assets that are not known here", element.tag)
+                    self.losses.add("unknown assets", element.tag)
 
 
 _CONTACT = "contact of geoms: `mover simulate --floor` and `--scene` have their own"
@@ -406,8 +406,7 @@ def _hull(points: Array, name: str, losses: Losses) -> Surface | None:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
     faces[inwards] = faces[inwards][:, ::-1]
-    used, places = np.unique(faces, return_inverse=True)
-    return Surface.from_faces(points[used], places.reshape(-1, 3).astype(np.int64))
+    return Surface.from_faces(points, faces).without_unused_vertices
 
 
 def read_msh(path: Path) -> Surface:

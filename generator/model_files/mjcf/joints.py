@@ -149,11 +149,9 @@ X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 LETTERS = (("z", Z), ("y", Y), ("x", X))
 """From the outermost inwards, so that a chain is written x, y, z."""
 
-ARMATURE = "armature: inertia of motors, which bodies here do not have"
-LIMITS = (
-    "limits, which are stops of 1000 N m/rad or 100 kN/m here instead of MuJoCo's soft constraints"
-)
-FRICTION = "friction losses, which are smooth below 0.01 rad/s here"
+ARMATURE = "armature, the inertia of motors"
+LIMITS = "soft limits of joints become stops of 1000 N m/rad or 100 kN/m"
+FRICTION = "friction losses become smooth below 0.01 rad/s"
 
 
 @dataclass(frozen=True)
@@ -211,7 +209,7 @@ class JointReader:
             self.losses.add(ARMATURE, name)
         tuned = element.attributes.get("springdamper")
         if tuned is not None and parse_numbers(tuned, self.diagnostics, 2) != (0.0, 0.0):
-            self.losses.add("springs that are tuned by time constants", name)
+            self.losses.add("springs and dampers by time constants (`springdamper`)", name)
         if joint_type in ("hinge", "slide"):
             return [self._single(name, joint_type, element)]
         point = (
@@ -229,7 +227,7 @@ class JointReader:
                 for letter, axis in LETTERS
             ]
         elif self._is_limited(element):
-            self.losses.add("limits of balls on the whole angle of their turn", name)
+            self.losses.add("limits of ball joints", name)
         for letter, axis in LETTERS:
             row.append(
                 self._with_passive_law(
@@ -283,7 +281,7 @@ class JointReader:
         friction = parse_number(element, "frictionloss", self.diagnostics)
         name = dof.joint or dof.name
         if any(damping[1:]):
-            self.losses.add("damping that grows with the rate", name)
+            self.losses.add("quadratic and cubic damping", name)
         for word, value in (
             ("stiffness", stiffness[0]),
             ("damping", damping[0]),
@@ -299,7 +297,7 @@ class JointReader:
             self.losses.add(FRICTION, name)
         cubic = (stiffness[1], stiffness[2])
         if dof.joint and any(cubic):
-            self.losses.add("springs of balls that grow with the angle", name)
+            self.losses.add("quadratic and cubic springs of ball joints", name)
             cubic = (0.0, 0.0)
         return replace(
             dof,

@@ -127,7 +127,7 @@ class BodyReader:
             )
             return
         if element.get("mocap") == "true":
-            self.losses.add("mocap bodies, which are fixed here", name)
+            self.losses.add("mocap bodies are fixed", name)
         self._add_unread_losses(element)
         childclass = element.get("childclass") or childclass
         contents = self._collect_contents(element, childclass)
@@ -299,7 +299,7 @@ class BodyReader:
     def _add_unread_losses(self, element: XmlElement) -> None:
         unread = element.attributes.keys() - _READ_ATTRIBUTES[element.tag] - {"class"}
         for name in sorted(unread):
-            self.losses.add("attributes without a meaning here", f"{element.tag} {name}")
+            self.losses.add("attributes that a figure does not have", f"{element.tag} {name}")
 
     def scaled_bodies(self) -> list[Body]:
         """Return the bodies, scaled to the total mass of the compiler settings."""
@@ -327,9 +327,9 @@ _LOST: Final = {
     "custom": "custom fields",
     "extension": "plugins",
     "deformable": "flexible bodies and skins",
-    "visual": "settings of the picture",
-    "statistic": "settings of the picture",
-    "size": "sizes of tables",
+    "visual": "rendering settings",
+    "statistic": "rendering settings",
+    "size": "memory sizes",
 }
 _READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "tendon", "worldbody")
 
@@ -399,9 +399,9 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -
             gravity = np.zeros(3)
         for name in option.attributes:
             if name != "gravity":
-                losses.add("settings of a run", name)
+                losses.add("settings of the simulation", name)
         for name in () if flag is None else flag.attributes:
-            losses.add("settings of a run", f"flag {name}")
+            losses.add("settings of the simulation", f"flag {name}")
     up = rotation_to_y_up(gravity)
     for sentence in gravity_losses(gravity, up):
         losses.add(sentence)
@@ -415,7 +415,7 @@ def _add_section_losses(document: Document, losses: Losses) -> None:
             continue
         what = _LOST.get(section.tag)
         if what is None:
-            losses.add("sections that are not known here", section.tag)
+            losses.add("unknown sections", section.tag)
         elif section.tag == "visual" or not section.children:
             losses.add(what, section.tag)
         else:
@@ -423,4 +423,4 @@ def _add_section_losses(document: Document, losses: Losses) -> None:
             losses.add(what, *(shorten(name) for name in names))
     for name in document.compiler:
         if name not in _COMPILER:
-            losses.add("attributes without a meaning here", f"compiler {name}")
+            losses.add("attributes that a figure does not have", f"compiler {name}")

@@ -32,7 +32,7 @@ def with_tendons(
                 continue
             dof = dofs.get(joints[0].get("joint") or "")
             if dof is None or dof.joint:
-                losses.add("tendons on joints that do not move here", name)
+                losses.add("tendons on joints that are missing or balls", name)
                 continue
             coefficient = parse_number(joints[0], "coef", diagnostics, 1.0)
             dofs[dof.name] = _with_tendon(dof, whole, name, coefficient, diagnostics, losses)
@@ -54,7 +54,7 @@ def _with_tendon(
     stiffness = _row(element, "stiffness", diagnostics)
     damping = _row(element, "damping", diagnostics)
     if any(damping[1:]):
-        losses.add("damping that grows with the rate", name)
+        losses.add("quadratic and cubic damping", name)
     if damping[0] > 0.0:
         dof = replace(dof, damping=dof.damping + damping[0] * coefficient * coefficient)
     if not any(stiffness) or not coefficient:
@@ -64,7 +64,7 @@ def _with_tendon(
         diagnostics.error("this slack range has no length", element.span_of("springlength"))
         return dof
     if dof.kind is not AxisKind.ROTATION:
-        losses.add("tendons on slides", name)
+        losses.add("springs of tendons on sliding joints", name)
         return dof
     if coefficient == 1.0 and stiffness[0] > 0.0 and not any(stiffness[1:]):
         law = Cubic(

@@ -292,11 +292,11 @@ def _coordinates(
         default = child_number(element, "default_value", diagnostics)
         locked = is_child_true(element, "locked")
         if locked:
-            losses.add("locked coordinates, which are fixed at their default values", name)
+            losses.add("locked coordinates are fixed at their default values", name)
         if is_child_true(element, "prescribed"):
-            losses.add("motions that are prescribed", name)
+            losses.add("prescribed motions", name)
         if child_number(element, "default_speed_value", diagnostics):
-            losses.add("default speeds; use `--velocity`", name)
+            losses.add("default speeds: use `--velocity`", name)
         bounds = _parse_range(element, name, locked, diagnostics, losses)
         parsed.append(OsimCoordinate(name, default, locked, bounds))
     return parsed
@@ -314,7 +314,7 @@ def _parse_range(
         return None
     low, high = bounds
     losses.add(
-        "ranges of coordinates, which OpenSim's forward runs ignore too",
+        "ranges of coordinates, which OpenSim's own simulations ignore",
         f"{name} {low:.4g} .. {high:.4g}",
     )
     return (low, high) if -inf < low < high < inf else None
@@ -350,13 +350,13 @@ def _custom(
             continue
         if one is not None and not one.locked and slope != 0.0:
             losses.add(
-                "motions of a joint that follow a coordinate, fixed where its default has them",
+                "axes that follow a coordinate by a curve or a second time are fixed",
                 f"{name} {which} ({one.name})",
             )
         row.add_fixed(freedom)
     for one in coordinates:
         if one.name not in leading and not one.locked:
-            losses.add("coordinates that move nothing in a straight way, which are fixed", one.name)
+            losses.add("coordinates without an axis that follows them linearly are fixed", one.name)
 
 
 def _add_coordinate_dof(

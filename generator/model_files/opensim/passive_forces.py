@@ -75,7 +75,7 @@ class _ForceReader:
         key = child_text(force, "coordinate").rsplit("/", 1)[-1]
         dof = self.dofs.get(key)
         if dof is None:
-            self.losses.add("forces on coordinates that do not move here", f"{name} ({key})")
+            self.losses.add("forces on coordinates that are locked or missing", f"{name} ({key})")
             return
         self.dofs[key] = _READERS[force.tag](self, force, name, dof)
 
@@ -86,7 +86,7 @@ class _ForceReader:
         """Add a linear spring and damper."""
         stiffness, viscous = (self._number(force, word) for word in ("stiffness", "viscosity"))
         if stiffness < 0.0 or viscous < 0.0:
-            self.losses.add("springs that drive a coordinate", name)
+            self.losses.add("springs with a negative stiffness or viscosity", name)
             return dof
         rest = self._number(force, "rest_length")
         return _with_linear_spring(dof, stiffness, rest, viscous)
@@ -194,14 +194,14 @@ class _ForceReader:
         if straight and slope < 0.0:
             return _with_stiffness(dof, -slope, -first / slope)
         if dof.kind is not AxisKind.ROTATION:
-            self.losses.add("forces of expressions along slides", name)
+            self.losses.add("nonlinear forces of sliding joints", name)
             return dof
         return _with_law(dof, FunctionCurve(lambda values: force_at(values, 0.0)))
 
     def _is_plain_rotation(self, dof: DegreeOfFreedom, name: str) -> bool:
         if dof.kind is AxisKind.ROTATION and dof.scale == 1.0:
             return True
-        self.losses.add("limit forces along slides", name)
+        self.losses.add("limit forces of sliding joints", name)
         return False
 
     def _with_limit(

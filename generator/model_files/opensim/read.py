@@ -250,4 +250,4 @@ def _add_part_losses(model: XmlElement, losses: Losses) -> None:
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
-                losses.add("surfaces that muscles wrap", part.get("name") or part.tag)
+                losses.add("wrapping surfaces of muscles", part.get("name") or part.tag)

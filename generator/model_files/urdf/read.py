@@ -69,9 +69,9 @@ def parse_joint_dofs(
             "`lower` is below `upper`",
         )
     elif lower == upper:
-        losses.add("limits that leave no range", name)
+        losses.add("limits without a range", name)
     else:
-        losses.add("limits, which are stops of 1000 N m/rad or 100 kN/m here", name)
+        losses.add("limits of joints become stops of 1000 N m/rad or 100 kN/m", name)
         freedom = replace(freedom, lower=lower, upper=upper)
     return (freedom,)
 
@@ -130,7 +130,7 @@ def _add_extra_losses(joint: XmlElement, name: str, losses: Losses) -> None:
     mimic = joint.find("mimic")
     if mimic is not None:
         losses.add(
-            "joints that follow others (`mimic`), which move freely here",
+            "joints that follow others (`mimic`) move freely",
             f"{name} ({mimic.get('joint')})",
         )
     for word in ("safety_controller", "calibration"):
@@ -205,7 +205,7 @@ def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot
         elif child.tag in ("link", "joint"):
             _add_named(robot.links if child.tag == "link" else robot.joints, child, diagnostics)
         elif child.tag != "material":
-            what = _LOST.get(child.tag, "elements that are not known here")
+            what = _LOST.get(child.tag, "unknown elements")
             losses.add(what, child.get("name") or child.get("reference") or child.tag)
     for joint in robot.joints.values():
         parent, child = (_end(joint, end, robot.links, diagnostics) for end in ("parent", "child"))

@@ -139,7 +139,7 @@ def test_what_a_figure_does_not_hold_is_told_by_name():
     assert lost(imported, "planes") == ("floor",)
     assert "thigh_left" in imported.surfaces
     assert lost(imported, "without a joint") == ("head", "hand_right")
-    assert "timestep" in lost(imported, "settings of a run")
+    assert "timestep" in lost(imported, "settings of the simulation")
     assert lost(imported, "the model's x, y, z are z, x, y of the figure's") == ()
 
 

@@ -171,7 +171,8 @@ def test_a_motion_that_follows_a_coordinate_is_fixed_where_its_default_has_it():
 def test_forces_that_a_figure_does_not_have_are_told_by_name_and_kind():
     forces = """<ForceSet><objects>
     <ExpressionBasedCoordinateForce name="wind"><coordinate>bend</coordinate>
-    <expression>gust(q)</expression></ExpressionBasedCoordinateForce><BushingForce name="bush"/><HuntCrossleyForce name="heel"/>
+    <expression>gust(q)</expression></ExpressionBasedCoordinateForce>
+    <BushingForce name="bush"/><HuntCrossleyForce name="heel"/>
     <CoordinateActuator name="motor"/><SpringGeneralizedForce name="gone">
     <coordinate>elbow</coordinate></SpringGeneralizedForce></objects></ForceSet>
     <ConstraintSet><objects><WeldConstraint name="weld"/></objects></ConstraintSet>"""
@@ -181,7 +182,7 @@ def test_forces_that_a_figure_does_not_have_are_told_by_name_and_kind():
     assert lost(imported, "contact") == ("heel",)
     assert lost(imported, "actuators") == ("motor",)
     assert lost(imported, "constraints") == ("weld",)
-    assert lost(imported, "forces on coordinates that do not move here") == ("gone (elbow)",)
+    assert lost(imported, "forces on coordinates that are locked or missing") == ("gone (elbow)",)
 
 
 def test_markers_become_sites():
