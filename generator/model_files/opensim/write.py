@@ -24,6 +24,7 @@ from generator.model_files.export_model import (
     build_export_model,
     loop_closures,
 )
+from generator.model_files.meshes import MeshFile, segment_meshes
 from generator.model_files.model_files import ModelFiles
 from generator.model_files.opensim.forces import ForceWriter
 from generator.model_files.xml import (
@@ -35,7 +36,10 @@ from generator.model_files.xml import (
 )
 from generator.names import plain_names, renaming_loss, reserve_name
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
-from springs import SpringSet
+from generator.springs_file.axes import parallel_sign, unit_axis
+from springs import JointSprings, SpringSet
+from springs.elastic import Range
+from springs.published.range_of_motion import normal_range
 
 VERSION = "40000"
 
@@ -43,28 +47,43 @@ GRAVITY = (0.0, -9.81, 0.0)
 
 
 def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
-    """Format a figure and its springs as the OpenSim model at `path`.
+    """Format a figure and its springs as the OpenSim model at `path`, with its meshes.
 
     Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
-    text, losses = format_osim(figure, springs)
-    return ModelFiles(path, {path: text}, losses)
+    meshes, mesh_losses = segment_meshes(figure, plain_names(figure.segments), path)
+    text, losses = format_osim(figure, springs, meshes)
+    for loss in mesh_losses:
+        losses.add_loss(loss)
+    contents: dict[Path, str | bytes] = {mesh.path: mesh.content for mesh in meshes.values()}
+    return ModelFiles(path, contents | {path: text}, losses)
 
 
-def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
-    """The text of an OpenSim model, and its losses; raises InputError as `format_files`."""
+def format_osim(
+    figure: Figure, springs: SpringSet, meshes: Mapping[str, MeshFile] | None = None
+) -> tuple[str, Losses]:
+    """The text of an OpenSim model, and its losses; raises InputError as `format_files`.
+
+    Args:
+        figure: the figure.
+        springs: of its joints.
+        meshes: by segment; None for a model without.
+    """
     losses = Losses("OpenSim model")
     model = build_export_model(figure, losses)
     root = Element("OpenSimDocument", Version=VERSION)
     top = add_element(root, "Model", name=figure.name or "figure")
+    if springs.references:
+        add_element(top, "publications", "; ".join(springs.references))
     add_element(top, "gravity", format_numbers(GRAVITY))
     ground = add_element(add_element(top, "Ground", name="ground"), "components")
-    bodies, joints, constraints, forces = (
+    bodies, joints, constraints, forces, markers = (
         add_element(add_element(top, f"{kind}Set", name=f"{kind.lower()}set"), "objects")
-        for kind in ("Body", "Joint", "Constraint", "Force")
+        for kind in ("Body", "Joint", "Constraint", "Force", "Marker")
     )
-    frames = _add_bodies(model, ground, bodies, losses)
-    builder = _JointWriter(model, frames, bodies, joints)
+    frames = _add_bodies(model, ground, bodies, meshes or {}, losses)
+    _add_markers(model, markers)
+    builder = _JointWriter(model, springs, frames, bodies, joints)
     moving = {branch.joint.name for branch in model.tree.joints}
     for name, joint in figure.joints.items():
         if name in moving:
@@ -73,12 +92,10 @@ def format_osim(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     force_writer = ForceWriter(model, builder.coordinate_paths, forces)
     force_writer.add_springs(springs)
     force_writer.add_loads()
-    add_common_losses(model, springs, losses, has_coupled=True)
-    surfaces = [name for name, one in figure.segments.items() if one.psurf is not None]
-    if surfaces:
-        losses.add("psurfs", *surfaces)
-    if figure.attributes:
-        losses.add("attributes", *figure.attributes)
+    add_common_losses(model, springs, losses, has_references=True, has_coupled=True)
+    others = [name for name, one in figure.attributes.items() if set(one.fields) != {"rgb"}]
+    if others:
+        losses.add("attributes other than a colour", *others)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -87,20 +104,30 @@ _COMMENTS = ("Units are metres, kilograms, seconds and radians; y is up.",)
 
 
 def _add_bodies(
-    model: ExportModel, ground: Element, bodies: Element, losses: Losses
+    model: ExportModel,
+    ground: Element,
+    bodies: Element,
+    meshes: Mapping[str, MeshFile],
+    losses: Losses,
 ) -> Mapping[SiteRef, str]:
-    """Bodies with their sites as frames; returns the path of each site."""
+    """Bodies with their meshes and with their sites as frames; returns the path of each site."""
     figure = model.figure
     refs = [SiteRef(name, site) for name, one in figure.segments.items() for site in one.sites]
     ground_names = plain_names(str(ref) for ref in refs if ref.segment in figure.ground)
+    taken = set(ground_names.values())
     paths: dict[SiteRef, str] = {}
     for name, segment in figure.segments.items():
         body = model.segments[name]
         if name in figure.ground:
             place, path, pose = ground, "/ground", model.placement.poses[name]
             names = {site: ground_names[str(SiteRef(name, site))] for site in segment.sites}
+            if name in meshes:
+                _add_mesh(_add_frame(place, reserve_name(body, taken), "..", pose), meshes[name])
         else:
-            place = add_element(_add_body(bodies, body, segment), "components")
+            element = _add_body(bodies, body, segment)
+            if name in meshes:
+                _add_mesh(element, meshes[name])
+            place = add_element(element, "components")
             path, pose = f"/bodyset/{body}", np.eye(4)
             names = plain_names(segment.sites)
             losses.add_loss(renaming_loss(names))
@@ -125,22 +152,50 @@ def _add_body(bodies: Element, name: str, segment: Segment | None) -> Element:
     return body
 
 
-def _add_frame(place: Element, name: str, parent: str, pose: Array) -> None:
+def _add_mesh(frame: Element, mesh: MeshFile) -> None:
+    """Attach a mesh to a body or a frame."""
+    geometry = add_element(frame, "attached_geometry")
+    element = add_element(geometry, "Mesh", name=f"{frame.get('name')}_mesh")
+    add_element(element, "socket_frame", "..")
+    add_element(add_element(element, "Appearance"), "color", format_numbers(mesh.colour))
+    add_element(element, "mesh_file", mesh.reference)
+
+
+def _add_markers(model: ExportModel, markers: Element) -> None:
+    """Add a marker at each site, which has the name `SEGMENT.SITE`."""
+    figure, taken = model.figure, set[str]()
+    for name, segment in figure.segments.items():
+        is_ground = name in figure.ground
+        body, pose = f"/bodyset/{model.segments[name]}", np.eye(4)
+        if is_ground:
+            body, pose = "/ground", model.placement.poses[name]
+        for site, own in plain_names(segment.sites).items():
+            place = (pose @ segment.sites[site].pose_in_segment)[:3, 3]
+            label = reserve_name(f"{model.segments[name]}.{own}", taken)
+            marker = add_element(markers, "Marker", name=label)
+            add_element(marker, "socket_parent_frame", body)
+            add_element(marker, "location", format_numbers(place))
+            add_element(marker, "fixed", "true")
+
+
+def _add_frame(place: Element, name: str, parent: str, pose: Array) -> Element:
+    """A frame that is fixed to another."""
     frame = add_element(place, "PhysicalOffsetFrame", name=name)
     add_element(frame, "socket_parent", parent)
     add_element(frame, "translation", format_numbers(pose[:3, 3]))
     add_element(frame, "orientation", format_numbers(body_fixed_angles(pose[:3, :3])))
+    return frame
 
 
 @dataclass(frozen=True)
 class _CoordinateAxis:
-    """A coordinate: the axis that it turns about or slides along, and its start."""
+    """A coordinate: the axis that it turns about or slides along, its start and its range."""
 
     name: str
     kind: str
     axis: Array
     value: float
-    limits: tuple[float, float] | None
+    limits: Range | None
 
 
 class _JointWriter:
@@ -151,9 +206,15 @@ class _JointWriter:
     """
 
     def __init__(
-        self, model: ExportModel, frames: Mapping[SiteRef, str], bodies: Element, joints: Element
+        self,
+        model: ExportModel,
+        springs: SpringSet,
+        frames: Mapping[SiteRef, str],
+        bodies: Element,
+        joints: Element,
     ) -> None:
         self._model, self._frames = model, frames
+        self._springs = springs.joints
         self._bodies, self._joints = bodies, joints
         self.coordinate_paths: dict[str, str] = {}
         self._body_names = set(model.segments.values())
@@ -184,14 +245,11 @@ class _JointWriter:
 
     def _coordinate_axis(self, joint: Joint, index: int, sign: float) -> _CoordinateAxis:
         factor = joint.chain[index]
-        limits = None
-        if len(joint.chain) == 1 or factor.kind is not AxisKind.ROTATION:
-            lower, upper = joint.lower_limit, joint.upper_limit
-            if lower is not None and upper is not None:
-                limits = (lower[index], upper[index])
         value = float(self._model.placement.displacements[joint.name][index])
         name = self._model.coordinates[joint.name][index]
-        return _CoordinateAxis(name, factor.kind, sign * unit_vector(factor.axis), value, limits)
+        springs = self._springs.get(joint.name, JointSprings(joint.name))
+        ends = coordinate_range(joint, springs, index, value)
+        return _CoordinateAxis(name, factor.kind, sign * unit_vector(factor.axis), value, ends)
 
     def _add_joint_element(
         self, name: str, parent: str, child: str, coordinate_axes: Sequence[_CoordinateAxis]
@@ -234,15 +292,39 @@ _FRAME_COLUMNS = {"PinJoint": [0, 1, 2], "SliderJoint": [2, 0, 1]}
 rotates about z, a SliderJoint translates along x."""
 
 
+def coordinate_range(joint: Joint, springs: JointSprings, index: int, start: float) -> Range | None:
+    """Return the range of a displacement [rad or m]; None for a translation without limits.
+
+    An end is the joint's limit; else the end of the published normal range of motion, which the
+    motion of the spring about this axis names; else half a turn. The range holds `start`.
+    """
+    factor = joint.chain[index]
+    ends: list[float | None] = [None, None]
+    if factor.kind is AxisKind.ROTATION:
+        for spring in springs.axes:
+            sign = parallel_sign(spring.direction, unit_axis(factor.axis))
+            if sign:
+                normal = normal_range(joint.name, spring.motion)[::sign]
+                ends = [None if end is None else sign * end.angle for end in normal]
+        ends = [-np.pi if ends[0] is None else ends[0], np.pi if ends[1] is None else ends[1]]
+    for k, limits in enumerate((joint.lower_limit, joint.upper_limit)):
+        if limits is not None and np.isfinite(limits[index]):
+            ends[k] = limits[index]
+    low, high = ends
+    if low is None or high is None:
+        return None
+    return min(low, start), max(high, start)
+
+
 def _add_coordinates(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
     coordinates = add_element(joint, "coordinates")
     # A CustomJoint counts its coordinates in the order in which its axes name them.
     for freedom in sorted(coordinate_axes, key=lambda freedom: freedom.kind):
         coordinate = add_element(coordinates, "Coordinate", name=freedom.name)
         add_element(coordinate, "default_value", format_numbers(freedom.value))
-        limits = freedom.limits or ((-np.pi, np.pi) if freedom.kind is AxisKind.ROTATION else None)
-        if limits is not None:
-            add_element(coordinate, "range", format_numbers(limits))
+        if freedom.limits is not None:
+            add_element(coordinate, "range", format_numbers(freedom.limits))
+        add_element(coordinate, "clamped", "false")
 
 
 def _add_transform(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
