@@ -32,7 +32,7 @@ def test_hinges_and_slides_have_the_forces_of_their_laws(name: str, tmp_path: Pa
     turned = hinge("hinge", *laws, axis=(1.0, 0.0, 0.0), **damping)
     springs = spring_set(turned, slide("rail", SKEW, *laws, **damping))
     loaded = OpenSim(of, springs, tmp_path)
-    assert not loaded.losses.entries
+    assert not any("spring" in loss.what for loss in loaded.losses.entries)
     for value, rate in zip(np.linspace(-2.0, 2.0, 41), np.linspace(0.9, -1.0, 41), strict=True):
         for name, sign, spring in (
             ("hinge_1", -1.0, turned.axes[0]),
@@ -54,7 +54,13 @@ def resisting(spring: AxisSpring, value: float, rate: float) -> float:
 
 
 @pytest.mark.parametrize(
-    "name", ["prototype", "slides along the child's axes, child nearer to the root", "rail"]
+    "name",
+    [
+        "prototype",
+        "prototype, let go",
+        "slides along the child's axes, child nearer to the root",
+        "rail",
+    ],
 )
 def test_a_motion_file_plays_on_the_model(name: str, tmp_path: Path) -> None:
     of = TREES[name]
