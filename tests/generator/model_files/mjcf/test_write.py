@@ -32,6 +32,7 @@ from springs import (
 from springs.exponential import Exponential, ExponentialTerm
 from springs.smooth_limit import SmoothLimit
 from springs.spherical import conservative_energy, elastic_torque
+from springs.transformed import Transformed
 from tests.chains import ACROSS, SKEW, chain, one_body, two_bodies
 from tests.generator.model_files.bent_fall import bent_prototype
 from tests.generator.model_files.engines import MuJoCo, moved
@@ -57,7 +58,7 @@ SHIPPED = ("prototype", "clavicles", "pendulum", "fourbar")
 FITTED_CURVES: dict[str, tuple[Elastic, ...]] = OTHER_CURVES | {
     "smooth limit": (SmoothLimit(-0.3, 0.5, 80.0, 120.0, 0.2),),
     "one-sided exponential": (Exponential((ExponentialTerm(3.0, 2.0),)),),
-    "constant": (Exponential((), 2.0),),
+    "constant": (Transformed(Linear(0.0), constant=2.0),),
 }
 
 
@@ -103,6 +104,25 @@ def test_equal_springs_of_a_ball_are_held(reverse: bool) -> None:
     assert not loaded.losses.entries
     assert not loaded.model.nu
     assert apart(moved(loaded), ours(of, springs).poses) < AGREEMENT
+
+
+def test_a_cubic_law_that_is_equal_in_all_directions_is_the_spring_of_the_ball() -> None:
+    """The sum of (a . x)^4 over the axes of a cube's faces and the diagonals of its faces."""
+    of, law = two_bodies(chain("Rx Ry Rz"), START), Cubic((0.0, 0.0, 0.0, 6.0))
+    diagonals = [(1, s, 0) for s in (1, -1)] + [(1, 0, s) for s in (1, -1)]
+    diagonals += [(0, 1, s) for s in (1, -1)]
+    axes = [AxisSpring(tuple(axis), (law,)) for axis in np.eye(3).tolist()]
+    half = Cubic((0.0, 0.0, 0.0, 12.0))
+    axes += [AxisSpring(tuple(np.array(d) / np.sqrt(2.0)), (half,)) for d in diagonals]
+    springs = spring_set(JointSprings("tested", tuple(axes)))
+    loaded = MuJoCo(of, springs)
+    r = np.array([0.3, -0.5, 0.7])
+    _turn_ball(loaded, of.joints["tested"], r)
+    isotropic = elastic_torque(springs.joining, springs.joints["tested"].axes, r)
+    assert np.cross(isotropic, r) == pytest.approx(0.0, abs=1e-9)
+    assert not loaded.losses.entries
+    assert not loaded.model.nu
+    assert joint_torque(loaded, of.joints["tested"], 3) == pytest.approx(isotropic, rel=1e-9)
 
 
 def joint_torque(loaded: MuJoCo, joint: Joint, rotations: int) -> np.ndarray:
