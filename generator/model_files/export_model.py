@@ -19,7 +19,7 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.losses import Losses
 from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
-from springs import AxisSpring, CoupledSpring, JointSprings, Linear, SpringSet
+from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
 from springs.elastic import Frictional
 
 
@@ -163,21 +163,6 @@ def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
         return False
     rows: Array = np.array([axis.direction for axis in axes])
     return bool(np.abs(rows @ rows.T - np.eye(3)).max() < _ORTHOGONALITY_TOLERANCE)
-
-
-def common_stiffness(axes: tuple[AxisSpring, ...]) -> float | None:
-    """Return the stiffness [N m/rad] that is equal about all axes; None for other springs.
-
-    Both ways of joining axes then give the torque -k r, where r is the rotation vector.
-    """
-    laws = {axis.elastic for axis in axes}
-    if laws == {()}:
-        return 0.0
-    if not are_perpendicular(axes) or len(laws) > 1:
-        return None
-    (law,) = laws
-    linear = [one for one in law if isinstance(one, Linear) and one.rest == 0.0]
-    return sum(one.stiffness for one in linear) if len(linear) == len(law) else None
 
 
 def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 from math import radians
+from typing import cast
 
 import numpy as np
 
@@ -32,6 +33,9 @@ SMALLEST_TOLERANCE, RELATIVE_TOLERANCE = 0.5, 0.03
 
 SHORTEST_PIECE = radians(0.5)
 """Pieces are not divided further [rad]."""
+
+ROUNDING = 1e-9
+"""Share of the largest torque below which a difference is one of rounding."""
 
 _SAMPLES_PER_PIECE = 9
 
@@ -117,7 +121,7 @@ def _chord_fits(torque: Callable[[Array], Array], start: float, end: float) -> b
 def _ramps_of_corners(corners: Array, values: Array, slopes: Array) -> tuple[Ramp, ...]:
     """Return one ramp for the piece above 0, or that nearest to 0, and one a change of slope."""
     base = int(np.clip(np.searchsorted(corners, 0.0, side="right") - 1, 0, len(slopes) - 1))
-    negligible = 1e-9 * (float(np.abs(values).max()) + float(np.abs(slopes).max()))
+    negligible = ROUNDING * (float(np.abs(values).max()) + float(np.abs(slopes).max()))
     slope = float(slopes[base])
     offset = float(values[base] - slope * corners[base])
     ramps: list[Ramp] = []
@@ -181,6 +185,23 @@ def spring_error(joint: Joint, springs: JointSprings, joining: Joining, ramps: R
     return FitError.from_differences(np.linalg.norm(ramps_torque(ramps, r) - exact, axis=1))
 
 
+def isotropic_stiffness(
+    joint: Joint, springs: JointSprings, joining: Joining
+) -> tuple[float, float, float] | None:
+    """Return k1, k2, k3 of a torque -(k1 a + k2 a^2 + k3 a^3) r/a; None for another law."""
+    r = _rotation_vectors(joint, springs)
+    torques = elastic_torque(joining, springs.axes, r)
+    angle = np.linalg.norm(r, axis=1)
+    powers = np.stack([-r * angle[:, None] ** power for power in range(3)], axis=-1).reshape(-1, 3)
+    found = cast("Array", np.linalg.lstsq(powers, torques.ravel())[0])
+    largest = float(np.abs(torques).max())
+    if np.abs(powers @ found - torques.ravel()).max() > ROUNDING * largest:
+        return None
+    small = np.abs(found) * angle.max() ** np.arange(1, 4) <= ROUNDING * largest
+    k1, k2, k3 = (0.0 if none else float(f"{k:.12g}") for k, none in zip(found, small, strict=True))
+    return k1, k2, k3
+
+
 def largest_torque(joint: Joint, springs: JointSprings, joining: Joining) -> float:
     """Return the largest elastic torque over the range of the joint [N m]."""
     torques = elastic_torque(joining, springs.axes, _rotation_vectors(joint, springs))
@@ -194,8 +215,8 @@ def damping_error(joint: Joint, springs: JointSprings) -> FitError:
     matrix = axes.T @ np.diag([axis.damping.viscous for axis in springs.axes]) @ axes
     turn, half = matrix_from_rotation_vector(r), matrix_from_rotation_vector(0.5 * r)
     exact = half @ matrix @ half.transpose(0, 2, 1)
-    held = 0.5 * (matrix + turn @ matrix @ turn.transpose(0, 2, 1))
-    return FitError.from_differences(np.linalg.norm(held - exact, ord=2, axis=(1, 2)))
+    approximate = 0.5 * (matrix + turn @ matrix @ turn.transpose(0, 2, 1))
+    return FitError.from_differences(np.linalg.norm(approximate - exact, ord=2, axis=(1, 2)))
 
 
 def _rotation_vectors(joint: Joint, springs: JointSprings) -> Array:

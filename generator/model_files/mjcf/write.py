@@ -24,7 +24,7 @@ that differs between axes is `J_damping_n_parent` and `..._child` with half of e
 from collections.abc import Iterator, Mapping
 from math import inf
 from pathlib import Path
-from typing import Final, assert_never
+from typing import assert_never
 
 import numpy as np
 
@@ -38,7 +38,6 @@ from generator.model_files.export_model import (
     add_common_losses,
     build_export_model,
     common_damping,
-    common_stiffness,
     has_friction,
     loop_closures,
     split_joint_laws,
@@ -46,9 +45,11 @@ from generator.model_files.export_model import (
 )
 from generator.model_files.fit_error import FitError, format_range, joint_ranges
 from generator.model_files.mjcf.spring_fit import (
+    ROUNDING,
     Ramp,
     axis_ramps,
     damping_error,
+    isotropic_stiffness,
     largest_torque,
     spring_error,
 )
@@ -175,9 +176,6 @@ _FIT_SAMPLES = 721
 
 _RAMPS = "springs of several rotations, approximated by torques about axes of parent and child"
 _DAMPING = "damping of several rotations, approximated by that about axes of parent and child"
-_EXACT: Final = 1e-9
-"""Share of the largest torque below which an error is one of rounding."""
-
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
@@ -383,16 +381,20 @@ class _BodyWriter:
         self, ball: Element | None, joint: Joint, springs: JointSprings
     ) -> None:
         """Springs and damping of several rotations: of the ball itself, if equal about all axes."""
-        stiffness, damping = common_stiffness(springs.axes), common_damping(springs.axes)
-        if stiffness and ball is not None:
-            ball.set("stiffness", format_numbers(stiffness))
-        elif stiffness != 0.0:
+        stiffness = isotropic_stiffness(joint, springs, self._joining)
+        damping = common_damping(springs.axes)
+        if stiffness is not None and (ball is not None or not any(stiffness)):
+            if ball is not None and any(stiffness):
+                k1, k2, k3 = stiffness
+                ball.set("stiffness", _format_stiffness((-k1, -k2, -k3)))
+        else:
             ramps = [(axis, axis_ramps(joint, springs, axis)) for axis in springs.axes]
             for number, (axis, each) in enumerate(ramps, 1):
                 for place, ramp in enumerate(each, 1):
                     self._add_ramp(joint, axis, f"spring_{number}_{place}", ramp)
             error = spring_error(joint, springs, self._joining, ramps)
-            if error.largest > _EXACT * (largest := largest_torque(joint, springs, self._joining)):
+            largest = largest_torque(joint, springs, self._joining)
+            if error.largest > ROUNDING * largest:
                 self._losses.add(_RAMPS, f"{joint.name} ({error}, of {largest:.2g} N m at most)")
         if damping and ball is not None:
             ball.set("damping", format_numbers(damping))
@@ -402,7 +404,7 @@ class _BodyWriter:
                     terms = (0.0, 0.0, -0.5 * axis.damping.viscous)
                     self._add_pair(joint, axis, f"damping_{number}", terms)
             error = damping_error(joint, springs)
-            if error.largest > _EXACT * max(axis.damping.viscous for axis in springs.axes):
+            if error.largest > ROUNDING * max(axis.damping.viscous for axis in springs.axes):
                 self._losses.add(_DAMPING, f"{joint.name} ({error}, per rad/s)")
 
     def _add_ramp(self, joint: Joint, axis: AxisSpring, name: str, ramp: Ramp) -> None:
@@ -481,7 +483,7 @@ class _BodyWriter:
         values = np.linspace(*ends, _FIT_SAMPLES)
         torques = np.asarray(total_torque(spring.elastic, values))
         error = FitError.from_differences(curve.torque(values) - torques)
-        if error.largest > _EXACT * float(np.abs(torques).max()):
+        if error.largest > ROUNDING * float(np.abs(torques).max()):
             sizes = str(error) if turns else str(error).replace("N m", "N")
             span = format_range(ends, turns=turns)
             self._losses.add(_FITTED, f"{joint.name} ({sizes} over {span})")

@@ -1,5 +1,6 @@
 """Losses of models in other formats, by joint, and figures that they refuse."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -51,9 +52,9 @@ Text = Callable[[Figure, SpringSet], tuple[str, Losses]]
 
 BALLS = ["waist", "right_hip_joint", "left_hip_joint", "left_shoulder", "right_shoulder"]
 HINGES = ["right_elbow", "left_elbow", "right_knee", "left_knee"]
-SEVERAL = "springs of several rotations, unless equal about all axes"
-DAMPING = "damping of several rotations, unless equal about all axes"
-CURVED = "springs whose curve is not a piecewise cubic or has no zero"
+SEVERAL = "springs of several rotations, approximated by torques about axes of parent and child"
+DAMPING = "damping of several rotations, approximated by that about axes of parent and child"
+CURVED = "springs approximated by piecewise cubics"
 COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 ROWS = (
     "joints of several degrees of freedom: each is a row of single ones, with massless "
@@ -65,13 +66,13 @@ DRAWN = "the pose in which the figure is drawn: all displacements are 0"
 
 
 def lost(write: Text, of: Figure, springs: SpringSet) -> dict[str, set[str]]:
-    """The places of every loss, by its sentence."""
+    """The places of every loss without their errors, by its sentence."""
     losses = write(of, springs)[1]
     assert len({loss.what for loss in losses.entries}) == len(losses.entries)
-    return {loss.what: set(loss.where) for loss in losses.entries}
+    return {loss.what: {where.split(" (")[0] for where in loss.where} for loss in losses.entries}
 
 
-def test_of_the_prototype_mujoco_loses_the_springs_of_its_balls() -> None:
+def test_of_the_prototype_mujoco_approximates_the_springs_of_its_balls() -> None:
     expected = {SEVERAL: set(BALLS), "the references of the springs": set()}
     assert lost(format_mjcf, PROTOTYPE, own_springs(PROTOTYPE)) == expected
 
@@ -135,7 +136,7 @@ def test_mujoco_has_a_coulomb_friction_of_its_own() -> None:
     assert joints["rail"].get("damping") == "1"
 
 
-def test_springs_of_several_turns_are_lost_unless_they_are_equal_about_all_axes() -> None:
+def test_springs_of_several_turns_are_approximated_unless_they_are_equal_about_all_axes() -> None:
     of = two_bodies(chain("Rx Ry Rz"), (0.1, 0.2, 0.3))
     alike = equal(of, "tested", 3.0, 0.1)
     assert not lost(format_mjcf, of, spring_set(alike))
@@ -157,6 +158,17 @@ def test_springs_of_several_turns_are_lost_unless_they_are_equal_about_all_axes(
     springs = spring_set(equal(universal, "tested", 3.0, 0.1))
     assert lost(format_mjcf, universal, springs) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
     assert not lost(format_osim, universal, springs)
+
+
+def test_errors_of_fits_are_losses_in_newton_metres_over_the_range() -> None:
+    springs = spring_set(hinge("hinge", *OTHER_CURVES["exponential"]))
+    (loss,) = format_mjcf(on_a_rail(), springs)[1].entries
+    (where,) = loss.where
+    assert loss.what == CURVED
+    assert re.fullmatch(r"hinge \(\S+ N m at most, \S+ N m rms over -90 to 90 deg\)", where)
+    own = format_mjcf(PROTOTYPE, own_springs(PROTOTYPE))[1].entries[0]
+    assert own.what == SEVERAL
+    assert all(re.search(r"\(\S+ N m at most, \S+ N m rms, of \S+ N m", w) for w in own.where)
 
 
 def test_limits_and_stops_in_urdf() -> None:

@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.model_files.piecewise import PiecewiseCubic, piecewise_cubic
+from generator.model_files.piecewise import (
+    FITTED_SHARE,
+    FITTED_TORQUE,
+    fit_piecewise_cubic,
+    piecewise_cubic,
+)
 from springs import Cubic, Elastic, Linear, Stop, total_torque
 from springs.exponential import Exponential, ExponentialTerm
 from springs.interpolated import Interpolated
@@ -33,19 +38,10 @@ STOPS = st.builds(
 LINEARS = st.builds(Linear, STIFF, ANGLE)
 
 
-def torque(held: PiecewiseCubic, value: np.ndarray) -> np.ndarray:
-    """What springs of that form do: one everywhere, and the steps on their side of a corner."""
-    total = np.polyval([*held.coefficients[::-1], 0.0], value - held.root)
-    for step in held.breakpoint_terms:
-        beyond = value > step.start if step.above else value < step.start
-        total = total + beyond * np.polyval([*step.coefficients[::-1], 0.0], value - step.start)
-    return total
-
-
 def agree(laws: tuple[Elastic, ...], values: np.ndarray) -> None:
     held = piecewise_cubic(laws)
     assert held is not None
-    expected, given = total_torque(laws, values), torque(held, values)
+    expected, given = total_torque(laws, values), held.torque(values)
     assert np.abs(given - expected).max() <= 1e-8 * (1.0 + np.abs(expected).max())
 
 
@@ -105,3 +101,54 @@ def test_tables_that_cross_zero_are_held(points: list[tuple[float, float]]) -> N
     torques = [value for _, value in points]
     if min(torques) <= 0.0 <= max(torques):
         agree((law,), np.linspace(-2.5, 2.5, 101))
+
+
+FITTED = np.linspace(-1.5, 1.5, 301)
+
+EXPONENTIALS = st.builds(
+    lambda amplitudes, rates, constant: Exponential(
+        tuple(ExponentialTerm(a, r) for a, r in zip(amplitudes, rates, strict=True)), constant
+    ),
+    st.tuples(NUMBER, NUMBER),
+    st.tuples(st.floats(0.5, 8.0), st.floats(-8.0, -0.5)),
+    NUMBER,
+)
+
+
+@settings(max_examples=50, deadline=None)
+@given(EXPONENTIALS, st.none() | STOPS)
+def test_other_laws_are_fitted_within_the_tolerance(law: Elastic, stop: Elastic | None) -> None:
+    laws = (law,) if stop is None else (law, stop)
+    fitted = fit_piecewise_cubic(laws, (-1.5, 1.5))
+    assert fitted is not None
+    expected = total_torque(laws, FITTED)
+    allowed = max(FITTED_SHARE * np.abs(expected).max(), FITTED_TORQUE)
+    assert np.abs(fitted.torque(FITTED) - expected).max() <= 1.5 * allowed
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_a_fit_of_piecewise_cubics_is_exact(name: str) -> None:
+    assert fit_piecewise_cubic(CURVES[name], (-0.1, 0.1)) == piecewise_cubic(CURVES[name])
+
+
+def test_laws_without_a_zero_are_fitted() -> None:
+    for law in (Transformed(Linear(0.0), constant=2.0), Cubic((5.0, 0.0, 1.0, 0.0))):
+        fitted = fit_piecewise_cubic((law,), (-1.5, 1.5))
+        assert fitted is not None
+        assert (fitted.constant == 2.0) == isinstance(law, Transformed)
+        assert fitted.torque(FITTED) == pytest.approx(law.torque(FITTED) + 0.0 * FITTED, abs=1e-9)
+
+
+def test_beyond_the_range_a_fit_continues_with_its_slope() -> None:
+    fitted = fit_piecewise_cubic(OTHER_CURVES["exponential"], (-1.0, 1.0))
+    assert fitted is not None
+    for beyond in (np.linspace(1.0, 3.0, 9), np.linspace(-3.0, -1.0, 9)):
+        torques = fitted.torque(beyond)
+        assert np.diff(torques, 2) == pytest.approx(0.0, abs=1e-6 * np.abs(torques).max())
+        assert (np.diff(torques) < 0.0).all()
+
+
+def test_infinite_torques_cannot_be_fitted() -> None:
+    law = Exponential((ExponentialTerm(3.0, 900.0),))
+    assert piecewise_cubic((law,)) is None
+    assert fit_piecewise_cubic((law,), (-1.0, 1.0)) is None

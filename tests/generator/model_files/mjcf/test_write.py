@@ -1,25 +1,65 @@
-"""Models for MuJoCo: the torques of curves and of balls. `test_export_model.py` has the motions."""
+"""Models for MuJoCo: they compile, and have the torques of curves and balls within their errors."""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from springs import AxisSpring, Damping, JointSprings, Linear
-from tests.chains import ACROSS, SKEW, chain, two_bodies
+from generator.figure import Figure, Joint
+from generator.figure_file import read_figure
+from generator.joint_chain import Chain
+from generator.model_files.fit_error import joint_ranges
+from generator.model_files.mjcf.spring_fit import axis_ramps, ramps_torque, spring_error
+from generator.model_files.mjcf.write import format_mjcf
+from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
+from springs import (
+    AxisSpring,
+    Cubic,
+    Damping,
+    Elastic,
+    Joining,
+    JointSprings,
+    Linear,
+    SpringSet,
+    Stop,
+    total_torque,
+)
+from springs.exponential import Exponential, ExponentialTerm
+from springs.smooth_limit import SmoothLimit
+from springs.spherical import conservative_energy, elastic_torque
+from springs.transformed import Transformed
+from tests.chains import ACROSS, SKEW, chain, one_body, two_bodies
+from tests.generator.model_files.bent_fall import bent_prototype
 from tests.generator.model_files.engines import MuJoCo, moved
 from tests.generator.model_files.model_cases import (
     AGREEMENT,
     CURVES,
+    OTHER_CURVES,
     START,
     apart,
     equal,
     hinge,
     on_a_rail,
     ours,
+    own_springs,
     slide,
     spring_set,
 )
 
 pytestmark = pytest.mark.verify
+
+SHIPPED = ("prototype", "clavicles", "pendulum", "fourbar")
+
+FITTED_CURVES: dict[str, tuple[Elastic, ...]] = OTHER_CURVES | {
+    "smooth limit": (SmoothLimit(-0.3, 0.5, 80.0, 120.0, 0.2),),
+    "one-sided exponential": (Exponential((ExponentialTerm(3.0, 2.0),)),),
+    "constant": (Transformed(Linear(0.0), constant=2.0),),
+}
 
 
 @pytest.mark.parametrize("name", CURVES)
@@ -36,6 +76,23 @@ def test_hinges_and_slides_have_the_torques_of_their_curves(name: str) -> None:
         assert torques == pytest.approx([expected, expected], rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize("name", FITTED_CURVES)
+def test_other_curves_are_followed_within_their_error(name: str) -> None:
+    of, laws = on_a_rail(), FITTED_CURVES[name]
+    springs = spring_set(hinge("hinge", *laws, axis=(-1.0, 0.0, 0.0)))
+    loaded = MuJoCo(of, springs)
+    ((low, high),) = joint_ranges(of.joints["hinge"], springs.joints["hinge"])
+    values = np.linspace(low, high, 181)
+    expected = np.asarray(total_torque(laws, values)) + 0.0 * values
+    allowed = 1e-3 * np.abs(expected).max() + 1e-2
+    for value, torque in zip(values, expected, strict=True):
+        loaded.data.qpos[loaded.model.joint("hinge").qposadr] = value
+        loaded.api.mj_forward(loaded.model, loaded.data)
+        forces = loaded.data.qfrc_passive + loaded.data.qfrc_actuator
+        place = loaded.model.joint("hinge").dofadr[0]
+        assert forces[place] == pytest.approx(torque, abs=allowed)
+
+
 @pytest.mark.parametrize("reverse", [False, True])
 def test_equal_springs_of_a_ball_are_held(reverse: bool) -> None:
     of = two_bodies(chain("R-s Ra Rs"), START, reverse=reverse)
@@ -45,4 +102,213 @@ def test_equal_springs_of_a_ball_are_held(reverse: bool) -> None:
     springs = spring_set(JointSprings("tested", axes), equal(of, "ball", 5.0, 0.0))
     loaded = MuJoCo(of, springs)
     assert not loaded.losses.entries
+    assert not loaded.model.nu
     assert apart(moved(loaded), ours(of, springs).poses) < AGREEMENT
+
+
+def test_a_cubic_law_that_is_equal_in_all_directions_is_the_spring_of_the_ball() -> None:
+    """The sum of (a . x)^4 over the axes of a cube's faces and the diagonals of its faces."""
+    of, law = two_bodies(chain("Rx Ry Rz"), START), Cubic((0.0, 0.0, 0.0, 6.0))
+    diagonals = [(1, s, 0) for s in (1, -1)] + [(1, 0, s) for s in (1, -1)]
+    diagonals += [(0, 1, s) for s in (1, -1)]
+    axes = [AxisSpring(tuple(axis), (law,)) for axis in np.eye(3).tolist()]
+    half = Cubic((0.0, 0.0, 0.0, 12.0))
+    axes += [AxisSpring(tuple(np.array(d) / np.sqrt(2.0)), (half,)) for d in diagonals]
+    springs = spring_set(JointSprings("tested", tuple(axes)))
+    loaded = MuJoCo(of, springs)
+    r = np.array([0.3, -0.5, 0.7])
+    _turn_ball(loaded, of.joints["tested"], r)
+    isotropic = elastic_torque(springs.joining, springs.joints["tested"].axes, r)
+    assert np.cross(isotropic, r) == pytest.approx(0.0, abs=1e-9)
+    assert not loaded.losses.entries
+    assert not loaded.model.nu
+    assert joint_torque(loaded, of.joints["tested"], 3) == pytest.approx(isotropic, rel=1e-9)
+
+
+def joint_torque(loaded: MuJoCo, joint: Joint, rotations: int) -> np.ndarray:
+    """Torque of the springs on a joint's child in the parent's frame [N m], shape (3,).
+
+    Of two rotations, the part along their axes.
+    """
+    parent = loaded.data.site(f"{joint.parent.segment}.{joint.parent.site}")
+    forces = loaded.data.qfrc_passive + loaded.data.qfrc_actuator
+    names = [joint.name] if rotations == 3 else [f"{joint.name}_{k + 1}" for k in range(rotations)]
+    places = [p for n in names for p in range(*_dofs(loaded, n))]
+    axes = loaded.data.cdof[places, :3]
+    body = loaded.model.body(joint.child.segment).id
+    sign = 1.0 if loaded.model.dof_bodyid[places[0]] == body else -1.0
+    world = np.linalg.pinv(sign * axes) @ forces[places]
+    return parent.xmat.reshape(3, 3).T @ world
+
+
+def _dofs(loaded: MuJoCo, name: str) -> tuple[int, int]:
+    joint = loaded.model.joint(name)
+    return joint.dofadr[0], joint.dofadr[0] + len(joint.damping)
+
+
+def relative_rotation(loaded: MuJoCo, joint: Joint) -> np.ndarray:
+    parent, child = (
+        loaded.data.site(f"{end.segment}.{end.site}").xmat.reshape(3, 3) for end in joint.ends
+    )
+    return parent.T @ child
+
+
+LAWS = (
+    (Cubic((0.0, 40.0, 10.0, 90.0), dead_zone=(-0.3, 0.2)),),
+    (Linear(6.0, 0.1), Stop(-0.4, 0.3, 60.0, 0.1)),
+    (Exponential((ExponentialTerm(3.0, -2.0),)),),
+)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("text", ["R-x Ry Rz", "Rx Ry"])
+def test_springs_of_several_rotations_are_ramps(text: str, reverse: bool) -> None:
+    places, random = chain(text), np.random.default_rng(2)
+    count = len(places)
+    of = two_bodies(places, START[:count], reverse=reverse)
+    joint = of.joints["tested"]
+    axes = tuple(
+        AxisSpring(tuple(axis), law)
+        for axis, law in zip(np.eye(3)[:count].tolist(), LAWS, strict=False)
+    )
+    springs = JointSprings("tested", axes)
+    loaded = MuJoCo(of, spring_set(springs))
+    ramps = [(axis, axis_ramps(joint, springs, axis)) for axis in axes]
+    for _ in range(10):
+        loaded.data.qpos[:] = random.normal(size=loaded.model.nq)
+        loaded.api.mj_forward(loaded.model, loaded.data)
+        turn = relative_rotation(loaded, joint)
+        expected = ramps_torque(ramps, rotation_vector_from_matrix(turn)[None])[0]
+        found = joint_torque(loaded, joint, count)
+        if count == 2:
+            across = np.cross(turn[:, 0], [0.0, 1.0, 0.0])
+            across /= np.linalg.norm(across)
+            expected, found = (v - (v @ across) * across for v in (expected, found))
+        assert found == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", ["prototype", "clavicles"])
+def test_static_torques_of_shipped_figures_are_within_the_errors(name: str) -> None:
+    of = read_figure(name)
+    springs = own_springs(of)
+    loaded = MuJoCo(of, springs)
+    compared = 0
+    for joint_name, each in springs.joints.items():
+        joint, rotations = of.joints[joint_name], len(of.joints[joint_name].chain)
+        grid = _grid(joint, each)
+        if rotations < 3:
+            continue
+        ramps = [(axis, axis_ramps(joint, each, axis)) for axis in each.axes]
+        told = spring_error(joint, each, springs.joining, ramps).largest
+        for r in grid:
+            _turn_ball(loaded, joint, r)
+            half_way = elastic_torque(springs.joining, each.axes, r)
+            expected = matrix_from_rotation_vector(0.5 * r) @ half_way
+            found = joint_torque(loaded, joint, rotations)
+            assert np.linalg.norm(found - expected) <= told * (1.0 + 1e-9)
+            compared += 1
+    assert compared >= 64 * 5
+
+
+def _grid(joint: Joint, springs: JointSprings) -> np.ndarray:
+    """Rotation vectors at displacements that the error was computed at, and others' ends."""
+    values = [np.linspace(*ends, 4) for ends in joint_ranges(joint, springs)]
+    poses = Chain(joint.chain).pose(np.array(list(product(*values))))
+    return rotation_vector_from_matrix(poses[:, :3, :3])
+
+
+def _turn_ball(loaded: MuJoCo, joint: Joint, r: np.ndarray) -> None:
+    """Set the rotation vector of a ball whose body is the joint's child."""
+    site = loaded.figure.site(joint.child).pose_in_segment[:3, :3]
+    place = loaded.model.joint(joint.name).qposadr[0]
+    loaded.data.qpos[place : place + 4] = Rotation.from_rotvec(site @ r).as_quat()[[3, 0, 1, 2]]
+    loaded.api.mj_forward(loaded.model, loaded.data)
+    found = rotation_vector_from_matrix(relative_rotation(loaded, joint))
+    assert found == pytest.approx(r, abs=1e-6)
+
+
+def test_directions_of_a_weighted_law_are_held_by_the_conservative_ramps() -> None:
+    of = two_bodies(chain("Rx Ry Rz"), START)
+    each = JointSprings("tested", (AxisSpring((1.0, 0.0, 0.0), (Linear(8.0),)),))
+    weighted = SpringSet({"tested": each}, joining=Joining.WEIGHTED)
+    loaded = MuJoCo(of, weighted)
+    _turn_ball(loaded, of.joints["tested"], np.array([0.7, 0.0, 0.0]))
+    assert joint_torque(loaded, of.joints["tested"], 3) == pytest.approx([-5.6, 0.0, 0.0], abs=1e-9)
+
+
+def test_damping_that_differs_between_axes_takes_energy() -> None:
+    of = two_bodies(chain("Rx Ry Rz"), START)
+    axes = tuple(
+        AxisSpring(tuple(axis), (), Damping(b))
+        for axis, b in zip(np.eye(3).tolist(), (0.1, 0.2, 0.4), strict=True)
+    )
+    loaded = MuJoCo(of, spring_set(JointSprings("tested", axes)))
+    random = np.random.default_rng(1)
+    for _ in range(10):
+        loaded.data.qpos[:] = random.normal(size=loaded.model.nq)
+        loaded.data.qvel[:] = random.normal(size=loaded.model.nv)
+        loaded.api.mj_forward(loaded.model, loaded.data)
+        power = loaded.data.qvel @ (loaded.data.qfrc_passive + loaded.data.qfrc_actuator)
+        assert power < 0.0
+
+
+def test_energy_stays_below_that_of_the_start() -> None:
+    of = bent_prototype()
+    springs = own_springs(of)
+    loaded = MuJoCo(of, springs)
+    loaded.model.opt.enableflags |= loaded.api.mjtEnableBit.mjENBL_ENERGY
+    energies: list[float] = []
+    for frame in range(31):
+        loaded.reach(0.1 * frame)
+        stored = sum(
+            conservative_energy(
+                each.axes, rotation_vector_from_matrix(relative_rotation(loaded, of.joints[name]))
+            )
+            for name, each in springs.joints.items()
+            if len(each.axes) == 3
+        )
+        energies.append(float(loaded.data.energy.sum() + stored))
+    assert max(energies[1:]) < energies[0]
+    assert energies[-1] < 0.9 * energies[0]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_figures_compile_without_warnings_also_when_saved(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)
+    of = read_figure(name)
+    (tmp_path / "out.xml").write_text(format_mjcf(of, own_springs(of))[0], encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model = mujoco.MjModel.from_xml_path("out.xml")
+        mujoco.mj_saveLastXML("saved.xml", model)
+        saved = mujoco.MjModel.from_xml_path("saved.xml")
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+    sizes = ("nq", "nv", "nu", "nbody", "ngeom", "ntendon", "nkey")
+    assert [getattr(saved, size) for size in sizes] == [getattr(model, size) for size in sizes]
+    assert saved.key_qpos == pytest.approx(model.key_qpos, abs=1e-5)
+    assert {model.body(k).name for k in range(1, model.nbody)} == set(of.bodies)
+
+
+def limited(of: Figure, lower: Sequence[float], upper: Sequence[float]) -> Figure:
+    """The figure with limits of its only joint."""
+    pin = replace(of.joints["pin"], lower_limit=tuple(lower), upper_limit=tuple(upper))
+    return replace(of, joints={"pin": pin})
+
+
+def test_limits_are_ranges_that_mujoco_does_not_enforce() -> None:
+    model = MuJoCo(limited(one_body(chain("Rx")), (-0.3,), (0.4,)), SpringSet()).model
+    assert model.jnt_range[0] == pytest.approx([-0.3, 0.4])
+    assert not model.jnt_limited.any()
+
+
+def test_segments_without_a_psurf_are_capsules_that_touch_nothing() -> None:
+    loaded = MuJoCo(two_bodies(chain("Rx Ry"), START[:2]), SpringSet())
+    model, kinds = loaded.model, loaded.api.mjtGeom
+    assert set(model.geom_type) <= {int(kinds.mjGEOM_CAPSULE), int(kinds.mjGEOM_SPHERE)}
+    assert set(model.geom_bodyid) == {1, 2}
+    assert not model.geom_contype.any()
+    assert not model.geom_conaffinity.any()
+    assert (model.geom_size[:, 0] > 0.0).all()

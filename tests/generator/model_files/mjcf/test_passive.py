@@ -1,0 +1,93 @@
+"""The springs of a figure as a callback of MuJoCo: falls as ours."""
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import ModelError
+from generator.figure import Figure
+from generator.model_files.mjcf.passive import PassiveSprings
+from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet, Stop
+from springs.hysteresis import Hysteresis
+from tests.chains import SKEW, chain, two_bodies
+from tests.generator.model_files.bent_fall import (
+    fall_in_file,
+    fall_with_callback,
+    fall_without_springs,
+    our_fall,
+    site_distance,
+)
+from tests.generator.model_files.engines import MuJoCo, moved
+from tests.generator.model_files.model_cases import (
+    AGREEMENT,
+    OTHER_CURVES,
+    START,
+    apart,
+    hinge,
+    on_a_rail,
+    ours,
+    slide,
+    spring_set,
+)
+
+pytestmark = pytest.mark.verify
+
+LAWS = (
+    (Cubic((0.0, 40.0, 0.0, 90.0), dead_zone=(-0.3, 0.2)),),
+    (Linear(6.0, 0.1), Stop(-0.4, 0.3, 60.0, 0.1)),
+    (Hysteresis.from_mean_and_width(Linear(5.0), 0.3, 0.2),),
+)
+
+
+def with_callback(of: Figure, springs: SpringSet) -> dict[str, np.ndarray]:
+    """The motion of a model without springs, with the callback and a quarter of its step."""
+    loaded = MuJoCo(of, SpringSet())
+    loaded.model.opt.timestep /= 4
+    loaded.api.set_mjcb_passive(PassiveSprings(loaded.model, of, springs))
+    try:
+        return moved(loaded)
+    finally:
+        loaded.api.set_mjcb_passive(None)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("text", ["R-x Ry Rz", "Rx Ry", "Rx Ry Rz Tx"])
+def test_springs_of_several_rotations_are_ours(text: str, reverse: bool) -> None:
+    places = chain(text)
+    of = two_bodies(places, (*START, 0.0)[: len(places)], reverse=reverse)
+    count = min(3, len(places))
+    axes = [
+        AxisSpring(tuple(axis), law, Damping(0.1 + 0.1 * k))
+        for k, (axis, law) in enumerate(zip(np.eye(3)[:count].tolist(), LAWS, strict=False))
+    ]
+    springs = spring_set(JointSprings("tested", tuple(axes)))
+    assert apart(with_callback(of, springs), ours(of, springs).poses) < AGREEMENT
+
+
+def test_springs_of_single_displacements_are_ours() -> None:
+    springs = spring_set(
+        hinge("hinge", *OTHER_CURVES["exponential"], axis=(-1.0, 0.0, 0.0), viscous=0.1),
+        slide("rail", SKEW, Linear(30.0), viscous=0.5),
+    )
+    of = on_a_rail()
+    assert apart(with_callback(of, springs), ours(of, springs).poses) < AGREEMENT
+
+
+def test_another_model_is_refused() -> None:
+    springs = spring_set(hinge("tested", Linear(1.0)))
+    other = MuJoCo(two_bodies(chain("Rx Ry"), START[:2]), SpringSet())
+    with pytest.raises(ModelError, match="does not have joint `tested`"):
+        PassiveSprings(other.model, two_bodies(chain("Rx"), START[:1]), springs)
+
+
+MOST_APART = 0.01
+"""Largest distance of a site in the fall of the bent prototype [m]."""
+
+
+def test_the_bent_prototype_falls_as_ours_with_the_callback() -> None:
+    assert site_distance(fall_with_callback(), our_fall()) < MOST_APART
+
+
+def test_the_springs_of_the_file_are_nearer_than_none() -> None:
+    held = site_distance(fall_in_file(), our_fall())
+    assert held < 0.1
+    assert held < 0.2 * site_distance(fall_without_springs(), our_fall())
