@@ -53,14 +53,15 @@ def test_a_figure_becomes_a_model_and_a_model_a_figure(pendulum, tmp_path: Path)
     assert (tmp_path / "here.xml").read_bytes() == (tmp_path / "there.xml").read_bytes()
     assert read_figure(tmp_path / "here.fig") == pendulum
     convert(tmp_path / "here.xml", tmp_path / "back.fig")
-    run("convert", tmp_path / "here.xml", tmp_path / "again.fig")
-    assert (tmp_path / "back.fig").read_bytes() == (tmp_path / "again.fig").read_bytes()
+    (tmp_path / "again").mkdir()
+    run("convert", tmp_path / "here.xml", tmp_path / "again" / "back.fig")
+    assert (tmp_path / "back.fig").read_bytes() == (tmp_path / "again/back.fig").read_bytes()
 
 
 def test_arguments_that_do_not_fit(swing, pendulum, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="a recording does not hold its figure"):
         convert(swing, tmp_path / "swing.glb")
-    with pytest.raises(UsageError, match="`figure` is for motions"):
+    with pytest.raises(UsageError, match="`figure` and `fps` are for motions"):
         convert(pendulum, tmp_path / "a.xml", figure=pendulum)
     with pytest.raises(UsageError, match="a model becomes a figure"):
         convert(tmp_path / "model.urdf", tmp_path / "swing.glb")
