@@ -366,12 +366,13 @@ def _convert_figure(
     lost = write_all_or_none([*model_writers(models), *frames])
     lost = {**lost, **{model.path: model.losses for model in models}}
     written = {out: lost[out] for out in outputs}
-    files = [file for model in models for file in model.contents if file not in written]
+    files = [file for model in models for file in model.contents if model.path != file.parent]
+    others = [file for file in dict.fromkeys(files) if file not in written]
     title = f"{source} with springs: {start.springs.origin}"
     if frames:
         title += f"; its pose as a single frame: {', '.join(str(out) for out, _ in frames)}"
     head = {"source": source, "figure": str(figure.path)}
-    return _conversion_result(title, head, written, warnings + more, verbose, files)
+    return _conversion_result(title, head, written, warnings + more, verbose, others)
 
 
 def _check_files_of_figure(figure: Figure, models: Sequence[ModelFiles]) -> None:

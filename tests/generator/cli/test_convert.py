@@ -74,7 +74,7 @@ def test_losses_are_few_lines_unless_all_are_asked_for(swing: Path, suffix: str,
     assert all(
         line.startswith(f"  {one['what']}") for line, one in zip(listed, losses, strict=True)
     )
-    shown = [line for line in brief[3:] if not line.endswith("see them with --verbose")]
+    shown = [line for line in brief[2:] if not line.endswith("see them with --verbose")]
     exact = [one for one in losses if not one["what"].startswith("digits:")]
     assert len(shown) == min(4, len(exact))
     left = [line for line in brief if line.endswith("see them with --verbose")]
