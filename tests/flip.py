@@ -128,6 +128,8 @@ FLIPS = (
          "times / (whole", MOTIONS),
     Flip("degrees in .mot files", "generator/motion_files", "np.degrees(values) if in_degrees",
          "np.degrees(values) if not in_degrees", MOTIONS),
+    Flip("radians of .mot files that are read", "generator/motion_files",
+         "np.radians(values) if self.in_degrees", "np.radians(values) if not self.in_degrees", MOTIONS),
     Flip("order of rotations in .bvh files", "generator/motion_files", "near[::-1]", "near", MOTIONS),
     Flip("length unit of .bvh files", "generator/motion_files", "_CENTIMETRES_PER_METRE = 100.0",
          "_CENTIMETRES_PER_METRE = 1000.0", MOTIONS),

@@ -366,10 +366,13 @@ def _convert_figure(
     lost = write_all_or_none([*model_writers(models), *frames])
     lost = {**lost, **{model.path: model.losses for model in models}}
     written = {out: lost[out] for out in outputs}
-    files = [file for model in models for file in model.contents if file not in written]
+    files = [file for model in models for file in model.contents if model.path != file.parent]
+    others = [file for file in dict.fromkeys(files) if file not in written]
     title = f"{source} with springs: {start.springs.origin}"
+    if frames:
+        title += f"; its pose as a single frame: {', '.join(str(out) for out, _ in frames)}"
     head = {"source": source, "figure": str(figure.path)}
-    return _conversion_result(title, head, written, warnings + more, verbose, files)
+    return _conversion_result(title, head, written, warnings + more, verbose, others)
 
 
 def _check_files_of_figure(figure: Figure, models: Sequence[ModelFiles]) -> None:
@@ -401,10 +404,12 @@ def _conversion_result(
         others: files that belong to the outputs.
     """
     lost = format_losses(written, in_full=verbose)
-    folders = Counter(path.parent for path in others)
-    beside = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in folders.items()]
+    places = {path.parent for path in written}
+    listed = [*written, *(path for path in others if path.parent in places)]
+    folders = Counter(path.parent for path in others if path.parent not in places)
+    inside = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in folders.items()]
     return CommandResult(
-        text="\n".join([title, *(f"wrote {path}" for path in written), *beside, *lost]),
+        text="\n".join([title, *(f"wrote {path}" for path in listed), *inside, *lost]),
         data={
             **head,
             "files": [str(path) for path in (*written, *others)],

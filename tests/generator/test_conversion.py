@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from generator import Plan, Recording, convert, read_figure, read_npz, simulate
-from generator.diagnostics import InputError, UsageError
+from generator.conversion import read_motion, read_motion_with_warnings
+from generator.diagnostics import InputError, ModelError, UsageError
 from generator.figure import Figure
+from generator.named_mapping import UnknownNameError
 from tests.command import run
 
 
@@ -53,17 +55,75 @@ def test_a_figure_becomes_a_model_and_a_model_a_figure(pendulum, tmp_path: Path)
     assert (tmp_path / "here.xml").read_bytes() == (tmp_path / "there.xml").read_bytes()
     assert read_figure(tmp_path / "here.fig") == pendulum
     convert(tmp_path / "here.xml", tmp_path / "back.fig")
-    run("convert", tmp_path / "here.xml", tmp_path / "again.fig")
-    assert (tmp_path / "back.fig").read_bytes() == (tmp_path / "again.fig").read_bytes()
+    (tmp_path / "again").mkdir()
+    run("convert", tmp_path / "here.xml", tmp_path / "again" / "back.fig")
+    assert (tmp_path / "back.fig").read_bytes() == (tmp_path / "again/back.fig").read_bytes()
 
 
 def test_arguments_that_do_not_fit(swing, pendulum, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="a recording does not hold its figure"):
         convert(swing, tmp_path / "swing.glb")
-    with pytest.raises(UsageError, match="`figure` is for motions"):
+    with pytest.raises(UsageError, match="`figure` and `fps` are for motions"):
         convert(pendulum, tmp_path / "a.xml", figure=pendulum)
     with pytest.raises(UsageError, match="a model becomes a figure"):
         convert(tmp_path / "model.urdf", tmp_path / "swing.glb")
     with pytest.raises(UsageError, match=r"`\.png` is not a known suffix"):
         convert(swing, tmp_path / "a.glb", tmp_path / "swing.png", figure=pendulum)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_figure_starts_with_the_displacements_of_the_command(pendulum, tmp_path: Path) -> None:
+    values = {"shoulder": np.radians([10.0, 20.0, 30.0])}
+    convert(pendulum, tmp_path / "a.sto", displacements=values, free_root=True)
+    words = ("--set", "shoulder=10,20,30", "--free-root")
+    run("convert", "pendulum", tmp_path / "b.sto", *words)
+    a, b = (read_motion(tmp_path / name) for name in ("a.sto", "b.sto"))
+    assert (a.header, a.chains) == (b.header, b.chains)
+    assert list(a.displacements) == ["link1"]
+    assert a.displacements["link1"] == pytest.approx(b.displacements["link1"], abs=1e-15)
+    convert(pendulum, tmp_path / "a.fig", displacements=values)
+    assert read_figure(tmp_path / "a.fig").joints["shoulder"].displacement == pytest.approx(
+        values["shoulder"], rel=1e-15
+    )
+    (tmp_path / "c.osim").write_text("old")
+    losses = convert("pendulum", tmp_path / "c.osim", tmp_path / "c.glb", free_root=True)
+    assert [path.name for path in losses] == ["c.osim", "c.glb"]
+    assert "link1_6" in (tmp_path / "c.osim").read_text(encoding="utf-8")
+
+
+def test_displacements_of_the_wrong_joints_are_refused(swing, pendulum, tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean `shoulder`"):
+        convert(pendulum, tmp_path / "a.xml", displacements={"sholder": [0.0, 0.0, 0.0]})
+    with pytest.raises(ModelError, match="joint shoulder has 3 displacements, not 1"):
+        convert(pendulum, tmp_path / "a.xml", displacements={"shoulder": [0.0]})
+    with pytest.raises(UsageError, match="a figure file keeps its joints to the ground"):
+        convert(pendulum, tmp_path / "a.fig", free_root=True)
+    for options in ({"displacements": {}}, {"free_root": True}, {"springs": "none"}):
+        with pytest.raises(UsageError, match="are for figures"):
+            convert(swing, tmp_path / "a.glb", figure=pendulum, **options)
+    with pytest.raises(UsageError, match="are for motions"):
+        convert(pendulum, tmp_path / "a.glb", fps=30)
+    with pytest.raises(UsageError, match=r"a scale is for \.bvh files"):
+        convert(pendulum, tmp_path / "a.glb", scale=1)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_motion_is_resampled_and_scaled(swing, pendulum, tmp_path: Path) -> None:
+    convert(swing, tmp_path / "a.action", figure=pendulum, fps=100)
+    motion = read_motion(tmp_path / "a.action")
+    assert motion.times == pytest.approx(np.arange(5) / 100.0, abs=1e-12)
+    convert(swing, tmp_path / "a.bvh", tmp_path / "a.glb", figure=pendulum, scale=1.0)
+    convert(swing, tmp_path / "b.bvh", figure=pendulum)
+    assert (tmp_path / "a.bvh").read_bytes() != (tmp_path / "b.bvh").read_bytes()
+
+
+def test_a_table_without_a_figure_needs_one(pendulum, tmp_path: Path) -> None:
+    text = "inDegrees=no\nendheader\ntime shoulder_1\n0 0.5\n"
+    (tmp_path / "a.sto").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"a\.sto` does not name its figure"):
+        convert(tmp_path / "a.sto", tmp_path / "a.glb")
+    motion, warnings = read_motion_with_warnings(tmp_path / "a.sto", pendulum)
+    assert motion.displacements["shoulder"][0, 0] == 0.5
+    assert len(warnings) == 1
+    with pytest.raises(UsageError, match=r"motions are read from \.action, \.npz, \.mot, \.sto"):
+        read_motion(tmp_path / "a.glb", pendulum)

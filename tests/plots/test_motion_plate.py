@@ -96,6 +96,8 @@ def test_the_command_draws_motions(tmp_path: Path) -> None:
     for words, said in (
         (("knee", files[0]), "draw motions and named plates in separate commands"),
         (("none.action",), "`none.action` cannot be read"),
+        (("theirs.mot",), "`theirs.mot` cannot be read"),
+        (("knee", "--figure", "prototype"), "--figure is for motions"),
         (("--against", "prototype"), "--against compares with the curves of --springs"),
     ):
         refused = mover("plots", *words, "-o", tmp_path / "other")
@@ -113,3 +115,13 @@ def test_other_springs_than_those_of_the_motion_are_told(tmp_path: Path) -> None
     assert run("plots", path, "--springs", springs, "-o", tmp_path / "b").stderr == ""
     twice = mover("plots", path, path, "-o", tmp_path / "c")
     assert "two motions would be written as `fall`" in twice.stderr
+
+
+def test_a_table_of_opensim_is_drawn_with_the_figure_that_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "theirs.mot"
+    path.write_text("inDegrees=yes\nendheader\ntime left_knee_1\n0 0\n1 20\n2 50\n", "utf-8")
+    assert "name the figure with --figure" in mover("plots", path, "-o", tmp_path / "a").stderr
+    done = run("plots", path, "--figure", "prototype", "-o", tmp_path / "a")
+    assert "is a motion with the springs `unknown`" in done.stderr
+    assert "displacements without a column have the figure's own value" in done.stderr
+    assert (tmp_path / "a" / "theirs.svg").is_file()

@@ -47,7 +47,7 @@ def interrupt_after(count: int, number: int) -> Callable[..., None]:
     ("words", "files"),
     [
         (("simulate", "pendulum", "--stop", 0.02, "-o", "a.npz", "-o", "a.csv"), 2),
-        (("convert", "pendulum", "a.xml", "a.urdf", "a.fig"), 3),
+        (("convert", "pendulum", "a.xml", "a.urdf", "a.fig"), 5),
         (("convert", "prototype", "dyspam", "a.fig"), 2),
         (("pose", "prototype", "-o", "a.pose"), 1),
     ],

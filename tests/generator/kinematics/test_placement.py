@@ -4,14 +4,18 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.diagnostics import ModelError
 from generator.kinematics.placement import (
+    checked_joint_values,
     forward_kinematics,
     initial_displacements,
+    pose_figure,
     relative_jacobian,
     segment_jacobians,
     site_pose,
 )
 from generator.kinematics.tree import build_tree
+from generator.named_mapping import UnknownNameError
 from tests.chains import BALL, chain, row
 
 
@@ -72,3 +76,31 @@ def test_a_joint_s_own_rates_move_its_child_by_its_twists() -> None:
     offset = placement.pose_in_parent(joint)[:3, 3]
     twists[:, 3:] += np.cross(twists[:, :3], offset)
     assert np.allclose(motion[:, 3:], twists.T)
+
+
+def test_values_are_checked_against_their_joints() -> None:
+    figure = row(2, (BALL, chain("Rx Tz")))
+    first, second = figure.joints
+    checked = checked_joint_values(figure, {second: [1, 2], first: (1.0, 2.0, 3.0)})
+    assert {name: values.tolist() for name, values in checked.items()} == {
+        first: [1.0, 2.0, 3.0],
+        second: [1.0, 2.0],
+    }
+    with pytest.raises(UnknownNameError):
+        checked_joint_values(figure, {"nose": [1.0]})
+    with pytest.raises(ModelError, match="has 3 displacements, not 2"):
+        checked_joint_values(figure, {first: [1.0, 2.0]})
+    with pytest.raises(ModelError, match="is not finite"):
+        checked_joint_values(figure, {second: [1.0, np.nan]})
+
+
+def test_a_figure_in_a_pose_is_there_in_its_file() -> None:
+    figure = row(2, (BALL, chain("Rx Tz")))
+    values = {
+        name: np.linspace(0.1, 0.3, one.degrees_of_freedom) for name, one in figure.joints.items()
+    }
+    placed = forward_kinematics(build_tree(figure), values)
+    posed = build_tree(pose_figure(figure, values))
+    found = forward_kinematics(posed, initial_displacements(posed))
+    for name, pose in placed.poses.items():
+        assert np.array_equal(found.poses[name], pose)

@@ -204,6 +204,22 @@ def test_motions_of_the_folder_are_loaded(run_viewer, tmp_path):
     wait_until(lambda: panel.ghost is not None)
 
 
+def test_a_table_of_opensim_is_loaded_and_columns_that_are_left_out_are_told(
+    run_viewer, tmp_path, monkeypatch
+):
+    text = "inDegrees=yes\nendheader\ntime left_knee_1 load\n0 10 1\n1 20 2\n"
+    (tmp_path / "ik.mot").write_text(text)
+    running = run_viewer(content_of("prototype", tmp_path), (PlayPanel,))
+    panel, messages = running.viewer.panels[0], []
+    monkeypatch.setattr(running.viewer, "tell", lambda *words: messages.append(words))
+    assert panel._file.options == ("ik.mot",)
+    running.call(lambda: panel._read(panel.load))
+    wait_until(lambda: len(messages) == 2)
+    assert {title for title, _ in messages} == {"ik.mot"}
+    assert any(text.endswith("are left out: load.") for _, text in messages)
+    assert panel.frames.count == 2
+
+
 def test_bad_files_of_the_folder_are_reported(run_viewer, tmp_path, monkeypatch):
     (tmp_path / "bad.action").write_text("action 1\n")
     (tmp_path / "other.action").write_text("")
