@@ -287,10 +287,10 @@ class _Group:
 
 
 def _groups(steps: list[tuple[int, JointAxis]]) -> Iterator[_Group]:
-    """Yield the displacements of a joint by segment: all together, or each alone."""
-    together = _group(steps)
-    if together is not None:
-        yield together
+    """Yield the displacements of a joint by segment: all united, or each alone."""
+    united = _group(steps)
+    if united is not None:
+        yield united
         return
     for step in steps:
         alone = _group([step])
