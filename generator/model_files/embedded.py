@@ -40,8 +40,8 @@ from springs import SpringSet
 MARK = "exudyn_mover"
 """Element in an `.osim` file, and first part of the names of custom texts in MJCF."""
 
-DIGESTED = ("model", "springs", "others")
-"""Groups of elements with a digest each: the figure, its springs, and what neither has."""
+DIGESTED = ("model", "springs", "shapes", "others")
+"""Groups of elements with a digest each: the figure, its springs, its shapes, and the rest."""
 
 PARTS = ("figure", "springs", *(f"{group}_sha256" for group in DIGESTED))
 """The texts, and the digests of the elements that they stand for."""
@@ -57,14 +57,16 @@ class ElementKinds:
     Attributes:
         spring_tags: elements of springs, damping and friction.
         spring_attributes: their attributes in other elements.
+        shape_tags: elements of shapes, which are read from the model in any case.
         other_tags: elements that a figure does not have.
-        read_tags: elements of masses and shapes, which are read from the model in any case.
+        ignored_tags: masses, which are read in any case, and settings without an effect.
     """
 
     spring_tags: frozenset[str]
     spring_attributes: frozenset[str]
+    shape_tags: frozenset[str]
     other_tags: frozenset[str]
-    read_tags: frozenset[str]
+    ignored_tags: frozenset[str]
 
     def group(self, tag: str) -> str:
         """Return the group of an element with this tag; "" for the group of the one above."""
@@ -75,8 +77,9 @@ KINDS: Mapping[str, ElementKinds] = {
     "mujoco": ElementKinds(
         frozenset({"tendon"}),
         frozenset({"stiffness", "springref", "damping", "frictionloss", "springdamper"}),
+        frozenset({"asset", "geom"}),
         frozenset({"camera", "light", "sensor", "contact", "option"}),
-        frozenset({"custom", "asset", "geom", "inertial", "visual", "statistic", "size"}),
+        frozenset({"custom", "inertial", "visual", "statistic", "size"}),
     ),
     "OpenSimDocument": ElementKinds(
         frozenset(
@@ -86,9 +89,10 @@ KINDS: Mapping[str, ElementKinds] = {
             | {"ExponentialCoordinateLimitForce", "FunctionBasedBushingForce", "BushingForce"}
         ),
         frozenset(),
+        frozenset({"attached_geometry", "Appearance", "Mesh"}),
         frozenset({"ControllerSet", "ContactGeometrySet", "ProbeSet"}),
         frozenset(
-            {MARK, "mass", "mass_center", "inertia", "attached_geometry", "Appearance", "Mesh"}
+            {MARK, "mass", "mass_center", "inertia"}
             | {"credits", "publications", "length_units", "force_units"}
         ),
     ),
@@ -145,7 +149,7 @@ def _digests(root: XmlElement) -> tuple[str, ...]:
     ]
     while waiting:
         element, path, group = waiting.pop()
-        if element.tag in kinds.read_tags:
+        if element.tag in kinds.ignored_tags:
             continue
         path, group = f"{path}/{element.tag}", kinds.group(element.tag) or group
         attributes = {name: written.text for name, written in element.attributes.items()}
@@ -216,9 +220,10 @@ def imported_from_embedded(
         losses.add("a model without springs: limits are stops here")
     placement = _initial_placement(updated)
     shapes = {
-        segment: bodies[names[segment]].shapes
-        for segment in updated.segments
-        if segment not in updated.ground
+        name: bodies[names[name]].shapes
+        for name, segment in updated.bodies.items()
+        # A writer has stand-ins for the psurfs that a figure does not have.
+        if segment.psurf is not None or not same["shapes"]
     }
     surfaces, colours = join_shapes({**_ground_shapes(placement, tree.shapes), **shapes}, losses)
     painted = _with_new_colours(updated, colours)

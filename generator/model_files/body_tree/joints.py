@@ -4,9 +4,9 @@ Degrees of freedom form one joint if their axes meet in one point, each perpendi
 Its laws become fields of the figure, or else tables of a springs file.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf, pi
+from math import degrees, pi, radians
 from typing import assert_never
 
 import numpy as np
@@ -219,11 +219,22 @@ def needs_table(dof: DegreeOfFreedom) -> bool:
     return bool(dof.friction or any(dof.cubic) or dof.laws)
 
 
-def spring_entries(group: JointGroup, joint: str, losses: Losses) -> Iterator[SpringEntry]:
-    """Yield the tables of a springs file for a joint, one for each axis that needs it."""
+def spring_entries(
+    group: JointGroup, joint: str, max_points: int, losses: Losses
+) -> Iterator[SpringEntry]:
+    """Yield the tables of a springs file for a joint, one for each axis that needs it.
+
+    A law that no table holds exactly becomes one of `max_points` points.
+    """
     for freedom in group.rotations:
         if needs_table(freedom):
-            yield _entry(freedom, _axis_name(freedom, group), joint, losses)
+            yield _entry(freedom, _axis_name(freedom, group), joint, max_points, losses)
+
+
+def max_table_points(dofs: Iterable[DegreeOfFreedom]) -> int:
+    """Return the number of points with which all tables of a springs file fit into it."""
+    count = sum(bool(dof.laws or any(dof.cubic)) for dof in dofs)
+    return max(min(MAX_TABLE_POINTS, MAX_FILE_POINTS // max(count, 1)), 2)
 
 
 def _axis_name(dof: DegreeOfFreedom, group: JointGroup) -> str | None:
@@ -233,7 +244,9 @@ def _axis_name(dof: DegreeOfFreedom, group: JointGroup) -> str | None:
     return "xyz"[int(np.argmax(np.abs(group.frame.T @ dof.axis)))]
 
 
-def _entry(dof: DegreeOfFreedom, axis: str | None, joint: str, losses: Losses) -> SpringEntry:
+def _entry(
+    dof: DegreeOfFreedom, axis: str | None, joint: str, max_points: int, losses: Losses
+) -> SpringEntry:
     entry = SpringEntry(
         (joint,),
         axis,
@@ -244,7 +257,7 @@ def _entry(dof: DegreeOfFreedom, axis: str | None, joint: str, losses: Losses) -
     if not laws:
         return entry
     law = _stated_law(laws[0]) if len(laws) == 1 else None
-    return replace(entry, law=law or _sampled_law(dof, laws, losses))
+    return replace(entry, law=law or _sampled_law(dof, laws, max_points, losses))
 
 
 def _laws(dof: DegreeOfFreedom) -> list[Curve]:
@@ -270,56 +283,68 @@ def _stated_law(law: Curve) -> EntryLaw | None:
     return law if isinstance(law, Linear | SmoothLimit | Exponential | Interpolated) else None
 
 
-FIRST_POINTS, MAX_POINTS = 65, 1025
-"""Points of the coarsest and the finest table of a law."""
+FIRST_INTERVALS = 24
+"""Intervals of the coarsest table of a law."""
+
+MAX_TABLE_POINTS = 120
+"""Points of the finest table of a law."""
+
+MAX_FILE_POINTS = 2000
+"""Points of all tables of a springs file, whose length is limited."""
 
 SAMPLING_TOLERANCE = 1e-4
-"""Error of a table below which no finer one is made, relative to its largest torque."""
+"""Error below which an interval of a table is not halved, relative to the largest torque."""
 
 MAX_SAMPLED_TORQUE = 1e4
 """Torque above which a law is sampled over a smaller range [N m]."""
 
-_CHECKS_PER_POINT = 4
+CORNER_WIDTH = 0.05
+"""Distance of the points on both sides of a corner, which a table rounds off [deg]."""
+
+ANGLE_DIGITS, TORQUE_DIGITS = 4, 9
+"""Decimals of angles [deg], and digits of torques in a table."""
 
 
-def _sampled_law(dof: DegreeOfFreedom, laws: Sequence[Curve], losses: Losses) -> Interpolated:
-    """Return a table of the sum of laws; report its error."""
+def _sampled_law(
+    dof: DegreeOfFreedom, laws: Sequence[Curve], max_points: int, losses: Losses
+) -> Interpolated:
+    """Return a table of the sum of laws, finer where it is curved; report its error."""
 
     def torque(angles: Array) -> Array:
         with np.errstate(all="ignore"):
             return np.sum([law.torque(angles) * np.ones_like(angles) for law in laws], axis=0)
 
     low, high = ends = _sampled_range(dof, torque)
-    corners = {
-        point + side
-        for law in laws
-        for point in law.breakpoints
-        for side in (-CORNER_WIDTH, 0.0, CORNER_WIDTH)
-        if low < point + side < high
-    }
-    count, points, error = FIRST_POINTS, (), FitError(0.0, 0.0)
-    checks = np.linspace(low, high, _CHECKS_PER_POINT * MAX_POINTS)
-    exact = torque(checks)
-    while count <= MAX_POINTS:
-        angles = np.array(sorted({*np.linspace(low, high, count).tolist(), *corners}))
-        angles = angles[np.diff(angles, prepend=-inf) > MIN_POINT_DISTANCE]
-        points = tuple(zip(angles.tolist(), torque(angles).tolist(), strict=True))
-        error = FitError.from_differences(Interpolated(points).torque(checks) - exact)
-        if error.largest <= SAMPLING_TOLERANCE * float(np.abs(exact).max()):
+    corners = [degrees(point) for law in laws for point in law.breakpoints if low < point < high]
+    wanted = [
+        *np.linspace(degrees(low), degrees(high), FIRST_INTERVALS + 1).tolist(),
+        *(corner + side for corner in corners for side in (-CORNER_WIDTH, 0.0, CORNER_WIDTH)),
+    ]
+    angles = np.unique(np.round(wanted, ANGLE_DIGITS))
+    while True:
+        values = torque(np.radians(angles)).tolist()
+        points = tuple(
+            (radians(angle), float(f"{value:.{TORQUE_DIGITS}g}"))
+            for angle, value in zip(angles.tolist(), values, strict=True)
+        )
+        table = Interpolated(points)
+        checks = np.linspace(angles[:-1], angles[1:], 6)[1:-1]
+        exact = torque(np.radians(checks))
+        differences = table.torque(np.radians(checks)) - exact
+        errors = np.abs(differences).max(axis=0)
+        coarse = np.flatnonzero(errors > SAMPLING_TOLERANCE * float(np.abs(exact).max()))
+        coarse = coarse[np.diff(angles)[coarse] > 2.0 * CORNER_WIDTH]
+        room = max_points - len(angles)
+        if not len(coarse) or room <= 0:
             break
-        count = 2 * count - 1
+        worst = coarse[np.argsort(errors[coarse])[::-1][:room]]
+        middles = 0.5 * (angles[worst] + angles[worst + 1])
+        angles = np.unique(np.round(np.concatenate([angles, middles]), ANGLE_DIGITS))
     losses.add(
         "springs that become tables of points",
-        f"{dof.name}: {error} over {format_range(ends)}",
+        f"{dof.name}: {FitError.from_differences(differences)} over {format_range(ends)}",
     )
-    return Interpolated(points)
-
-
-CORNER_WIDTH = 1e-4
-"""Distance of the points on both sides of a corner, which a table rounds off [rad]."""
-
-MIN_POINT_DISTANCE = 1e-9
-"""Distance of points in a table [rad]."""
+    return table
 
 
 def _sampled_range(dof: DegreeOfFreedom, torque: Callable[[Array], Array]) -> Range:
@@ -328,7 +353,7 @@ def _sampled_range(dof: DegreeOfFreedom, torque: Callable[[Array], Array]) -> Ra
     if dof.lower is not None and dof.upper is not None:
         low, high = dof.lower - BEYOND_LIMITS, dof.upper + BEYOND_LIMITS
     while high - low > SMALLEST_SAMPLED_RANGE:
-        sizes = np.abs(torque(np.linspace(low, high, FIRST_POINTS)))
+        sizes = np.abs(torque(np.linspace(low, high, FIRST_INTERVALS + 1)))
         if np.all(sizes < MAX_SAMPLED_TORQUE):
             break
         low, high = 0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high

@@ -32,6 +32,7 @@ from generator.model_files.body_tree.joints import (
     JointGroup,
     group_dofs,
     joint_fields,
+    max_table_points,
     spring_entries,
 )
 from generator.model_files.body_tree.shapes import Shape, join_shapes, with_colours
@@ -152,6 +153,7 @@ class _FigureDraft:
     Attributes:
         losses: collects what the figure does not hold.
         separate: see `figure_from_tree`.
+        max_points: of a spring's table.
         segment_frames: by body of the model (None is the world), the name of its segment and the
             rotation of the segment's axes in the body's frame.
         sites: of each segment, poses in the segment.
@@ -159,6 +161,7 @@ class _FigureDraft:
 
     losses: Losses
     separate: bool
+    max_points: int
     segments: dict[str, Segment] = field(default_factory=dict[str, Segment])
     sites: dict[str, dict[str, Array]] = field(default_factory=dict[str, dict[str, Array]])
     joints: dict[str, Joint] = field(default_factory=dict[str, Joint])
@@ -260,7 +263,8 @@ def figure_from_tree(
     _check_masses(whole, diagnostics)
     if diagnostics.has_errors:
         return None
-    draft = _FigureDraft(losses, separate)
+    max_points = max_table_points(dof for body in whole.bodies for dof in body.dofs)
+    draft = _FigureDraft(losses, separate, max_points)
     draft.segment_names.protect(body.name for body in whole.bodies)
     draft.joint_names.protect(name for body in whole.bodies for name in _model_joint_names(body))
     ground, turn = draft.add_segment(WORLD, None, {})
@@ -376,7 +380,7 @@ def _add_joint(
         draft.joints[name] = Joint(name, parent, child)
         return
     fields = joint_fields(group, name, draft.losses)
-    draft.springs_tables += spring_entries(group, name, draft.losses)
+    draft.springs_tables += spring_entries(group, name, draft.max_points, draft.losses)
     inner_first = tuple(reversed(group.dofs))
     draft.joints[name] = Joint(
         name,

@@ -344,7 +344,7 @@ def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
         yield "the world is turned so that gravity points against y"
     size = float(np.linalg.norm(gravity))
     if abs(size - STANDARD_GRAVITY) > 1e-12:
-        yield f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size:.8g},0`"
+        yield f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size + 0.0:.8g},0`"
 
 
 def _axis_name(axis: Array) -> str:

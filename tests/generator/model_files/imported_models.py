@@ -1,5 +1,6 @@
 """Shared parts of the tests of models from other programs."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from generator.figure_file import parse_figure_file
 from generator.kinematics.placement import Placement, forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.model_files.body_tree.to_figure import FRAME, ORIGIN, WORLD
+from generator.model_files.embedded import MARK
 from generator.model_files.imported import Imported, imported_files
 from generator.recording import Recording
 from generator.rotations import Array
@@ -35,6 +37,13 @@ def written_and_read(imported: Imported, folder: Path) -> tuple[Figure, SpringSe
     reading = load_springs(figure, folder, "model")
     assert reading.value is not None, reading.diagnostics
     return figure, reading.value.springs
+
+
+def without_carried_texts(text: str) -> str:
+    """A model without the figure and the springs that it carries."""
+    text = re.sub(rf'<text name="{MARK} [^"]*" data="[^"]*"/>', "", text)
+    text = re.sub(r"<custom>\s*</custom>", "", text)
+    return re.sub(rf"<{MARK}>.*</{MARK}>", "", text, flags=re.DOTALL)
 
 
 def lost(imported: Imported, word: str) -> tuple[str, ...]:

@@ -1,0 +1,242 @@
+"""Models that this program has written come back whole; changes of them are read from them."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from generator.figure import Figure
+from generator.figure_file import read_figure
+from generator.geometry.read import read_segment_surface, segment_colour
+from generator.model_files.formats import model_format, read_model
+from generator.model_files.imported import Imported, imported_files
+from generator.rotations import Array
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
+from springs import SpringSet
+from tests.generator.model_files.imported_models import MODELS, lost, without_carried_texts
+
+SUFFIXES = (".xml", ".osim")
+
+
+def shipped(name: str, choice: str | None, _: Path) -> tuple[Figure, SpringSet]:
+    figure = read_figure(name)
+    return figure, read_springs(choice, figure)
+
+
+def another_program(model: Callable[[], Path], folder: Path) -> tuple[Figure, SpringSet]:
+    figure = folder / "first.fig"
+    imported_files(read_model(model()), figure).write()
+    return read_figure(figure), read_springs(None, read_figure(figure))
+
+
+def gymnasium_humanoid() -> Path:
+    package = pytest.importorskip("gymnasium")
+    return Path(package.__file__).parent / "envs/mujoco/assets/humanoid.xml"
+
+
+CASES: dict[str, Callable[[Path], tuple[Figure, SpringSet]]] = {
+    "prototype": partial(shipped, "prototype", None),
+    "prototype with coupled laws": partial(shipped, "prototype", "coupled"),
+    "prototype as printed": partial(shipped, "prototype", "printed"),
+    "clavicles": partial(shipped, "clavicles", None),
+    "four bars": partial(shipped, "fourbar", None),
+    "pendulum": partial(shipped, "pendulum", None),
+    "humanoid of Gymnasium": partial(another_program, gymnasium_humanoid),
+    "leg with limit forces": partial(another_program, lambda: MODELS / "leg.osim"),
+}
+
+
+def write(figure: Figure, springs: SpringSet, path: Path) -> str:
+    model_format(path).format_files(figure, springs, path).write()
+    return path.read_text(encoding="utf-8")
+
+
+def read_back(path: Path) -> tuple[Imported, Figure, SpringSet]:
+    """The model as files say it that hold it."""
+    imported, file = read_model(path), path.with_name("back.fig")
+    imported_files(imported, file).write()
+    figure = read_figure(file)
+    return imported, figure, read_springs(None, figure)
+
+
+def without_psurfs(figure: Figure) -> Figure:
+    return figure.with_parts(*(replace(one, psurf=None) for one in figure.segments.values()))
+
+
+def corners(figure: Figure, segment: str) -> Array:
+    """Vertices of a psurf that are corners of faces, shape (n, 3)."""
+    surface = read_segment_surface(figure, figure.segments[segment])
+    return surface.without_unused_vertices.vertices
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("case", CASES)
+def test_figure_and_springs_come_back_exactly(case: str, suffix: str, tmp_path: Path):
+    figure, springs = CASES[case](tmp_path)
+    write(figure, springs, tmp_path / f"model{suffix}")
+    imported, back, laws = read_back(tmp_path / f"model{suffix}")
+    assert without_psurfs(back) == without_psurfs(figure)
+    assert (laws.joints, laws.coupled, laws.joining) == (
+        springs.joints,
+        springs.coupled,
+        springs.joining,
+    )
+    assert laws.references == springs.references
+    assert imported.losses.entries == ()
+
+
+@pytest.mark.parametrize("suffix", [".xml", ".urdf"])
+@pytest.mark.parametrize("case", ["prototype", "pendulum", "humanoid of Gymnasium"])
+def test_shapes_and_colours_come_back(case: str, suffix: str, tmp_path: Path):
+    figure, springs = CASES[case](tmp_path)
+    write(figure, springs, tmp_path / f"model{suffix}")
+    _, back, _ = read_back(tmp_path / f"model{suffix}")
+    digits = 1e-12 if suffix == ".xml" else 1e-6  # meshes beside URDF have 32-bit numbers
+    drawn = [name for name, one in figure.bodies.items() if one.psurf is not None]
+    assert drawn
+    for name in drawn:
+        one, other = corners(figure, name), corners(back, name)
+        assert cKDTree(one).query(other)[0].max() < digits
+        assert cKDTree(other).query(one)[0].max() < digits
+        assert segment_colour(back, back.segments[name]) == pytest.approx(
+            segment_colour(figure, figure.segments[name]), abs=1e-9
+        )
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_fall_of_the_figure_that_came_back_is_the_same(suffix: str, tmp_path: Path):
+    figure, springs = CASES["clavicles"](tmp_path)
+    write(figure, springs, tmp_path / f"model{suffix}")
+    _, back, laws = read_back(tmp_path / f"model{suffix}")
+    one, other = (
+        simulate(drawn, Plan(stop=0.2, springs=own, tolerance=1e-4))
+        for drawn, own in ((figure, springs), (back, laws))
+    )
+    for name, poses in one.poses.items():
+        np.testing.assert_allclose(other.poses[name], poses, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_fall_without_the_carried_texts_is_the_same(suffix: str, tmp_path: Path):
+    """The elements themselves say the same, here without springs."""
+    figure, _ = CASES["prototype"](tmp_path)
+    still = (replace(one, displacement=(0.0,) * len(one.chain)) for one in figure.joints.values())
+    figure = figure.with_parts(*still)
+    path = tmp_path / f"model{suffix}"
+    text = write(figure, SpringSet(), path)
+    path.write_text(without_carried_texts(text), encoding="utf-8")
+    imported, back, laws = read_back(path)
+    bare = (replace(one, lower_limit=None, upper_limit=None) for one in back.joints.values())
+    back = back.with_parts(*bare)
+    assert not laws.joints or any("limits" in loss.what for loss in imported.losses.entries)
+    one, other = (
+        simulate(drawn, Plan(stop=0.2, springs=SpringSet(), tolerance=1e-4))
+        for drawn in (figure, back)
+    )
+    for name in figure.bodies:
+        np.testing.assert_allclose(
+            other.poses[name][:, :3, 3], one.poses[name][:, :3, 3], rtol=0.0, atol=1e-6
+        )
+
+
+def edited(
+    suffix: str, tmp_path: Path, pattern: str, new: str
+) -> tuple[Imported, Figure, SpringSet]:
+    """The prototype's model, in which the first text of a pattern is replaced."""
+    figure, springs = CASES["prototype"](tmp_path)
+    path = tmp_path / f"model{suffix}"
+    text = write(figure, springs, path)
+    changed, count = re.subn(pattern, new, text, count=1)
+    assert count == 1
+    assert changed != text
+    path.write_text(changed, encoding="utf-8")
+    return read_back(path)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "pattern"),
+    [(".xml", r'mass="4\.00077"'), (".osim", r"<mass>4\.00077</mass>")],
+)
+def test_an_edited_mass_is_read_and_the_springs_stay(suffix: str, pattern: str, tmp_path: Path):
+    new = pattern.replace("\\", "").replace("4.00077", "5.5")
+    _, back, laws = edited(suffix, tmp_path, pattern, new)
+    masses = [one.mass for one in back.bodies.values()]
+    assert masses.count(5.5) == 1
+    assert masses.count(4.00077) == 1
+    assert laws.joints == CASES["prototype"](tmp_path)[1].joints
+
+
+@pytest.mark.parametrize(
+    ("suffix", "pattern", "new"),
+    [
+        (".xml", r'damping="[^"]*"', 'damping="123"'),
+        (".osim", r"(</coordinate>\s*<expression>)", r"\1-123*qdot+"),
+    ],
+)
+def test_edited_springs_are_read_from_the_model(
+    suffix: str, pattern: str, new: str, tmp_path: Path
+):
+    imported, _, laws = edited(suffix, tmp_path, pattern, new)
+    lost(imported, "since its springs were changed")
+    dampings = [axis.damping.viscous for joint in laws.joints.values() for axis in joint.axes]
+    assert max(dampings) >= 123.0
+    assert not any("(" in reference for reference in laws.references)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "pattern", "new"),
+    [
+        (".xml", r'<site name="left_lower_leg.distal" pos="[^"]*"',
+         '<site name="left_lower_leg.distal" pos="1 2 3"'),
+        (".osim", r"<translation>[^<]*</translation>", "<translation>1 2 3</translation>"),
+    ],
+)  # fmt: skip
+def test_edited_bodies_are_read_from_the_model(suffix: str, pattern: str, new: str, tmp_path: Path):
+    imported, _, _ = edited(suffix, tmp_path, pattern, new)
+    lost(imported, "since its bodies, joints or sites were changed")
+
+
+def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):
+    imported, _, laws = edited(".xml", tmp_path, r'timestep="0.001"', 'timestep=" 1e-3 "')
+    assert imported.losses.entries == ()
+    assert laws.joints == CASES["prototype"](tmp_path)[1].joints
+
+
+def test_additions_are_one_loss(tmp_path: Path):
+    camera = '<worldbody><camera name="eye" pos="0 0 3"/>'
+    imported, _, laws = edited(".xml", tmp_path, "<worldbody>", camera)
+    lost(imported, "cameras")
+    assert laws.joints == CASES["prototype"](tmp_path)[1].joints
+
+
+def test_another_colour_is_read(tmp_path: Path):
+    _, back, _ = edited(".xml", tmp_path, r'rgba="[^"]*"', 'rgba="0 0.5 1 1"')
+    colours = [segment_colour(back, one) for one in back.segments.values()]
+    assert colours.count((0.0, 0.5, 1.0)) == 1
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_model_without_springs_comes_back_without(suffix: str, tmp_path: Path):
+    figure, _ = CASES["pendulum"](tmp_path)
+    write(figure, SpringSet(), tmp_path / f"model{suffix}")
+    _, back, laws = read_back(tmp_path / f"model{suffix}")
+    assert laws.joints == {}
+    assert back.joints["shoulder"].chain == figure.joints["shoulder"].chain
+
+
+@pytest.mark.verify
+def test_other_programs_skip_what_a_model_carries(tmp_path: Path):
+    mujoco, opensim = (pytest.importorskip(name) for name in ("mujoco", "opensim"))
+    figure, springs = CASES["prototype"](tmp_path)
+    for suffix in SUFFIXES:
+        write(figure, springs, tmp_path / f"model{suffix}")
+    assert mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml")).ntext >= 5
+    opensim.Logger.setLevelString("error")
+    assert opensim.Model(str(tmp_path / "model.osim")).getNumBodies() >= len(figure.bodies)
