@@ -320,8 +320,9 @@ def stated_errors(losses: Losses, springs: SpringSet) -> dict[str, float]:
     stated: dict[str, float] = {}
     text = "; ".join(f"{loss.what}: {', '.join(loss.where)}" for loss in losses.entries)
     for name, size in _STATED.findall(text):
-        if name in springs.joints:
-            stated[name] = max(float(size), stated.get(name, 0.0))
+        joint = name if name in springs.joints else name.rpartition("_")[0]
+        if joint in springs.joints:
+            stated[joint] = max(float(size), stated.get(joint, 0.0))
     return stated
 
 
