@@ -5,8 +5,7 @@ figure's world, by segment, shape (4, 4).
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,16 +16,14 @@ from scipy.spatial.transform import Rotation
 from generator.figure import Figure, Joint
 from generator.joint_chain import build_chain
 from generator.losses import Losses
-from generator.model_files.export_model import split_joint_laws
 from generator.model_files.fit_error import joint_ranges
 from generator.model_files.formats import model_format
+from generator.model_files.mjcf.passive import PassiveSprings
 from generator.rotations import Array, pose_matrix
 from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.statics import StaticState
-from springs import Joining, JointSprings, SpringSet, elastic_torque, total_torque
-from springs.backends import NUMPY
-from springs.spherical import damping_torque
+from springs import JointSprings, SpringSet
 
 Poses = dict[str, Array]
 Values = Mapping[str, Array]
@@ -172,18 +169,16 @@ class MuJoCoModel:
         return [k for k, name in enumerate(names) if name.endswith(" load")]
 
     def fall(
-        self, times: Sequence[float], accuracy: float, law: "PassiveLaw | None" = None
+        self, times: Sequence[float], accuracy: float, springs: SpringSet | None = None
     ) -> Motion:
         """See `ExportedModel`; `accuracy` is the step [s].
 
-        With `law` the springs and the damping of the file give way to it; its joints are hinges
-        and slides then.
+        `springs` act by our own formulas in a callback, on a model that was written without.
         """
         self._reset()
         self.model.opt.timestep = accuracy
-        if law is not None:
-            self._strip()
-            self.api.set_mjcb_passive(self._callback(law))
+        if springs is not None:
+            self.api.set_mjcb_passive(PassiveSprings(self.model, self.figure, springs))
         rows = [self.poses()]
         try:
             for time in times[1:]:
@@ -199,43 +194,6 @@ class MuJoCoModel:
             if self.data.warning[k].number
         ]
         return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-    def _strip(self) -> None:
-        for part in ("jnt_stiffness", "dof_damping", "tendon_stiffness", "tendon_damping"):
-            getattr(self.model, part)[:] = 0.0
-        for part in ("jnt_stiffnesspoly", "dof_dampingpoly", "tendon_stiffnesspoly"):
-            with suppress(AttributeError):
-                getattr(self.model, part)[:] = 0.0
-        springs = np.setdiff1d(np.arange(self.model.nu), self._loads())
-        self.model.actuator_biasprm[springs] = 0.0
-        self.model.actuator_forcelimited[springs] = 0
-
-    def _callback(self, law: "PassiveLaw") -> Callable[[Any, Any], None]:
-        """Our laws as MuJoCo's passive forces; a ball's are torques in its body."""
-        balls: dict[str, tuple[slice, slice, Array]] = {}
-        others: dict[str, tuple[Array, Array]] = {}
-        for name in law.joints:
-            joint = self.figure.joints[name]
-            count, ball = len(joint.chain), self._joint(name)
-            if count == 3 and ball >= 0:
-                at, rate = self.model.jnt_qposadr[ball], self.model.jnt_dofadr[ball]
-                tip = self.figure.site(joint.child).pose_in_segment[:3, :3]
-                balls[name] = slice(at, at + 4), slice(rate, rate + 3), tip
-            else:
-                names = [name] if count == 1 else [f"{name}_{k + 1}" for k in range(count)]
-                numbers = [self._joint(each) for each in names]
-                others[name] = self.model.jnt_qposadr[numbers], self.model.jnt_dofadr[numbers]
-
-        def passive(_: Any, data: Any) -> None:
-            for name, (at, rate) in others.items():
-                data.qfrc_passive[rate] += law.force(name, data.qpos[at], data.qvel[rate])
-            for name, (at, rate, tip) in balls.items():
-                turn = Rotation.from_quat(data.qpos[at][[1, 2, 3, 0]]).as_matrix()
-                out = tip.T @ turn
-                torque = law.torque(name, out @ tip, out @ data.qvel[rate])
-                data.qfrc_passive[rate] += out.T @ torque
-
-        return passive
 
 
 class OpenSimModel:
@@ -317,45 +275,6 @@ class OpenSimModel:
         return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-class PassiveLaw:
-    """Our laws of single joints as forces on displacements, for another program's integrator."""
-
-    def __init__(self, figure: Figure, springs: SpringSet) -> None:
-        """Prepare the joints with springs; laws over several joints are left out."""
-        self.joints = {
-            name: (build_chain(figure.joints[name].chain), own)
-            for name, own in springs.joints.items()
-        }
-        self._laws = {name: split_joint_laws(*parts) for name, parts in self.joints.items()}
-        self._joining: Joining = springs.joining
-
-    def force(self, name: str, values: Array, rates: Array) -> Array:
-        """Generalized force of a joint's springs and damping [N m or N], shape (n,)."""
-        chain, _ = self.joints[name]
-        laws, result = self._laws[name], np.zeros(len(values))
-        for k, spring in laws.uncoupled.items():
-            result[k] += total_torque(spring.elastic, values[k], NUMPY)
-            result[k] += spring.resistance(values[k], rates[k], NUMPY)
-        if laws.combined:
-            axes = chain.twists(values)[:, :3]
-            result += axes @ self.torque(name, chain.pose(values)[:3, :3], rates @ axes)
-        return result
-
-    def torque(self, name: str, turn: Array, spin: Array) -> Array:
-        """Torque of springs of several rotations on the child, parent's site axes [N m], (3,).
-
-        Args:
-            name: of the joint.
-            turn: rotation matrix of the child's site in the parent's.
-            spin: angular velocity of the child relative to the parent, parent's site axes [rad/s].
-        """
-        axes = self._laws[name].combined
-        r = Rotation.from_matrix(turn).as_rotvec()
-        half = Rotation.from_rotvec(0.5 * r).as_matrix()
-        torque = elastic_torque(self._joining, axes, r) + damping_torque(axes, r, half.T @ spin)
-        return half @ torque
-
-
 def joint_grid(joint: Joint, springs: JointSprings) -> Array:
     """Displacements of a joint over its ranges, shape (poses, n) [rad or m]."""
     count = GRID[min(len(joint.chain), 3)]
@@ -401,8 +320,9 @@ def stated_errors(losses: Losses, springs: SpringSet) -> dict[str, float]:
     stated: dict[str, float] = {}
     text = "; ".join(f"{loss.what}: {', '.join(loss.where)}" for loss in losses.entries)
     for name, size in _STATED.findall(text):
-        if name in springs.joints:
-            stated[name] = max(float(size), stated.get(name, 0.0))
+        joint = name if name in springs.joints else name.rpartition("_")[0]
+        if joint in springs.joints:
+            stated[joint] = max(float(size), stated.get(joint, 0.0))
     return stated
 
 

@@ -32,7 +32,7 @@ LIMBS = {
 }
 """Bent, since markers on a straight arm do not show its rotation about itself [deg]."""
 
-STOP, FRAME = 0.2, 0.002
+STOP, FRAME = 0.2, 0.001
 """Of the run [s]."""
 
 
@@ -119,8 +119,8 @@ def test_analyze_places_the_bodies_where_we_do(exported: Exported) -> None:
 def test_inverse_kinematics_finds_the_displacements_from_markers(exported: Exported) -> None:
     markers = exported.markers
     assert len(markers) > 2 * len(exported.figure.bodies)
-    frames = slice(0, None, 5)
-    rate = 1.0 / (5 * FRAME)
+    frames = slice(0, None, 10)
+    rate = 1.0 / (10 * FRAME)
     trc = exported.folder / "markers.trc"
     write_trc(trc, {name: places[frames] for name, places in markers.items()}, rate)
     tool = opensim.InverseKinematicsTool()
@@ -177,4 +177,4 @@ def test_inverse_dynamics_of_our_fall_needs_no_moments_but_the_springs(exported:
     passive = max(np.abs(each).max() for each in exported.run.passive_torques.values())
     for name, moments in found.items():
         if name.endswith("_moment"):
-            assert np.abs(moments[inner]).max() < 1e-2 * passive, name
+            assert np.abs(moments[inner]).max() < 2e-2 * passive, name

@@ -8,7 +8,7 @@ from plots import run
 from plots.joint_curve import JointCurve
 from plots.joint_plate import JointPlate
 from plots.plate import Plate
-from plots.plates import contact, fall_energy, fall_on_floor, hip_directional
+from plots.plates import contact, exported_fall, fall_energy, fall_on_floor, hip_directional
 
 
 @cache
@@ -24,6 +24,11 @@ def collapse() -> fall_on_floor.Collapse:
 @cache
 def cycle() -> hip_directional.Cycle:
     return hip_directional.simulate_cycle()
+
+
+@cache
+def exported() -> exported_fall.Fall:
+    return exported_fall.simulate_fall()
 
 
 @cache
@@ -54,6 +59,8 @@ def plate(name: str) -> Plate:
             return contact.build_plate(contact_cases())
         case fall_on_floor.fall_on_floor:
             return fall_on_floor.build_plate(collapse())
+        case exported_fall.exported_fall:
+            return exported_fall.build_plate(exported())
         case hip_directional.hip_directional:
             return hip_directional.build_plate(cycle())
         case make:
