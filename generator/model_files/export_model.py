@@ -197,17 +197,19 @@ def add_common_losses(
     *,
     has_references: bool = False,
     has_coupled: bool = False,
+    has_loops: bool = False,
 ) -> None:
     """Report contact spheres, laws of several joints, springs that close loops, and references.
 
     `has_references` is True for a model with the references of the springs in it or beside it,
-    `has_coupled` for one with the laws over several joints of the tree.
+    `has_coupled` for one with the laws over several joints of the tree, and `has_loops` for one
+    whose writer reports the springs that close loops.
     """
     for name, segment in model.figure.segments.items():
         if segment.contact_spheres:
             losses.add("contact spheres", name)
     for joint in model.tree.closures:
-        if joint.name in springs.joints:
+        if joint.name in springs.joints and not has_loops:
             losses.add("springs of joints that close loops", joint.name)
     for spring in springs.coupled:
         if has_coupled and is_in_tree(model, spring):

@@ -15,6 +15,7 @@ from operator import add
 
 from generator.model_files.export_model import (
     ExportModel,
+    has_friction,
     is_in_tree,
     split_joint_laws,
     tree_joint_springs,
@@ -31,7 +32,6 @@ from generator.model_files.xml import Element, add_element, format_numbers
 from generator.names import plain_name, reserve_name
 from generator.springs_file.axes import AXIS_NAMES, axis_label
 from springs import AxisSpring, CoupledSpring, Joining, SpringSet, total_torque
-from springs.elastic import Frictional
 
 _LENGTH, _RATE = Expression("s"), Expression("ldot")
 """Length of a path and its rate, in the expression of its tension."""
@@ -64,6 +64,10 @@ class ForceWriter:
         self._model, self._paths, self._forces = model, coordinate_paths, forces
         self._names: set[str] = set()
 
+    def add_force(self, tag: str, name: str) -> Element:
+        """Add a force under a free name."""
+        return add_element(self._forces, tag, name=reserve_name(name, self._names))
+
     def add_springs(self, springs: SpringSet) -> None:
         """Add the springs of the tree's joints, and the laws over several of them."""
         for name, joint_springs in tree_joint_springs(self._model, springs):
@@ -81,7 +85,7 @@ class ForceWriter:
         q, rate = Expression("q"), Expression("qdot")
         torque = total_torque(spring.elastic, q, EXPRESSION_OPERATIONS)
         torque = torque + spring.resistance(q, rate, EXPRESSION_OPERATIONS)
-        force = self._add_force("ExpressionBasedCoordinateForce", f"{coordinate}_spring")
+        force = self.add_force("ExpressionBasedCoordinateForce", f"{coordinate}_spring")
         add_element(force, "coordinate", coordinate)
         add_element(force, "expression", torque.text)
 
@@ -112,7 +116,7 @@ class ForceWriter:
             self._add_path_force(f"{label}_spring", path, torque - at_rest)
             constant = _Path(angles, rotation.definitions, ZERO, rates)
             self._add_path_force(f"{label}_constant", constant, ZERO + at_rest)
-        directional = any(isinstance(law, Frictional) for law in spring.elastic)
+        directional = has_friction(spring)
         path = _Path(
             angles,
             rotation.definitions,
@@ -175,7 +179,7 @@ class ForceWriter:
         """Add the force of a path, if it has a tension."""
         if tension == ZERO:
             return
-        force = self._add_force("ExpressionBasedPathForce", name)
+        force = self.add_force("ExpressionBasedPathForce", name)
         element = add_element(force, "FunctionBasedPath", name="path")
         add_element(element, "coordinate_paths", " ".join(path.coordinates.values()))
         _add_function(add_element(element, "length_function"), path, path.length)
@@ -197,7 +201,7 @@ class ForceWriter:
                 for kind, (force, moment) in loads.items():
                     if any(force or ()) or any(moment or ()):
                         body = self._model.segments[name]
-                        element = self._add_force(
+                        element = self.add_force(
                             "PrescribedForce", plain_name(f"{body}_{site.name}_{kind}_load")
                         )
                         add_element(element, "socket_frame", f"/bodyset/{body}")
@@ -206,9 +210,6 @@ class ForceWriter:
                         _add_constants(element, "forceFunctions", force or (0.0, 0.0, 0.0))
                         _add_constants(element, "pointFunctions", site.pose_in_segment[:3, 3])
                         _add_constants(element, "torqueFunctions", moment or (0.0, 0.0, 0.0))
-
-    def _add_force(self, tag: str, name: str) -> Element:
-        return add_element(self._forces, tag, name=reserve_name(name, self._names))
 
 
 def _weighted_sum(weights: Sequence[float], terms: Sequence[Expression]) -> Expression:

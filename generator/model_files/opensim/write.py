@@ -22,15 +22,14 @@ from generator.model_files.export_model import (
     ExportModel,
     add_common_losses,
     build_export_model,
-    loop_closures,
 )
 from generator.model_files.meshes import MeshFile, segment_meshes
 from generator.model_files.model_files import ModelFiles
 from generator.model_files.opensim.forces import ForceWriter
+from generator.model_files.opensim.loops import LoopWriter, add_frame
 from generator.model_files.xml import (
     Element,
     add_element,
-    body_fixed_angles,
     format_document,
     format_numbers,
 )
@@ -88,11 +87,13 @@ def format_osim(
     for name, joint in figure.joints.items():
         if name in moving:
             builder.add_joint(joint)
-    _add_loops(model, frames, constraints, losses)
     force_writer = ForceWriter(model, builder.coordinate_paths, forces)
     force_writer.add_springs(springs)
     force_writer.add_loads()
-    add_common_losses(model, springs, losses, has_references=True, has_coupled=True)
+    loops = LoopWriter(model, frames, losses)
+    loops.add_constraints(constraints)
+    loops.add_springs(springs, force_writer)
+    add_common_losses(model, springs, losses, has_references=True, has_coupled=True, has_loops=True)
     others = [name for name, one in figure.attributes.items() if set(one.fields) != {"rgb"}]
     if others:
         losses.add("attributes other than a colour", *others)
@@ -122,7 +123,7 @@ def _add_bodies(
             place, path, pose = ground, "/ground", model.placement.poses[name]
             names = {site: ground_names[str(SiteRef(name, site))] for site in segment.sites}
             if name in meshes:
-                _add_mesh(_add_frame(place, reserve_name(body, taken), "..", pose), meshes[name])
+                _add_mesh(add_frame(place, reserve_name(body, taken), "..", pose), meshes[name])
         else:
             element = _add_body(bodies, body, segment)
             if name in meshes:
@@ -132,7 +133,7 @@ def _add_bodies(
             names = plain_names(segment.sites)
             losses.add_loss(renaming_loss(names))
         for site, own in names.items():
-            _add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
+            add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
             paths[SiteRef(name, site)] = f"{path}/{own}"
     return paths
 
@@ -176,15 +177,6 @@ def _add_markers(model: ExportModel, markers: Element) -> None:
             add_element(marker, "socket_parent_frame", body)
             add_element(marker, "location", format_numbers(place))
             add_element(marker, "fixed", "true")
-
-
-def _add_frame(place: Element, name: str, parent: str, pose: Array) -> Element:
-    """A frame that is fixed to another."""
-    frame = add_element(place, "PhysicalOffsetFrame", name=name)
-    add_element(frame, "socket_parent", parent)
-    add_element(frame, "translation", format_numbers(pose[:3, 3]))
-    add_element(frame, "orientation", format_numbers(body_fixed_angles(pose[:3, :3])))
-    return frame
 
 
 @dataclass(frozen=True)
@@ -278,8 +270,8 @@ class _JointWriter:
             pose = pose_matrix(
                 rotation_with_z_axis(coordinate_axes[0].axis)[:, turned], np.zeros(3)
             )
-            _add_frame(frames, "parent", parent, pose)
-            _add_frame(frames, "child", child, pose)
+            add_frame(frames, "parent", parent, pose)
+            add_frame(frames, "child", child, pose)
         if tag == "CustomJoint":
             _add_transform(element, coordinate_axes)
 
@@ -356,33 +348,3 @@ def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
         return [unit_vector(np.cross(axes[0], axes[1]))]
     frame = rotation_with_z_axis(axes[0])
     return [frame[:, 0], frame[:, 1]]
-
-
-def _add_loops(
-    model: ExportModel, frames: Mapping[SiteRef, str], constraints: Element, losses: Losses
-) -> None:
-    """Add the joints that close loops as constraints.
-
-    OpenSim would split a body of such a joint in halves, and the motion would be wrong.
-    """
-    figure = model.figure
-    for loop in loop_closures(model, losses):
-        name = model.joints[loop.joint.name]
-        if not loop.points:
-            weld = add_element(constraints, "WeldConstraint", name=name)
-            for number, ref in enumerate(loop.joint.ends, 1):
-                add_element(weld, f"socket_frame{number}", frames[ref])
-        for count, point in enumerate(loop.points, 1):
-            constraint = add_element(constraints, "PointConstraint", name=f"{name}_{count}")
-            for number, ref in enumerate(loop.joint.ends, 1):
-                pose, body = model.site(ref), f"/bodyset/{model.segments[ref.segment]}"
-                if ref.segment in figure.ground:
-                    pose, body = model.placement.poses[ref.segment] @ pose, "/ground"
-                add_element(constraint, f"socket_body_{number}", body)
-                place = pose @ [*point, 1.0]
-                add_element(constraint, f"location_body_{number}", format_numbers(place[:3]))
-        if loop.joint.chain:
-            losses.add(
-                "displacements of joints that close loops, which do not become coordinates",
-                loop.joint.name,
-            )
