@@ -123,14 +123,16 @@ def _add_bodies(
             place, path, pose = ground, "/ground", model.placement.poses[name]
             names = {site: ground_names[str(SiteRef(name, site))] for site in segment.sites}
             if name in meshes:
-                _add_mesh(add_frame(place, reserve_name(body, taken), "..", pose), meshes[name])
+                frame = add_frame(place, reserve_name(f"{body}_frame", taken), "..", pose)
+                _add_mesh(frame, f"{body}_mesh", meshes[name])
         else:
+            names = plain_names(segment.sites)
             element = _add_body(bodies, body, segment)
             if name in meshes:
-                _add_mesh(element, meshes[name])
+                label = reserve_name(f"{body}_mesh", set(names.values()))
+                _add_mesh(element, label, meshes[name])
             place = add_element(element, "components")
             path, pose = f"/bodyset/{body}", np.eye(4)
-            names = plain_names(segment.sites)
             losses.add_loss(renaming_loss(names))
         for site, own in names.items():
             add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
@@ -153,10 +155,10 @@ def _add_body(bodies: Element, name: str, segment: Segment | None) -> Element:
     return body
 
 
-def _add_mesh(frame: Element, mesh: MeshFile) -> None:
+def _add_mesh(frame: Element, name: str, mesh: MeshFile) -> None:
     """Attach a mesh to a body or a frame."""
     geometry = add_element(frame, "attached_geometry")
-    element = add_element(geometry, "Mesh", name=f"{frame.get('name')}_mesh")
+    element = add_element(geometry, "Mesh", name=name)
     add_element(element, "socket_frame", "..")
     add_element(add_element(element, "Appearance"), "color", format_numbers(mesh.colour))
     add_element(element, "mesh_file", mesh.reference)

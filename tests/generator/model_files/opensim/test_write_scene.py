@@ -25,6 +25,7 @@ from tests.chains import chain, one_body
 from tests.generator.model_files.engines import OpenSim
 from tests.generator.model_files.model_cases import (
     FOURBAR,
+    PENDULUM,
     PROTOTYPE,
     hinge,
     own_springs,
@@ -98,9 +99,18 @@ def test_meshes_of_the_ground_stand_where_it_does(tmp_path: Path) -> None:
     loaded = OpenSim(FOURBAR, SpringSet(), tmp_path)
     tree = build_tree(FOURBAR)
     expected = close_loops(tree, initial_displacements(tree)).poses["frame"]
-    assert loaded.model.hasComponent("/ground/frame/frame_mesh")
+    assert loaded.model.hasComponent("/ground/frame_frame/frame_mesh")
     loaded.model.realizePosition(loaded.state)
-    assert loaded.frame("/ground/frame") == pytest.approx(expected, abs=1e-12)
+    assert loaded.frame("/ground/frame_frame") == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_mesh_has_a_name_that_no_site_has() -> None:
+    link = PENDULUM.segments["link1"]
+    site = replace(link.sites["CM"], name="link1_mesh")
+    of = PENDULUM.with_parts(replace(link, sites={**link.sites, site.name: site}))
+    text = format_files(of, SpringSet(), Path("out.osim")).contents[Path("out.osim")]
+    assert '<Mesh name="link1_mesh_2">' in str(text)
+    assert '<PhysicalOffsetFrame name="link1_mesh">' in str(text)
 
 
 def test_losses_of_shapes() -> None:
