@@ -16,9 +16,9 @@ from tests.generator.model_files.engines import MuJoCo, moved
 from tests.generator.model_files.model_cases import ours, own_springs, posed
 
 BENT = {
-    "right_hip_joint": (0.0, 0.0, 60.0),
-    "left_hip_joint": (0.0, 0.0, -15.0),
-    "left_shoulder": (0.0, 0.0, 110.0),
+    "left_hip_joint": (0.0, 0.0, 60.0),
+    "right_hip_joint": (0.0, 0.0, -15.0),
+    "right_shoulder": (0.0, 0.0, 110.0),
     "waist": (0.0, 0.0, 25.0),
 }
 """Displacements [deg] as of `--set`; the third one of these joints is flexion."""
@@ -86,7 +86,7 @@ def main() -> None:
         ("callback", fall_with_callback()),
         ("none", fall_without_springs()),
     ):
-        print(f"| {name} | {1000.0 * site_distance(motion, our_fall()):.2g} mm |", flush=True)
+        print(f"| {name} | {1000.0 * site_distance(motion, our_fall()):.2f} mm |", flush=True)
 
 
 if __name__ == "__main__":
