@@ -1,7 +1,7 @@
 """`mover convert`: motions, figures and other programs' models in each other's formats."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from os.path import realpath
@@ -55,7 +55,7 @@ from generator.model_files.imported import (
     imported_files,
     springs_path,
 )
-from generator.model_files.model_files import ModelFiles, geometry_folder
+from generator.model_files.model_files import ModelFiles
 from generator.motion_files import MOTION_FORMATS, motion_writer
 from generator.motion_files.resample import resample
 from springs import Joining
@@ -124,11 +124,12 @@ def import_model(
                 f"{FIGURE_SUFFIX}; that can be converted further"
             )
     imported = read_model(source, separate=separate)
-    files = [file for figure in figures for file in _output_files(imported, figure)]
-    check_writable([file for file in files if not file.is_dir()], [source])
+    models = [imported_files(imported, figure) for figure in figures]
+    files = [file for model in models for file in (model.path, *_other_files([model]))]
+    check_writable([file for file in files if file.parent in {f.parent for f in figures}], [source])
     _check_springs_files(imported, figures, springs)
-    losses = write_models([imported_files(imported, figure) for figure in figures])
-    return _import_result(source, imported, losses, verbose)
+    losses = write_models(models)
+    return _import_result(source, imported, losses, files, verbose)
 
 
 def _check_springs_files(
@@ -163,24 +164,32 @@ def _has_text(path: Path, text: str) -> bool:
         return False
 
 
-def _output_files(imported: Imported, output: Path) -> list[Path]:
-    """Return the files of the figure, and the folder of its psurfs."""
-    springs = [] if imported.springs is None else [springs_path(output)]
-    return [output, *springs, *([geometry_folder(output)] if imported.surfaces else [])]
+def _other_files(models: Sequence[ModelFiles]) -> list[Path]:
+    """Return the files that belong to models, without those of a model that is a folder itself."""
+    files = [file for model in models for file in model.contents if file.parent != model.path]
+    return list(dict.fromkeys(file for file in files if file not in {m.path for m in models}))
+
+
+def _format_files(outputs: Iterable[Path], files: Iterable[Path]) -> Iterator[str]:
+    """Yield the lines on written files: those beside the outputs, and how many in folders."""
+    places = {path.parent for path in outputs}
+    listed = list(dict.fromkeys((*outputs, *files)))
+    yield from (f"wrote {path}" for path in listed if path.parent in places)
+    folders = Counter(path.parent for path in listed if path.parent not in places)
+    yield from (f"wrote {format_count(n, 'file')} in {path}" for path, n in folders.items())
 
 
 def _import_result(
-    source: str, imported: Imported, written: LossesByPath, verbose: bool
+    source: str, imported: Imported, written: LossesByPath, files: Sequence[Path], verbose: bool
 ) -> CommandResult:
     figure = imported.figure
-    files = [file for output in written for file in _output_files(imported, output)]
     title = (
         f"{source}: {format_count(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
         f"{format_count(figure.degrees_of_freedom, 'degree')} of freedom"
     )
     lost = format_losses(written, ", or not as in the model", in_full=verbose)
     return CommandResult(
-        text="\n".join([title, *(f"wrote {file}" for file in files), *lost]),
+        text="\n".join([title, *_format_files(written, files), *lost]),
         data={
             "source": source,
             "files": [str(file) for file in files],
@@ -366,13 +375,11 @@ def _convert_figure(
     lost = write_all_or_none([*model_writers(models), *frames])
     lost = {**lost, **{model.path: model.losses for model in models}}
     written = {out: lost[out] for out in outputs}
-    files = [file for model in models for file in model.contents if model.path != file.parent]
-    others = [file for file in dict.fromkeys(files) if file not in written]
     title = f"{source} with springs: {start.springs.origin}"
     if frames:
         title += f"; its pose as a single frame: {', '.join(str(out) for out, _ in frames)}"
     head = {"source": source, "figure": str(figure.path)}
-    return _conversion_result(title, head, written, warnings + more, verbose, others)
+    return _conversion_result(title, head, written, warnings + more, verbose, _other_files(models))
 
 
 def _check_files_of_figure(figure: Figure, models: Sequence[ModelFiles]) -> None:
@@ -404,12 +411,8 @@ def _conversion_result(
         others: files that belong to the outputs.
     """
     lost = format_losses(written, in_full=verbose)
-    places = {path.parent for path in written}
-    listed = [*written, *(path for path in others if path.parent in places)]
-    folders = Counter(path.parent for path in others if path.parent not in places)
-    inside = [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in folders.items()]
     return CommandResult(
-        text="\n".join([title, *(f"wrote {path}" for path in listed), *inside, *lost]),
+        text="\n".join([title, *_format_files(written, others), *lost]),
         data={
             **head,
             "files": [str(path) for path in (*written, *others)],

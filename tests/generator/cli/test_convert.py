@@ -65,11 +65,11 @@ def test_losses_are_few_lines_unless_all_are_asked_for(swing: Path, suffix: str,
     brief = run("convert", source, output).stdout.splitlines()
     brief = [line for line in brief if not line.startswith("wrote")]
     assert len(brief) <= 7
-    assert max(map(len, brief[2:])) <= 112
+    assert max(map(len, brief[2:]), default=0) <= 112
     assert not [line for line in brief if "digits:" in line]
     losses = answer("convert", source, output)["losses"][str(output)]
     full = run("convert", source, output, "--verbose").stdout.splitlines()
-    listed = full[full.index(f"not in {output}:") + 1 :]
+    listed = full[full.index(f"not in {output}:") + 1 :] if losses else []
     assert len(listed) == len(losses)
     assert all(
         line.startswith(f"  {one['what']}") for line, one in zip(listed, losses, strict=True)

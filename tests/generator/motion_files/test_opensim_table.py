@@ -368,3 +368,66 @@ def test_states_of_opensim_are_a_motion(tmp_path: Path):
             column = table.getDependentColumn(label)
             theirs = [column[row] for row in range(table.getNumRows())]
             assert motion.displacements[name][:, k] == pytest.approx(theirs, rel=1e-12, abs=1e-300)
+
+
+@pytest.mark.verify
+def test_a_result_of_inverse_kinematics_of_opensim_is_a_motion(tmp_path: Path):
+    """The tool finds the displacements of a motion from four markers of each body."""
+    api: Any = pytest.importorskip("opensim")
+    api.Logger.removeFileSink()
+    api.Logger.setLevelString("Error")
+    made = slides()
+    still = {name: np.array(one.displacement) for name, one in made.joints.items()}
+    factors = np.array([1.0, 1.1, 0.9])[:, None]
+    motion = replace(
+        any_motion(made), displacements={name: factors * row for name, row in still.items()}
+    )
+    places = [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.2)]
+    positions = {
+        f"{body}_{k}": (motion.poses[body] @ (*place, 1.0))[:, :3]
+        for body in made.bodies
+        for k, place in enumerate(places)
+    }
+    rows = np.column_stack([np.arange(1.0, 4.0), motion.times, *positions.values()])
+    head = [
+        "PathFileType\t4\t(X/Y/Z)\tmarkers.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame"
+        "\tOrigNumFrames",
+        f"50\t50\t3\t{len(positions)}\tm\t50\t1\t3",
+        "Frame#\tTime\t" + "\t\t\t".join(positions),
+        "\t\t" + "\t".join(f"{axis}{k + 1}" for k in range(len(positions)) for axis in "XYZ"),
+        "",
+    ]
+    lines = ["\t".join([f"{row[0]:.0f}", *map(repr, row[1:].tolist())]) for row in rows]
+    (tmp_path / "markers.trc").write_text("\n".join([*head, *lines, ""]), encoding="utf-8")
+    osim.format_files(made, SpringSet(), tmp_path / "slides.osim").write()
+    model = api.Model(str(tmp_path / "slides.osim"))
+    for name in positions:
+        body, _, k = name.rpartition("_")
+        marker = api.Marker(name, model.getBodySet().get(body), api.Vec3(*places[int(k)]))
+        marker.thisown = False
+        model.addMarker(marker)
+    model.initSystem()
+    tool = api.InverseKinematicsTool()
+    tool.setModel(model)
+    tool.setMarkerDataFileName(str(tmp_path / "markers.trc"))
+    tool.setStartTime(float(motion.times[0]))
+    tool.setEndTime(float(motion.times[-1]))
+    tool.setOutputMotionFileName(str(tmp_path / "ik.mot"))
+    tool.set_accuracy(1e-8)
+    for name in positions:
+        task = api.IKMarkerTask()
+        task.setName(name)
+        task.setApply(True)
+        task.setWeight(1.0)
+        tool.getIKTaskSet().cloneAndAppend(task)
+    tool.set_results_directory(str(tmp_path))
+    assert tool.run()
+    parsed = motion_from_coordinates(
+        parse_coordinates_file(tmp_path / "ik.mot").require_value(), made
+    )
+    assert parsed.diagnostics == ()
+    found = parsed.require_value()
+    assert found.times == pytest.approx(motion.times, abs=1e-8)
+    for name, values in motion.displacements.items():
+        assert found.displacements[name] == pytest.approx(values, abs=1e-5), name
