@@ -139,7 +139,9 @@ class ModelFormat:
 MODEL_FORMATS: Mapping[str, ModelFormat] = {
     "peabody": ModelFormat((".fig",), format_fig, "figure file of this program"),
     "mjcf": ModelFormat((".xml", ".mjcf"), mjcf.format_files, "MuJoCo model"),
-    "urdf": ModelFormat((".urdf",), urdf.format_files, "robot model without loops or springs"),
+    "urdf": ModelFormat(
+        (".urdf",), urdf.format_files, "robot model without loops, its springs as a table"
+    ),
     "osim": ModelFormat((".osim",), osim.format_files, "OpenSim model"),
     "dyspam": ModelFormat(
         (), dyspam.format_files, "folder of the thesis's simulator's input files"
