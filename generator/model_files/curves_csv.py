@@ -196,9 +196,9 @@ def _slide_curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
     """Yield the curves along the axes of all joints."""
     joints = plain_names(figure.joints)
     coordinates = coordinate_names({name: one.chain for name, one in figure.joints.items()})
-    for name, own in springs.joints.items():
-        chain = build_chain(figure.joints[name].chain)
-        for spring in own.translations:
+    for name, joint in figure.joints.items():
+        own, chain = springs.joints.get(name), build_chain(joint.chain)
+        for spring in () if own is None else own.translations:
             if not spring.elastic and not _has_damping(spring):
                 continue
             index = chain.translation_along(spring.direction)
@@ -209,7 +209,7 @@ def _slide_curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
                 sense,
                 True,
                 sense.elastic,
-                _slide_positions(figure.joints[name], index, sense.elastic),
+                _slide_positions(joint, index, sense.elastic),
                 {},
                 (spring.reference,) if spring.reference else (),
             )

@@ -4,9 +4,8 @@ biorbd's exponential torque is
 
     (b1 exp(k1 (q - m)) + b2 exp(k2 (q - m))) (q - d) + t
 
-without its factor of the rate. A law of another form is approximated by least squares over the
-range of the joint, as is that of several rotations for a turn about each of their axes alone.
-Beyond `TYPICAL_TORQUE` the relative error counts: a stiff end of the range does not spoil the rest.
+without its factor of the rate. A law of another form is approximated by weighted least squares over
+the range of the joint.
 """
 
 from dataclasses import dataclass
@@ -18,16 +17,17 @@ from scipy.optimize import least_squares
 
 from generator.figure import Joint
 from generator.joint_chain import Chain
+from generator.model_files.displacement_torques import (
+    NEGLIGIBLE_TORQUE,
+    SampledTorque,
+    coupling_error,
+    sampled_torques,
+)
 from generator.model_files.export_model import JointLaws
 from generator.model_files.fit_error import FitError
-from generator.passive_curve import rotation_vector
-from generator.rotations import Array, matrix_from_rotation_vector
-from springs import AxisSpring, Joining, Linear, elastic_torque, total_torque
+from generator.rotations import Array
+from springs import AxisSpring, Joining, Linear
 from springs.elastic import Range
-
-_SAMPLES_OF_ONE_ANGLE = 181
-_SAMPLES_OF_SEVERAL_ANGLES = 2000
-_SEED = 0
 
 _RATES = (0.7, 2.0, 5.0, 12.0, 30.0)
 """Sizes of the rates from which the fit starts, times half of the range."""
@@ -40,12 +40,6 @@ _LARGEST_RATE = 120.0
 
 _STARTS = 3
 """Number of starts from which the fit is refined."""
-
-TYPICAL_TORQUE = 20.0
-"""Torque beyond which the fit is to the relative error [N m or N]."""
-
-_NEGLIGIBLE = 1e-9
-"""Torque or error that is nothing [N m or N]."""
 
 
 @dataclass(frozen=True)
@@ -151,58 +145,11 @@ def passive_torques(
         ranges: of the displacements, over which laws are fitted [rad or m].
     """
     fitted: dict[int, FittedTorque] = {}
-    for k, spring in laws.uncoupled.items():
-        exact = _linear_law(spring)
-        if exact is not None:
-            fitted[k] = FittedTorque(exact, None, ranges[k])
-        else:
-            angles = np.linspace(*ranges[k], _SAMPLES_OF_ONE_ANGLE)
-            torques = np.asarray(total_torque(spring.elastic, angles)) + np.zeros_like(angles)
-            fitted[k] = _fit(angles, torques, ranges[k])
-    if not any(axis.elastic for axis in laws.combined):
-        return JointTorques(_acting(fitted), None)
-    for k in chain.rotations:
-        angles = np.linspace(*ranges[k], _SAMPLES_OF_ONE_ANGLE)
-        alone = np.zeros((len(angles), len(joint.chain)))
-        alone[:, k] = angles
-        torques = generalized_torques(chain, joining, laws.combined, alone)[:, k]
-        fitted[k] = _fit(angles, torques, ranges[k])
-    samples = _sampled_angles(joint, chain, ranges)
-    differences = -generalized_torques(chain, joining, laws.combined, samples)
-    for k in chain.rotations:
-        differences[:, k] += fitted[k].torque.torque(samples[:, k])
-    error = FitError.from_differences(differences[:, list(chain.rotations)])
-    return JointTorques(_acting(fitted), error)
-
-
-def _acting(fitted: dict[int, FittedTorque]) -> dict[int, FittedTorque]:
-    return {k: one for k, one in fitted.items() if not _is_zero(one)}
-
-
-def generalized_torques(
-    chain: Chain, joining: Joining, axes: tuple[AxisSpring, ...], displacements: Array
-) -> Array:
-    """Generalized torques of the springs of several rotations, shape (n, factors) [N m].
-
-    Args:
-        chain: of the joint.
-        joining: the law that joins the axes.
-        axes: the springs.
-        displacements: of the chain, shape (n, factors) [rad or m].
-    """
-    vectors = rotation_vector(chain, displacements)
-    half_way = np.asarray(elastic_torque(joining, axes, vectors))
-    torques = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * vectors), half_way)
-    return np.einsum("nki,ni->nk", chain.twists(displacements)[..., :3], torques)
-
-
-def _sampled_angles(joint: Joint, chain: Chain, ranges: tuple[Range, ...]) -> Array:
-    """Displacements within the ranges of the rotations, at random, shape (n, factors)."""
-    rng = np.random.default_rng(_SEED)
-    samples = np.tile(np.array(joint.displacement), (_SAMPLES_OF_SEVERAL_ANGLES, 1))
-    for k in chain.rotations:
-        samples[:, k] = rng.uniform(*ranges[k], len(samples))
-    return samples
+    for k, sampled in sampled_torques(joint, chain, laws, joining, ranges).items():
+        exact = _linear_law(laws.uncoupled[k]) if k in laws.uncoupled else None
+        fitted[k] = _fit(sampled) if exact is None else FittedTorque(exact, None, ranges[k])
+    torques = {k: one.torque.torque for k, one in fitted.items()}
+    return JointTorques(fitted, coupling_error(chain, laws, joining, ranges, torques))
 
 
 def _linear_law(spring: AxisSpring) -> LinearTorque | None:
@@ -214,39 +161,33 @@ def _linear_law(spring: AxisSpring) -> LinearTorque | None:
     return LinearTorque(sum(law.stiffness * law.rest for law in linear), slope)
 
 
-def _is_zero(fitted: FittedTorque) -> bool:
-    ends = fitted.torque.torque(np.linspace(*fitted.range, _SAMPLES_OF_ONE_ANGLE))
-    return bool(np.abs(ends).max() < _NEGLIGIBLE)
-
-
-def _fit(angles: Array, torques: Array, ends: Range) -> FittedTorque:
+def _fit(sampled: SampledTorque) -> FittedTorque:
     """Return the best torque of the format for samples of a displacement."""
-    weights = 1.0 / (1.0 + np.abs(torques) / TYPICAL_TORQUE)
-    best: PassiveTorque = _fit_line(angles, torques, weights)
-    if ends[1] > ends[0]:
-        curve = _fit_exponentials(angles, torques, weights, ends)
-        misfits = [np.sum((weights * (one.torque(angles) - torques)) ** 2) for one in (best, curve)]
-        best = curve if misfits[1] < 0.99 * misfits[0] else best
-    error = FitError.from_differences(best.torque(angles) - torques)
-    return FittedTorque(best, None if error.largest < _NEGLIGIBLE else error, ends)
+    best: PassiveTorque = _fit_line(sampled)
+    if sampled.range[1] > sampled.range[0]:
+        curve = _fit_exponentials(sampled)
+        if sampled.misfit_of(curve.torque) < 0.99 * sampled.misfit_of(best.torque):
+            best = curve
+    error = sampled.error_of(best.torque)
+    return FittedTorque(best, None if error.largest < NEGLIGIBLE_TORQUE else error, sampled.range)
 
 
-def _fit_line(angles: Array, torques: Array, weights: Array) -> LinearTorque:
-    columns = np.stack([np.ones_like(angles), angles], axis=1)
-    at_zero, slope = _solve(columns, torques, weights).tolist()
+def _fit_line(sampled: SampledTorque) -> LinearTorque:
+    x = sampled.displacements
+    at_zero, slope = sampled.solve(np.stack([np.ones_like(x), x], axis=1)).tolist()
     return LinearTorque(at_zero, slope)
 
 
-def _fit_exponentials(
-    angles: Array, torques: Array, weights: Array, ends: Range
-) -> ExponentialTorque:
+def _fit_exponentials(sampled: SampledTorque) -> ExponentialTorque:
     """Fit rates and the zero, for each of which the amplitudes and the constant are linear."""
-    middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
-    x = (angles - middle) / half
+    low, high = sampled.range
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    x = (sampled.displacements - middle) / half
+    weights = sampled.weights
 
     def residual(shape: Array) -> Array:
         columns, _ = _columns(shape, x)
-        return weights * (columns @ _solve_restoring(columns, torques, weights) - torques)
+        return weights * (columns @ _solve_restoring(columns, sampled) - sampled.torques)
 
     def misfit(shape: Array) -> float:
         return float(np.sum(residual(shape) ** 2))
@@ -262,7 +203,7 @@ def _fit_exponentials(
     best = min(fits, key=misfit)
     first, second, zero = best.tolist()
     columns, scales = _columns(best, x)
-    b1, b2, constant = (_solve_restoring(columns, torques, weights) * scales).tolist()
+    b1, b2, constant = (_solve_restoring(columns, sampled) * scales).tolist()
     return ExponentialTorque(
         (b1 / half, b2 / half),
         (first / half, second / half),
@@ -280,7 +221,7 @@ def _columns(shape: Array, x: Array) -> tuple[Array, Array]:
     return np.stack([*columns, np.ones_like(x)], axis=1), scales
 
 
-def _solve_restoring(columns: Array, torques: Array, weights: Array) -> Array:
+def _solve_restoring(columns: Array, sampled: SampledTorque) -> Array:
     """Return the least-squares amplitudes and constant with amplitudes that are not positive.
 
     Otherwise two large terms of opposite sign would fit a stiff end better, and drive the joint on
@@ -289,21 +230,13 @@ def _solve_restoring(columns: Array, torques: Array, weights: Array) -> Array:
     best, least = np.zeros(3), np.inf
     for kept in ([0, 1, 2], [0, 2], [1, 2], [2]):
         solution = np.zeros(3)
-        solution[kept] = _solve(columns[:, kept], torques, weights)
+        solution[kept] = sampled.solve(columns[:, kept])
         if np.any(solution[:2] > 0.0):
             continue
-        misfit = float(np.sum((weights * (columns @ solution - torques)) ** 2))
+        residual = sampled.weights * (columns @ solution - sampled.torques)
+        misfit = float(np.sum(residual**2))
         if misfit < least:
             best, least = solution, misfit
         if len(kept) == 3:
             break
     return best
-
-
-def _solve(columns: Array, torques: Array, weights: Array) -> Array:
-    """Return the least-squares solution of columns of any size."""
-    weighted = columns * weights[:, None]
-    sizes = np.linalg.norm(weighted, axis=0)
-    sizes[sizes == 0.0] = 1.0
-    solution = cast("Array", np.linalg.lstsq(weighted / sizes, torques * weights, rcond=1e-10)[0])
-    return solution / sizes

@@ -57,6 +57,8 @@ FITTED_LOSS = "springs approximated by exponentials or lines"
 
 COUPLING_LOSS = "several rotations at once, of which the torques about each axis are a sum, err by"
 
+LIMITS_LOSS = "limits of several rotations, which are ranges of the single displacements here"
+
 _LETTERS = "xyz"
 
 _ORTHOGONAL = 1e-12
@@ -404,6 +406,11 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("Coulomb friction", name)
         if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
             losses.add("damping and friction of several rotations", name)
+    for branch in model.tree.joints:
+        joint = branch.joint
+        limited = joint.lower_limit is not None or joint.upper_limit is not None
+        if limited and model.tree.chains[joint.name].rotations[1:]:
+            losses.add(LIMITS_LOSS, joint.name)
     moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
     if moved:
         losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)

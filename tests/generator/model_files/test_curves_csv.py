@@ -21,6 +21,7 @@ from generator.springs_file.read import read_springs
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
 from springs.hysteresis import Hysteresis
 from tests.chains import at, body, chain, figure, ground, joint, two_bodies
+from tests.command import mover, run
 
 Row = dict[str, str]
 
@@ -239,3 +240,23 @@ def test_the_suffix_of_a_figures_table_is_csv(tmp_path: Path):
     path = tmp_path / "curves.csv"
     model_format(path).format_files(drawn, springs, path).write()
     assert path.read_text(encoding="utf-8") == format_curves(drawn, springs)[0]
+
+
+def test_the_command_writes_curves_of_a_figure_and_motions_of_a_motion(tmp_path: Path):
+    curves, motion, again = (tmp_path / name for name in ("a.csv", "b.action", "b.csv"))
+    run("convert", "pendulum", curves)
+    with curves.open(encoding="utf-8", newline="") as file:
+        assert "moment [N m]" in next(csv.reader(file))
+    run("simulate", "pendulum", "--stop", 0.01, "-o", motion)
+    run("convert", motion, again)
+    assert "time [s]" in again.read_text(encoding="utf-8")
+    named = tmp_path / "table.txt"
+    run("convert", "pendulum", named, "--to", "curves")
+    assert named.read_bytes() == curves.read_bytes()
+
+
+def test_the_command_says_that_a_figure_has_no_springs(tmp_path: Path):
+    done = mover("convert", "fourbar", tmp_path / "a.csv")
+    assert done.exit_code != 0
+    assert "the figure has no springs, so there are no passive curves to write" in done.stderr
+    assert not (tmp_path / "a.csv").exists()

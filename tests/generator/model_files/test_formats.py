@@ -18,6 +18,14 @@ def test_no_suffix_stands_for_two_formats():
     assert all(suffix == suffix.lower() and suffix.startswith(".") for suffix in said)
 
 
+def test_a_suffix_of_motions_means_one_format_of_figures():
+    shared = [suffix for each in MODEL_FORMATS.values() for suffix in each.motion_suffixes]
+    assert shared
+    assert len(set(shared)) == len(shared)
+    assert set(shared) <= set(MOTIONS)
+    assert model_format(Path("a.CSV")) is MODEL_FORMATS["curves"]
+
+
 def test_the_suffix_chooses_and_a_name_wins_over_it():
     assert model_format(Path("a.FIG")) is MODEL_FORMATS["peabody"]
     assert model_format(Path("a.txt"), "peabody") is MODEL_FORMATS["peabody"]

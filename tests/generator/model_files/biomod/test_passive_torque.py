@@ -12,19 +12,17 @@ from generator.joint_chain import build_chain
 from generator.model_files.biomod.passive_torque import (
     ExponentialTorque,
     LinearTorque,
-    generalized_torques,
     passive_torques,
 )
+from generator.model_files.displacement_torques import generalized_torques
 from generator.model_files.export_model import split_joint_laws
 from generator.model_files.fit_error import joint_ranges
-from generator.passive_curve import rotation_vector
 from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
     Joining,
     JointSprings,
     Linear,
-    conservative_energy,
     total_torque,
 )
 from springs.exponential import Exponential, ExponentialTerm
@@ -105,23 +103,6 @@ def test_without_a_torque_there_is_none() -> None:
     own = JointSprings("pin", (AxisSpring((0.0, 0.0, 1.0), (Linear(0.0),)),))
     assert torques_of(own, of).fitted == {}
     assert torques_of(JointSprings("pin"), of).fitted == {}
-
-
-@pytest.mark.parametrize("name", ["left_hip_joint", "waist", "right_shoulder"])
-def test_generalized_torques_are_minus_the_slope_of_the_energy(name: str) -> None:
-    factors = build_chain(PROTOTYPE.joints[name].chain)
-    axes = SPRINGS.joints[name].axes
-    rng = np.random.default_rng(1)
-    q = rng.uniform(-0.6, 0.6, (20, len(factors.joint_axes)))
-    torques = generalized_torques(factors, Joining.CONSERVATIVE, axes, q)
-
-    def energy(at: np.ndarray) -> np.ndarray:
-        return np.asarray(conservative_energy(axes, rotation_vector(factors, at)))
-
-    for k in range(q.shape[1]):
-        step = 1e-5 * np.eye(q.shape[1])[k]
-        slope = (energy(q + step) - energy(q - step)) / 2e-5
-        assert torques[:, k] == pytest.approx(-slope, rel=1e-5, abs=1e-5)
 
 
 @pytest.mark.parametrize("springs", [SPRINGS, WEIGHTED], ids=["conservative", "weighted"])

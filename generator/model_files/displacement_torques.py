@@ -1,0 +1,167 @@
+"""The torque of a joint's springs about each displacement alone, sampled to fit other forms to it.
+
+The springs of several rotations depend on all of them. Formats that have a torque for each
+displacement get that of a rotation about its axis alone; their sum differs from the law in between.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from generator.figure import Joint
+from generator.joint_chain import Chain
+from generator.model_files.export_model import JointLaws
+from generator.model_files.fit_error import FitError
+from generator.passive_curve import rotation_vector
+from generator.rotations import Array, matrix_from_rotation_vector, unit_vector
+from springs import AxisSpring, Joining, elastic_torque, total_torque
+from springs.elastic import Range
+
+TYPICAL_TORQUE = 20.0
+"""Torque beyond which the relative error of a fit counts [N m or N]."""
+
+NEGLIGIBLE_TORQUE = 1e-9
+"""Torque or error that is nothing [N m or N]."""
+
+_SAMPLES_OF_ONE_ANGLE = 181
+_SAMPLES_OF_SEVERAL_ANGLES = 8000
+_SEED = 0
+
+_HALF_TURN = np.pi - 1e-6
+"""Largest size of a rotation that is sampled [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampledTorque:
+    """The torque of springs about one displacement, the others of its joint at zero.
+
+    Attributes:
+        displacements: throughout a range, shape (n,) [rad or m].
+        torques: shape (n,) [N m or N].
+        range: of the displacement.
+    """
+
+    displacements: Array
+    torques: Array
+    range: Range
+
+    @property
+    def weights(self) -> Array:
+        """Weights of the differences: a stiff end of the range does not spoil the rest."""
+        return 1.0 / (1.0 + np.abs(self.torques) / TYPICAL_TORQUE)
+
+    @property
+    def is_negligible(self) -> bool:
+        """True without a torque."""
+        return bool(np.abs(self.torques).max() < NEGLIGIBLE_TORQUE)
+
+    def error_of(self, torque: Callable[[Array], Array]) -> FitError:
+        """Return the error of another torque."""
+        return FitError.from_differences(torque(self.displacements) - self.torques)
+
+    def misfit_of(self, torque: Callable[[Array], Array]) -> float:
+        """Return the weighted sum of the squared errors of another torque."""
+        return float(np.sum((self.weights * (torque(self.displacements) - self.torques)) ** 2))
+
+    def solve(self, columns: Array) -> Array:
+        """Return factors of columns whose sum is nearest to the torques, shape (n, m) to (m,)."""
+        weighted = columns * self.weights[:, None]
+        sizes = np.linalg.norm(weighted, axis=0)
+        sizes[sizes == 0.0] = 1.0
+        target = self.torques * self.weights
+        solution = cast("Array", np.linalg.lstsq(weighted / sizes, target, rcond=1e-10)[0])
+        return solution / sizes
+
+
+def sampled_torques(
+    joint: Joint, chain: Chain, laws: JointLaws, joining: Joining, ranges: tuple[Range, ...]
+) -> dict[int, SampledTorque]:
+    """Return the torques about the displacements that have springs, by index in the chain.
+
+    Args:
+        joint: the joint.
+        chain: its chain.
+        laws: its springs.
+        joining: the law that joins the axes of several rotations.
+        ranges: of the displacements [rad or m].
+    """
+    found: dict[int, SampledTorque] = {}
+    for k, spring in laws.uncoupled.items():
+        x = np.linspace(*ranges[k], _SAMPLES_OF_ONE_ANGLE)
+        torques = np.asarray(total_torque(spring.elastic, x)) + np.zeros_like(x)
+        found[k] = SampledTorque(x, torques, ranges[k])
+    if any(axis.elastic for axis in laws.combined):
+        for k in chain.rotations:
+            ends = _within_half_turns(ranges[k])
+            x = np.linspace(*ends, _SAMPLES_OF_ONE_ANGLE)
+            alone = np.zeros((len(x), len(joint.chain)))
+            alone[:, k] = x
+            torques = generalized_torques(chain, joining, laws.combined, alone)[:, k]
+            found[k] = SampledTorque(x, torques, ends)
+    return {k: one for k, one in found.items() if not one.is_negligible}
+
+
+def coupling_error(
+    chain: Chain,
+    laws: JointLaws,
+    joining: Joining,
+    ranges: tuple[Range, ...],
+    torques: Mapping[int, Callable[[Array], Array]],
+) -> FitError | None:
+    """Return the error of torques of single displacements at orientations throughout the ranges.
+
+    None for a joint without springs of several rotations. An orientation is in the range if its
+    displacements are, and the components of its rotation vector too.
+
+    Args:
+        chain: of the joint.
+        laws: its springs.
+        joining: the law that joins the axes of several rotations.
+        ranges: of the displacements [rad or m].
+        torques: by index in the chain, functions of the displacement; zero for others.
+    """
+    if not any(axis.elastic for axis in laws.combined):
+        return None
+    samples = _sampled_orientations(chain, ranges)
+    differences = -generalized_torques(chain, joining, laws.combined, samples)
+    for k in chain.rotations:
+        if k in torques:
+            differences[:, k] += torques[k](samples[:, k])
+    return FitError.from_differences(differences[:, list(chain.rotations)])
+
+
+def _sampled_orientations(chain: Chain, ranges: tuple[Range, ...]) -> Array:
+    """Displacements of orientations in the range, at random, shape (n, factors) [rad]."""
+    rng = np.random.default_rng(_SEED)
+    samples = np.zeros((_SAMPLES_OF_SEVERAL_ANGLES, len(chain.joint_axes)))
+    for k in chain.rotations:
+        samples[:, k] = rng.uniform(*_within_half_turns(ranges[k]), len(samples))
+    vectors, inside = rotation_vector(chain, samples), np.full(len(samples), True)
+    for k in chain.rotations:
+        component = vectors @ unit_vector(chain.joint_axes[k].axis)
+        inside &= (component >= ranges[k][0]) & (component <= ranges[k][1])
+    return samples[inside]
+
+
+def _within_half_turns(ends: Range) -> Range:
+    """Return a range within half a turn to both sides, where the rotation vector jumps [rad]."""
+    return max(ends[0], -_HALF_TURN), min(ends[1], _HALF_TURN)
+
+
+def generalized_torques(
+    chain: Chain, joining: Joining, axes: tuple[AxisSpring, ...], displacements: Array
+) -> Array:
+    """Generalized torques of the springs of several rotations, shape (n, factors) [N m].
+
+    Args:
+        chain: of the joint.
+        joining: the law that joins the axes.
+        axes: the springs.
+        displacements: of the chain, shape (n, factors) [rad or m].
+    """
+    vectors = rotation_vector(chain, displacements)
+    half_way = np.asarray(elastic_torque(joining, axes, vectors))
+    torques = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * vectors), half_way)
+    return np.einsum("nki,ni->nk", chain.twists(displacements)[..., :3], torques)
