@@ -70,7 +70,12 @@ class ElementKinds:
 
     def group(self, tag: str) -> str:
         """Return the group of an element with this tag; "" for the group of the one above."""
-        return "springs" if tag in self.spring_tags else "others" if tag in self.other_tags else ""
+        groups = {
+            "springs": self.spring_tags,
+            "shapes": self.shape_tags,
+            "others": self.other_tags,
+        }
+        return next((group for group, tags in groups.items() if tag in tags), "")
 
 
 KINDS: Mapping[str, ElementKinds] = {
