@@ -184,7 +184,7 @@ def test_edited_springs_are_read_from_the_model(
     suffix: str, pattern: str, new: str, tmp_path: Path
 ):
     imported, _, laws = edited(suffix, tmp_path, pattern, new)
-    lost(imported, "since its springs were changed")
+    lost(imported, "since its springs or loads were changed")
     dampings = [axis.damping.viscous for joint in laws.joints.values() for axis in joint.axes]
     assert max(dampings) >= 123.0
     assert not any("(" in reference for reference in laws.references)
@@ -209,9 +209,16 @@ def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):
     assert laws.joints == CASES["prototype"](tmp_path)[1].joints
 
 
-def test_additions_are_one_loss(tmp_path: Path):
-    camera = '<worldbody><camera name="eye" pos="0 0 3"/>'
-    imported, _, laws = edited(".xml", tmp_path, "<worldbody>", camera)
+@pytest.mark.parametrize(
+    ("pattern", "new"),
+    [
+        ("<worldbody>", '<worldbody><camera name="eye" pos="0 0 3"/>'),
+        ("</worldbody>", '</worldbody><sensor><jointpos joint="left_knee"/></sensor>'),
+        ("</worldbody>", '</worldbody><actuator><motor joint="left_knee"/></actuator>'),
+    ],
+)
+def test_additions_are_one_loss(pattern: str, new: str, tmp_path: Path):
+    imported, _, laws = edited(".xml", tmp_path, pattern, new)
     lost(imported, "cameras")
     assert laws.joints == CASES["prototype"](tmp_path)[1].joints
 
