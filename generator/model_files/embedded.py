@@ -70,15 +70,23 @@ class ElementKinds:
 
     def group(self, tag: str) -> str:
         """Return the group of an element with this tag; "" for the group of the one above."""
-        return "springs" if tag in self.spring_tags else "others" if tag in self.other_tags else ""
+        groups = {
+            "springs": self.spring_tags,
+            "shapes": self.shape_tags,
+            "others": self.other_tags,
+        }
+        return next((group for group, tags in groups.items() if tag in tags), "")
 
 
 KINDS: Mapping[str, ElementKinds] = {
     "mujoco": ElementKinds(
-        frozenset({"tendon"}),
+        frozenset({"tendon", "general"}),
         frozenset({"stiffness", "springref", "damping", "frictionloss", "springdamper"}),
         frozenset({"asset", "geom"}),
-        frozenset({"camera", "light", "sensor", "contact", "option"}),
+        frozenset(
+            {"camera", "light", "sensor", "contact", "option", "motor", "position", "velocity"}
+            | {"intvelocity", "damper", "cylinder", "muscle", "adhesion", "plugin"}
+        ),
         frozenset({"custom", "inertial", "visual", "statistic", "size"}),
     ),
     "OpenSimDocument": ElementKinds(
@@ -154,7 +162,8 @@ def _digests(root: XmlElement) -> tuple[str, ...]:
         path, group = f"{path}/{element.tag}", kinds.group(element.tag) or group
         attributes = {name: written.text for name, written in element.attributes.items()}
         own = {name: attributes.pop(name) for name in kinds.spring_attributes & attributes.keys()}
-        digests[group].update(_canonical_line(path, attributes, element.text.text))
+        if attributes or element.text.text:  # sections without contents do not matter
+            digests[group].update(_canonical_line(path, attributes, element.text.text))
         if own:
             digests["springs"].update(_canonical_line(f"{path} {element.get('name')}", own, ""))
         waiting += [(child, path, group) for child in reversed(element.children)]
@@ -195,7 +204,7 @@ def imported_from_embedded(
         return None
     now = dict(zip(DIGESTED, _digests(root), strict=True))
     same = {group: now[group] == parts[f"{group}_sha256"] for group in DIGESTED}
-    words = {"model": "bodies, joints or sites", "springs": "springs"}
+    words = {"model": "bodies, joints or sites", "springs": "springs or loads"}
     changed = [word for group, word in words.items() if not same[group]]
     figure = parse_figure(parts["figure"], "the figure in the model").value
     laws = _parse_springs_text(parts["springs"])

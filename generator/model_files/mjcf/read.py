@@ -1,5 +1,6 @@
 """MJCF, the models of MuJoCo: the passive tree of one as a figure."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -148,7 +149,7 @@ class BodyReader:
                 parent_pose @ parse_pose(element, self.document.angle_convention, self.diagnostics),
                 freedoms,
                 mass,
-                contents.sites,
+                _own_site_names(name, contents.sites),
                 element.span_of("name"),
                 shapes=self.geoms.shapes(contents.geoms),
             )
@@ -308,6 +309,12 @@ class BodyReader:
             return self.bodies
         factor = total / sum(body.mass.mass for body in self.bodies if body.mass is not None)
         return [_scale_mass(body, factor) for body in self.bodies]
+
+
+def _own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the sites of a body, `BODY.SITE` as `SITE`: names in MJCF are unique in the model."""
+    own = {name: name.removeprefix(f"{body}.") for name in sites}
+    return {new if new not in sites else name: sites[name] for name, new in own.items()}
 
 
 def _scale_mass(body: Body, factor: float) -> Body:

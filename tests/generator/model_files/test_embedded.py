@@ -92,13 +92,13 @@ def test_figure_and_springs_come_back_exactly(case: str, suffix: str, tmp_path: 
     assert imported.losses.entries == ()
 
 
-@pytest.mark.parametrize("suffix", [".xml", ".urdf"])
+@pytest.mark.parametrize("suffix", [".xml", ".osim", ".urdf"])
 @pytest.mark.parametrize("case", ["prototype", "pendulum", "humanoid of Gymnasium"])
 def test_shapes_and_colours_come_back(case: str, suffix: str, tmp_path: Path):
     figure, springs = CASES[case](tmp_path)
     write(figure, springs, tmp_path / f"model{suffix}")
     _, back, _ = read_back(tmp_path / f"model{suffix}")
-    digits = 1e-12 if suffix == ".xml" else 1e-6  # meshes beside URDF have 32-bit numbers
+    digits = 1e-12 if suffix == ".xml" else 1e-6  # mesh files have 32-bit numbers
     drawn = [name for name, one in figure.bodies.items() if one.psurf is not None]
     assert drawn
     for name in drawn:
@@ -184,7 +184,7 @@ def test_edited_springs_are_read_from_the_model(
     suffix: str, pattern: str, new: str, tmp_path: Path
 ):
     imported, _, laws = edited(suffix, tmp_path, pattern, new)
-    lost(imported, "since its springs were changed")
+    lost(imported, "since its springs or loads were changed")
     dampings = [axis.damping.viscous for joint in laws.joints.values() for axis in joint.axes]
     assert max(dampings) >= 123.0
     assert not any("(" in reference for reference in laws.references)
@@ -209,17 +209,38 @@ def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):
     assert laws.joints == CASES["prototype"](tmp_path)[1].joints
 
 
-def test_additions_are_one_loss(tmp_path: Path):
-    camera = '<worldbody><camera name="eye" pos="0 0 3"/>'
-    imported, _, laws = edited(".xml", tmp_path, "<worldbody>", camera)
+@pytest.mark.parametrize(
+    ("pattern", "new"),
+    [
+        ("<worldbody>", '<worldbody><camera name="eye" pos="0 0 3"/>'),
+        ("</worldbody>", '</worldbody><sensor><jointpos joint="left_knee"/></sensor>'),
+        ("</worldbody>", '</worldbody><actuator><motor joint="left_knee"/></actuator>'),
+    ],
+)
+def test_additions_are_one_loss(pattern: str, new: str, tmp_path: Path):
+    imported, _, laws = edited(".xml", tmp_path, pattern, new)
     lost(imported, "cameras")
     assert laws.joints == CASES["prototype"](tmp_path)[1].joints
 
 
 def test_another_colour_is_read(tmp_path: Path):
-    _, back, _ = edited(".xml", tmp_path, r'rgba="[^"]*"', 'rgba="0 0.5 1 1"')
+    imported, back, laws = edited(".xml", tmp_path, r'rgba="[^"]*"', 'rgba="0 0.5 1 1"')
     colours = [segment_colour(back, one) for one in back.segments.values()]
     assert colours.count((0.0, 0.5, 1.0)) == 1
+    assert imported.losses.entries == ()
+    assert laws.references
+
+
+def test_stand_ins_for_missing_psurfs_do_not_become_psurfs(tmp_path: Path):
+    figure, springs = CASES["prototype"](tmp_path)
+    figure = without_psurfs(figure)
+    text = write(figure, springs, tmp_path / "model.xml")
+    assert "<geom" in text
+    assert read_model(tmp_path / "model.xml").surfaces == {}
+    ball = '<geom size="0.1" contype="0" conaffinity="0" mass="0"/>'
+    changed = re.sub('(<body name="right_lower_leg"[^>]*>)', rf"\1{ball}", text)
+    (tmp_path / "model.xml").write_text(changed, encoding="utf-8")
+    assert "right_lower_leg" in read_model(tmp_path / "model.xml").surfaces
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -1,0 +1,144 @@
+"""Forces of coordinates as laws: torques and damping as in OpenSim or its documentation."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import Source
+from generator.model_files.formats import parse_model
+from generator.model_files.imported import Imported
+from generator.rotations import Array
+from springs import AxisSpring, total_torque
+from tests.generator.model_files.imported_models import lost, written_and_read
+
+MODEL = """<?xml version="1.0"?><OpenSimDocument Version="40500"><Model name="m">
+<gravity>0 -9.81 0</gravity><BodySet name="bodyset"><objects><Body name="b"><mass>1</mass>
+<mass_center>0 0 0</mass_center><inertia>1 1 1 0 0 0</inertia></Body></objects></BodySet>
+<JointSet name="jointset"><objects><{0} name="j"><socket_parent_frame>/ground</socket_parent_frame>
+<socket_child_frame>/bodyset/b</socket_child_frame><coordinates><Coordinate name="q1">
+<default_value>0.2</default_value><range>-1.5 1.5</range></Coordinate></coordinates></{0}></objects>
+</JointSet><ForceSet name="forceset"><objects>{1}</objects></ForceSet></Model></OpenSimDocument>"""
+
+ANGLES = np.linspace(-1.4, 1.4, 57)
+
+
+def force(tag: str, **values: object) -> str:
+    inner = "".join(f"<{key}>{value}</{key}>" for key, value in values.items())
+    return f"<{tag} name='a_{tag}'><coordinate>q1</coordinate>{inner}</{tag}>"
+
+
+def expression(text: str) -> str:
+    return force("ExpressionBasedCoordinateForce", expression=text)
+
+
+SPRING = force("SpringGeneralizedForce", stiffness=3, rest_length=0.1, viscosity=0.4)
+LIMIT = force("CoordinateLimitForce", lower_limit=-30, upper_limit=40, lower_stiffness=1,
+              upper_stiffness=2, transition=10)  # fmt: skip
+
+FORCES = {
+    "spring": (SPRING, True),
+    "limit": (LIMIT, True),
+    "limit and spring": (LIMIT + SPRING, False),
+    "two springs": (SPRING + expression("-2*(q-0.5)"), True),
+    "linear expression": (expression("-3*q-0.5*qdot+1"), True),
+    "double exponential": (expression("2*exp(-3*(q+1))-exp(4*(q-1))-0.5*qdot"), False),
+    "one-sided": (expression("-step(q-0.5)*10*(q-0.5)"), False),
+    "with a definition": (expression("-a*a*a;a=2*q"), False),
+}
+"""Forces, and whether a springs file holds them exactly."""
+
+
+def read(forces: str, folder: Path, joint: str = "PinJoint") -> tuple[Imported, AxisSpring]:
+    imported = parse_model(Source("m.osim", MODEL.format(joint, forces))).require_value()
+    _, springs = written_and_read(imported, folder)
+    (axis,) = (*springs.joints["j"].axes, *springs.joints["j"].translations)
+    return imported, axis
+
+
+def opensim_forces(forces: str, folder: Path) -> tuple[Array, float]:
+    """Torques at the angles, and damping; the moment of inertia is one, and no weight turns."""
+    api: Any = pytest.importorskip("opensim")
+    api.Logger.setLevelString("error")
+    (folder / "m.osim").write_text(MODEL.format("PinJoint", forces))
+    model = api.Model(str(folder / "m.osim"))
+    state = model.initSystem()
+    coordinate = model.getCoordinateSet().get(0)
+
+    def acceleration(angle: float, rate: float) -> float:
+        coordinate.setValue(state, angle)
+        coordinate.setSpeedValue(state, rate)
+        model.realizeAcceleration(state)
+        return coordinate.getAccelerationValue(state)
+
+    still = np.array([acceleration(angle, 0.0) for angle in ANGLES])
+    return still, acceleration(0.0, -0.5) - acceleration(0.0, 0.5)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("name", FORCES)
+def test_torques_are_those_of_opensim(name: str, tmp_path: Path):
+    forces, exact = FORCES[name]
+    theirs, damping = opensim_forces(forces, tmp_path)
+    imported, axis = read(forces, tmp_path)
+    error = 1e-12
+    if not exact:
+        (place,) = lost(imported, "tables of points")
+        error = 1.2 * float(place.split(": ")[1].split(" ")[0])
+    ours = total_torque(axis.elastic, ANGLES)
+    assert np.abs(ours - theirs).max() <= error
+    assert axis.damping.viscous == pytest.approx(damping, abs=1e-9)
+
+
+def test_exponential_limits_are_exact(tmp_path: Path):
+    """De Groote's curves, in OpenSim since 4.6.1: an exponential at either limit."""
+    limits = force("ExponentialCoordinateLimitForce", lower_shape_parameters="2 3",
+                   upper_shape_parameters="4 5", lower_limit=-0.6, upper_limit=0.9)  # fmt: skip
+    _, axis = read(limits, tmp_path)
+    expected = 2.0 * np.exp(-3.0 * (ANGLES + 0.6)) - 4.0 * np.exp(5.0 * (ANGLES - 0.9))
+    np.testing.assert_allclose(total_torque(axis.elastic, ANGLES), expected, rtol=1e-12)
+
+
+def test_linear_stops_are_exact(tmp_path: Path):
+    stop = force("CoordinateLinearStopForce", stiffness=7, damping=0.3, lower_limit=-0.6,
+                 upper_limit=0.9)  # fmt: skip
+    imported, axis = read(stop, tmp_path)
+    expected = 7.0 * (np.clip(ANGLES, -0.6, 0.9) - ANGLES)
+    np.testing.assert_allclose(total_torque(axis.elastic, ANGLES), expected, atol=1e-12)
+    assert lost(imported, "damping of limit forces") == ("a_CoordinateLinearStopForce",)
+
+
+def test_linear_forces_along_slides_are_springs(tmp_path: Path):
+    _, axis = read(expression("-30*q-2*qdot") + SPRING, tmp_path, "SliderJoint")
+    assert total_torque(axis.elastic, 0.5) == pytest.approx(-30.0 * 0.5 - 3.0 * 0.4)
+    assert axis.damping.viscous == pytest.approx(2.4)
+
+
+@pytest.mark.parametrize(
+    ("joint", "forces", "sentence"),
+    [
+        ("PinJoint", expression("gust(q)"), "expressions that are not read"),
+        ("PinJoint", expression("1/(q-q)"), "expressions that are not finite"),
+        ("PinJoint", expression("-tanh(qdot)-q"), "depend on the rate"),
+        ("SliderJoint", expression("-q^3"), "nonlinear forces of sliding joints"),
+        ("SliderJoint", LIMIT, "limit forces of sliding joints"),
+        ("PinJoint", SPRING.replace("<stiffness>3", "<stiffness>-3"), "negative stiffness"),
+    ],
+)
+def test_other_forces_are_losses(joint: str, forces: str, sentence: str):
+    imported = parse_model(Source("m.osim", MODEL.format(joint, forces))).require_value()
+    assert len(lost(imported, sentence)) == 1
+
+
+@pytest.mark.parametrize(
+    ("forces", "message"),
+    [
+        (force("CoordinateLinearStopForce", stiffness=1, lower_limit=1, upper_limit=0), "no range"),
+        (force("ExponentialCoordinateLimitForce", lower_shape_parameters="1 900",
+               lower_limit=9), "too large"),
+    ],
+)  # fmt: skip
+def test_a_wrong_limit_is_refused(forces: str, message: str):
+    (fault,) = parse_model(Source("m.osim", MODEL.format("PinJoint", forces))).diagnostics
+    assert message in fault.message
