@@ -126,7 +126,7 @@ def same_bits(one: Any, other: Any) -> bool:
         case tuple():
             pairs = zip(one, other, strict=False)
             return type(one) is type(other) and all(same_bits(*pair) for pair in pairs)
-        case Accuracy() | ContactRecord() | SegmentContact():
+        case Accuracy() | Outcome() | ContactRecord() | SegmentContact() | Overlap():
             names = [field.name for field in fields(one)]
             return all(same_bits(getattr(one, n), getattr(other, n)) for n in names)
         case _:
