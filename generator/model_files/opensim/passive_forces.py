@@ -23,6 +23,9 @@ _DEGREES_PER_RADIAN = 180.0 / pi
 
 _CONTACT: Final = ("HuntCrossleyForce", "ElasticFoundationForce", "SmoothSphereHalfSpaceForce")
 
+BUSHINGS: Final = ("BushingForce", "ExpressionBasedBushingForce")
+"""Forces between frames, which `apply_bushings` reads."""
+
 _PATHS: Final = ("GeometryPath", "FunctionBasedPath", "Scholz2015GeometryPath")
 
 
@@ -39,6 +42,8 @@ def apply_forces(
         name = force.get("name") or force.tag
         if child_text(force, "appliesForce").lower() == "false":
             losses.add("forces that are switched off", name)
+        elif force.tag in BUSHINGS:
+            continue
         elif force.tag in _READERS:
             reader.read(force, name)
         elif any(below.tag in _PATHS for below in force.walk()):
@@ -167,36 +172,7 @@ class _ForceReader:
                 found = function({"q": coordinate, "qdot": rates})
             return dof.scale * found * np.ones_like(coordinate)
 
-        return self._with_function(name, dof, force_at)
-
-    def _with_function(
-        self, name: str, dof: DegreeOfFreedom, force_at: Callable[[Array, float], Array]
-    ) -> DegreeOfFreedom:
-        """Return a degree of freedom with the elastic and the viscous part of a function."""
-        ends = dof.expected_range or (-1.0, 1.0)
-        angles = np.linspace(ends[0], ends[1], _PROBES)
-        elastic = force_at(angles, 0.0)
-        if not np.isfinite(elastic).all():
-            self.losses.add("forces with expressions that are not finite", name)
-            return dof
-        dampings = np.array([(elastic - force_at(angles, rate)) / rate for rate in _PROBE_RATES])
-        viscous = float(np.median(dampings))
-        size = float(np.abs(dampings).max())
-        if not np.isfinite(size) or np.ptp(dampings) > _LINEAR_TOLERANCE * size or viscous < 0.0:
-            self.losses.add("parts of forces that depend on the rate, but for damping", name)
-            viscous = 0.0
-        dof = replace(dof, damping=dof.damping + viscous)
-        slope, first = np.polyfit(angles, elastic, 1).tolist()
-        scale = float(np.abs(elastic).max())
-        if scale == 0.0:
-            return dof
-        straight = np.abs(elastic - slope * angles - first).max() <= _LINEAR_TOLERANCE * scale
-        if straight and slope < 0.0:
-            return _with_stiffness(dof, -slope, -first / slope)
-        if dof.kind is not AxisKind.ROTATION:
-            self.losses.add("nonlinear forces of sliding joints", name)
-            return dof
-        return _with_law(dof, FunctionCurve(lambda values: force_at(values, 0.0)))
+        return with_function(dof, name, force_at, self.losses)
 
     def _is_plain_rotation(self, dof: DegreeOfFreedom, name: str) -> bool:
         if dof.kind is AxisKind.ROTATION and dof.scale == 1.0:
@@ -222,6 +198,44 @@ _READERS: Final[Mapping[str, _Reader]] = {
     "ExpressionBasedCoordinateForce": _ForceReader.expression,
 }
 """Readers of forces on one coordinate, by class."""
+
+
+def with_function(
+    dof: DegreeOfFreedom, name: str, force_at: Callable[[Array, float], Array], losses: Losses
+) -> DegreeOfFreedom:
+    """Return a degree of freedom with the elastic and the viscous part of a function.
+
+    Args:
+        dof: the degree of freedom.
+        name: of the force.
+        force_at: generalized force at displacements and a rate of them.
+        losses: notes what is neither.
+    """
+    ends = dof.expected_range or (-1.0, 1.0)
+    angles = np.linspace(ends[0], ends[1], _PROBES)
+    elastic = force_at(angles, 0.0)
+    if not np.isfinite(elastic).all():
+        losses.add("forces with expressions that are not finite", name)
+        return dof
+    dampings = np.array([(elastic - force_at(angles, rate)) / rate for rate in _PROBE_RATES])
+    viscous = float(np.median(dampings))
+    size = float(np.abs(dampings).max())
+    if not np.isfinite(size) or np.ptp(dampings) > _LINEAR_TOLERANCE * size or viscous < 0.0:
+        losses.add("parts of forces that depend on the rate, but for damping", name)
+        viscous = 0.0
+    dof = replace(dof, damping=dof.damping + viscous)
+    slope, first = np.polyfit(angles, elastic, 1).tolist()
+    scale = float(np.abs(elastic).max())
+    if scale == 0.0:
+        return dof
+    straight = np.abs(elastic - slope * angles - first).max() <= _LINEAR_TOLERANCE * scale
+    if straight and slope < 0.0:
+        return _with_stiffness(dof, -slope, -first / slope)
+    if dof.kind is not AxisKind.ROTATION:
+        losses.add("nonlinear forces of sliding joints", name)
+        return dof
+    return _with_law(dof, FunctionCurve(lambda values: force_at(values, 0.0)))
+
 
 _PROBES = 41
 """Displacements at which an expression is compared with a straight line and with damping."""

@@ -26,6 +26,7 @@ from generator.model_files.body_tree.tree import (
 )
 from generator.model_files.embedded import imported_from_embedded
 from generator.model_files.imported import Imported
+from generator.model_files.opensim.bushings import apply_bushings
 from generator.model_files.opensim.frames import GROUND, FrameIndex
 from generator.model_files.opensim.joints import (
     child_numbers,
@@ -75,7 +76,9 @@ def figure_from_osim(
             diagnostics.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
     frames = FrameIndex.from_model(element, diagnostics)
     bodies = _build_bodies(_links(frames, element, losses), known, diagnostics)
-    bodies = list(apply_forces(bodies, _set_objects(element, "ForceSet"), diagnostics, losses))
+    forces = list(_set_objects(element, "ForceSet"))
+    bodies = apply_forces(bodies, forces, diagnostics, losses)
+    bodies = apply_bushings(frames, bodies, forces, losses)
     sites = _add_markers(frames, element, bodies)
     shapes = GeometryReader(frames, directory or Path(), losses).read(element)
     bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]

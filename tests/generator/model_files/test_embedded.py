@@ -123,7 +123,7 @@ def test_a_fall_of_the_figure_that_came_back_is_the_same(suffix: str, tmp_path: 
         np.testing.assert_allclose(other.poses[name], poses, rtol=0.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [*SUFFIXES, ".urdf"])
 def test_a_fall_without_the_carried_texts_is_the_same(suffix: str, tmp_path: Path):
     """The elements themselves say the same, here without springs."""
     figure, _ = CASES["prototype"](tmp_path)

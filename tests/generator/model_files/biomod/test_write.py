@@ -12,8 +12,10 @@ from generator.figure import Figure, SiteRef
 from generator.figure_file.read import shipped_figures
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
-from generator.model_files.biomod.write import format_files
+from generator.model_files.biomod.write import FITTED_LOSS, format_files
+from generator.model_files.fit_error import joint_ranges
 from generator.names import coordinate_names, plain_names
+from generator.passive_curve import passive_torque
 from generator.springs_file.read import read_springs
 from springs import Linear, SpringSet
 from tests.chains import SKEW
@@ -189,3 +191,28 @@ def test_linear_springs_are_exact(tmp_path: Path) -> None:
     expected = {"rail": [-50.0 * 0.15], "hinge": [-3.0 * 0.6 - 0.4]}  # it turns about -x
     assert torques == pytest.approx(loaded.vector(expected), rel=1e-12)
     assert not any("approximated" in loss.what for loss in loaded.losses.entries)
+
+
+def test_moments_of_each_displacement_err_as_stated(tmp_path: Path) -> None:
+    of = SHIPPED["prototype"]
+    springs = read_springs(None, of)
+    loaded = Biorbd(of, springs, tmp_path)
+    (fitted,) = [loss for loss in loaded.losses.entries if loss.what == FITTED_LOSS]
+    stated = {where.split()[0]: float(where.split()[1]) for where in fitted.where}
+    zero = {
+        branch.joint.name: np.zeros(len(branch.joint.chain)) for branch in build_tree(of).joints
+    }
+    compared = 0
+    for name, own in springs.joints.items():
+        joint = of.joints[name]
+        for k, (low, high) in enumerate(joint_ranges(joint, own)):
+            place = loaded.text.coordinates.index(loaded.coordinates[name][k])
+            for angle in np.linspace(max(low, -np.pi), min(high, np.pi), 13)[:-1]:
+                values = {**zero, name: np.eye(len(joint.chain))[k] * angle}
+                ours = passive_torque(of, springs, name, values) @ np.array(joint.chain[k].axis)
+                q = loaded.vector(values)
+                theirs = loaded.model.passiveJointTorque(q, 0.0 * q).to_array()
+                allowed = stated.get(loaded.coordinates[name][k], 0.0)
+                assert abs(theirs[place] - ours) <= 1.05 * allowed + 1e-6
+                compared += 1
+    assert compared == 12 * sum(len(of.joints[name].chain) for name in springs.joints)
