@@ -2,8 +2,8 @@
 
 The parts run one after another in one process and in the order below, so that the ratios of one
 run are fair. All from `verification` on write what they measured into `plots/data`, where
-the plates `verification`, `floor_falls` and `work_precision` find it; `pages` measures nothing and
-writes the tables of `docs/`.
+the plates `verification`, `floor_falls`, `work_precision` and `exported_fall` find it; `pages`
+measures nothing and writes the tables of `docs/`.
 """
 
 import os

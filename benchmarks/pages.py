@@ -26,7 +26,7 @@ from plots.plates.work_precision import cheapest_wall_time
 
 FOLDER = Path(__file__).parents[1] / "docs"
 
-PAGES = ("contact.md", "speed.md", "verification.md", "view.md")
+PAGES = ("contact.md", "model-formats.md", "speed.md", "verification.md", "view.md")
 
 _TABLE = re.compile(r"(?<=<!-- measured: )([\w-]+)( -->\n\n).*?(?=<!-- end -->)", re.DOTALL)
 
@@ -199,6 +199,22 @@ def _mean(table: Measurements, header: str) -> str:
     return f"{np.mean(values):.{digits}f} ({spread:.{digits}f})"
 
 
+def _exports() -> Iterator[Line]:
+    rows = read_measurements("exports").rows
+    keys = [key for key in rows[0] if key not in ("warnings", "with springs [deg]")]
+    yield tuple(keys)
+    for row in rows:
+        yield tuple(_measured(row[key]) for key in keys)
+
+
+def _measured(cell: str) -> str:
+    """Text of a cell that may be a number, to two digits."""
+    try:
+        return f"{float(cell):.2g}"
+    except ValueError:
+        return cell
+
+
 def _power(value: float) -> str:
     return "" if isnan(value) else f"{value:.1e}"
 
@@ -217,6 +233,7 @@ TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
     "call": _call,
     "contact-costs": _contact_costs,
     "engines": _engines,
+    "exports": _exports,
     "floor-falls": _floor_falls,
     "hip-forces": _hip_forces,
     "live-page": _live_page,
