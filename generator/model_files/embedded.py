@@ -13,7 +13,7 @@ from hashlib import sha256
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, ModelError, Source
+from generator.diagnostics import Diagnostics, MoverError, Source
 from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Site
 from generator.figure_file import parse_figure
 from generator.figure_file.write import write_figure
@@ -120,7 +120,7 @@ def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
     """
     try:
         texts = _format_texts(figure, springs)
-    except (ModelError, ValueError):
+    except (MoverError, ValueError):
         return
     parsed = parse_xml(Source("model", format_document(root, ())), Diagnostics())
     if parsed is None:
