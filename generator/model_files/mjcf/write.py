@@ -338,6 +338,8 @@ class _BodyWriter:
                     tip_site[:3, :3] @ turn @ tip_site[:3, :3].T
                 ).tolist()
                 ball = add_element(body, "joint", name=names[k], type="ball", pos=position)
+                if any(_limits(joint, rotation) for rotation in chain.rotations):
+                    self._losses.add("limits of three rotations", joint.name)
                 continue
             start.append(float(displacements[k]))
             factor = joint.chain[k]
@@ -446,10 +448,7 @@ class _BodyWriter:
 
     def _add_range(self, element: Element, joint: Joint, index: int) -> None:
         """The limits of a displacement, which MuJoCo does not enforce: our springs do."""
-        low = -inf if joint.lower_limit is None else joint.lower_limit[index]
-        high = inf if joint.upper_limit is None else joint.upper_limit[index]
-        ends = (max(low, -_UNREACHABLE_LENGTH), min(high, _UNREACHABLE_LENGTH))
-        if low < high and (low, high) != (-inf, inf):
+        if ends := _limits(joint, index):
             element.attrib |= {"limited": "false", "range": format_numbers(ends)}
 
     def _add_axis_spring(
@@ -539,6 +538,15 @@ def chain_indices(branch: TreeJoint, translations_are_outermost: bool) -> Iterat
     about: list[int | None] = ball if len(turns) == 3 else [*reversed(turns)]
     outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]
     yield from outermost_first if branch.parent_is_inboard else reversed(outermost_first)
+
+
+def _limits(joint: Joint, index: int) -> Range | None:
+    """Limits of a displacement, an open end far away; None without any."""
+    low = -inf if joint.lower_limit is None else joint.lower_limit[index]
+    high = inf if joint.upper_limit is None else joint.upper_limit[index]
+    if (low, high) == (-inf, inf) or low >= high:
+        return None
+    return max(low, -_UNREACHABLE_LENGTH), min(high, _UNREACHABLE_LENGTH)
 
 
 def _format_stiffness(coefficients: tuple[float, float, float]) -> str:
