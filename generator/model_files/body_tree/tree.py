@@ -314,6 +314,9 @@ def merge_massless_bodies(tree: BodyTree) -> tuple[BodyTree, tuple[str, ...]]:
 STANDARD_GRAVITY = 9.81
 _ALIGNMENT_TOLERANCE = 1e-9
 
+_GRAVITY_TOLERANCE = 1e-7
+"""Difference of a gravity from the standard one that is not reported [m/s^2]."""
+
 
 def rotation_to_y_up(gravity: Array) -> Array:
     """Return the rotation from the model's world to a figure's, (3, 3), for a gravity [m/s^2].
@@ -339,11 +342,12 @@ def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
     if columns == ["x", "y", "z"]:
         pass
     elif all(columns):
-        yield f"the world is turned: the model's x, y, z are {', '.join(columns)} of the figure's"
+        new = ", ".join(columns)
+        yield f"the world is turned so that y is up: x, y, z of the model are {new} of the figure"
     else:
         yield "the world is turned so that gravity points against y"
     size = float(np.linalg.norm(gravity))
-    if abs(size - STANDARD_GRAVITY) > 1e-12:
+    if abs(size - STANDARD_GRAVITY) > _GRAVITY_TOLERANCE:
         yield f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size + 0.0:.8g},0`"
 
 

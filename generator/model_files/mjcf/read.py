@@ -424,7 +424,7 @@ def _add_section_losses(document: Document, losses: Losses) -> None:
         if what is None:
             losses.add("unknown sections", section.tag)
         elif section.tag == "visual" or not section.children:
-            losses.add(what, section.tag)
+            losses.add(what)
         else:
             names = [child.get("name") or child.tag for child in section.children]
             losses.add(what, *(shorten(name) for name in names))
