@@ -284,6 +284,12 @@ def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dic
     return joined
 
 
+def own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the sites of a body, `BODY.SITE` as `SITE`: names may be unique in a whole model."""
+    own = {name: name.removeprefix(f"{body}.") for name in sites}
+    return {new if new not in sites else name: sites[name] for name, new in own.items()}
+
+
 def merge_massless_bodies(tree: BodyTree) -> tuple[BodyTree, tuple[str, ...]]:
     """Merge each massless body with a single child into the child's joint; return the names too.
 

@@ -184,7 +184,7 @@ def test_edited_springs_are_read_from_the_model(
     suffix: str, pattern: str, new: str, tmp_path: Path
 ):
     imported, _, laws = edited(suffix, tmp_path, pattern, new)
-    lost(imported, "since its springs or loads were changed")
+    lost(imported, "its springs and loads were changed")
     dampings = [axis.damping.viscous for joint in laws.joints.values() for axis in joint.axes]
     assert max(dampings) >= 123.0
     assert not any("(" in reference for reference in laws.references)
@@ -200,7 +200,7 @@ def test_edited_springs_are_read_from_the_model(
 )  # fmt: skip
 def test_edited_bodies_are_read_from_the_model(suffix: str, pattern: str, new: str, tmp_path: Path):
     imported, _, _ = edited(suffix, tmp_path, pattern, new)
-    lost(imported, "since its bodies, joints or sites were changed")
+    lost(imported, "its bodies and joints were changed")
 
 
 def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):
