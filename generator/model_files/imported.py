@@ -1,5 +1,6 @@
 """A model of another program as a figure, and the files that hold it."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -56,6 +57,16 @@ def springs_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}{SPRINGS_SUFFIX}")
 
 
+_UNQUOTABLE = re.compile(r"[^ !#-\[\]-~]")
+"""Characters that a string of the figure language may not have, or that differ by system."""
+
+
+def psurf_folder(path: Path) -> Path:
+    """Return the folder of the psurfs of the figure file at `path`."""
+    folder = geometry_folder(path)
+    return folder.with_name(_UNQUOTABLE.sub("_", folder.name))
+
+
 def format_imported_springs(springs: SpringsFile, path: Path) -> str:
     """Format the springs file beside the figure file at `path`."""
     comment = f"Passive joints of {path.name} that its own fields cannot hold."
@@ -64,7 +75,7 @@ def format_imported_springs(springs: SpringsFile, path: Path) -> str:
 
 def imported_files(imported: Imported, path: Path) -> ModelFiles:
     """Return the files of a figure at `path`: its psurfs, its springs file, and the figure."""
-    folder = geometry_folder(path)
+    folder = psurf_folder(path)
     files: dict[Path, str | bytes] = {}
     figure = imported.figure
     for name, surface in imported.surfaces.items():
