@@ -12,6 +12,7 @@ from generator.geometry.read import PSURF_SUFFIX
 from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
 from generator.model_files.model_files import ModelFiles, geometry_folder
+from generator.names import reserve_name
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
 from generator.springs_file.write import write_springs
 
@@ -61,9 +62,13 @@ _UNQUOTABLE = re.compile(r"[^ !#-\[\]-~]")
 """Characters that a string of the figure language may not have, or that differ by system."""
 
 
+_MAX_NAME_PART = 80
+"""Characters of a file's or a segment's name in the path of a psurf, whose length is limited."""
+
+
 def psurf_folder(path: Path) -> Path:
     """Return the folder of the psurfs of the figure file at `path`."""
-    folder = geometry_folder(path)
+    folder = geometry_folder(path.with_stem(path.stem[:_MAX_NAME_PART]))
     return folder.with_name(_UNQUOTABLE.sub("_", folder.name))
 
 
@@ -78,8 +83,9 @@ def imported_files(imported: Imported, path: Path) -> ModelFiles:
     folder = psurf_folder(path)
     files: dict[Path, str | bytes] = {}
     figure = imported.figure
+    taken: set[str] = set()
     for name, surface in imported.surfaces.items():
-        psurf = folder / f"{name}{PSURF_SUFFIX}"
+        psurf = folder / f"{reserve_name(name[:_MAX_NAME_PART], taken)}{PSURF_SUFFIX}"
         files[psurf] = format_psurf(surface)
         segment = replace(figure.segments[name], psurf=f"{folder.name}/{psurf.name}")
         figure = figure.with_parts(segment)
