@@ -203,6 +203,20 @@ def test_edited_bodies_are_read_from_the_model(suffix: str, pattern: str, new: s
     lost(imported, "its bodies and joints were changed")
 
 
+@pytest.mark.parametrize(
+    ("pattern", "new"),
+    [
+        ("<figure>figure {", "<figure>figure ["),
+        ("<springs>[[spring]]", "<springs>[[sprung]]"),
+        ("segment right_lower_leg {", "segment right_lower_log {"),
+    ],
+)
+def test_damaged_texts_are_not_used(pattern: str, new: str, tmp_path: Path):
+    imported, back, _ = edited(".osim", tmp_path, re.escape(pattern), new)
+    lost(imported, "its texts or inertias were changed")
+    assert "right_lower_leg" in back.segments
+
+
 def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):
     imported, _, laws = edited(".xml", tmp_path, r'timestep="0.001"', 'timestep=" 1e-3 "')
     assert imported.losses.entries == ()
