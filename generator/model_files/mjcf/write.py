@@ -163,6 +163,12 @@ GRAVITY = (0.0, -9.81, 0.0)
 STEP = 0.001
 """Time step of the file [s]."""
 
+_CAMERA = {"azimuth": "90", "elevation": "-90"}
+"""First direction of the viewer's camera, whose own z is up: against z, so that y is up [deg]."""
+
+_LIGHT = {"ambient": "0.4 0.4 0.4", "diffuse": "0.5 0.5 0.5"}
+"""The viewer's light; the file has no other."""
+
 _UNREACHABLE_LENGTH = 1e6
 """Unreachable end of a tendon's slack range [rad or m]."""
 
@@ -206,6 +212,9 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
         timestep=format_numbers(STEP),
         gravity=format_numbers(GRAVITY),
     )
+    visual = add_element(root, "visual")
+    add_element(visual, "global", **_CAMERA)
+    add_element(visual, "headlight", **_LIGHT)
     sections = {tag: Element(tag) for tag in ("asset", "worldbody", "equality", "tendon")}
     sections |= {tag: Element(tag) for tag in ("actuator", "keyframe")}
     root.extend(sections.values())
