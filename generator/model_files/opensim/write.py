@@ -23,6 +23,7 @@ from generator.model_files.export_model import (
     add_common_losses,
     build_export_model,
 )
+from generator.model_files.fit_error import joint_limits, normal_ends
 from generator.model_files.meshes import MeshFile, segment_meshes
 from generator.model_files.model_files import ModelFiles
 from generator.model_files.opensim.forces import ForceWriter
@@ -35,10 +36,8 @@ from generator.model_files.xml import (
 )
 from generator.names import plain_names, renaming_loss, reserve_name
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
-from generator.springs_file.axes import parallel_sign, unit_axis
 from springs import JointSprings, SpringSet
 from springs.elastic import Range
-from springs.published.range_of_motion import normal_range
 
 VERSION = "40000"
 
@@ -292,22 +291,11 @@ def coordinate_range(joint: Joint, springs: JointSprings, index: int, start: flo
     An end is the joint's limit; else the end of the published normal range of motion, which the
     motion of the spring about this axis names; else half a turn. The range holds `start`.
     """
-    factor = joint.chain[index]
-    ends: list[float | None] = [None, None]
-    if factor.kind is AxisKind.ROTATION:
-        for spring in springs.axes:
-            sign = parallel_sign(spring.direction, unit_axis(factor.axis))
-            if sign:
-                normal = normal_range(joint.name, spring.motion)[::sign]
-                ends = [None if end is None else sign * end.angle for end in normal]
-        ends = [-np.pi if ends[0] is None else ends[0], np.pi if ends[1] is None else ends[1]]
-    for k, limits in enumerate((joint.lower_limit, joint.upper_limit)):
-        if limits is not None and np.isfinite(limits[index]):
-            ends[k] = limits[index]
-    low, high = ends
-    if low is None or high is None:
-        return None
-    return min(low, start), max(high, start)
+    ends = zip(joint_limits(joint, index), normal_ends(joint, springs, index), strict=True)
+    low, high = (normal if limit is None else limit for limit, normal in ends)
+    if joint.chain[index].kind is AxisKind.ROTATION:
+        low, high = (-np.pi if low is None else low), (np.pi if high is None else high)
+    return None if low is None or high is None else (min(low, start), max(high, start))
 
 
 def _add_coordinates(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
