@@ -57,7 +57,7 @@ def geom_mass(
         return None
     if shape in UNREAD or "mesh" in element.attributes:
         diagnostics.error(
-            "the mass of this body would come from a mesh, and meshes are not read",
+            "the mass of this body would come from a mesh, and is not computed",
             element.span_of("mesh" if "mesh" in element.attributes else "type"),
             "give the body an `inertial` with its mass and inertia",
         )
