@@ -210,9 +210,10 @@ def _exports() -> Iterator[Line]:
 def _measured(cell: str) -> str:
     """Text of a cell that may be a number, to two digits."""
     try:
-        return f"{float(cell):.2g}"
+        value = float(cell)
     except ValueError:
         return cell
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.2g}"
 
 
 def _power(value: float) -> str:

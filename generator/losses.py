@@ -57,7 +57,7 @@ class Losses:
     def add(self, what: str, *where: str) -> None:
         """Note a loss, at places or of the whole."""
         places = self._places.setdefault(what, [])
-        places += [place for place in where if place not in places]
+        places += [place for place in dict.fromkeys(where) if place not in places]
 
     def add_loss(self, loss: Loss | None) -> None:
         """Note a loss that has its sentence already; None stands for no loss."""

@@ -13,7 +13,7 @@ from hashlib import sha256
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, ModelError, Source
+from generator.diagnostics import Diagnostics, MoverError, Source
 from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Site
 from generator.figure_file import parse_figure
 from generator.figure_file.write import write_figure
@@ -120,7 +120,7 @@ def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
     """
     try:
         texts = _format_texts(figure, springs)
-    except (ModelError, ValueError):
+    except (MoverError, ValueError):
         return
     parsed = parse_xml(Source("model", format_document(root, ())), Diagnostics())
     if parsed is None:
@@ -204,7 +204,7 @@ def imported_from_embedded(
         return None
     now = dict(zip(DIGESTED, _digests(root), strict=True))
     same = {group: now[group] == parts[f"{group}_sha256"] for group in DIGESTED}
-    words = {"model": "bodies, joints or sites", "springs": "springs or loads"}
+    words = {"model": "bodies and joints", "springs": "springs and loads"}
     changed = [word for group, word in words.items() if not same[group]]
     figure = parse_figure(parts["figure"], "the figure in the model").value
     laws = _parse_springs_text(parts["springs"])
@@ -214,10 +214,10 @@ def imported_from_embedded(
     if not (changed or figure is None or laws is None):
         updated = _with_masses(figure, names, bodies)
     if updated is None or laws is None:
-        what = " and ".join(changed) or "texts or inertias"
+        what = " and its ".join(changed) or "texts or inertias"
         read_losses.add(
-            f"the figure that the model carries, since its {what} were changed: everything is "
-            "read from the model itself, and the references of springs are lost"
+            f"the figure that the model carries: its {what} were changed, so everything is read "
+            "from the model itself, without the references of springs"
         )
         return None
     losses = Losses(read_losses.format)

@@ -1,5 +1,6 @@
 """A model of another program as a figure, and the files that hold it."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from generator.geometry.read import PSURF_SUFFIX
 from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
 from generator.model_files.model_files import ModelFiles, geometry_folder
+from generator.names import reserve_name
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
 from generator.springs_file.write import write_springs
 
@@ -56,6 +58,20 @@ def springs_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}{SPRINGS_SUFFIX}")
 
 
+_UNQUOTABLE = re.compile(r"[^ !#-\[\]-~]")
+"""Characters that a string of the figure language may not have, or that differ by system."""
+
+
+_MAX_NAME_PART = 80
+"""Characters of a file's or a segment's name in the path of a psurf, whose length is limited."""
+
+
+def psurf_folder(path: Path) -> Path:
+    """Return the folder of the psurfs of the figure file at `path`."""
+    folder = geometry_folder(path.with_stem(path.stem[:_MAX_NAME_PART]))
+    return folder.with_name(_UNQUOTABLE.sub("_", folder.name))
+
+
 def format_imported_springs(springs: SpringsFile, path: Path) -> str:
     """Format the springs file beside the figure file at `path`."""
     comment = f"Passive joints of {path.name} that its own fields cannot hold."
@@ -64,11 +80,12 @@ def format_imported_springs(springs: SpringsFile, path: Path) -> str:
 
 def imported_files(imported: Imported, path: Path) -> ModelFiles:
     """Return the files of a figure at `path`: its psurfs, its springs file, and the figure."""
-    folder = geometry_folder(path)
+    folder = psurf_folder(path)
     files: dict[Path, str | bytes] = {}
     figure = imported.figure
+    taken: set[str] = set()
     for name, surface in imported.surfaces.items():
-        psurf = folder / f"{name}{PSURF_SUFFIX}"
+        psurf = folder / f"{reserve_name(name[:_MAX_NAME_PART], taken)}{PSURF_SUFFIX}"
         files[psurf] = format_psurf(surface)
         segment = replace(figure.segments[name], psurf=f"{folder.name}/{psurf.name}")
         figure = figure.with_parts(segment)

@@ -125,3 +125,20 @@ def test_a_model_that_mujoco_saves_again_is_the_same(name: str, tmp_path: Path):
         states.append((inertia, data.qfrc_passive.copy(), data.qfrc_actuator.copy()))
     for before, after in zip(*states, strict=True):
         assert after == pytest.approx(before, rel=1e-4, abs=1e-4)
+
+
+def test_mujoco_s_viewer_shows_the_prototype_upright_from_the_front(tmp_path: Path):
+    """The scene that the viewer draws: all shapes in their colour, and its first camera."""
+    model = loaded("MuJoCo", CASES["prototype"], SpringSet(), tmp_path)
+    api, camera, options = model.api, model.api.MjvCamera(), model.api.MjvOption()
+    api.mjv_defaultFreeCamera(model.model, camera)
+    scene = api.MjvScene(model.model, 1000)
+    everything = api.mjtCatBit.mjCAT_ALL.value
+    api.mjv_updateScene(model.model, model.data, options, None, camera, everything, scene)
+    shapes = [scene.geoms[k] for k in range(scene.ngeom)]
+    meshes = [shape for shape in shapes if shape.type == api.mjtGeom.mjGEOM_MESH]
+    assert len(meshes) == len(CASES["prototype"].figure.bodies)
+    assert all(mesh.rgba == pytest.approx([1.0, 0.37, 0.0, 1.0]) for mesh in meshes)
+    for eye in scene.camera:
+        assert eye.up == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
+        assert eye.forward == pytest.approx([0.0, 0.0, -1.0], abs=1e-6)

@@ -196,7 +196,8 @@ class _FigureDraft:
             moments = _vector(np.diag(turn.T @ mass.inertia @ turn))
         self.segments[label] = Segment(label, None if mass is None else mass.mass, moments)
         for site, pose in ((FRAME, np.eye(4)), *sites.items()):
-            self.add_site(label, turn, site, pose)
+            if not (site == CENTRE_OF_MASS_SITE and mass is not None and _is_at(pose, mass.centre)):
+                self.add_site(label, turn, site, pose)
         return label, turn
 
     def add_site(self, segment: str, turn: Array, name: str, pose_in_body: Array) -> str:
@@ -224,6 +225,14 @@ class _FigureDraft:
             )
         }
         return Figure(segments, self.joints, root_site, name=name)
+
+
+_SAME_PLACE = 1e-6
+"""Distance of a site called `CM` from the centre of mass at which it is that one [m]."""
+
+
+def _is_at(pose: Array, place: Array) -> bool:
+    return bool(np.abs(pose[:3, 3] - place).max() < _SAME_PLACE)
 
 
 def figure_from_tree(

@@ -284,6 +284,12 @@ def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dic
     return joined
 
 
+def own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the sites of a body, `BODY.SITE` as `SITE`: names may be unique in a whole model."""
+    own = {name: name.removeprefix(f"{body}.") for name in sites}
+    return {new if new not in sites else name: sites[name] for name, new in own.items()}
+
+
 def merge_massless_bodies(tree: BodyTree) -> tuple[BodyTree, tuple[str, ...]]:
     """Merge each massless body with a single child into the child's joint; return the names too.
 
@@ -314,6 +320,9 @@ def merge_massless_bodies(tree: BodyTree) -> tuple[BodyTree, tuple[str, ...]]:
 STANDARD_GRAVITY = 9.81
 _ALIGNMENT_TOLERANCE = 1e-9
 
+_GRAVITY_TOLERANCE = 1e-7
+"""Difference of a gravity from the standard one that is not reported [m/s^2]."""
+
 
 def rotation_to_y_up(gravity: Array) -> Array:
     """Return the rotation from the model's world to a figure's, (3, 3), for a gravity [m/s^2].
@@ -339,11 +348,12 @@ def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
     if columns == ["x", "y", "z"]:
         pass
     elif all(columns):
-        yield f"the world is turned: the model's x, y, z are {', '.join(columns)} of the figure's"
+        new = ", ".join(columns)
+        yield f"the world is turned so that y is up: x, y, z of the model are {new} of the figure"
     else:
         yield "the world is turned so that gravity points against y"
     size = float(np.linalg.norm(gravity))
-    if abs(size - STANDARD_GRAVITY) > 1e-12:
+    if abs(size - STANDARD_GRAVITY) > _GRAVITY_TOLERANCE:
         yield f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size + 0.0:.8g},0`"
 
 

@@ -1,6 +1,5 @@
 """MJCF, the models of MuJoCo: the passive tree of one as a figure."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -16,9 +15,10 @@ from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
     gravity_losses,
+    own_site_names,
     rotation_to_y_up,
 )
-from generator.model_files.embedded import imported_from_embedded
+from generator.model_files.embedded import MARK, imported_from_embedded
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf.document import MAIN, Document, parse_document
 from generator.model_files.mjcf.geoms import GeomReader, geom_mass
@@ -149,7 +149,7 @@ class BodyReader:
                 parent_pose @ parse_pose(element, self.document.angle_convention, self.diagnostics),
                 freedoms,
                 mass,
-                _own_site_names(name, contents.sites),
+                own_site_names(name, contents.sites),
                 element.span_of("name"),
                 shapes=self.geoms.shapes(contents.geoms),
             )
@@ -311,12 +311,6 @@ class BodyReader:
         return [_scale_mass(body, factor) for body in self.bodies]
 
 
-def _own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the sites of a body, `BODY.SITE` as `SITE`: names in MJCF are unique in the model."""
-    own = {name: name.removeprefix(f"{body}.") for name in sites}
-    return {new if new not in sites else name: sites[name] for name, new in own.items()}
-
-
 def _scale_mass(body: Body, factor: float) -> Body:
     if body.mass is None:
         return body
@@ -424,10 +418,12 @@ def _add_section_losses(document: Document, losses: Losses) -> None:
         if what is None:
             losses.add("unknown sections", section.tag)
         elif section.tag == "visual" or not section.children:
-            losses.add(what, section.tag)
+            losses.add(what)
         else:
             names = [child.get("name") or child.tag for child in section.children]
-            losses.add(what, *(shorten(name) for name in names))
+            others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
+            if others:
+                losses.add(what, *others)
     for name in document.compiler:
         if name not in _COMPILER:
             losses.add("attributes that a figure does not have", f"compiler {name}")

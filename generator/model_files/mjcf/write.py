@@ -163,6 +163,12 @@ GRAVITY = (0.0, -9.81, 0.0)
 STEP = 0.001
 """Time step of the file [s]."""
 
+_CAMERA = {"azimuth": "90", "elevation": "-90"}
+"""First direction of the viewer's camera, whose own z is up: against z, so that y is up [deg]."""
+
+_LIGHT = {"ambient": "0.4 0.4 0.4", "diffuse": "0.5 0.5 0.5"}
+"""The viewer's light; the file has no other."""
+
 _UNREACHABLE_LENGTH = 1e6
 """Unreachable end of a tendon's slack range [rad or m]."""
 
@@ -206,6 +212,9 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
         timestep=format_numbers(STEP),
         gravity=format_numbers(GRAVITY),
     )
+    visual = add_element(root, "visual")
+    add_element(visual, "global", **_CAMERA)
+    add_element(visual, "headlight", **_LIGHT)
     sections = {tag: Element(tag) for tag in ("asset", "worldbody", "equality", "tendon")}
     sections |= {tag: Element(tag) for tag in ("actuator", "keyframe")}
     root.extend(sections.values())
@@ -338,6 +347,8 @@ class _BodyWriter:
                     tip_site[:3, :3] @ turn @ tip_site[:3, :3].T
                 ).tolist()
                 ball = add_element(body, "joint", name=names[k], type="ball", pos=position)
+                if any(_limits(joint, rotation) for rotation in chain.rotations):
+                    self._losses.add("limits of three rotations", joint.name)
                 continue
             start.append(float(displacements[k]))
             factor = joint.chain[k]
@@ -446,10 +457,7 @@ class _BodyWriter:
 
     def _add_range(self, element: Element, joint: Joint, index: int) -> None:
         """The limits of a displacement, which MuJoCo does not enforce: our springs do."""
-        low = -inf if joint.lower_limit is None else joint.lower_limit[index]
-        high = inf if joint.upper_limit is None else joint.upper_limit[index]
-        ends = (max(low, -_UNREACHABLE_LENGTH), min(high, _UNREACHABLE_LENGTH))
-        if low < high and (low, high) != (-inf, inf):
+        if ends := _limits(joint, index):
             element.attrib |= {"limited": "false", "range": format_numbers(ends)}
 
     def _add_axis_spring(
@@ -539,6 +547,15 @@ def chain_indices(branch: TreeJoint, translations_are_outermost: bool) -> Iterat
     about: list[int | None] = ball if len(turns) == 3 else [*reversed(turns)]
     outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]
     yield from outermost_first if branch.parent_is_inboard else reversed(outermost_first)
+
+
+def _limits(joint: Joint, index: int) -> Range | None:
+    """Limits of a displacement, an open end far away; None without any."""
+    low = -inf if joint.lower_limit is None else joint.lower_limit[index]
+    high = inf if joint.upper_limit is None else joint.upper_limit[index]
+    if (low, high) == (-inf, inf) or low >= high:
+        return None
+    return max(low, -_UNREACHABLE_LENGTH), min(high, _UNREACHABLE_LENGTH)
 
 
 def _format_stiffness(coefficients: tuple[float, float, float]) -> str:

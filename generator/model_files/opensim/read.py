@@ -21,6 +21,7 @@ from generator.model_files.body_tree.tree import (
     BodyTree,
     DegreeOfFreedom,
     gravity_losses,
+    own_site_names,
     rotation_to_y_up,
     split_extra_inertia,
 )
@@ -239,6 +240,8 @@ def _add_markers(frames: FrameIndex, element: XmlElement, bodies: list[Body]) ->
         elif name in places:
             body = bodies[places[name]]
             bodies[places[name]] = replace(body, sites={**body.sites, **site})
+    for k, body in enumerate(bodies):
+        bodies[k] = replace(body, sites=own_site_names(body.name, body.sites))
     return grounded
 
 

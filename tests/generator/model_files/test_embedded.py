@@ -184,7 +184,7 @@ def test_edited_springs_are_read_from_the_model(
     suffix: str, pattern: str, new: str, tmp_path: Path
 ):
     imported, _, laws = edited(suffix, tmp_path, pattern, new)
-    lost(imported, "since its springs or loads were changed")
+    lost(imported, "its springs and loads were changed")
     dampings = [axis.damping.viscous for joint in laws.joints.values() for axis in joint.axes]
     assert max(dampings) >= 123.0
     assert not any("(" in reference for reference in laws.references)
@@ -200,7 +200,21 @@ def test_edited_springs_are_read_from_the_model(
 )  # fmt: skip
 def test_edited_bodies_are_read_from_the_model(suffix: str, pattern: str, new: str, tmp_path: Path):
     imported, _, _ = edited(suffix, tmp_path, pattern, new)
-    lost(imported, "since its bodies, joints or sites were changed")
+    lost(imported, "its bodies and joints were changed")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "new"),
+    [
+        ("<figure>figure {", "<figure>figure ["),
+        ("<springs>[[spring]]", "<springs>[[sprung]]"),
+        ("segment right_lower_leg {", "segment right_lower_log {"),
+    ],
+)
+def test_damaged_texts_are_not_used(pattern: str, new: str, tmp_path: Path):
+    imported, back, _ = edited(".osim", tmp_path, re.escape(pattern), new)
+    lost(imported, "its texts or inertias were changed")
+    assert "right_lower_leg" in back.segments
 
 
 def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):

@@ -313,4 +313,8 @@ def test_a_long_row_of_bodies_can_be_written(write: Text, shallow_stack: int) ->
 def test_a_spring_set_for_other_joints_is_passed_over() -> None:
     law = AxisSpring((1.0, 0.0, 0.0), (Cubic((0.0, 1.0, 0.0, 1.0)),))
     springs = SpringSet({"elsewhere": JointSprings("elsewhere", (law,))})
-    assert format_mjcf(PENDULUM, springs)[0] == format_mjcf(PENDULUM, SpringSet())[0]
+    with_others, without = (
+        re.sub(r"\s*<custom>.*</custom>", "", format_mjcf(PENDULUM, each)[0], flags=re.DOTALL)
+        for each in (springs, SpringSet())
+    )
+    assert with_others == without

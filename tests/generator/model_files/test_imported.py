@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from generator.figure_file import read_figure
 from generator.geometry.read import read_segment_surface
@@ -41,3 +42,14 @@ def test_a_springs_file_of_another_figure_is_reported(tmp_path: Path):
     springs_path(tmp_path / "leg.fig").write_text("")
     losses = imported_files(imported, tmp_path / "leg.fig").losses
     assert "an older springs file" in losses.entries[-1].what
+
+
+@pytest.mark.parametrize("name", ['a "fine" \u00e9\\name', "long" * 50])
+def test_any_name_of_a_file_has_a_folder_that_the_figure_can_name(name: str, tmp_path: Path):
+    path = tmp_path / f"{name}.fig"
+    imported_files(read_model(MODELS / "humanoid.xml"), path).write()
+    figure = read_figure(path)
+    drawn = [segment for segment in figure.segments.values() if segment.psurf is not None]
+    assert drawn
+    for segment in drawn:
+        assert read_segment_surface(figure, segment).face_count > 0

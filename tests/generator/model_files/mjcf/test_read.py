@@ -140,7 +140,7 @@ def test_what_a_figure_does_not_hold_is_told_by_name():
     assert "thigh_left" in imported.surfaces
     assert lost(imported, "without a joint") == ("head", "hand_right")
     assert "timestep" in lost(imported, "settings of the simulation")
-    assert lost(imported, "the model's x, y, z are z, x, y of the figure's") == ()
+    assert lost(imported, "x, y, z of the model are z, x, y of the figure") == ()
 
 
 def test_gravity_tells_what_is_up():
