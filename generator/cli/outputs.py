@@ -110,7 +110,12 @@ def writing(path: Path, before: Iterable[Path] = ()) -> Generator[None]:
 
 def write_file(path: Path, content: str | bytes) -> None:
     """Write a file whole or not at all. Raises InputError when it cannot be written."""
-    write_all_or_none([(path, _file_writer(content))])
+    write_files({path: content})
+
+
+def write_files(contents: Mapping[Path, str | bytes]) -> None:
+    """Write files, all of them or none. Raises InputError when one cannot be written."""
+    write_all_or_none([(path, _file_writer(content)) for path, content in contents.items()])
 
 
 def _file_writer(content: str | bytes) -> "OutputWriter":

@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ import pytest
 from benchmarks.interrupts import Interruption, interrupt_commands
 from generator.cli import outputs as module
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
-from generator.cli.outputs import write_all_or_none, write_file
+from generator.cli.outputs import write_all_or_none, write_files
 from generator.diagnostics import InputError
 from generator.losses import Losses
 from generator.text_io import temporary_path, write_atomic
@@ -82,7 +81,7 @@ def test_ctrl_c_before_the_files_are_in_place_leaves_none(
     monkeypatch.setattr(module, "check_writable", interrupted)
     (tmp_path / "a.txt").write_text("old")
     with pytest.raises(KeyboardInterrupt):
-        write_all_or_none([(tmp_path / name, partial(ok, None)) for name in ("a.txt", "b.txt")])
+        write_files({tmp_path / "a.txt": "new", tmp_path / "b.txt": "new"})
     assert names(tmp_path) == ["a.txt"]
     assert (tmp_path / "a.txt").read_text() == "old"
 
@@ -107,7 +106,6 @@ def test_a_signal_to_end_waits_for_the_last_file(tmp_path: Path):
     """The process dies by SIGTERM, as ever, but with both files in place."""
     script = """
 import signal, sys
-from functools import partial
 from pathlib import Path
 from generator.cli import outputs
 move = outputs.move_into_place
@@ -115,8 +113,7 @@ def interrupted(part, path):
     move(part, path)
     signal.raise_signal(signal.SIGTERM)
 outputs.move_into_place = interrupted
-write = lambda part: part.write_text("text")
-outputs.write_all_or_none([(Path(sys.argv[1], name), write) for name in "ab"])
+outputs.write_files({Path(sys.argv[1], name): "text" for name in "ab"})
 """
     line = [sys.executable, "-c", script, str(tmp_path)]
     done = subprocess.run(line, cwd=ROOT, check=False)
@@ -127,7 +124,6 @@ outputs.write_all_or_none([(Path(sys.argv[1], name), write) for name in "ab"])
 WRITE_FOLDERS_FOR_EVER = """
 import sys
 from itertools import count
-from functools import partial
 from pathlib import Path
 from generator.cli.outputs import write_all_or_none
 from generator.losses import Losses
@@ -194,7 +190,7 @@ def test_parts_of_dead_programs_are_removed_by_the_next_run(tmp_path: Path):
     ]
     for path in kept:
         path.write_text("kept")
-    write_file(tmp_path / "other.csv", "text")
+    write_files({tmp_path / "other.csv": "text"})
     assert names(tmp_path) == sorted([*(path.name for path in kept), "other.csv"])
 
 
