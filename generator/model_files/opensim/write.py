@@ -24,8 +24,7 @@ from generator.model_files.export_model import (
     build_export_model,
 )
 from generator.model_files.fit_error import joint_limits, normal_ends
-from generator.model_files.meshes import MeshFile, segment_meshes
-from generator.model_files.model_files import ModelFiles
+from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
 from generator.model_files.opensim.forces import ForceWriter
 from generator.model_files.opensim.loops import LoopWriter, add_frame
 from generator.model_files.xml import (
