@@ -39,8 +39,7 @@ from generator.motion_files import (
     read_action,
     read_npz,
 )
-from generator.motion_files.motion import Header, file_sha256, motion_from_figure
-from generator.motion_files.opensim_table import CoordinateTable
+from generator.motion_files.motion import file_sha256, motion_from_figure
 from generator.motion_files.resample import resample
 from generator.recording import Recording
 from generator.springs_file.read import read_springs
@@ -63,14 +62,6 @@ def check_readable(path: Path) -> None:
     if path.suffix.lower() not in READABLE_SUFFIXES:
         known = ", ".join(READABLE_SUFFIXES)
         raise UsageError(f"{path}: motions are read from {known}, not from other formats")
-
-
-def find_motion_figure(header: Header, motion: Path) -> Path:
-    """Return the file of the figure that a motion names: beside it, or shipped.
-
-    A file with the checksum in the motion has precedence. Raises InputError without any.
-    """
-    return find_named_figure(header.figure, header.sha256, motion)
 
 
 def find_named_figure(figure: str, sha256: str | None, motion: Path) -> Path:
@@ -126,17 +117,17 @@ def convert(
     paths = [Path(output) for output in outputs]
     check_scale(paths, scale)
     motion = _motion(source, figure)
+    has_model = motion is None and not isinstance(source, Figure) and is_model(str(source))
+    starts = springs is not None or displacements is not None or free_root
+    if starts and (motion is not None or has_model):
+        raise UsageError("`springs`, `displacements` and `free_root` are for figures")
     if motion is not None:
-        if springs is not None or displacements is not None or free_root:
-            raise UsageError("`springs`, `displacements` and `free_root` are for figures")
         writers = [motion_writer(path, scale) for path in paths]
         motion = motion if fps is None else resample(motion, fps)
         return {path: write(motion, path) for path, write in zip(paths, writers, strict=True)}
     if figure is not None or fps is not None:
         raise UsageError("`figure` and `fps` are for motions")
-    if not isinstance(source, Figure) and is_model(str(source)):
-        if springs is not None or displacements is not None or free_root:
-            raise UsageError("`springs`, `displacements` and `free_root` are for figures")
+    if has_model:
         return _convert_model(str(source), paths)
     described = source if isinstance(source, Figure) else read_figure(str(source))
     if not isinstance(springs, SpringSet):
@@ -273,24 +264,24 @@ def read_motion_with_warnings(
     suffix = path.suffix.lower()
     if suffix == ACTION_SUFFIX:
         action = read_action(path)
-        owner = figure or read_figure(find_motion_figure(action.header, path))
+        owner = figure or _read_named_figure(action.header.figure, action.header.sha256, path)
         return motion_from_action(action, owner), ()
     if suffix in COORDINATE_SUFFIXES:
         table = parse_coordinates_file(path).require_value()
-        owner = figure or read_figure(_find_table_figure(table, path))
+        owner = figure or _read_named_figure(table.figure, table.sha256, path)
         parsed = motion_from_coordinates(table, owner)
         return parsed.require_value(), parsed.diagnostics
     header, recording = read_npz(path)
-    owner = figure or read_figure(find_motion_figure(header, path))
+    owner = figure or _read_named_figure(header.figure, header.sha256, path)
     return replace(motion_from_recording(recording, owner), header=header), ()
 
 
-def _find_table_figure(table: CoordinateTable, path: Path) -> Path:
-    """Return the file of the figure that a table names. Raises InputError without any."""
-    if table.figure is None:
-        message = f"`{path}` does not name its figure"
+def _read_named_figure(name: str | None, sha256: str | None, motion: Path) -> Figure:
+    """Read the figure that a motion names. Raises InputError."""
+    if name is None:
+        message = f"`{motion}` does not name its figure"
         raise InputError([error(message, hint="name the figure with --figure")])
-    return find_named_figure(table.figure, table.sha256, path)
+    return read_figure(find_named_figure(name, sha256, motion))
 
 
 def _convert_model(source: str, paths: list[Path]) -> dict[Path, Losses]:

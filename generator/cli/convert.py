@@ -48,7 +48,7 @@ from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.placement import Placement
-from generator.model_files.formats import read_model, suffixes
+from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
 from generator.model_files.imported import (
     Imported,
     format_imported_springs,
@@ -221,7 +221,9 @@ def convert(
         typer.Argument(
             metavar="OUTPUT...",
             help="Files to write, each in the format of its suffix (docs/formats.md). Of a motion: "
-            ".action .csv .npz .glb .bvh .mot .sto .x3d .html. Of a model: figures, .fig.",
+            ".action .csv .npz .glb .bvh .mot .sto .x3d .html. Of a figure: models, .osim .xml "
+            ".urdf .bioMod .fig, its passive curves, .csv, or its pose as a motion. Of a model: "
+            "figures, .fig.",
         ),
     ],
     figure: Annotated[
@@ -241,7 +243,11 @@ def convert(
         typer.Option(help="Units of length of a .bvh in a metre. [default: 100, centimetres]"),
     ] = None,
     to: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Model format, whatever the suffix.")
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help=f"Format of a figure's output, whatever its suffix: {', '.join(MODEL_FORMATS)}.",
+        ),
     ] = None,
     separate: Annotated[
         bool,
@@ -254,8 +260,8 @@ def convert(
 ) -> CommandResult:
     """Convert a motion, a figure or a model, and list what the format cannot store.
 
-    Of a figure --pose, --set and --free-root have the meaning that they have for mover simulate. In
-    a format of motions it is a single frame.
+    --pose, --set and --free-root set the start of a figure, as in mover simulate. In a format of
+    motions a figure is a single frame.
     """
     check_distinct_paths(outputs)
     check_scale(outputs, scale)
@@ -289,7 +295,7 @@ def convert(
 def _refuse_options(what: str, options: Mapping[str, object], owners: str) -> None:
     """Raise UsageError for the first of the options that is used."""
     for name, value in options.items():
-        if value not in (None, False, []):
+        if value is not None and value is not False and value != []:
             raise UsageError(f"{what}; {name} is for {owners}")
 
 
@@ -326,7 +332,7 @@ def _convert_motion(
 
 @dataclass(frozen=True)
 class _Start:
-    """Options that say how a figure starts, with the values that `mover simulate` takes."""
+    """Options for the start of a figure, with the values that `mover simulate` takes."""
 
     springs: str | None
     law: Joining | None

@@ -59,7 +59,7 @@ def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
 
     Raises:
         InputError: segments that move lack a mass, an inertia or a centre of mass, or none moves.
-        ModelError: a joint's chain is none that one joint can hold.
+        ModelError: a joint's chain is not one that a single joint can have.
         OpenLoopError: a loop is open in the pose of the figure and cannot be closed.
     """
     diagnostics = [

@@ -152,7 +152,7 @@ MODEL_FORMATS: Mapping[str, ModelFormat] = {
         (), curves_csv.format_files, "table of passive curves", motion_suffixes=(".csv",)
     ),
 }
-"""The formats by name: `NAME: ModelFormat((".suffix",), module.write, "what it is")`.
+"""The formats by name: `NAME: ModelFormat((".suffix",), module.format_files, "what it is")`.
 
 A format is a module of this package with a `ModelFormatter`, and a row here: `mover convert` takes
 its suffixes, and its name after `--to`. A suffix belongs to one row, and to no format of motions

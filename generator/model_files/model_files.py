@@ -1,10 +1,16 @@
-"""The files of an exported model, and all that they do not hold."""
+"""The files of an exported model, with the meshes of its segments (`.stl`), and their losses."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from generator.losses import Losses
+import numpy as np
+
+from generator.figure import Figure
+from generator.geometry.appearance import Colour, segment_appearances
+from generator.geometry.intersections import triangulate
+from generator.geometry.surface import Surface
+from generator.losses import Loss, Losses
 from generator.text_io import write_atomic
 
 
@@ -38,3 +44,59 @@ class ModelFiles:
 def geometry_folder(path: Path) -> Path:
     """Return the folder of the meshes of the model at `path`: `arm_geometry` of `arm.osim`."""
     return path.with_name(f"{path.stem}_geometry")
+
+
+_HEADER = b"Binary STL, metres".ljust(80)
+"""First bytes of a binary file; readers take one that begins with `solid` for text."""
+
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """The mesh of a segment.
+
+    Attributes:
+        path: of its file.
+        reference: the path from the folder of the model, with `/`.
+        content: of the file.
+        colour: red, green and blue from 0 to 1.
+    """
+
+    path: Path
+    reference: str
+    content: bytes
+    colour: Colour
+
+
+def segment_meshes(
+    figure: Figure, names: Mapping[str, str], path: Path
+) -> tuple[dict[str, MeshFile], tuple[Loss, ...]]:
+    """Return the meshes of a figure's segments in the segments' frames, and the losses.
+
+    Args:
+        figure: the figure.
+        names: of the files, by segment.
+        path: of the model, beside which their folder is.
+    """
+    appearances, losses = segment_appearances(figure)
+    folder = geometry_folder(path)
+    meshes: dict[str, MeshFile] = {}
+    for name, one in appearances.items():
+        file = folder / f"{names[name]}.stl"
+        reference = f"{folder.name}/{file.name}"
+        meshes[name] = MeshFile(file, reference, format_stl(one.surface), one.colour)
+    return meshes, losses
+
+
+def format_stl(surface: Surface) -> bytes:
+    """Return a surface as a binary STL file: triangles with single-precision corners [m]."""
+    corners, _ = triangulate(surface)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)[:, None]
+    triangles = np.zeros(len(corners), dtype=_TRIANGLE)
+    triangles["corners"] = corners
+    triangles["normal"] = np.divide(
+        normals, lengths, where=lengths > 0.0, out=np.zeros_like(normals)
+    )
+    return _HEADER + len(corners).to_bytes(4, "little") + triangles.tobytes()

@@ -126,7 +126,7 @@ def _uniform_motion(motion: FigureMotion) -> tuple[FigureMotion, int, float, Los
 def _hierarchy(
     motion: FigureMotion, skeleton: Skeleton, names: dict[str, str], scale: float
 ) -> Iterator[str]:
-    """The bones, each within the one that it hangs from; several roots hang from the ground."""
+    """Yield the bones, each within its parent; several roots are within a bone of the ground."""
     yield "HIERARCHY"
     decimals = _decimals(scale)
     several = len(skeleton.roots) > 1

@@ -1,7 +1,7 @@
 """A motion as binary glTF: what browsers, Blender and game engines play.
 
 One skeleton: the node of the figure, and within it a bone for every segment that moves, with the
-segment's name, within the bone of the segment that it hangs from. The skin lists the bones and
+segment's name, within the bone of its parent segment. The skin lists the bones and
 their poses at rest, with all displacements zero, in which y of a bone points along its limb. The
 shape of a segment is the mesh of its bone, which it follows rigidly: programs that know nothing of
 skins draw the same. Lengths are metres, y is up, the figure faces +z: glTF's own convention is that
@@ -46,7 +46,7 @@ AccessorType = Literal["SCALAR", "VEC3", "VEC4", "MAT4"]
 
 
 class Buffer:
-    """The block of numbers, and the accessors that say what lies where in it."""
+    """The block of numbers, and the accessors of its parts."""
 
     def __init__(self) -> None:
         """Begin without any."""
@@ -57,14 +57,14 @@ class Buffer:
     def add(
         self, values: Array, kind: AccessorType, *, bounds: bool = False, vertices: bool = False
     ) -> int:
-        """Put values, a row each, into the block as floats of 32 bits; the accessor's number.
+        """Add values, a row each, to the block as floats of 32 bits; return the accessor's number.
 
         Args:
             values: shape (n,) for scalars, (n, 3) or (n, 4) for vectors, (n, 16) for matrices by
                 columns.
             kind: what a row is.
-            bounds: whether the accessor must tell least and greatest, as positions and times do.
-            vertices: whether the values belong to the vertices of a mesh.
+            bounds: add the smallest and the largest values, which positions and times need.
+            vertices: the values belong to the vertices of a mesh.
         """
         rounded: NDArray[np.float32] = np.ascontiguousarray(values, dtype="<f4")
         view: dict[str, Any] = {
@@ -122,7 +122,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     Raises:
         OSError: the file cannot be written.
         ModelError: the motion is of another figure.
-        MoverError: frames follow each other too closely to be told apart.
+        MoverError: the times of two frames are equal in single precision.
     """
     content, losses = format_glb(motion)
     write_atomic(path, content)
@@ -147,7 +147,7 @@ def format_glb(motion: FigureMotion) -> tuple[bytes, list[Loss]]:
 
     Raises:
         ModelError: the motion is of another figure.
-        MoverError: frames follow each other too closely to be told apart.
+        MoverError: the times of two frames are equal in single precision.
     """
     skeleton = build_skeleton(motion)
     appearances, unseen = segment_appearances(motion.figure)
@@ -238,7 +238,7 @@ class _GlbBuilder:
         return self._materials.setdefault(colour, len(self._materials))
 
     def add_animation(self) -> None:
-        """Add the channels of the bones. Raises MoverError when the times cannot be told apart.
+        """Add the channels of the bones. Raises MoverError as `format_glb`.
 
         A single frame has none: it is the pose of the nodes.
         """

@@ -58,7 +58,7 @@ from generator.text_io import parse_file, parse_source, write_atomic
 GROUND_REACTION_LABELS = tuple(
     f"ground_{quantity}{axis}" for quantity in ("force_v", "force_p", "torque_") for axis in "xyz"
 )
-"""Force, its point and a moment, as OpenSim's examples of ground reactions call them."""
+"""Force, its point and a moment, with the names in OpenSim's examples of ground reactions."""
 
 
 def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) -> Losses:
@@ -79,10 +79,10 @@ def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) ->
 
 
 write_mot = partial(_write_coordinates, in_degrees=True)
-"""As OpenSim's own motions are."""
+"""Write a `.mot`: rotations in degrees, as in OpenSim's own motions."""
 
 write_sto = partial(_write_coordinates, in_degrees=False)
-"""As OpenSim's own results are: no digit is lost."""
+"""Write a `.sto`: rotations in radians, as in OpenSim's own results; no digit is lost."""
 
 
 def point_wrench(ground_reaction: Array) -> Array:
@@ -171,7 +171,7 @@ Chains = Mapping[str, tuple[JointAxis, ...]]
 
 @dataclass(frozen=True, eq=False)
 class CoordinateTable:
-    """A table of n rows as the file has it.
+    """A table of n rows, as it is in the file.
 
     Attributes:
         source: the text.
@@ -448,7 +448,7 @@ def _check_times(
 def _check_counts(
     entries: Mapping[str, Span], rows: int, columns: int, diagnostics: Diagnostics
 ) -> None:
-    """Check the numbers of rows and columns, which OpenSim does not keep true in version 3."""
+    """Check the numbers of rows and columns, which OpenSim's tools do not keep up to date."""
     for key, name, count in (("nRows", "rows", rows), ("nColumns", "columns", columns)):
         place = entries.get(key)
         if place is None or "OpenSimVersion" in entries:

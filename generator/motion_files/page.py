@@ -49,7 +49,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     Raises:
         OSError: the file cannot be written.
         ModelError: the motion is of another figure.
-        MoverError: frames follow each other too closely to be told apart.
+        MoverError: the times of two frames are equal in single precision.
     """
     springs = motion.springs or springs_of_header(motion.header, motion.figure)
     frames = kept_frames(motion.times.size)

@@ -96,7 +96,7 @@ class Bone:
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """The bones of a motion; every bone stands behind the one that it hangs from.
+    """The bones of a motion, each after its parent.
 
     Attributes:
         bones: depth first.
@@ -110,11 +110,11 @@ class Skeleton:
 
     @property
     def roots(self) -> list[Bone]:
-        """The bones that hang from the ground."""
+        """The bones whose parent is the ground."""
         return [bone for bone in self.bones if bone.depth == 0]
 
     def points_at_rest(self, segment: Segment, points: Array) -> Array:
-        """Points of a segment, told in its frame, in the world at rest, shape (k, 3) [m]."""
+        """Return points of a segment's frame in the world at rest, both of shape (k, 3) [m]."""
         pose = self.rest_poses[segment.name]
         return points @ pose[:3, :3].T + pose[:3, 3]
 

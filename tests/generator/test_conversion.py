@@ -101,6 +101,8 @@ def test_displacements_of_the_wrong_joints_are_refused(swing, pendulum, tmp_path
     for options in ({"displacements": {}}, {"free_root": True}, {"springs": "none"}):
         with pytest.raises(UsageError, match="are for figures"):
             convert(swing, tmp_path / "a.glb", figure=pendulum, **options)
+        with pytest.raises(UsageError, match="are for figures"):
+            convert(tmp_path / "model.urdf", tmp_path / "a.fig", **options)
     with pytest.raises(UsageError, match="are for motions"):
         convert(pendulum, tmp_path / "a.glb", fps=30)
     with pytest.raises(UsageError, match=r"a scale is for \.bvh files"):

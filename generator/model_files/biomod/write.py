@@ -35,8 +35,7 @@ from generator.model_files.export_model import (
     tree_joint_springs,
 )
 from generator.model_files.fit_error import format_range, joint_ranges
-from generator.model_files.meshes import MeshFile, segment_meshes
-from generator.model_files.model_files import ModelFiles
+from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
 from generator.names import plain_names, reserve_name
 from generator.rotations import (
     Array,

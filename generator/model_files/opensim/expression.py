@@ -1,4 +1,4 @@
-"""Laws as text that OpenSim evaluates: an algebra of expressions in place of numbers.
+"""Laws as text that OpenSim evaluates: expressions that are calculated with like numbers.
 
 OpenSim parses them with Lepton, which knows `step` (1 from zero on) and no conditions. Definitions
 follow an expression: `a*b;b=2*c`.
@@ -13,7 +13,7 @@ from springs.backends import Operations, Real, Vector
 
 @dataclass(frozen=True)
 class Expression:
-    """A number that is not known yet: `text` says how to calculate it."""
+    """A scalar function of variables, as text in Lepton's syntax."""
 
     text: str
 
@@ -46,7 +46,7 @@ class Expression:
         return _combine(self, "/", other)
 
     def __neg__(self) -> "Expression":
-        """The number with the other sign."""
+        """The negative."""
         return _combine(-1.0, "*", self)
 
     def __lt__(self, other: "Expression | float") -> "Condition":
@@ -79,7 +79,7 @@ ZERO, ONE = Expression("0"), Expression("1")
 
 
 def _combine(one: Expression | float, operator: str, other: Expression | float) -> Expression:
-    """Two numbers with a sign between them, without what changes nothing."""
+    """Return two operands with the operator between them; neutral operands are left out."""
     neutral = 0.0 if operator in "+-" else 1.0
     if isinstance(one, Expression) and other == neutral:
         return one
@@ -102,7 +102,7 @@ def _operand_text(value: Expression | float) -> str:
 
 
 class _ExpressionOperations:
-    """Expressions of one number; there are no vectors."""
+    """Operations on scalar expressions; those on vectors raise TypeError."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         assert isinstance(condition, Condition)
@@ -150,8 +150,8 @@ def with_definitions(expression: Expression, definitions: Mapping[str, Expressio
     """Return the text of an expression, followed by the definitions that it needs.
 
     Args:
-        expression: it may have names that are defined.
-        definitions: by name; one may need those after it.
+        expression: may contain names that are defined.
+        definitions: by name; each may contain names of those after it.
     """
     needed = set(_NAME.findall(expression.text))
     parts = [expression.text]

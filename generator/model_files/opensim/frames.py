@@ -52,7 +52,7 @@ class FrameIndex:
     def resolve(
         self, owner: XmlElement, socket: str, default: XmlElement | None = None
     ) -> tuple[str, Array] | None:
-        """The body on which the frame stands that a socket names, and the frame's pose in it.
+        """Return the body to which the frame of a socket is fixed, and the frame's pose in it.
 
         The ground is called `ground`. None, with the fault noted, where there is no such frame;
         `default` is the frame of a component without the socket.
@@ -87,7 +87,7 @@ class FrameIndex:
         return None
 
     def _find_frame(self, owner: XmlElement, path: str) -> XmlElement | None:
-        """The frame at a path; else the one of its last name, since early files told no more."""
+        """Return the frame at a path; else that of its last name, as early files have it."""
         whole = normpath(join(self.paths[id(owner)], path))
         name = path.rsplit("/", 1)[-1]
         return self.by_path.get(whole) or (None if name == ".." else self.by_name.get(name))

@@ -1,8 +1,9 @@
 """Joints that close loops in an OpenSim model: constraints, and springs as bushings.
 
-As a joint, OpenSim would split one of its bodies in halves, and the motion would be wrong. Without
-coordinates its spring is an ExpressionBasedBushingForce: moments that are conjugate to the angles
-about x, y and z of the child's frame in the parent's, in this order, and functions of all three.
+OpenSim would split one body of such a joint in halves, and the motion would be wrong. A constraint
+has no coordinates, so that its spring is an ExpressionBasedBushingForce: moments conjugate to the
+angles about x, y and z of the child's frame in the parent's, in this order, each a function of all
+three.
 """
 
 from collections.abc import Mapping

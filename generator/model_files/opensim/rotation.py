@@ -20,10 +20,10 @@ from generator.springs_file.axes import parallel_sign, unit_axis
 from springs.joint import Direction
 
 _MIN_SQUARED_SINE = 1e-12
-"""Of half the angle of rotation: there the factor 2 atan(S/w)/S differs from 2 by 1e-12."""
+"""Of half the angle of rotation: below it, 2 atan(S/w)/S differs from 2 by less than 1e-12."""
 
 _ROUNDING = 1e-15
-"""Size of coefficients that are nothing but rounding."""
+"""Largest size of coefficients that are rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class RotationExpressions:
 
     @cached_property
     def definitions(self) -> Mapping[str, Expression]:
-        """Names in the expressions, each before those that it needs."""
+        """Definitions of the names in the expressions, each before those that it needs."""
         w, sine = self._name("w"), self._name("S")
         halves = {
             f"{letter}_{angle}": Expression(f"{function}(0.5*{angle})")

@@ -1,12 +1,12 @@
 """OpenSim's own format (`.osim`), as version 4 reads it.
 
-Every displacement of the figure is a coordinate of its own name, value and sign, so that a motion
-in `.mot` or `.sto` plays on the model as it is. So a joint of three turns is a CustomJoint about
-the axes of its chain: the coordinates of a BallJoint are angles about x, y and z of its frame, in
-this order, which the chain of hardly any joint is. A hinge is a PinJoint, a slide a SliderJoint.
+Every displacement of the figure is a coordinate with the same name, value and sign, so that a
+motion in `.mot` or `.sto` plays on the model as it is. Therefore a joint of three rotations is a
+CustomJoint about the axes of its chain: the coordinates of a BallJoint are angles about x, y and z
+of its frame, in this order. A revolute is a PinJoint, a prismatic joint a SliderJoint.
 
-A joint's parent and child stand as the figure connects them: OpenSim turns round what leads to the
-ground. What closes a loop is a constraint.
+A joint has the parent and the child that the figure gives it; OpenSim itself reverses joints whose
+child is nearer to the ground. Joints that close loops are constraints.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,8 +24,7 @@ from generator.model_files.export_model import (
     build_export_model,
 )
 from generator.model_files.fit_error import joint_limits, normal_ends
-from generator.model_files.meshes import MeshFile, segment_meshes
-from generator.model_files.model_files import ModelFiles
+from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
 from generator.model_files.opensim.forces import ForceWriter
 from generator.model_files.opensim.loops import LoopWriter, add_frame
 from generator.model_files.xml import (
@@ -60,12 +59,12 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 def format_osim(
     figure: Figure, springs: SpringSet, meshes: Mapping[str, MeshFile] | None = None
 ) -> tuple[str, Losses]:
-    """The text of an OpenSim model, and its losses; raises InputError as `format_files`.
+    """Return the text of an OpenSim model, and its losses; raises InputError as `format_files`.
 
     Args:
         figure: the figure.
         springs: of its joints.
-        meshes: by segment; None for a model without.
+        meshes: by segment; None for a model without meshes.
     """
     losses = Losses("OpenSim model")
     model = build_export_model(figure, losses)
@@ -110,7 +109,7 @@ def _add_bodies(
     meshes: Mapping[str, MeshFile],
     losses: Losses,
 ) -> Mapping[SiteRef, str]:
-    """Bodies with their meshes and with their sites as frames; returns the path of each site."""
+    """Add the bodies with their meshes and their sites as frames; return the path of each site."""
     figure = model.figure
     refs = [SiteRef(name, site) for name, one in figure.segments.items() for site in one.sites]
     ground_names = plain_names(str(ref) for ref in refs if ref.segment in figure.ground)
@@ -140,7 +139,7 @@ def _add_bodies(
 
 
 def _add_body(bodies: Element, name: str, segment: Segment | None) -> Element:
-    """A body; without a segment one that has no mass."""
+    """Add the body of a segment; without one, a body without mass."""
     body = add_element(bodies, "Body", name=name)
     moments = (0.0, 0.0, 0.0) if segment is None else segment.inertia
     centre = (0.0, 0.0, 0.0) if segment is None else segment.centre_of_mass
@@ -181,8 +180,16 @@ def _add_markers(model: ExportModel, markers: Element) -> None:
 
 
 @dataclass(frozen=True)
-class _CoordinateAxis:
-    """A coordinate: the axis that it turns about or slides along, its start and its range."""
+class _Coordinate:
+    """A coordinate of a joint.
+
+    Attributes:
+        name: of the coordinate.
+        kind: rotation or translation.
+        axis: unit vector in the frame of the joint's parent, shape (3,).
+        value: at the start [rad or m].
+        limits: its range [rad or m].
+    """
 
     name: str
     kind: str
@@ -192,7 +199,7 @@ class _CoordinateAxis:
 
 
 class _JointWriter:
-    """The joints, as they are declared.
+    """The joints, in the order in which they are added.
 
     Attributes:
         coordinate_paths: by the name of the coordinate.
@@ -214,40 +221,40 @@ class _JointWriter:
         self._joint_names = set(model.joints.values())
 
     def add_joint(self, joint: Joint) -> None:
-        """A joint; one whose first and last axis are along one line is two, with a body between.
+        """Add a joint; one whose first and last axis are collinear is two, with a body between.
 
-        Slides come first, as they do in a CustomJoint: where they are along axes of the child, the
-        parent moves in the child's frame, the other way round.
+        Translations come first, as in a CustomJoint: where they are along axes of the child, the
+        parent moves in the child's frame, with the opposite sense.
         """
         name, chain = self._model.joints[joint.name], self._model.tree.chains[joint.name]
         parent, child = (self._frames[ref] for ref in joint.ends)
         outside = chain.translations_are_outer
         sign = 1.0 if outside else -1.0
         places = [*chain.translations, *(chain.rotations[::-1] if outside else chain.rotations)]
-        freedoms = [self._coordinate_axis(joint, k, sign) for k in places]
+        coordinates = [self._coordinate(joint, k, sign) for k in places]
         if not outside:
             parent, child = child, parent
-        turns = [freedom.axis for freedom in freedoms if freedom.kind is AxisKind.ROTATION]
+        turns = [one.axis for one in coordinates if one.kind is AxisKind.ROTATION]
         if len(turns) == 3 and np.linalg.norm(np.cross(turns[0], turns[2])) < _MAX_COLLINEAR_SINE:
             between = reserve_name(f"{name}_between", self._body_names)
             _add_body(self._bodies, between, None)
             outer = reserve_name(f"{name}_outer", self._joint_names)
-            self._add_joint_element(outer, parent, f"/bodyset/{between}", freedoms[:-1])
-            parent, freedoms = f"/bodyset/{between}", freedoms[-1:]
-        self._add_joint_element(name, parent, child, freedoms)
+            self._add_joint_element(outer, parent, f"/bodyset/{between}", coordinates[:-1])
+            parent, coordinates = f"/bodyset/{between}", coordinates[-1:]
+        self._add_joint_element(name, parent, child, coordinates)
 
-    def _coordinate_axis(self, joint: Joint, index: int, sign: float) -> _CoordinateAxis:
+    def _coordinate(self, joint: Joint, index: int, sign: float) -> _Coordinate:
         factor = joint.chain[index]
         value = float(self._model.placement.displacements[joint.name][index])
         name = self._model.coordinates[joint.name][index]
         springs = self._springs.get(joint.name, JointSprings(joint.name))
         ends = coordinate_range(joint, springs, index, value)
-        return _CoordinateAxis(name, factor.kind, sign * unit_vector(factor.axis), value, ends)
+        return _Coordinate(name, factor.kind, sign * unit_vector(factor.axis), value, ends)
 
     def _add_joint_element(
-        self, name: str, parent: str, child: str, coordinate_axes: Sequence[_CoordinateAxis]
+        self, name: str, parent: str, child: str, coordinates: Sequence[_Coordinate]
     ) -> None:
-        kinds = [freedom.kind for freedom in coordinate_axes]
+        kinds = [one.kind for one in coordinates]
         match kinds:
             case []:
                 tag = "WeldJoint"
@@ -262,23 +269,21 @@ class _JointWriter:
         ends = (parent, child) if turned is None else ("parent", "child")
         for role, end in zip(("parent", "child"), ends, strict=True):
             add_element(element, f"socket_{role}_frame", end)
-        if coordinate_axes:
-            _add_coordinates(element, coordinate_axes)
-            for one in coordinate_axes:
+        if coordinates:
+            _add_coordinates(element, coordinates)
+            for one in coordinates:
                 self.coordinate_paths[one.name] = f"/jointset/{name}/{one.name}"
         if turned is not None:
             frames = add_element(element, "frames")
-            pose = pose_matrix(
-                rotation_with_z_axis(coordinate_axes[0].axis)[:, turned], np.zeros(3)
-            )
+            pose = pose_matrix(rotation_with_z_axis(coordinates[0].axis)[:, turned], np.zeros(3))
             add_frame(frames, "parent", parent, pose)
             add_frame(frames, "child", child, pose)
         if tag == "CustomJoint":
-            _add_transform(element, coordinate_axes)
+            _add_transform(element, coordinates)
 
 
 _MAX_COLLINEAR_SINE = 1e-6
-"""OpenSim takes no three axes of which two are along one line: sine of the angle between them."""
+"""Largest sine of the angle between two axes that OpenSim refuses as collinear."""
 
 _FRAME_COLUMNS = {"PinJoint": [0, 1, 2], "SliderJoint": [2, 0, 1]}
 """Columns of a frame with the axis as its z that are x, y, z of the joint's frames: a PinJoint
@@ -298,25 +303,24 @@ def coordinate_range(joint: Joint, springs: JointSprings, index: int, start: flo
     return None if low is None or high is None else (min(low, start), max(high, start))
 
 
-def _add_coordinates(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
-    coordinates = add_element(joint, "coordinates")
+def _add_coordinates(joint: Element, coordinates: Sequence[_Coordinate]) -> None:
+    parent = add_element(joint, "coordinates")
     # A CustomJoint counts its coordinates in the order in which its axes name them.
-    for freedom in sorted(coordinate_axes, key=lambda freedom: freedom.kind):
-        coordinate = add_element(coordinates, "Coordinate", name=freedom.name)
-        add_element(coordinate, "default_value", format_numbers(freedom.value))
-        if freedom.limits is not None:
-            add_element(coordinate, "range", format_numbers(freedom.limits))
+    for one in sorted(coordinates, key=lambda each: each.kind):
+        coordinate = add_element(parent, "Coordinate", name=one.name)
+        add_element(coordinate, "default_value", format_numbers(one.value))
+        if one.limits is not None:
+            add_element(coordinate, "range", format_numbers(one.limits))
         add_element(coordinate, "clamped", "false")
 
 
-def _add_transform(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -> None:
-    """The axes of a CustomJoint: three to turn about, three to slide along, some of them unused."""
+def _add_transform(joint: Element, coordinates: Sequence[_Coordinate]) -> None:
+    """Add the axes of a CustomJoint: three of rotation and three of translation, some unused."""
     transform = add_element(joint, "SpatialTransform")
     for kind, word in ((AxisKind.ROTATION, "rotation"), (AxisKind.TRANSLATION, "translation")):
-        used = [freedom for freedom in coordinate_axes if freedom.kind is kind]
-        axes = [freedom.axis for freedom in used] + _complementary_axes(
-            [freedom.axis for freedom in used]
-        )
+        used = [one for one in coordinates if one.kind is kind]
+        axes = [one.axis for one in used]
+        axes += _complementary_axes(axes)
         for k, axis in enumerate(axes):
             element = add_element(transform, "TransformAxis", name=f"{word}{k + 1}")
             add_element(element, "coordinates", used[k].name if k < len(used) else "")
@@ -329,7 +333,7 @@ def _add_transform(joint: Element, coordinate_axes: Sequence[_CoordinateAxis]) -
 
 
 def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
-    """Axes that make three independent ones of those given."""
+    """Return axes that complete fewer than three independent axes to three."""
     if len(axes) == 3:
         return []
     if not axes:

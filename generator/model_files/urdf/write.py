@@ -33,8 +33,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
-from generator.model_files.meshes import MeshFile, segment_meshes
-from generator.model_files.model_files import ModelFiles
+from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
 from generator.model_files.xml import (
     Element,
     add_element,

@@ -1,9 +1,26 @@
+"""Files of models, and meshes of segments that are read again as surfaces."""
+
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from generator import read_figure
+from generator.geometry.appearance import segment_appearances
+from generator.geometry.read import read_mesh
+from generator.geometry.surface import Surface
 from generator.losses import Losses
-from generator.model_files.model_files import ModelFiles, geometry_folder
+from generator.model_files.model_files import (
+    ModelFiles,
+    format_stl,
+    geometry_folder,
+    segment_meshes,
+)
+from generator.names import plain_names
+
+CORNERS = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]])
+CONCAVE = Surface.from_faces(CORNERS, [(0, 1, 2, 3, 4)], "concave")
 
 
 def arm(path: Path) -> ModelFiles:
@@ -25,3 +42,37 @@ def test_makes_no_folder_for_a_model_in_a_folder_that_is_missing(tmp_path: Path)
     with pytest.raises(FileNotFoundError):
         arm(tmp_path / "nowhere" / "arm.osim").write()
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum"])
+def test_the_files_are_read_as_the_surfaces(name: str, tmp_path: Path):
+    drawn = read_figure(name)
+    meshes, losses = segment_meshes(drawn, plain_names(drawn.segments), tmp_path / "a.model")
+    appearances, lost = segment_appearances(drawn)
+    assert meshes.keys() == appearances.keys()
+    assert losses == lost
+    for segment, mesh in meshes.items():
+        assert mesh.path == tmp_path / "a_geometry" / f"{segment}.stl"
+        assert mesh.reference == f"a_geometry/{segment}.stl"
+        assert mesh.colour == appearances[segment].colour
+        mesh.path.parent.mkdir(exist_ok=True)
+        mesh.path.write_bytes(mesh.content)
+        back = read_mesh(mesh.path, Fraction(1))
+        surface = appearances[segment].surface
+        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        assert np.allclose(back.vertices.min(axis=0), low, atol=1e-6)
+        assert np.allclose(back.vertices.max(axis=0), high, atol=1e-6)
+
+
+def test_a_concave_face_becomes_triangles_within_it():
+    data = format_stl(CONCAVE)
+    count = int.from_bytes(data[80:84], "little")
+    assert count == 3
+    assert len(data) == 84 + 50 * count
+    assert not data.startswith(b"solid")
+    rows = np.frombuffer(data, offset=84, dtype=np.dtype([("v", "<f4", (4, 3)), ("a", "<u2")]))
+    normals, corners = rows["v"][:, 0], rows["v"][:, 1:].astype(float)
+    assert np.array_equal(normals, [[0.0, 0.0, 1.0]] * 3)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert 0.5 * cross[:, 2].sum() == pytest.approx(2.5)
+    assert np.all(cross[:, 2] > 0.0)
