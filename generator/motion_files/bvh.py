@@ -27,6 +27,9 @@ _METRE_DECIMALS = 8
 CENTIMETRES_PER_METRE = 100.0
 """Default scale: the unit of length of most programs that read BVH is the centimetre."""
 
+MAX_SCALE = 1e9
+"""Largest scale, and the inverse of the smallest: beyond them digits overflow."""
+
 _MAX_INTERVAL_DEVIATION = 1e-6
 """Largest deviation of uniform frame times, relative to their interval."""
 
@@ -52,12 +55,17 @@ def write(motion: FigureMotion, path: Path, scale: float = CENTIMETRES_PER_METRE
         scale: units of length of the file in a metre: 100 for centimetres, 1 for metres.
 
     Raises:
-        UsageError: the scale is not positive.
+        UsageError: the scale is not positive, or beyond `MAX_SCALE`.
         OSError: the file cannot be written.
         ModelError: the motion is of another figure.
     """
     if not (isfinite(scale) and scale > 0.0):
         raise UsageError(f"a scale of {scale:g} units per metre: it must be positive")
+    if not 1.0 / MAX_SCALE <= scale <= MAX_SCALE:
+        raise UsageError(
+            f"a scale of {scale:g} units per metre: it must be from {1.0 / MAX_SCALE:g} to "
+            f"{MAX_SCALE:g}"
+        )
     uniform, count, interval, uneven = _uniform_motion(motion)
     skeleton = build_skeleton(uniform)
     names = plain_names([*(bone.joint for bone in skeleton.bones), _ground_name(motion, skeleton)])

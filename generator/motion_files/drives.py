@@ -127,7 +127,7 @@ def _drives(
         known = figure.joints.get(joint)
         driven = chain if coordinates is None else [chain[k] for k in coordinates]
         if known is None:
-            hint = f"{spelling_hint(joint, figure.joints)}; `--driven` chooses some of its joints"
+            hint = f"`--driven` selects joints; {spelling_hint(joint, figure.joints)}"
             diagnostics.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
         elif known.chain != chain:
             diagnostics.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))

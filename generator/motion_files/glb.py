@@ -244,7 +244,10 @@ class _GlbBuilder:
         """
         if self._motion.times.size == 1:
             return
-        seconds = self._motion.times - self._motion.times[0]
+        with np.errstate(over="ignore"):
+            seconds = self._motion.times - self._motion.times[0]
+        if seconds[-1] > np.finfo(np.float32).max:
+            raise MoverError("the motion lasts too long for glTF, whose times are below 3.4e38 s")
         if np.any(np.diff(seconds.astype(np.float32)) <= 0.0):
             raise MoverError(
                 "the frames follow each other too closely for glTF, whose times have 7 digits"

@@ -155,3 +155,16 @@ def test_a_wrong_scale_is_refused(scale: float, tmp_path: Path):
     with pytest.raises(UsageError, match="must be positive"):
         write(any_motion(slides()), tmp_path / "out.bvh", scale=scale)
     assert not (tmp_path / "out.bvh").exists()
+
+
+@pytest.mark.parametrize("scale", [1e308, 1e-300, 1e10])
+def test_a_scale_whose_digits_overflow_is_refused(scale: float, tmp_path: Path):
+    with pytest.raises(UsageError, match=r"from 1e-09 to 1e\+09"):
+        write(any_motion(slides()), tmp_path / "out.bvh", scale=scale)
+    assert not (tmp_path / "out.bvh").exists()
+
+
+@pytest.mark.parametrize("scale", [1e9, 1e-9])
+def test_the_numbers_of_the_extreme_scales_are_finite(scale: float, tmp_path: Path):
+    write(any_motion(slides()), tmp_path / "out.bvh", scale=scale)
+    assert np.isfinite(Bvh(tmp_path / "out.bvh").rows).all()

@@ -221,6 +221,14 @@ def test_a_motion_that_starts_late_begins_at_zero(tmp_path: Path):
     assert times["max"] == pytest.approx([0.1])
 
 
+@pytest.mark.parametrize("last", [1e39, 1.7e308])
+def test_a_motion_longer_than_32_bits_can_say_is_refused(last: float, tmp_path: Path):
+    motion = any_motion(slides(), np.array([-last, 0.0, last]))
+    with pytest.raises(MoverError, match="too long"):
+        write(motion, tmp_path / "long.glb")
+    assert not (tmp_path / "long.glb").exists()
+
+
 def test_frames_that_24_bits_cannot_tell_apart_are_refused(tmp_path: Path):
     motion = any_motion(slides())
     close = np.array([0.0, 1e6, 1e6 + 1e-3])
