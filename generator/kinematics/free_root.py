@@ -29,7 +29,7 @@ from generator.kinematics.placement import (
 from generator.kinematics.tree import Tree, build_tree
 from generator.rotations import Array, RotationSequence
 
-_FREE_SITE = "free frame"
+FREE_SITE = "free frame"
 """Site of a free segment that its joint moves; no name in a file contains a blank."""
 
 
@@ -92,11 +92,11 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
         free[name] = Joint(
             name,
             figure.root,
-            SiteRef(first, _FREE_SITE),
+            SiteRef(first, FREE_SITE),
             chain,
             tuple(float(value) for value in displacement),
         )
-        sites = {**segments[first].sites, _FREE_SITE: site}
+        sites = {**segments[first].sites, FREE_SITE: site}
         segments[first] = replace(segments[first], sites=sites)
         moved[name] = displacement
     return replace(figure, segments=segments, joints={**free, **remaining_joints}), moved
@@ -104,14 +104,14 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
 
 def free_joints(figure: Figure) -> dict[str, Joint]:
     """Return the joints that `detach_root` has made, by name."""
-    return {name: joint for name, joint in figure.joints.items() if joint.child.site == _FREE_SITE}
+    return {name: joint for name, joint in figure.joints.items() if joint.child.site == FREE_SITE}
 
 
 def _unrotated_site(pose: Array) -> Site:
     """Return a site at a segment's origin with the world's axes where the segment is at `pose`."""
     sequence = RotationSequence((_Z, _Y, _X))
     angles = sequence.angles(pose[:3, :3].T)[::-1]
-    return Site(_FREE_SITE, Location((Rotation(cast("Vector", tuple(map(float, angles)))),)))
+    return Site(FREE_SITE, Location((Rotation(cast("Vector", tuple(map(float, angles)))),)))
 
 
 def _sine_from_pole(chain: Sequence[JointAxis], pose: Array) -> float:

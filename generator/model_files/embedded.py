@@ -14,7 +14,7 @@ from hashlib import sha256
 import numpy as np
 
 from generator.diagnostics import Diagnostics, MoverError, Source
-from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Site
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Site, SiteRef
 from generator.figure_file import parse_figure
 from generator.figure_file.write import write_figure
 from generator.geometry.read import segment_colour
@@ -139,6 +139,7 @@ def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
 
 def _format_texts(figure: Figure, springs: SpringSet) -> tuple[str, str]:
     """Return the texts of a figure and its springs. Raises ModelError."""
+    figure = _with_plain_names(figure)
     if not springs.joints and not springs.coupled:
         joints = {
             name: replace(joint, stiff=None, rest=None, damp=None)
@@ -146,6 +147,35 @@ def _format_texts(figure: Figure, springs: SpringSet) -> tuple[str, str]:
         }
         return write_figure(replace(figure, joints=joints)), NO_SPRINGS
     return write_figure(figure), format_besides_fields(figure, springs)
+
+
+def _with_plain_names(figure: Figure) -> Figure:
+    """Return a figure whose segments and sites have names of the figure language.
+
+    The frame of a figure with a free root has another, which no figure file can have.
+    """
+    segments = plain_names(figure.segments)
+    sites = {name: plain_names(one.sites) for name, one in figure.segments.items()}
+
+    def renamed(ref: SiteRef) -> SiteRef:
+        return SiteRef(segments[ref.segment], sites[ref.segment][ref.site])
+
+    return replace(
+        figure,
+        segments={
+            segments[name]: replace(
+                one,
+                name=segments[name],
+                sites={new: replace(one.sites[old], name=new) for old, new in sites[name].items()},
+            )
+            for name, one in figure.segments.items()
+        },
+        joints={
+            name: replace(joint, parent=renamed(joint.parent), child=renamed(joint.child))
+            for name, joint in figure.joints.items()
+        },
+        root=renamed(figure.root),
+    )
 
 
 def _digests(root: XmlElement) -> tuple[str, ...]:

@@ -34,9 +34,6 @@ SPARSE = 7
 EXACT = 1e-9
 """Largest difference of the moments of a law that is not fitted, relative to the largest."""
 
-ROUNDING = 1.05
-"""Largest error over that which is stated, in two digits."""
-
 
 def loaded(engine: str, case: Case, springs: SpringSet, folder: Path) -> Any:
     """A case in a program; skips the test where it is not installed."""
@@ -63,7 +60,7 @@ def test_moments_of_every_joint_differ_by_what_is_stated(name: str, engine: str,
     for joint in case.springs.joints:
         found, size = moment_differences(model, case.figure, case.springs, joint, SPARSE)
         worst = float(np.linalg.norm(found, axis=1).max())
-        assert worst <= ROUNDING * stated.get(joint, EXACT * size), joint
+        assert worst <= stated.get(joint, EXACT * size), joint
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -5,7 +5,7 @@ biorbd's exponential torque is
     (b1 exp(k1 (q - m)) + b2 exp(k2 (q - m))) (q - d) + t
 
 without its factor of the rate. A law of another form is approximated by weighted least squares over
-the range of the joint.
+the range of the joint and a little beyond.
 """
 
 from dataclasses import dataclass
@@ -34,6 +34,10 @@ _RATES = (0.7, 2.0, 5.0, 12.0, 30.0)
 
 _ZEROS = (-0.9, -0.5, 0.0, 0.5, 0.9)
 """Zeros of the factor q - d from which the fit starts, relative to half of the range."""
+
+_ANGLE_MARGIN, _DISTANCE_MARGIN = np.radians(10.0), 0.01
+"""Distances beyond the range to which laws are fitted, so that torques hold a joint at its ends
+[rad, m]."""
 
 _LARGEST_RATE = 120.0
 """Bound of the rates, times half of the range."""
@@ -145,11 +149,23 @@ def passive_torques(
         ranges: of the displacements, over which laws are fitted [rad or m].
     """
     fitted: dict[int, FittedTorque] = {}
+    wider = sampled_torques(joint, chain, laws, joining, _with_margins(chain, ranges))
     for k, sampled in sampled_torques(joint, chain, laws, joining, ranges).items():
         exact = _linear_law(laws.uncoupled[k]) if k in laws.uncoupled else None
-        fitted[k] = _fit(sampled) if exact is None else FittedTorque(exact, None, ranges[k])
+        if exact is None:
+            fitted[k] = _fit(wider[k], sampled)
+        else:
+            fitted[k] = FittedTorque(exact, None, ranges[k])
     torques = {k: one.torque.torque for k, one in fitted.items()}
     return JointTorques(fitted, coupling_error(chain, laws, joining, ranges, torques))
+
+
+def _with_margins(chain: Chain, ranges: tuple[Range, ...]) -> tuple[Range, ...]:
+    """Return ranges with a margin at both ends."""
+    margins = [
+        _ANGLE_MARGIN if k in chain.rotations else _DISTANCE_MARGIN for k in range(len(ranges))
+    ]
+    return tuple((low - by, high + by) for (low, high), by in zip(ranges, margins, strict=True))
 
 
 def _linear_law(spring: AxisSpring) -> LinearTorque | None:
@@ -161,15 +177,18 @@ def _linear_law(spring: AxisSpring) -> LinearTorque | None:
     return LinearTorque(sum(law.stiffness * law.rest for law in linear), slope)
 
 
-def _fit(sampled: SampledTorque) -> FittedTorque:
-    """Return the best torque of the format for samples of a displacement."""
+def _fit(sampled: SampledTorque, in_range: SampledTorque) -> FittedTorque:
+    """Return the best torque of the format for samples of a displacement.
+
+    Its error is that in the range, without the margins.
+    """
     best: PassiveTorque = _fit_line(sampled)
     if sampled.range[1] > sampled.range[0]:
         curve = _fit_exponentials(sampled)
         if sampled.misfit_of(curve.torque) < 0.99 * sampled.misfit_of(best.torque):
             best = curve
-    error = sampled.error_of(best.torque)
-    return FittedTorque(best, None if error.largest < NEGLIGIBLE_TORQUE else error, sampled.range)
+    error = in_range.error_of(best.torque)
+    return FittedTorque(best, None if error.largest < NEGLIGIBLE_TORQUE else error, in_range.range)
 
 
 def _fit_line(sampled: SampledTorque) -> LinearTorque:

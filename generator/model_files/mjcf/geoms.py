@@ -1,6 +1,7 @@
 """Geoms of MJCF: their mass, and their shapes."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
@@ -9,7 +10,14 @@ from typing import Final
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from generator.diagnostics import Diagnostics, InputError, error, shorten, spelling_hint
+from generator.diagnostics import (
+    Diagnostics,
+    InputError,
+    TooManyErrors,
+    error,
+    shorten,
+    spelling_hint,
+)
 from generator.geometry.primitives import box, capsule, cylinder, ellipsoid, sphere
 from generator.geometry.surface import Surface
 from generator.inertia import MassProperties
@@ -57,7 +65,7 @@ def geom_mass(
         return None
     if shape in UNREAD or "mesh" in element.attributes:
         diagnostics.error(
-            "the mass of this body would come from a mesh, and meshes are not read",
+            "the mass of this body would come from a mesh, and is not computed",
             element.span_of("mesh" if "mesh" in element.attributes else "type"),
             "give the body an `inertial` with its mass and inertia",
         )
@@ -235,7 +243,16 @@ class GeomReader:
                 self.losses.add(UNDRAWN[shape or ""], geom.get("name") or f"a {shape}")
         if any(not _is_visual(geom) for geom, _ in geoms):
             self.losses.add(_CONTACT)
-        return tuple(self._read_shapes(visual or seen))
+        collected, self.diagnostics = self.diagnostics, Diagnostics()
+        found: tuple[Shape, ...] = ()
+        with suppress(TooManyErrors):
+            found = tuple(self._read_shapes(visual or seen))
+        # The reading of its mass has reported a wrong geom already.
+        known = {(one.message, one.span) for one in collected.entries}
+        new = [one for one in self.diagnostics.entries if (one.message, one.span) not in known]
+        self.diagnostics = collected
+        collected.extend(Diagnostics(new))
+        return found
 
     def _read_shapes(self, geoms: Sequence[tuple[XmlElement, Array]]) -> Iterator[Shape]:
         for geom, pose in geoms:

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef
+from generator.kinematics.free_root import FREE_SITE
 from generator.losses import Losses
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
@@ -143,7 +144,8 @@ def _add_bodies(
                 _add_mesh(element, label, meshes[name])
             place = add_element(element, "components")
             path, pose = f"/bodyset/{body}", np.eye(4)
-            losses.add_loss(renaming_loss(names))
+            written = {site: own for site, own in names.items() if site != FREE_SITE}
+            losses.add_loss(renaming_loss(written))
         for site, own in names.items():
             _add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
             paths[SiteRef(name, site)] = f"{path}/{own}"

@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from generator.figure import Figure
 from generator.figure_file import read_figure
 from generator.geometry.read import read_segment_surface, segment_colour
+from generator.kinematics.free_root import detach_root
 from generator.model_files.formats import model_format, read_model
 from generator.model_files.imported import Imported, imported_files
 from generator.rotations import Array
@@ -144,6 +145,23 @@ def test_a_fall_without_the_carried_texts_is_the_same(suffix: str, tmp_path: Pat
         np.testing.assert_allclose(
             other.poses[name][:, :3, 3], one.poses[name][:, :3, 3], rtol=0.0, atol=1e-6
         )
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_free_root_comes_back(suffix: str, tmp_path: Path):
+    figure, springs = CASES["prototype"](tmp_path)
+    start = {name: np.asarray(joint.displacement) for name, joint in figure.joints.items()}
+    free, moved = detach_root(figure, start)
+    joints = [replace(one, displacement=tuple(moved[key])) for key, one in free.joints.items()]
+    free = free.with_parts(*joints)
+    springs = springs.of_joints(free.joints)
+    write(free, springs, tmp_path / f"model{suffix}")
+    imported, back, laws = read_back(tmp_path / f"model{suffix}")
+    assert imported.losses.entries == ()
+    assert laws.joints == springs.joints
+    for name, joint in free.joints.items():
+        assert back.joints[name].chain == joint.chain
+        assert back.joints[name].displacement == joint.displacement
 
 
 def edited(

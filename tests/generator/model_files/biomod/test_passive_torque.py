@@ -57,6 +57,16 @@ def test_the_torque_does_not_drive_the_joint_on(name: str) -> None:
             assert max(fitted.torque.amplitudes) <= 0.0
 
 
+@pytest.mark.parametrize("name", [n for n, own in SPRINGS.joints.items() if len(own.axes) == 1])
+def test_elbows_and_knees_are_driven_back_from_beyond_their_ends(name: str) -> None:
+    own = SPRINGS.joints[name]
+    (fitted,) = torques_of(own, PROTOTYPE.joints[name]).fitted.values()
+    beyond = np.array(fitted.range) + np.radians([-5.0, 5.0])
+    law = total_torque(own.axes[0].elastic, beyond)
+    assert np.all(np.abs(law) > 2.0)
+    assert np.all(np.sign(fitted.torque.torque(beyond)) == np.sign(law))
+
+
 def test_a_knee_is_approximated_better_than_by_a_line() -> None:
     own = SPRINGS.joints["left_knee"]
     (fitted,) = torques_of(own, PROTOTYPE.joints["left_knee"]).fitted.values()
