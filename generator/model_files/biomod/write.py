@@ -418,6 +418,3 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
             losses.add("forces and moments at sites", name)
     losses.add("axes of sites: a marker is a point")
-    others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
-    if others:
-        losses.add("attributes other than a colour", *others)

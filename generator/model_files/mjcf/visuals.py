@@ -49,9 +49,6 @@ def add_visuals(
         geom.set("pos", format_numbers(pose[:3, 3]))
         geom.set("quat", format_numbers(quaternion_from_matrix(pose[:3, :3])))
         _set_appearance(geom, figure, segment)
-    others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
-    if others:
-        losses.add("attributes other than a colour", *others)
 
 
 def _add_capsules(figure: Figure, segment: Segment, body: Element) -> None:

@@ -11,6 +11,8 @@ child is nearer to the ground. Joints that close loops are constraints.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, reduce
+from operator import add
 from pathlib import Path
 
 import numpy as np
@@ -21,22 +23,32 @@ from generator.losses import Losses
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
+    Loop,
     add_common_losses,
     build_export_model,
+    has_friction,
+    loop_closures,
+    split_joint_laws,
 )
 from generator.model_files.fit_error import joint_limits, normal_ends
 from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
+from generator.model_files.opensim.expression import (
+    EXPRESSION_OPERATIONS,
+    Expression,
+    with_definitions,
+)
 from generator.model_files.opensim.forces import ForceWriter
-from generator.model_files.opensim.loops import LoopWriter, add_frame
+from generator.model_files.opensim.rotation import RotationExpressions
 from generator.model_files.xml import (
     Element,
     add_element,
+    body_fixed_angles,
     format_document,
     format_numbers,
 )
 from generator.names import plain_names, renaming_loss, reserve_name
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
-from springs import JointSprings, SpringSet
+from springs import AxisSpring, Joining, JointSprings, SpringSet, total_torque
 from springs.elastic import Range
 
 VERSION = "40000"
@@ -89,13 +101,10 @@ def format_osim(
     force_writer = ForceWriter(model, builder.coordinate_paths, forces)
     force_writer.add_springs(springs)
     force_writer.add_loads()
-    loops = LoopWriter(model, frames, losses)
+    loops = _LoopWriter(model, frames, losses)
     loops.add_constraints(constraints)
     loops.add_springs(springs, force_writer)
     add_common_losses(model, springs, losses, has_references=True, has_coupled=True, has_loops=True)
-    others = [name for name, one in figure.attributes.items() if set(one.fields) != {"rgb"}]
-    if others:
-        losses.add("attributes other than a colour", *others)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -122,7 +131,7 @@ def _add_bodies(
             place, path, pose = ground, "/ground", model.placement.poses[name]
             names = {site: ground_names[str(SiteRef(name, site))] for site in segment.sites}
             if name in meshes:
-                frame = add_frame(place, reserve_name(f"{body}_frame", taken), "..", pose)
+                frame = _add_frame(place, reserve_name(f"{body}_frame", taken), "..", pose)
                 _add_mesh(frame, f"{body}_mesh", meshes[name])
         else:
             names = plain_names(segment.sites)
@@ -135,7 +144,7 @@ def _add_bodies(
             written = {site: own for site, own in names.items() if site != FREE_SITE}
             losses.add_loss(renaming_loss(written))
         for site, own in names.items():
-            add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
+            _add_frame(place, own, "..", pose @ segment.sites[site].pose_in_segment)
             paths[SiteRef(name, site)] = f"{path}/{own}"
     return paths
 
@@ -166,19 +175,22 @@ def _add_mesh(frame: Element, name: str, mesh: MeshFile) -> None:
 
 def _add_markers(model: ExportModel, markers: Element) -> None:
     """Add a marker at each site, which has the name `SEGMENT.SITE`."""
-    figure, taken = model.figure, set[str]()
-    for name, segment in figure.segments.items():
-        is_ground = name in figure.ground
-        body, pose = f"/bodyset/{model.segments[name]}", np.eye(4)
-        if is_ground:
-            body, pose = "/ground", model.placement.poses[name]
+    taken = set[str]()
+    for name, segment in model.figure.segments.items():
         for site, own in plain_names(segment.sites).items():
-            place = (pose @ segment.sites[site].pose_in_segment)[:3, 3]
+            body, pose = _body_and_pose(model, SiteRef(name, site))
             label = reserve_name(f"{model.segments[name]}.{own}", taken)
             marker = add_element(markers, "Marker", name=label)
             add_element(marker, "socket_parent_frame", body)
-            add_element(marker, "location", format_numbers(place))
+            add_element(marker, "location", format_numbers(pose[:3, 3]))
             add_element(marker, "fixed", "true")
+
+
+def _body_and_pose(model: ExportModel, ref: SiteRef) -> tuple[str, Array]:
+    """Return the path of a site's body, or of the ground, and its pose there, shape (4, 4)."""
+    if ref.segment in model.figure.ground:
+        return "/ground", model.placement.poses[ref.segment] @ model.site(ref)
+    return f"/bodyset/{model.segments[ref.segment]}", model.site(ref)
 
 
 @dataclass(frozen=True)
@@ -278,8 +290,8 @@ class _JointWriter:
         if turned is not None:
             frames = add_element(element, "frames")
             pose = pose_matrix(rotation_with_z_axis(coordinates[0].axis)[:, turned], np.zeros(3))
-            add_frame(frames, "parent", parent, pose)
-            add_frame(frames, "child", child, pose)
+            _add_frame(frames, "parent", parent, pose)
+            _add_frame(frames, "child", child, pose)
         if tag == "CustomJoint":
             _add_transform(element, coordinates)
 
@@ -287,7 +299,10 @@ class _JointWriter:
 _MAX_COLLINEAR_SINE = 1e-6
 """Largest sine of the angle between two axes that OpenSim refuses as collinear."""
 
-_FRAME_COLUMNS = {"PinJoint": [0, 1, 2], "SliderJoint": [2, 0, 1]}
+_Z_AS_X = [2, 0, 1]
+"""Columns of a frame that are x, y and z of one with its z axis as x axis."""
+
+_FRAME_COLUMNS = {"PinJoint": [0, 1, 2], "SliderJoint": _Z_AS_X}
 """Columns of a frame with the axis as its z that are x, y, z of the joint's frames: a PinJoint
 rotates about z, a SliderJoint translates along x."""
 
@@ -344,3 +359,132 @@ def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
         return [unit_vector(np.cross(axes[0], axes[1]))]
     frame = rotation_with_z_axis(axes[0])
     return [frame[:, 0], frame[:, 1]]
+
+
+def _add_frame(place: Element, name: str, parent: str, pose: Array) -> Element:
+    """Add a frame that is fixed to another; `pose` is that in the other, shape (4, 4)."""
+    frame = add_element(place, "PhysicalOffsetFrame", name=name)
+    add_element(frame, "socket_parent", parent)
+    add_element(frame, "translation", format_numbers(pose[:3, 3]))
+    add_element(frame, "orientation", format_numbers(body_fixed_angles(pose[:3, :3])))
+    return frame
+
+
+_ANGLES = ("theta_z", "theta_y", "theta_x")
+_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+class _LoopWriter:
+    """Joints that close loops: constraints, and springs as bushings.
+
+    OpenSim would split one body of such a joint in halves, and the motion would be wrong. A
+    constraint has no coordinates, so that its spring is an ExpressionBasedBushingForce: moments
+    conjugate to the angles about x, y and z of the child's frame in the parent's, in this order,
+    each a function of all three.
+    """
+
+    def __init__(self, model: ExportModel, frames: Mapping[SiteRef, str], losses: Losses) -> None:
+        """Prepare to add the loops of a model; `frames` are the paths of its sites."""
+        self._model, self._frames, self._losses = model, frames, losses
+
+    @cached_property
+    def _loops(self) -> tuple[Loop, ...]:
+        return tuple(loop_closures(self._model, self._losses))
+
+    def add_constraints(self, constraints: Element) -> None:
+        """Add the constraints that close the loops."""
+        model = self._model
+        for loop in self._loops:
+            name = model.joints[loop.joint.name]
+            if not loop.points:
+                weld = add_element(constraints, "WeldConstraint", name=name)
+                for number, ref in enumerate(loop.joint.ends, 1):
+                    add_element(weld, f"socket_frame{number}", self._frames[ref])
+            for count, point in enumerate(loop.points, 1):
+                constraint = add_element(constraints, "PointConstraint", name=f"{name}_{count}")
+                for number, ref in enumerate(loop.joint.ends, 1):
+                    body, pose = _body_and_pose(model, ref)
+                    add_element(constraint, f"socket_body_{number}", body)
+                    place = pose @ [*point, 1.0]
+                    add_element(constraint, f"location_body_{number}", format_numbers(place[:3]))
+            if loop.joint.chain:
+                self._losses.add(
+                    "displacements of joints that close loops, which do not become coordinates",
+                    loop.joint.name,
+                )
+
+    def add_springs(self, springs: SpringSet, forces: ForceWriter) -> None:
+        """Add the springs of the joints that are constraints; report the others."""
+        model, closed = self._model, {loop.joint.name for loop in self._loops}
+        for joint in model.tree.closures:
+            own = springs.joints.get(joint.name)
+            if own is None:
+                continue
+            if joint.name not in closed:
+                self._losses.add("springs of joints that close loops", joint.name)
+                continue
+            laws = split_joint_laws(model.tree.chains[joint.name], own)
+            for spring in laws.uncoupled.values():
+                self._add_hinge_spring(joint, spring, forces)
+            if laws.combined:
+                self._add_ball_spring(joint, laws.combined, springs.joining, forces)
+
+    def _add_hinge_spring(self, joint: Joint, spring: AxisSpring, forces: ForceWriter) -> None:
+        """Add the spring of a revolute, about the x axis of frames along its axis."""
+        if spring.damping.coulomb or has_friction(spring):
+            self._losses.add("friction of joints that close loops", joint.name)
+        bushing = forces.add_force(
+            "ExpressionBasedBushingForce", f"{self._model.joints[joint.name]}_spring"
+        )
+        add_element(bushing, "socket_frame1", "parent")
+        add_element(bushing, "socket_frame2", "child")
+        frames, axis = add_element(bushing, "frames"), np.array(joint.chain[0].axis)
+        pose = pose_matrix(rotation_with_z_axis(axis)[:, _Z_AS_X], np.zeros(3))
+        for name, ref in zip(("parent", "child"), joint.ends, strict=True):
+            _add_frame(frames, name, self._frames[ref], pose)
+        torque = total_torque(spring.elastic, Expression("theta_x"), EXPRESSION_OPERATIONS)
+        add_element(bushing, "Mx_expression", (-1.0 * torque).text)
+        damping = (spring.damping.viscous, 0.0, 0.0)
+        add_element(bushing, "rotational_damping", format_numbers(damping))
+
+    def _add_ball_spring(
+        self,
+        joint: Joint,
+        springs: tuple[AxisSpring, ...],
+        joining: Joining,
+        forces: ForceWriter,
+    ) -> None:
+        """Add a law of several rotations, without its damping."""
+        if any(one.damping.viscous or one.damping.coulomb for one in springs) or any(
+            map(has_friction, springs)
+        ):
+            self._losses.add(
+                "damping and friction of several rotations in joints that close loops", joint.name
+            )
+        bushing = forces.add_force(
+            "ExpressionBasedBushingForce", f"{self._model.joints[joint.name]}_spring"
+        )
+        for number, ref in enumerate(joint.ends, 1):
+            add_element(bushing, f"socket_frame{number}", self._frames[ref])
+        rotation = RotationExpressions((_Z, _Y, _X), _ANGLES)
+        torques: dict[str, Expression] = {}
+        arguments: dict[str, Expression] = {}
+        for number, spring in enumerate(springs, 1):
+            x = Expression(f"x{number}")
+            torque = total_torque(spring.elastic, x, EXPRESSION_OPERATIONS)
+            if joining is Joining.CONSERVATIVE:
+                arguments[x.text] = rotation.component(spring.direction)
+            else:
+                arguments[x.text] = rotation.signed_angle(spring.direction)
+                at_rest = float(total_torque(spring.elastic, 0.0))
+                torque = at_rest + rotation.alignment(spring.direction) * (torque - at_rest)
+            torques[f"t{number}"] = torque
+        definitions = {**torques, **arguments, **rotation.definitions}
+        slope = rotation.component_slope if joining is Joining.CONSERVATIVE else rotation.turn_rate
+        for k, angle in reversed(list(enumerate(_ANGLES))):
+            terms = [
+                Expression(name) * slope(spring.direction, k)
+                for name, spring in zip(torques, springs, strict=True)
+            ]
+            moment = with_definitions(-1.0 * reduce(add, terms), definitions)
+            add_element(bushing, f"M{angle[-1]}_expression", moment)

@@ -320,9 +320,6 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
             losses.add("forces and moments at sites", name)
     losses.add("sites, but for those of joints")
-    others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
-    if others:
-        losses.add("attributes other than a colour", *others)
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:

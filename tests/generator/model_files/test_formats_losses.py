@@ -13,6 +13,7 @@ from generator.figure import Attribute, ContactSphere, Figure
 from generator.figure_file import parse_figure
 from generator.kinematics.loops import OpenLoopError
 from generator.losses import Losses
+from generator.model_files.biomod.write import format_biomod
 from generator.model_files.mjcf import write as mjcf
 from generator.model_files.mjcf.write import format_mjcf
 from generator.model_files.opensim import write as osim
@@ -224,13 +225,18 @@ def test_loads_are_lost_in_urdf_only() -> None:
 def test_psurfs_that_cannot_be_read_are_lost_in_mujoco() -> None:
     of = one_body(chain("Rx"))
     link = replace(of.segments["link"], psurf="nowhere.pss")
-    attribute = {"shiny": Attribute("shiny", {"gloss": (1.0,)})}
-    of = replace(of, segments={**of.segments, "link": link}, attributes=attribute)
-    found = lost(format_mjcf, of, SpringSet())
-    assert found.pop("attributes other than a colour") == {"shiny"}
-    ((what, where),) = found.items()
+    of = replace(of, segments={**of.segments, "link": link})
+    ((what, where),) = lost(format_mjcf, of, SpringSet()).items()
     assert what.startswith("psurfs that cannot be read")
     assert where == {"link"}
+
+
+@pytest.mark.parametrize("write", [format_mjcf, format_osim, format_urdf, format_biomod])
+def test_attributes_that_are_more_than_a_colour_are_lost(write: Text) -> None:
+    shiny = Attribute("shiny", {"gloss": (1.0,), "rgb": (1.0, 0.0, 0.0)})
+    known = [shiny, Attribute("red", {"rgb": (1.0, 0.0, 0.0)}), Attribute("bare")]
+    of = replace(one_body(chain("Rx")), attributes={one.name: one for one in known})
+    assert lost(write, of, SpringSet())["attributes other than a colour"] == {"shiny"}
 
 
 def test_names_that_other_programs_would_not_take_are_changed() -> None:
