@@ -34,7 +34,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
-from generator.model_files.fit_error import format_range, joint_ranges
+from generator.model_files.fit_error import FitErrors, format_range, joint_ranges
 from generator.model_files.meshes import MeshFile, segment_meshes
 from generator.model_files.model_files import ModelFiles
 from generator.names import plain_names, reserve_name
@@ -119,7 +119,8 @@ class _SegmentWriter:
         meshes: Mapping[str, MeshFile],
         losses: Losses,
     ) -> None:
-        self._model, self._meshes, self._losses = model, meshes, losses
+        self._model, self._meshes = model, meshes
+        self._losses, self._fits = losses, FitErrors()
         self._springs = dict(tree_joint_springs(model, springs))
         self._joining = springs.joining
         taken = {WORLD}
@@ -141,6 +142,7 @@ class _SegmentWriter:
             yield from self._marker_lines(name)
         for branch in self._model.tree.joints:
             yield from self._tree_joint_lines(branch)
+        self._fits.report(self._losses)
 
     def _tree_joint_lines(self, branch: TreeJoint) -> Iterator[str]:
         """Yield the segments of a joint's displacements, and the one that it moves after them."""
@@ -185,12 +187,11 @@ class _SegmentWriter:
         for k, fitted in torques.fitted.items():
             if fitted.error is not None:
                 turns = joint.chain[k].kind is AxisKind.ROTATION
-                error = str(fitted.error) if turns else str(fitted.error).replace("N m", "N")
                 name = self._model.coordinates[joint.name][k]
                 over = format_range(fitted.range, turns=turns)
-                self._losses.add(FITTED_LOSS, f"{name} {error} over {over}")
+                self._fits.add(FITTED_LOSS, name, fitted.error, f" over {over}")
         if torques.coupling_error is not None:
-            self._losses.add(COUPLING_LOSS, f"{joint.name} {torques.coupling_error}")
+            self._fits.add(COUPLING_LOSS, joint.name, torques.coupling_error)
         return torques.fitted
 
     def _motion_lines(self, branch: TreeJoint, group: "_Group", laws: JointLaws) -> Iterator[str]:

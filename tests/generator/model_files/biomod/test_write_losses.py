@@ -8,6 +8,7 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure
+from generator.losses import Loss
 from generator.model_files.biomod.write import (
     COUPLING_LOSS,
     FITTED_LOSS,
@@ -20,7 +21,13 @@ from springs import Linear, SpringSet
 from springs.hysteresis import Hysteresis
 from tests.chains import chain, one_body, two_bodies
 from tests.generator.model_files.biomod_text import BioMod, read_biomod
-from tests.generator.model_files.model_cases import FOURBAR, hinge, on_a_rail, spring_set
+from tests.generator.model_files.model_cases import (
+    FOURBAR,
+    hinge,
+    on_a_rail,
+    spring_set,
+    stated_errors,
+)
 
 PROTOTYPE = read_figure("prototype")
 
@@ -76,8 +83,9 @@ def test_of_the_prototype_all_springs_are_approximated() -> None:
     springs = read_springs(None, PROTOTYPE)
     found = lost(PROTOTYPE, springs)
     several = {name for name, own in springs.joints.items() if len(own.axes) > 1}
-    assert {where.split()[0] for where in found[COUPLING_LOSS]} == several
-    joints = {where.split()[0].rpartition("_")[0] for where in found[FITTED_LOSS]}
+    assert stated_errors(Loss(COUPLING_LOSS, found[COUPLING_LOSS])).keys() == several
+    coordinates = stated_errors(Loss(FITTED_LOSS, found[FITTED_LOSS]))
+    joints = {name.rpartition("_")[0] for name in coordinates}
     assert joints == set(springs.joints)
     assert set(found["damping and friction of several rotations"]) == several
     assert not any("reference" in what for what in found)
