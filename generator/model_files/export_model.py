@@ -199,7 +199,7 @@ def add_common_losses(
     has_coupled: bool = False,
     has_loops: bool = False,
 ) -> None:
-    """Report contact spheres, laws of several joints, springs that close loops, and references.
+    """Report contact spheres, attributes, laws of several joints, springs of loops, and references.
 
     `has_references` is True for a model with the references of the springs in it or beside it,
     `has_coupled` for one with the laws over several joints of the tree, and `has_loops` for one
@@ -208,6 +208,9 @@ def add_common_losses(
     for name, segment in model.figure.segments.items():
         if segment.contact_spheres:
             losses.add("contact spheres", name)
+    others = [name for name, one in model.figure.attributes.items() if set(one.fields) - {"rgb"}]
+    if others:
+        losses.add("attributes other than a colour", *others)
     for joint in model.tree.closures:
         if joint.name in springs.joints and not has_loops:
             losses.add("springs of joints that close loops", joint.name)

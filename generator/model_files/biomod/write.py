@@ -45,7 +45,7 @@ from generator.rotations import (
     rotation_with_z_axis,
     unit_vector,
 )
-from springs import JointSprings, SpringSet
+from springs import JointSprings, SpringSet, Stop
 
 WORLD = "root"
 """Name of the world in the format."""
@@ -405,6 +405,9 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
             losses.add("Coulomb friction", name)
+        alone = (law for spring in laws.uncoupled.values() for law in spring.elastic)
+        if any(isinstance(law, Stop) for law in alone):
+            losses.add("stops at limits: the ranges of the file do not stop a joint", name)
         if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
             losses.add("damping and friction of several rotations", name)
     for branch in model.tree.joints:
@@ -420,6 +423,3 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
             losses.add("forces and moments at sites", name)
     losses.add("axes of sites: a marker is a point")
-    others = [name for name, one in figure.attributes.items() if set(one.fields) - {"rgb"}]
-    if others:
-        losses.add("attributes other than a colour", *others)

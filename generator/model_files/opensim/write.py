@@ -93,9 +93,6 @@ def format_osim(
     loops.add_constraints(constraints)
     loops.add_springs(springs, force_writer)
     add_common_losses(model, springs, losses, has_references=True, has_coupled=True, has_loops=True)
-    others = [name for name, one in figure.attributes.items() if set(one.fields) != {"rgb"}]
-    if others:
-        losses.add("attributes other than a colour", *others)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -172,6 +173,12 @@ def test_errors_of_fits_are_losses_in_newton_metres_over_the_range() -> None:
     own = format_mjcf(PROTOTYPE, own_springs(PROTOTYPE))[1].entries[0]
     assert own.what == SEVERAL
     assert all(re.search(r"\(\S+ N m at most, \S+ N m rms, of \d+ N m\)", w) for w in own.where)
+
+
+def test_a_limit_at_infinity_is_none_in_urdf() -> None:
+    of = one_body(chain("Tx"), lower_limit=(-0.3,), upper_limit=(inf,))
+    (limit,) = ElementTree.fromstring(format_urdf(of, SpringSet())[0]).iter("limit")
+    assert [float(limit.attrib[end]) for end in ("lower", "upper")] == [-0.3, 1e9]
 
 
 def test_limits_and_stops_in_urdf() -> None:

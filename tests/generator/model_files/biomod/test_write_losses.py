@@ -17,7 +17,7 @@ from generator.model_files.biomod.write import (
     format_files,
 )
 from generator.springs_file.read import read_springs
-from springs import Linear, SpringSet
+from springs import Linear, SpringSet, Stop
 from springs.hysteresis import Hysteresis
 from tests.chains import chain, one_body, two_bodies
 from tests.generator.model_files.biomod_text import BioMod, read_biomod
@@ -89,6 +89,13 @@ def test_of_the_prototype_all_springs_are_approximated() -> None:
     assert joints == set(springs.joints)
     assert set(found["damping and friction of several rotations"]) == several
     assert not any("reference" in what for what in found)
+
+
+def test_stops_are_lost() -> None:
+    of = on_a_rail()
+    stopped = lost(of, spring_set(hinge("hinge", Linear(2.0), Stop(-0.5, 0.5))))
+    assert stopped["stops at limits: the ranges of the file do not stop a joint"] == ("hinge",)
+    assert not any("stops" in what for what in lost(of, spring_set(hinge("hinge", Linear(2.0)))))
 
 
 def test_friction_and_limits_of_several_rotations_are_lost() -> None:
