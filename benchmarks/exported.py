@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from generator.figure import Figure, Joint
 from generator.joint_chain import build_chain
 from generator.losses import Losses
-from generator.model_files.fit_error import joint_ranges
+from generator.model_files.fit_error import are_in_range, joint_ranges
 from generator.model_files.formats import model_format
 from generator.model_files.mjcf.passive import PassiveSprings
 from generator.rotations import Array, pose_matrix
@@ -276,12 +276,13 @@ class OpenSimModel:
 
 
 def joint_grid(joint: Joint, springs: JointSprings) -> Array:
-    """Displacements of a joint over its ranges, shape (poses, n) [rad or m]."""
+    """Displacements of orientations in the range of a joint, shape (poses, n) [rad or m]."""
     count = GRID[min(len(joint.chain), 3)]
     ranges = joint_ranges(joint, springs)
     rows = np.array(list(product(*(np.linspace(*ends, count) for ends in ranges))))
-    turns = Rotation.from_matrix(build_chain(joint.chain).pose(rows)[:, :3, :3])
-    return rows[turns.magnitude() < HALF_TURN]
+    chain = build_chain(joint.chain)
+    turns = Rotation.from_matrix(chain.pose(rows)[:, :3, :3])
+    return rows[(turns.magnitude() < HALF_TURN) & are_in_range(chain, ranges, rows)]
 
 
 def our_moments(figure: Figure, springs: SpringSet, joint: str, rows: Array) -> Array:
@@ -312,17 +313,18 @@ def moment_differences(
     return theirs - ours, float(np.abs(ours).max())
 
 
-_STATED = re.compile(r"(\w+):? \(?([\d.e+-]+) N m at most")
+_STATED = re.compile(r"([\w ]+) \(([\d.e+-]+) N m at most")
 
 
 def stated_errors(losses: Losses, springs: SpringSet) -> dict[str, float]:
     """Largest errors of the fits by joint with springs, as the losses state them [N m]."""
     stated: dict[str, float] = {}
     text = "; ".join(f"{loss.what}: {', '.join(loss.where)}" for loss in losses.entries)
-    for name, size in _STATED.findall(text):
-        joint = name if name in springs.joints else name.rpartition("_")[0]
-        if joint in springs.joints:
-            stated[joint] = max(float(size), stated.get(joint, 0.0))
+    for names, size in _STATED.findall(text):
+        for name in names.strip().split(" and "):
+            joint = name if name in springs.joints else name.rpartition("_")[0]
+            if joint in springs.joints:
+                stated[joint] = max(float(size), stated.get(joint, 0.0))
     return stated
 
 

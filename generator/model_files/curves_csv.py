@@ -1,8 +1,9 @@
 """The passive curves of a figure as a table for any program (`.csv`).
 
-A row is an angle of a joint about one axis; rows of one curve follow one another. The first line
-has the titles, with units; there are no comments, so that spreadsheets and `pandas.read_csv` read
-it as it is. Columns of sliding joints exist only if a sliding joint has springs.
+A row is an angle of a joint about one axis; rows of one curve follow one another, and the first has
+its reference. The first line has the titles, with units; there are no comments, so that
+spreadsheets and `pandas.read_csv` read it as it is. Columns of sliding joints exist only if a
+sliding joint has springs.
 """
 
 import csv
@@ -42,7 +43,9 @@ _ANGLE_ROUNDING = 1e-7
 """Rounding of an angle in the file [rad]; rows at the ends of a measured range lie within it."""
 
 _SLIDE_STEP = 1e-3
-"""Distance of the rows of a sliding joint [m]."""
+"""Distance of the rows of a sliding joint [m], whose range has at most `_MAX_SLIDE_ROWS` steps."""
+
+_MAX_SLIDE_ROWS = 1000
 
 _SLIDE_RANGE = 0.1
 """Distance on both sides of zero that the rows of a sliding joint cover at least [m]."""
@@ -237,13 +240,16 @@ def _rotation_angles(curve: PassiveCurve) -> Array:
 
 
 def _slide_positions(joint: Joint, index: int, laws: tuple[Elastic, ...]) -> Array:
-    """Whole millimetres that cover the limits and the breakpoints of a slide [m]."""
+    """Whole steps that cover the limits and the breakpoints of a slide [m]."""
     special = _special_points(laws)
     ends = [-_SLIDE_RANGE, _SLIDE_RANGE, *special]
     for limits in (joint.lower_limit, joint.upper_limit):
         ends += [] if limits is None or not isfinite(limits[index]) else [limits[index]]
-    whole = range(floor(min(ends) / _SLIDE_STEP), ceil(max(ends) / _SLIDE_STEP) + 1)
-    return np.array(_rounded([*(_SLIDE_STEP * k for k in whole), *special]))
+    step = _SLIDE_STEP
+    while max(ends) - min(ends) > _MAX_SLIDE_ROWS * step:
+        step *= 10.0
+    whole = range(floor(min(ends) / step), ceil(max(ends) / step) + 1)
+    return np.array(_rounded([*(step * k for k in whole), *special]))
 
 
 def _rounded(values: list[float]) -> list[float]:
@@ -267,7 +273,7 @@ def _rows(curve: _Curve, has_slides: bool) -> Iterator[list[str]]:
     others = "; ".join(
         f"{name} {degrees(angle):.6g} deg" for name, angle in curve.held_angles.items()
     )
-    tail = [others, "; ".join(curve.references)]
+    source = "; ".join(curve.references)
     values = zip(
         curve.angles.tolist(),
         curve.torque(curve.angles).tolist(),
@@ -285,7 +291,8 @@ def _rows(curve: _Curve, has_slides: bool) -> Iterator[list[str]]:
             cells = [*([""] * len(turn)), position, *resistance]
         else:
             cells = [*turn, *([""] * len(_SLIDE_TITLES))]
-        yield [*head, *cells, _is_measured(angle, limits), *tail]
+        yield [*head, *cells, _is_measured(angle, limits), others, source]
+        source = ""
 
 
 def _format_degrees(angle: float) -> str:

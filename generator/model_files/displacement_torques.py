@@ -10,12 +10,12 @@ from typing import cast
 
 import numpy as np
 
-from generator.figure import Joint
+from generator.figure import AxisKind, Joint
 from generator.joint_chain import Chain
 from generator.model_files.export_model import JointLaws
-from generator.model_files.fit_error import FitError
+from generator.model_files.fit_error import FitError, orientation_error, within_half_turns
 from generator.passive_curve import rotation_vector
-from generator.rotations import Array, matrix_from_rotation_vector, unit_vector
+from generator.rotations import Array, matrix_from_rotation_vector
 from springs import AxisSpring, Joining, elastic_torque, total_torque
 from springs.elastic import Range
 
@@ -26,11 +26,6 @@ NEGLIGIBLE_TORQUE = 1e-9
 """Torque or error that is nothing [N m or N]."""
 
 _SAMPLES_OF_ONE_ANGLE = 181
-_SAMPLES_OF_SEVERAL_ANGLES = 8000
-_SEED = 0
-
-_HALF_TURN = np.pi - 1e-6
-"""Largest size of a rotation that is sampled [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +36,13 @@ class SampledTorque:
         displacements: throughout a range, shape (n,) [rad or m].
         torques: shape (n,) [N m or N].
         range: of the displacement.
+        unit: of the torques.
     """
 
     displacements: Array
     torques: Array
     range: Range
+    unit: str = "N m"
 
     @property
     def weights(self) -> Array:
@@ -59,7 +56,7 @@ class SampledTorque:
 
     def error_of(self, torque: Callable[[Array], Array]) -> FitError:
         """Return the error of another torque."""
-        return FitError.from_differences(torque(self.displacements) - self.torques)
+        return FitError.from_differences(torque(self.displacements) - self.torques, self.unit)
 
     def misfit_of(self, torque: Callable[[Array], Array]) -> float:
         """Return the weighted sum of the squared errors of another torque."""
@@ -91,10 +88,11 @@ def sampled_torques(
     for k, spring in laws.uncoupled.items():
         x = np.linspace(*ranges[k], _SAMPLES_OF_ONE_ANGLE)
         torques = np.asarray(total_torque(spring.elastic, x)) + np.zeros_like(x)
-        found[k] = SampledTorque(x, torques, ranges[k])
+        unit = "N m" if joint.chain[k].kind is AxisKind.ROTATION else "N"
+        found[k] = SampledTorque(x, torques, ranges[k], unit)
     if any(axis.elastic for axis in laws.combined):
         for k in chain.rotations:
-            ends = _within_half_turns(ranges[k])
+            ends = within_half_turns(ranges[k])
             x = np.linspace(*ends, _SAMPLES_OF_ONE_ANGLE)
             alone = np.zeros((len(x), len(joint.chain)))
             alone[:, k] = x
@@ -112,8 +110,7 @@ def coupling_error(
 ) -> FitError | None:
     """Return the error of torques of single displacements at orientations throughout the ranges.
 
-    None for a joint without springs of several rotations. An orientation is in the range if its
-    displacements are, and the components of its rotation vector too.
+    None for a joint without springs of several rotations.
 
     Args:
         chain: of the joint.
@@ -124,30 +121,16 @@ def coupling_error(
     """
     if not any(axis.elastic for axis in laws.combined):
         return None
-    samples = _sampled_orientations(chain, ranges)
-    differences = -generalized_torques(chain, joining, laws.combined, samples)
-    for k in chain.rotations:
-        if k in torques:
-            differences[:, k] += torques[k](samples[:, k])
-    return FitError.from_differences(differences[:, list(chain.rotations)])
 
+    def differences(displacements: Array) -> Array:
+        found = -generalized_torques(chain, joining, laws.combined, displacements)
+        for k in chain.rotations:
+            if k in torques:
+                found[:, k] += torques[k](displacements[:, k])
+        return found[:, list(chain.rotations)]
 
-def _sampled_orientations(chain: Chain, ranges: tuple[Range, ...]) -> Array:
-    """Displacements of orientations in the range, at random, shape (n, factors) [rad]."""
-    rng = np.random.default_rng(_SEED)
-    samples = np.zeros((_SAMPLES_OF_SEVERAL_ANGLES, len(chain.joint_axes)))
-    for k in chain.rotations:
-        samples[:, k] = rng.uniform(*_within_half_turns(ranges[k]), len(samples))
-    vectors, inside = rotation_vector(chain, samples), np.full(len(samples), True)
-    for k in chain.rotations:
-        component = vectors @ unit_vector(chain.joint_axes[k].axis)
-        inside &= (component >= ranges[k][0]) & (component <= ranges[k][1])
-    return samples[inside]
-
-
-def _within_half_turns(ends: Range) -> Range:
-    """Return a range within half a turn to both sides, where the rotation vector jumps [rad]."""
-    return max(ends[0], -_HALF_TURN), min(ends[1], _HALF_TURN)
+    error = orientation_error(differences, chain, ranges)
+    return None if error.largest < NEGLIGIBLE_TORQUE else error
 
 
 def generalized_torques(

@@ -33,11 +33,11 @@ ROTATION_MARGIN, TRANSLATION_MARGIN = radians(30.0), 0.02
 """Distances beyond the range of a joint up to which its laws are followed [rad] and [m]."""
 
 FITTED_SHARE, FITTED_TORQUE = 1e-3, 1e-2
-"""Difference of a law and its fit, as a share of the largest torque of the piece, and in N m; the
-larger holds."""
+"""Difference of a law and its fit, as a share of the largest torque of the piece, and in N m, or N
+along a translation; the larger holds."""
 
-_SHORTEST_FITTED_PIECE = radians(0.5)
-"""Pieces of a fit are not divided further [rad or m]."""
+_SHORTEST_FITTED_SHARE = 1.0 / 512.0
+"""Pieces of a fit of less than this share of the range are not divided further."""
 
 _DIGITS = 15
 
@@ -52,7 +52,7 @@ class BreakpointTerm:
     Attributes:
         start: the breakpoint [rad or m].
         above: it applies above the breakpoint, otherwise below.
-        coefficients: a1, a2, a3 of a1 y + a2 y^2 + a3 y^3, where y = value - start [N m].
+        coefficients: a1, a2, a3 of a1 y + a2 y^2 + a3 y^3, where y = value - start [N m or N].
     """
 
     start: float
@@ -66,9 +66,9 @@ class PiecewiseCubic:
 
     Attributes:
         root: zero of the cubic [rad or m].
-        coefficients: a1, a2, a3 of a1 x + a2 x^2 + a3 x^3, where x = value - root [N m].
+        coefficients: a1, a2, a3 of a1 x + a2 x^2 + a3 x^3, where x = value - root [N m or N].
         breakpoint_terms: terms beyond breakpoints.
-        constant: torque that applies everywhere, if no piece has a zero [N m].
+        constant: torque that applies everywhere, if no piece has a zero [N m or N].
     """
 
     root: float
@@ -130,7 +130,7 @@ def fit_piecewise_cubic(laws: Sequence[Elastic], ends: Range) -> PiecewiseCubic 
         if not np.isfinite(piece.max_torque):
             return None
         allowed = max(FITTED_SHARE * piece.max_torque, FITTED_TORQUE)
-        if piece.error > allowed and end - start > _SHORTEST_FITTED_PIECE:
+        if piece.error > allowed and end - start > _SHORTEST_FITTED_SHARE * (high - low):
             middle = 0.5 * (start + end)
             pending += [(middle, end), (start, middle)]
         else:

@@ -29,7 +29,7 @@ from generator.model_files.displacement_torques import (
     sampled_torques,
 )
 from generator.model_files.export_model import split_joint_laws
-from generator.model_files.fit_error import format_range, joint_ranges
+from generator.model_files.fit_error import FitErrors, format_range, joint_ranges
 from generator.model_files.model_files import ModelFiles
 from generator.names import coordinate_names
 from generator.rotations import Array
@@ -86,6 +86,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
     losses = Losses("PredSim's limit torques")
     losses.add("everything but the elastic torques of rotations")
     names = coordinate_names({name: joint.chain for name, joint in figure.joints.items()})
+    errors = FitErrors()
     text = StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(TITLES)
@@ -101,14 +102,15 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
             fitted[k] = limit = fit_limit_torque(sampled)
             difference = sampled.error_of(limit.torque)
             if difference.largest > NEGLIGIBLE_TORQUE:
-                where = f"{names[name][k]} {difference} over {format_range(sampled.range)}"
-                losses.add(FITTED_LOSS, where)
+                over = f" over {format_range(sampled.range)}"
+                errors.add(FITTED_LOSS, names[name][k], difference, over)
             table.writerow([names[name][k], *(f"{one:.9g}" for one in limit.coefficients)])
             count += 1
         torques = {k: limit.torque for k, limit in fitted.items()}
         coupling = coupling_error(chain, laws, springs.joining, ranges, torques)
         if coupling is not None:
-            losses.add(COUPLING_LOSS, f"{name} {coupling}")
+            errors.add(COUPLING_LOSS, name, coupling)
+    errors.report(losses)
     if not count:
         message = "the figure has no springs of rotations, so there are no limit torques to write"
         raise InputError([error(message, hint="name springs with --springs")])

@@ -34,7 +34,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
-from generator.model_files.fit_error import format_range, joint_ranges
+from generator.model_files.fit_error import FitErrors, format_range, joint_ranges
 from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
 from generator.names import plain_names, reserve_name
 from generator.rotations import (
@@ -44,7 +44,7 @@ from generator.rotations import (
     rotation_with_z_axis,
     unit_vector,
 )
-from springs import JointSprings, SpringSet
+from springs import JointSprings, SpringSet, Stop
 
 WORLD = "root"
 """Name of the world in the format."""
@@ -118,7 +118,8 @@ class _SegmentWriter:
         meshes: Mapping[str, MeshFile],
         losses: Losses,
     ) -> None:
-        self._model, self._meshes, self._losses = model, meshes, losses
+        self._model, self._meshes = model, meshes
+        self._losses, self._fits = losses, FitErrors()
         self._springs = dict(tree_joint_springs(model, springs))
         self._joining = springs.joining
         taken = {WORLD}
@@ -140,6 +141,7 @@ class _SegmentWriter:
             yield from self._marker_lines(name)
         for branch in self._model.tree.joints:
             yield from self._tree_joint_lines(branch)
+        self._fits.report(self._losses)
 
     def _tree_joint_lines(self, branch: TreeJoint) -> Iterator[str]:
         """Yield the segments of a joint's displacements, and the one that it moves after them."""
@@ -184,12 +186,11 @@ class _SegmentWriter:
         for k, fitted in torques.fitted.items():
             if fitted.error is not None:
                 turns = joint.chain[k].kind is AxisKind.ROTATION
-                error = str(fitted.error) if turns else str(fitted.error).replace("N m", "N")
                 name = self._model.coordinates[joint.name][k]
                 over = format_range(fitted.range, turns=turns)
-                self._losses.add(FITTED_LOSS, f"{name} {error} over {over}")
+                self._fits.add(FITTED_LOSS, name, fitted.error, f" over {over}")
         if torques.coupling_error is not None:
-            self._losses.add(COUPLING_LOSS, f"{joint.name} {torques.coupling_error}")
+            self._fits.add(COUPLING_LOSS, joint.name, torques.coupling_error)
         return torques.fitted
 
     def _motion_lines(self, branch: TreeJoint, group: "_Group", laws: JointLaws) -> Iterator[str]:
@@ -403,6 +404,9 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
             losses.add("Coulomb friction", name)
+        alone = (law for spring in laws.uncoupled.values() for law in spring.elastic)
+        if any(isinstance(law, Stop) for law in alone):
+            losses.add("stops at limits: the ranges of the file do not stop a joint", name)
         if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
             losses.add("damping and friction of several rotations", name)
     for branch in model.tree.joints:

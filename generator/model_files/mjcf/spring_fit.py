@@ -16,12 +16,17 @@ import numpy as np
 
 from generator.figure import AxisKind, Joint
 from generator.joint_chain import Chain
-from generator.model_files.fit_error import FitError, joint_ranges
+from generator.model_files.fit_error import (
+    FitError,
+    joint_ranges,
+    orientation_error,
+    orientations,
+)
 from generator.model_files.piecewise import ROTATION_MARGIN
+from generator.passive_curve import rotation_vector
 from generator.rotations import (
     Array,
     matrix_from_rotation_vector,
-    rotation_vector_from_matrix,
     unit_vector,
 )
 from springs import AxisSpring, Joining, JointSprings, total_torque
@@ -40,7 +45,7 @@ ROUNDING = 1e-9
 _SAMPLES_PER_PIECE = 9
 
 _GRID = 7
-"""Values of each displacement at which errors are computed."""
+"""Values of each displacement at which a law is compared with an isotropic one."""
 
 
 @dataclass(frozen=True)
@@ -179,17 +184,31 @@ def ramps_torque(ramps: Ramps, r: Array) -> Array:
 
 def spring_error(joint: Joint, springs: JointSprings, joining: Joining, ramps: Ramps) -> FitError:
     """Return the error of the ramps' torque over the range of the joint [N m]."""
-    r = _rotation_vectors(joint, springs)
-    half_way = elastic_torque(joining, springs.axes, r)
-    exact = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * r), half_way)
-    return FitError.from_differences(np.linalg.norm(ramps_torque(ramps, r) - exact, axis=1))
+    chain = Chain(joint.chain)
+
+    def sizes(displacements: Array) -> Array:
+        r = rotation_vector(chain, displacements)
+        half_way = elastic_torque(joining, springs.axes, r)
+        exact = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * r), half_way)
+        return np.linalg.norm(ramps_torque(ramps, r) - exact, axis=1)
+
+    return orientation_error(sizes, chain, joint_ranges(joint, springs))
 
 
 def isotropic_stiffness(
     joint: Joint, springs: JointSprings, joining: Joining
 ) -> tuple[float, float, float] | None:
-    """Return k1, k2, k3 of a torque -(k1 a + k2 a^2 + k3 a^3) r/a; None for another law."""
-    r = _rotation_vectors(joint, springs)
+    """Return k1, k2, k3 of a torque -(k1 a + k2 a^2 + k3 a^3) r/a; None for another law.
+
+    The law has this form over the range and beyond its ends, where stops would change it.
+    """
+    turns = [
+        np.linspace(low - ROTATION_MARGIN, high + ROTATION_MARGIN, _GRID)
+        if factor.kind is AxisKind.ROTATION
+        else np.zeros(1)
+        for factor, (low, high) in zip(joint.chain, joint_ranges(joint, springs), strict=True)
+    ]
+    r = rotation_vector(Chain(joint.chain), np.array(list(product(*turns))))
     torques = elastic_torque(joining, springs.axes, r)
     angle = np.linalg.norm(r, axis=1)
     powers = np.stack([-r * angle[:, None] ** power for power in range(3)], axis=-1).reshape(-1, 3)
@@ -204,26 +223,23 @@ def isotropic_stiffness(
 
 def largest_torque(joint: Joint, springs: JointSprings, joining: Joining) -> float:
     """Return the largest elastic torque over the range of the joint [N m]."""
-    torques = elastic_torque(joining, springs.axes, _rotation_vectors(joint, springs))
+    chain = Chain(joint.chain)
+    r = rotation_vector(chain, orientations(chain, joint_ranges(joint, springs)))
+    torques = elastic_torque(joining, springs.axes, r)
     return float(np.linalg.norm(torques, axis=1).max())
 
 
 def damping_error(joint: Joint, springs: JointSprings) -> FitError:
     """Return the error of viscous damping about the axes of parent and child [N m s/rad]."""
-    r = _rotation_vectors(joint, springs)
+    chain = Chain(joint.chain)
     axes = np.array([axis.direction for axis in springs.axes])
     matrix = axes.T @ np.diag([axis.damping.viscous for axis in springs.axes]) @ axes
-    turn, half = matrix_from_rotation_vector(r), matrix_from_rotation_vector(0.5 * r)
-    exact = half @ matrix @ half.transpose(0, 2, 1)
-    approximate = 0.5 * (matrix + turn @ matrix @ turn.transpose(0, 2, 1))
-    return FitError.from_differences(np.linalg.norm(approximate - exact, ord=2, axis=(1, 2)))
 
+    def sizes(displacements: Array) -> Array:
+        r = rotation_vector(chain, displacements)
+        turn, half = matrix_from_rotation_vector(r), matrix_from_rotation_vector(0.5 * r)
+        exact = half @ matrix @ half.transpose(0, 2, 1)
+        approximate = 0.5 * (matrix + turn @ matrix @ turn.transpose(0, 2, 1))
+        return np.linalg.norm(approximate - exact, ord=2, axis=(1, 2))
 
-def _rotation_vectors(joint: Joint, springs: JointSprings) -> Array:
-    """Rotation vectors on a grid of the joint's displacements [rad], shape (n, 3)."""
-    turns = [
-        np.linspace(low, high, _GRID) if factor.kind is AxisKind.ROTATION else np.zeros(1)
-        for factor, (low, high) in zip(joint.chain, joint_ranges(joint, springs), strict=True)
-    ]
-    grid = np.array(list(product(*turns)))
-    return rotation_vector_from_matrix(Chain(joint.chain).pose(grid)[:, :3, :3])
+    return orientation_error(sizes, chain, joint_ranges(joint, springs), "N m s/rad")

@@ -1,4 +1,4 @@
-"""Shapes of segments in MJCF: psurfs as meshes, and capsules of segments without psurf."""
+"""Shapes of segments in MJCF: psurfs as meshes, capsules of segments without a readable psurf."""
 
 from collections.abc import Mapping
 
@@ -30,20 +30,22 @@ def add_visuals(
     names = plain_names(files)
     written: set[str] = set()
     for name, segment in figure.segments.items():
-        if segment.psurf is None:
-            _add_capsules(figure, segment, bodies[name])
-            continue
-        mesh = names[segment.psurf]
-        if mesh not in written:
+        mesh = "" if segment.psurf is None else names[segment.psurf]
+        if mesh and mesh not in written:
             try:
                 surface = read_segment_surface(figure, segment)
             except InputError as failure:
-                losses.add(f"psurfs that cannot be read ({failure.diagnostics[0].message})", name)
-                continue
-            if not _add_mesh(assets, mesh, surface):
-                losses.add("psurfs without four corners or without any face", name)
-                continue
-            written.add(mesh)
+                reason = failure.diagnostics[0].message
+                losses.add(f"psurfs that cannot be read ({reason}): capsules instead", name)
+            else:
+                if _add_mesh(assets, mesh, surface):
+                    written.add(mesh)
+                else:
+                    what = "psurfs without four corners or without any face: capsules instead"
+                    losses.add(what, name)
+        if mesh not in written:
+            _add_capsules(figure, segment, bodies[name])
+            continue
         pose = model.placement.poses[name] if name in figure.ground else np.eye(4)
         geom = add_element(bodies[name], "geom", type="mesh", mesh=mesh)
         geom.set("pos", format_numbers(pose[:3, 3]))

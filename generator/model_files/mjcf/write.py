@@ -43,7 +43,13 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
-from generator.model_files.fit_error import FitError, format_range, joint_ranges
+from generator.model_files.fit_error import (
+    FitError,
+    FitErrors,
+    format_range,
+    format_size,
+    joint_ranges,
+)
 from generator.model_files.mjcf.spring_fit import (
     ROUNDING,
     Ramp,
@@ -251,7 +257,7 @@ class _BodyWriter:
         losses: Losses,
         sections: Mapping[str, Element],
     ) -> None:
-        self._model, self._losses = model, losses
+        self._model, self._losses, self._fits = model, losses, FitErrors()
         self._tendons, self._actuators = sections["tendon"], sections["actuator"]
         self._joining = springs.joining
         world = sections["worldbody"]
@@ -284,6 +290,7 @@ class _BodyWriter:
         for branch in model.tree.joints:
             self._add_body(branch)
             add_sites(model, self.bodies[branch.outboard], branch.outboard, np.eye(4))
+        self._fits.report(self._losses)
 
     def _add_body(self, branch: TreeJoint) -> None:
         model, joint = self._model, branch.joint
@@ -406,7 +413,7 @@ class _BodyWriter:
             error = spring_error(joint, springs, self._joining, ramps)
             largest = largest_torque(joint, springs, self._joining)
             if error.largest > ROUNDING * largest:
-                self._losses.add(_RAMPS, f"{joint.name} ({error}, of {largest:.2g} N m at most)")
+                self._fits.add(_RAMPS, joint.name, error, f", of {format_size(largest)} N m")
         if damping and ball is not None:
             ball.set("damping", format_numbers(damping))
         elif damping != 0.0:
@@ -416,7 +423,7 @@ class _BodyWriter:
                     self._add_pair(joint, axis, f"damping_{number}", terms)
             error = damping_error(joint, springs)
             if error.largest > ROUNDING * max(axis.damping.viscous for axis in springs.axes):
-                self._losses.add(_DAMPING, f"{joint.name} ({error}, per rad/s)")
+                self._fits.add(_DAMPING, joint.name, error)
 
     def _add_ramp(self, joint: Joint, axis: AxisSpring, name: str, ramp: Ramp) -> None:
         """A ramp as a pair of actuators."""
@@ -490,11 +497,10 @@ class _BodyWriter:
         """Report the error of a curve over the range of its displacement, if it is not exact."""
         values = np.linspace(*ends, _FIT_SAMPLES)
         torques = np.asarray(total_torque(spring.elastic, values))
-        error = FitError.from_differences(curve.torque(values) - torques)
+        differences = curve.torque(values) - torques
+        error = FitError.from_differences(differences, "N m" if turns else "N")
         if error.largest > ROUNDING * float(np.abs(torques).max()):
-            sizes = str(error) if turns else str(error).replace("N m", "N")
-            span = format_range(ends, turns=turns)
-            self._losses.add(_FITTED, f"{joint.name} ({sizes} over {span})")
+            self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, turns=turns)}")
 
     def _add_curve(self, element: Element, curve: PiecewiseCubic) -> None:
         """A curve as springs of a hinge or a slide and of tendons, and its constant part."""

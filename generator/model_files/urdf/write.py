@@ -33,6 +33,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
     tree_joint_springs,
 )
+from generator.model_files.fit_error import Ends, joint_limits
 from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
 from generator.model_files.xml import (
     Element,
@@ -225,18 +226,15 @@ class _LinkWriter:
         add_element(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
 
 
-def _limits(
-    joint: Joint, index: int, spring: AxisSpring | None = None
-) -> tuple[float | None, float | None]:
+def _limits(joint: Joint, index: int, spring: AxisSpring | None = None) -> Ends:
     """The limits of one displacement, or its stops; those of several turns are none of one turn."""
     kinds = [factor.kind for factor in joint.chain]
     if kinds[index] is AxisKind.ROTATION and kinds.count(AxisKind.ROTATION) > 1:
         return None, None
-    lower, upper = joint.lower_limit, joint.upper_limit
-    if lower is None and upper is None:
+    if joint.lower_limit is None and joint.upper_limit is None:
         stops = [law for law in (spring.elastic if spring else ()) if isinstance(law, Stop)]
         return (stops[0].lower, stops[0].upper) if stops else (None, None)
-    return None if lower is None else lower[index], None if upper is None else upper[index]
+    return joint_limits(joint, index)
 
 
 def _joint_type(joint: Joint, index: int, spring: AxisSpring | None) -> str:

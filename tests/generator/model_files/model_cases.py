@@ -11,6 +11,7 @@ from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.losses import Loss
 from generator.recording import Recording
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.run import simulate
@@ -239,3 +240,12 @@ def _angle(one: np.ndarray, other: np.ndarray) -> float:
     """From the chord between matrices, which small angles do not spoil."""
     chord = np.linalg.norm(one - other, axis=(1, 2)) / np.sqrt(8.0)
     return float(2.0 * np.arcsin(np.minimum(chord, 1.0)).max())
+
+
+def stated_errors(loss: Loss) -> dict[str, float]:
+    """Largest errors of fits by joint or displacement, as a loss states them [N m]."""
+    stated: dict[str, float] = {}
+    for where in loss.where:
+        names, _, sizes = where.partition(" (")
+        stated |= dict.fromkeys(names.split(" and "), float(sizes.split()[0]))
+    return stated

@@ -1,10 +1,24 @@
 from dataclasses import replace
 from math import inf, pi, radians, sqrt
 
+import numpy as np
 import pytest
 
 from generator import read_figure, read_springs
-from generator.model_files.fit_error import FitError, format_range, joint_ranges, normal_ends
+from generator.joint_chain import build_chain
+from generator.losses import Losses
+from generator.model_files.fit_error import (
+    FitError,
+    FitErrors,
+    are_in_range,
+    format_range,
+    format_size,
+    joint_ranges,
+    normal_ends,
+    orientation_error,
+    orientations,
+)
+from generator.passive_curve import rotation_vector
 from springs import AxisSpring, JointSprings
 from springs.smooth_limit import SmoothLimit
 from tests.chains import chain, one_body
@@ -16,6 +30,48 @@ def test_error_of_differences() -> None:
     assert error.rms == pytest.approx(sqrt(25.0 / 3.0))
     assert str(error) == "4 N m at most, 2.9 N m rms"
     assert str(FitError(1234.4, 99.6)) == "1234 N m at most, 100 N m rms"
+    assert str(FitError.from_differences([2.0], "N")) == "2 N at most, 2 N rms"
+    assert format_size(3.2e13) == "3.2e+13"
+
+
+def test_the_largest_errors_are_first_and_equal_ones_are_named_together() -> None:
+    errors, losses = FitErrors(), Losses("model")
+    errors.add("springs err", "left_knee", FitError(2.0, 1.0))
+    errors.add("springs err", "neck", FitError(30.0, 4.0), " over -5 to 5 deg")
+    errors.add("springs err", "right_knee", FitError(2.0, 1.0))
+    errors.report(losses)
+    (loss,) = losses.entries
+    assert loss.where == (
+        "neck (30 N m at most, 4 N m rms over -5 to 5 deg)",
+        "left_knee and right_knee (2 N m at most, 1 N m rms)",
+    )
+
+
+def test_orientations_have_their_rotation_vectors_in_the_range() -> None:
+    """The largest size is at a corner of the range, which no sample at random reaches."""
+    ranges = ((-0.3, 0.8), (-1.1, 1.2), (-0.6, 2.0))
+    joint = build_chain(chain("Rx Ry Rz"))
+    vectors = rotation_vector(joint, orientations(joint, ranges))
+    low, high = np.array(ranges).T
+    assert len(vectors) > 1000
+    assert (vectors >= low - 1e-8).all()
+    assert (vectors <= high + 1e-8).all()
+
+    def steep(displacements: np.ndarray) -> np.ndarray:
+        return np.exp(5.0 * rotation_vector(joint, displacements).sum(axis=1))
+
+    error = orientation_error(steep, joint, ranges, "N")
+    assert np.exp(5.0 * vectors.sum(axis=1)).max() < 0.95 * error.largest
+    trials = np.random.default_rng(1).uniform(low, high, (200_000, 3))
+    inside = are_in_range(joint, ranges, trials)
+    assert error.largest >= steep(trials[inside]).max()
+    assert error.unit == "N"
+
+
+def test_a_joint_that_is_locked_beside_zero_has_orientations() -> None:
+    ranges = ((0.4, 0.4), (0.5, 0.5), (-0.3, -0.3))
+    joint = build_chain(chain("Rx Ry Rz"))
+    assert orientations(joint, ranges)[0] == pytest.approx([0.4, 0.5, -0.3])
 
 
 def test_ranges_are_limits_else_those_of_the_springs() -> None:

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -70,7 +71,10 @@ def lost(write: Text, of: Figure, springs: SpringSet) -> dict[str, set[str]]:
     """The places of every loss without their errors, by its sentence."""
     losses = write(of, springs)[1]
     assert len({loss.what for loss in losses.entries}) == len(losses.entries)
-    return {loss.what: {where.split(" (")[0] for where in loss.where} for loss in losses.entries}
+    return {
+        loss.what: {name for where in loss.where for name in where.split(" (")[0].split(" and ")}
+        for loss in losses.entries
+    }
 
 
 def test_of_the_prototype_mujoco_approximates_the_springs_of_its_balls() -> None:
@@ -169,7 +173,13 @@ def test_errors_of_fits_are_losses_in_newton_metres_over_the_range() -> None:
     assert re.fullmatch(r"hinge \(\S+ N m at most, \S+ N m rms over -90 to 90 deg\)", where)
     own = format_mjcf(PROTOTYPE, own_springs(PROTOTYPE))[1].entries[0]
     assert own.what == SEVERAL
-    assert all(re.search(r"\(\S+ N m at most, \S+ N m rms, of \S+ N m", w) for w in own.where)
+    assert all(re.search(r"\(\S+ N m at most, \S+ N m rms, of \d+ N m\)", w) for w in own.where)
+
+
+def test_a_limit_at_infinity_is_none_in_urdf() -> None:
+    of = one_body(chain("Tx"), lower_limit=(-0.3,), upper_limit=(inf,))
+    (limit,) = ElementTree.fromstring(format_urdf(of, SpringSet())[0]).iter("limit")
+    assert [float(limit.attrib[end]) for end in ("lower", "upper")] == [-0.3, 1e9]
 
 
 def test_limits_and_stops_in_urdf() -> None:

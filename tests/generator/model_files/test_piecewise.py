@@ -126,6 +126,17 @@ def test_other_laws_are_fitted_within_the_tolerance(law: Elastic, stop: Elastic 
     assert np.abs(fitted.torque(FITTED) - expected).max() <= 1.5 * allowed
 
 
+def test_steep_forces_of_short_slides_are_fitted_within_the_tolerance() -> None:
+    """Pieces are as short as the range asks for: 2 cm are not half a degree."""
+    law = Exponential((ExponentialTerm(1.0, 800.0), ExponentialTerm(-1.0, -800.0)))
+    fitted = fit_piecewise_cubic((law,), (-0.01, 0.01))
+    assert fitted is not None
+    positions = np.linspace(-0.01, 0.01, 1001)
+    expected = law.torque(positions)
+    allowed = FITTED_SHARE * np.abs(expected).max()
+    assert np.abs(fitted.torque(positions) - expected).max() <= 1.5 * allowed
+
+
 @pytest.mark.parametrize("name", CURVES)
 def test_a_fit_of_piecewise_cubics_is_exact(name: str) -> None:
     assert fit_piecewise_cubic(CURVES[name], (-0.1, 0.1)) == piecewise_cubic(CURVES[name])

@@ -20,7 +20,13 @@ from generator.model_files.predsim import TITLES, fit_limit_torque, format_files
 from generator.springs_file.read import read_springs
 from springs import SpringSet
 from tests.chains import SKEW
-from tests.generator.model_files.model_cases import CURVES, on_a_rail, slide, spring_set
+from tests.generator.model_files.model_cases import (
+    CURVES,
+    on_a_rail,
+    slide,
+    spring_set,
+    stated_errors,
+)
 
 PROTOTYPE = read_figure("prototype")
 SPRINGS = read_springs(None, PROTOTYPE)
@@ -47,7 +53,7 @@ def test_the_errors_are_those_of_the_formula() -> None:
     rows = rows_of(SPRINGS)
     losses = format_files(PROTOTYPE, SPRINGS, PATH).losses
     (fitted,) = [loss for loss in losses.entries if "approximated" in loss.what]
-    stated = {where.split()[0]: float(where.split()[1]) for where in fitted.where}
+    stated = stated_errors(fitted)
     assert stated.keys() == rows.keys()
     for name, own in SPRINGS.joints.items():
         of = PROTOTYPE.joints[name]

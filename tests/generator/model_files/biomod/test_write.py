@@ -22,7 +22,14 @@ from tests.chains import SKEW
 from tests.generator.model_files.biomod_text import BioMod, read_biomod
 from tests.generator.model_files.engines import Pinocchio
 from tests.generator.model_files.mass_matrix import mass_matrix
-from tests.generator.model_files.model_cases import TREES, hinge, on_a_rail, slide, spring_set
+from tests.generator.model_files.model_cases import (
+    TREES,
+    hinge,
+    on_a_rail,
+    slide,
+    spring_set,
+    stated_errors,
+)
 
 pytestmark = pytest.mark.verify
 
@@ -198,7 +205,7 @@ def test_moments_of_each_displacement_err_as_stated(tmp_path: Path) -> None:
     springs = read_springs(None, of)
     loaded = Biorbd(of, springs, tmp_path)
     (fitted,) = [loss for loss in loaded.losses.entries if loss.what == FITTED_LOSS]
-    stated = {where.split()[0]: float(where.split()[1]) for where in fitted.where}
+    stated = stated_errors(fitted)
     zero = {
         branch.joint.name: np.zeros(len(branch.joint.chain)) for branch in build_tree(of).joints
     }

@@ -8,6 +8,7 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure
+from generator.losses import Loss
 from generator.model_files.biomod.write import (
     COUPLING_LOSS,
     FITTED_LOSS,
@@ -16,11 +17,17 @@ from generator.model_files.biomod.write import (
     format_files,
 )
 from generator.springs_file.read import read_springs
-from springs import Linear, SpringSet
+from springs import Linear, SpringSet, Stop
 from springs.hysteresis import Hysteresis
 from tests.chains import chain, one_body, two_bodies
 from tests.generator.model_files.biomod_text import BioMod, read_biomod
-from tests.generator.model_files.model_cases import FOURBAR, hinge, on_a_rail, spring_set
+from tests.generator.model_files.model_cases import (
+    FOURBAR,
+    hinge,
+    on_a_rail,
+    spring_set,
+    stated_errors,
+)
 
 PROTOTYPE = read_figure("prototype")
 
@@ -76,11 +83,19 @@ def test_of_the_prototype_all_springs_are_approximated() -> None:
     springs = read_springs(None, PROTOTYPE)
     found = lost(PROTOTYPE, springs)
     several = {name for name, own in springs.joints.items() if len(own.axes) > 1}
-    assert {where.split()[0] for where in found[COUPLING_LOSS]} == several
-    joints = {where.split()[0].rpartition("_")[0] for where in found[FITTED_LOSS]}
+    assert stated_errors(Loss(COUPLING_LOSS, found[COUPLING_LOSS])).keys() == several
+    coordinates = stated_errors(Loss(FITTED_LOSS, found[FITTED_LOSS]))
+    joints = {name.rpartition("_")[0] for name in coordinates}
     assert joints == set(springs.joints)
     assert set(found["damping and friction of several rotations"]) == several
     assert not any("reference" in what for what in found)
+
+
+def test_stops_are_lost() -> None:
+    of = on_a_rail()
+    stopped = lost(of, spring_set(hinge("hinge", Linear(2.0), Stop(-0.5, 0.5))))
+    assert stopped["stops at limits: the ranges of the file do not stop a joint"] == ("hinge",)
+    assert not any("stops" in what for what in lost(of, spring_set(hinge("hinge", Linear(2.0)))))
 
 
 def test_friction_and_limits_of_several_rotations_are_lost() -> None:

@@ -1,5 +1,6 @@
 """Ramps in place of laws of the rotation vector, and their errors."""
 
+from dataclasses import replace
 from itertools import pairwise
 from math import radians
 
@@ -8,6 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator import read_springs
+from generator.joint_chain import build_chain
+from generator.model_files.fit_error import are_in_range, joint_ranges
 from generator.model_files.mjcf.spring_fit import (
     RELATIVE_TOLERANCE,
     SMALLEST_TOLERANCE,
@@ -16,12 +20,16 @@ from generator.model_files.mjcf.spring_fit import (
     component_range,
     damping_error,
     fit_ramps,
+    isotropic_stiffness,
     largest_torque,
+    ramps_torque,
     spring_error,
 )
-from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear
+from generator.passive_curve import rotation_vector
+from generator.rotations import matrix_from_rotation_vector
+from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, Stop, elastic_torque
 from tests.chains import BALL, chain, two_bodies
-from tests.generator.model_files.model_cases import START, equal
+from tests.generator.model_files.model_cases import PROTOTYPE, START, equal
 
 X, Y, Z = np.eye(3).tolist()
 ENDS = (-2.0, 2.0)
@@ -116,6 +124,35 @@ def test_errors_are_those_across_the_rotation() -> None:
         [(a, axis_ramps(TESTED, differing, a)) for a in differing.axes],
     )
     assert weighted.largest > 0.0
+
+
+def test_the_stated_error_is_the_largest_over_the_range() -> None:
+    own = read_springs(None, PROTOTYPE).joints["waist"]
+    waist = PROTOTYPE.joints["waist"]
+    ramps = [(axis, axis_ramps(waist, own, axis)) for axis in own.axes]
+    error = spring_error(waist, own, Joining.CONSERVATIVE, ramps)
+    of, ranges = build_chain(waist.chain), joint_ranges(waist, own)
+    q = np.random.default_rng(3).uniform(*np.array(ranges).T, (40_000, 3))
+    r = rotation_vector(of, q[are_in_range(of, ranges, q)])
+    half_way = elastic_torque(Joining.CONSERVATIVE, own.axes, r)
+    exact = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * r), half_way)
+    found = np.linalg.norm(ramps_torque(ramps, r) - exact, axis=1)
+    assert found.max() <= 1.01 * error.largest <= 1.1 * found.max()
+    assert np.sqrt(np.mean(found**2)) == pytest.approx(error.rms, rel=0.05)
+
+
+def test_equal_springs_with_stops_are_not_isotropic() -> None:
+    """Stops are at the ends of the range, beyond which a ball's own spring has none."""
+    stop = Stop(-0.5, 0.5, 200.0)
+    limited = replace(TESTED, lower_limit=(-0.5,) * 3, upper_limit=(0.5,) * 3)
+    alike = springs(20.0, 20.0, 20.0)
+    stopped = [replace(axis, elastic=(*axis.elastic, stop)) for axis in alike.axes]
+    found = isotropic_stiffness(limited, alike, Joining.CONSERVATIVE)
+    assert found == pytest.approx((20.0, 0.0, 0.0))
+    with_stops = JointSprings("tested", tuple(stopped))
+    assert isotropic_stiffness(limited, with_stops, Joining.CONSERVATIVE) is None
+    locked = replace(TESTED, lower_limit=(0.0,) * 3, upper_limit=(0.0,) * 3)
+    assert isotropic_stiffness(locked, alike, Joining.CONSERVATIVE) == pytest.approx((20.0, 0, 0))
 
 
 def test_errors_of_damping_are_per_rate() -> None:

@@ -1,6 +1,7 @@
 """Visual geoms of segments, as elements; `test_write.py` reads them with MuJoCo."""
 
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -44,6 +45,22 @@ def test_a_centre_of_mass_at_the_only_joint_gives_a_sphere() -> None:
     of = BARS.with_parts(replace(second, sites={**second.sites, "CM": at_joint}))
     kinds = {geom.get("type") for geom in bodies(of)["second"].findall("geom")}
     assert kinds == {"sphere"}
+
+
+@pytest.mark.parametrize("content", ["", "no psurf"])
+def test_a_segment_whose_psurf_cannot_be_read_has_its_capsules(
+    content: str, tmp_path: Path
+) -> None:
+    of = replace(BARS, path=tmp_path / "bars.fig")
+    of = of.with_parts(replace(of.segments["second"], psurf="shape.pss"))
+    if content:
+        (tmp_path / "shape.pss").write_text(content, encoding="utf-8")
+    kinds = [geom.get("type") for geom in bodies(of)["second"].findall("geom")]
+    assert kinds == [geom.get("type") for geom in bodies(BARS)["second"].findall("geom")] != []
+    (loss,) = format_mjcf(of, SpringSet())[1].entries
+    assert loss.what.startswith("psurfs that cannot be read (")
+    assert loss.what.endswith("): capsules instead")
+    assert loss.where == ("second",)
 
 
 def test_psurfs_are_meshes_of_their_own_colour_without_mass_and_contact() -> None:
